@@ -1,0 +1,3 @@
+"""Surface Service: parametric surfaces in, meshes out."""
+
+__version__ = "0.1.0"

@@ -1,0 +1,47 @@
+"""What a format is: a name, a media type, a suffix, what it can hold, and a function to bytes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from service.engine.mesh import Mesh
+
+OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
+
+
+@dataclass(frozen=True, slots=True)
+class EncodeOptions:
+    """Choices that concern the written form alone, not the mesh."""
+
+    oogl: OoglForm | None = None
+    """OOGL form; None takes `cquad` where the mesh is made of grids, else `off`."""
+
+
+@dataclass(frozen=True, slots=True)
+class MeshSize:
+    """Counts known from the shapes alone: enough to predict how many bytes a format will need."""
+
+    vertices: int
+    triangles: int
+    quads: int
+    patches: int
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One way of writing a mesh.
+
+    `single` formats store float32 positions about a local origin, the others float64. `quads`,
+    `overlays`: whether the format can hold them. `encode` gives the file's bytes; `byte_bound`
+    an upper bound of their number, before anything is computed.
+    """
+
+    name: str
+    title: str
+    media_type: str
+    suffix: str
+    single: bool
+    quads: bool
+    overlays: bool
+    encode: Callable[[Mesh, EncodeOptions], bytes]
+    byte_bound: Callable[[MeshSize, EncodeOptions], int]

@@ -1,0 +1,112 @@
+"""The one value that leaves the engine: a mesh, and the report that travels with it."""
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.surface.lowered import FloatArray, Up
+
+ENGINE = 1
+"""Version of the numbers. Raised only when the same request would give other figures."""
+
+RealArray: TypeAlias = NDArray[np.float64] | NDArray[np.float32]
+IndexArray: TypeAlias = NDArray[np.uint32]
+
+
+@dataclass(frozen=True, slots=True)
+class MeshPart:
+    """A named run of faces: rows [first, last) of `Mesh.triangles` and of `Mesh.quads`."""
+
+    name: str
+    triangles: tuple[int, int]
+    quads: tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Overlay:
+    """Lines drawn beside the faces: a control net, the patch boundaries.
+
+    Attributes
+    ----------
+    positions : ndarray, shape (K, 3)
+        In the precision and about the origin of the mesh the overlay belongs to.
+    segments : ndarray of uint32, shape (L, 2)
+        Pairs of rows of `positions`.
+    cells : ndarray of uint32, shape (C, 4), or None
+        The quads of a control net, (i,j) (i,j+1) (i+1,j+1) (i+1,j); None where there are none.
+    """
+
+    name: str
+    positions: RealArray
+    segments: IndexArray
+    cells: IndexArray | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class MeshReport:
+    """What is known about a mesh; in every format that has a place for it.
+
+    `bounds_min` and `bounds_max` are those of the vertices as stored, in model coordinates.
+    `boundary_edges` counts the edges that only one face uses; `watertight` means that every edge
+    is used by exactly two. `poles_repaired` counts the samples at which du × dv vanishes and the
+    normal is a limit. `engine` is the version of the numbers (`ENGINE`).
+    """
+
+    vertices: int
+    triangles: int
+    quads: int
+    patches: int
+    bounds_min: tuple[float, float, float]
+    bounds_max: tuple[float, float, float]
+    watertight: bool
+    boundary_edges: int
+    poles_repaired: int
+    engine: int = ENGINE
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Mesh:
+    """Vertices and faces. A vertex is a position together with its normal and its (u, v).
+
+    Where two surfaces meet at a crease, or at the apex of a cone, several vertices share one
+    position; `welds` tells which.
+
+    Attributes
+    ----------
+    positions : ndarray, shape (V, 3)
+        float64 in model coordinates; or float32 relative to `origin`.
+    normals : ndarray, shape (V, 3), or None
+        Unit normals du × dv / |du × dv|, never zero and never NaN.
+    uvs : ndarray, shape (V, 2), or None
+        Parameters (u, v) of each vertex in its patch.
+    triangles : ndarray of uint32, shape (T, 3)
+        Counter-clockwise seen from the tip of the normal.
+    quads : ndarray of uint32, shape (Q, 4)
+        (i,j) (i+1,j) (i+1,j+1) (i,j+1). Empty unless quads were asked for; then `triangles` holds
+        what is left at poles and between unequal divisions.
+    parts : tuple of MeshPart
+        Runs of faces; together they are all faces, in order.
+    grids : tuple of ndarray of uint32, each of shape (P, Ru+1, Rv+1)
+        The vertex at every sample of every patch, batch by batch: what a format made of grids
+        needs. Empty when some patch border has other divisions than its patch.
+    welds : ndarray of uint32, shape (V,), or None
+        The first vertex with the same position; None when that is always the vertex itself.
+    origin : ndarray of float64, shape (3,)
+        Model coordinates of the point (0, 0, 0) of `positions`.
+    """
+
+    name: str
+    positions: RealArray
+    normals: RealArray | None
+    uvs: RealArray | None
+    triangles: IndexArray
+    quads: IndexArray
+    parts: tuple[MeshPart, ...]
+    grids: tuple[IndexArray, ...]
+    welds: IndexArray | None
+    overlays: tuple[Overlay, ...]
+    origin: FloatArray
+    up: Up
+    report: MeshReport

@@ -1,0 +1,78 @@
+"""The waist of the house: every kind of surface lowers to batches of Bézier patches.
+
+What stands above (kinds of surface) and below (engine, encoders) meets only here.
+"""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
+Up: TypeAlias = Literal["y", "z"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TensorPatches:
+    """A batch of P tensor-product Bézier patches of one degree (p, q).
+
+        S_k(u, v) = Σ_ij B_i^p(u) B_j^q(v) w_kij P_kij / Σ_ij B_i^p(u) B_j^q(v) w_kij
+
+    The weights stand beside the points instead of inside homogeneous ones, so that a local
+    origin can be subtracted from the points without losing their last digits, and so that a
+    corner of a rational patch is its control point, bit for bit.
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (P, p+1, q+1, 3)
+        Control points; axis 1 runs along u, axis 2 along v. Model units. Read-only.
+    weights : ndarray of float64, shape (P, p+1, q+1), or None
+        Positive weights; None for a polynomial batch. Read-only.
+    """
+
+    points: FloatArray
+    weights: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        self.points.flags.writeable = False
+        if self.weights is not None:
+            self.weights.flags.writeable = False
+
+    @property
+    def count(self) -> int:
+        """Number of patches, P."""
+        return int(self.points.shape[0])
+
+    @property
+    def degree(self) -> tuple[int, int]:
+        """Degree (p, q)."""
+        return int(self.points.shape[1]) - 1, int(self.points.shape[2]) - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A named run of patches, [first, last) in the numbering across all batches of a model."""
+
+    name: str
+    first: int
+    last: int
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PatchModel:
+    """A surface lowered to Bézier patches: all that the engine and the encoders need to know.
+
+    The parts cover the patches without gap or overlap, in order; a surface without parts of its
+    own is one part of the surface's name. `up` is the model's vertical axis.
+    """
+
+    name: str
+    batches: tuple[TensorPatches, ...]
+    parts: tuple[Part, ...]
+    up: Up = "y"
+
+    @property
+    def patch_count(self) -> int:
+        """Number of patches in all batches."""
+        return sum(batch.count for batch in self.batches)
