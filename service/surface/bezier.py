@@ -1,0 +1,62 @@
+"""A tensor-product Bézier surface: one patch of any degree, polynomial or rational."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.surface.checks import check_grid, checked_points, checked_up, checked_weights
+from service.surface.lowered import FloatArray, Part, PatchModel, TensorPatches, Up
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BezierSurface:
+    """S(u, v) = Σ_ij B_i^p(u) B_j^q(v) P_ij over u, v ∈ [0, 1]; rational if weights are given.
+
+    Attributes
+    ----------
+    control_net : ndarray of float64, shape (p+1, q+1, 3)
+        Control points; axis 0 runs along u, axis 1 along v. Model units.
+    weights : ndarray of float64, shape (p+1, q+1), or None
+        Positive weights.
+    up : "y" or "z"
+        The model's vertical axis.
+    name : str
+        Name of the part and of its glTF node.
+
+    Raises
+    ------
+    InvalidRequest
+        At birth, with pointers relative to the surface.
+
+    References
+    ----------
+    Piegl and Tiller, The NURBS Book, 2nd ed., equations 1.21 (p. 35) and 1.25.
+    """
+
+    control_net: FloatArray
+    weights: FloatArray | None = None
+    up: Up = "y"
+    name: str = "surface"
+
+    def __post_init__(self) -> None:
+        points = checked_points(self.control_net, "control_net")
+        rows, columns = points.shape[0], points.shape[1] if points.ndim == 3 else 0
+        check_grid(rows, columns, "control_net")
+        points.flags.writeable = False
+        object.__setattr__(self, "control_net", points)
+        if self.weights is not None:
+            weights = checked_weights(self.weights, (rows, columns))
+            weights.flags.writeable = False
+            object.__setattr__(self, "weights", weights)
+        checked_up(self.up)
+
+    @property
+    def degree(self) -> tuple[int, int]:
+        """Degree (p, q)."""
+        return self.control_net.shape[0] - 1, self.control_net.shape[1] - 1
+
+    def lower(self) -> PatchModel:
+        """The surface as a batch of the one patch it is."""
+        weights = None if self.weights is None else self.weights[np.newaxis]
+        batch = TensorPatches(self.control_net[np.newaxis], weights)
+        return PatchModel(self.name, (batch,), (Part(self.name, 0, 1),), self.up)

@@ -1,0 +1,173 @@
+"""Checks at birth that every kind of surface shares: values of points and weights.
+
+Shapes of nested lists are the business of `service.schemas`; here the arrays are rectangular
+already, and what is checked is what no later line wants to doubt again.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
+from service.surface.lowered import FloatArray, Up
+
+MAX_DEGREE = 64
+"""Above this a Bézier patch is of no use: control points hardly pull on the surface any more,
+and the shape wanted is a B-spline of low degree."""
+
+MAX_COORDINATE = float(np.finfo(np.float32).max)
+"""Largest coordinate that glTF, STL and PLY can store."""
+
+MAX_WEIGHT_RATIO = 1e12
+"""Largest quotient of two weights of one surface. Beyond it float64 keeps fewer than four digits
+of the lighter control points."""
+
+
+def checked_points(values: ArrayLike, name: str) -> FloatArray:
+    """`values` as a float64 array of points, every coordinate finite and within float32.
+
+    The last axis has length 3. `name` is the field, for the pointers.
+
+    Raises
+    ------
+    InvalidRequest
+        `wrong_dimension`, `not_finite` or `coordinate_too_large`, one issue a coordinate.
+    """
+    points = np.array(values, dtype=np.float64, order="C")
+    if points.ndim < 2 or points.shape[-1] != 3:
+        raise InvalidRequest(
+            Issue(
+                "wrong_dimension",
+                "A control point has exactly three coordinates.",
+                f"/{name}",
+                f"points of shape {points.shape}",
+                "three numbers [x, y, z]",
+            )
+        )
+    if points.size == 0:
+        return points
+    # One reduction decides the usual case: NaN fails the comparison as well.
+    if not bool(np.abs(points).max() <= MAX_COORDINATE):
+        _refuse(points, name, ~np.isfinite(points), _not_finite)
+        _refuse(points, name, np.abs(points) > MAX_COORDINATE, _too_large)
+    # -0 and 0 are one number: equal surfaces shall have equal bytes.
+    points += 0.0
+    return points
+
+
+def checked_weights(values: ArrayLike, shape: tuple[int, ...], name: str = "weights") -> FloatArray:
+    """`values` as a float64 array of weights of the given shape, finite and positive.
+
+    Raises
+    ------
+    InvalidRequest
+        `weights_shape`, `not_finite`, `weight_not_positive` or `weight_ratio`.
+    """
+    weights = np.array(values, dtype=np.float64, order="C")
+    if weights.shape != shape:
+        raise InvalidRequest(
+            Issue(
+                "weights_shape",
+                "There must be exactly one weight for every control point.",
+                f"/{name}",
+                f"weights of shape {_shape_text(weights.shape)}",
+                f"shape {_shape_text(shape)}",
+            )
+        )
+    _refuse(weights, name, ~np.isfinite(weights), _not_finite)
+    _refuse(weights, name, weights <= 0, _not_positive)
+    low, high = float(weights.min()), float(weights.max())
+    if high > MAX_WEIGHT_RATIO * low:
+        raise InvalidRequest(
+            Issue(
+                "weight_ratio",
+                "The weights differ so much that the lighter control points would be lost.",
+                f"/{name}",
+                f"a largest weight {high / low:.3g} times the smallest",
+                f"at most {MAX_WEIGHT_RATIO:.0e} times",
+            )
+        )
+    return weights
+
+
+def check_grid(rows: int, columns: int, name: str) -> None:
+    """Refuses a grid of control points that is too small to be a surface or of absurd degree."""
+    if rows < 2 or columns < 2:
+        raise InvalidRequest(
+            Issue(
+                "too_few_points",
+                "A patch needs at least two rows of two control points (degree 1 by 1).",
+                f"/{name}",
+                f"a grid of {rows} × {columns}",
+                "at least 2 × 2",
+            )
+        )
+    if max(rows, columns) - 1 > MAX_DEGREE:
+        raise InvalidRequest(
+            Issue(
+                "degree_too_high",
+                "A net of r × c control points is one patch of degree r − 1 by c − 1. So high a "
+                "degree lets no control point shape the surface; use several patches.",
+                f"/{name}",
+                f"degree {rows - 1} × {columns - 1}",
+                f"degrees up to {MAX_DEGREE}",
+            )
+        )
+
+
+def checked_up(up: str) -> Up:
+    """`up`, if it names an axis we can turn upright."""
+    if up == "y":
+        return "y"
+    if up == "z":
+        return "z"
+    raise InvalidRequest(
+        Issue("wrong_value", "`up` is the model's vertical axis.", "/up", "another text", '"y" or "z"')
+    )
+
+
+def _refuse(
+    values: FloatArray,
+    name: str,
+    wrong: NDArray[np.bool_],
+    describe: Callable[[str, float], Issue],
+) -> None:
+    """Raises one issue for each of the first `MAX_ISSUES` places where `wrong` holds."""
+    places = np.argwhere(wrong)[:MAX_ISSUES]
+    if len(places):
+        raise InvalidRequest(
+            *(
+                describe(f"/{name}" + pointer(place), float(values[tuple(place)]))
+                for place in places.tolist()
+            )
+        )
+
+
+def _not_finite(where: str, value: float) -> Issue:
+    got = "not a number" if np.isnan(value) else "an infinite number"
+    return Issue("not_finite", "Every number must be finite.", where, got, "a finite number")
+
+
+def _too_large(where: str, value: float) -> Issue:
+    return Issue(
+        "coordinate_too_large",
+        "Coordinates are stored in single precision.",
+        where,
+        f"{value:.6g}",
+        f"between -{MAX_COORDINATE:.7g} and {MAX_COORDINATE:.7g}",
+    )
+
+
+def _not_positive(where: str, value: float) -> Issue:
+    return Issue(
+        "weight_not_positive",
+        "Weights are positive: only then does the surface stay within its control points.",
+        where,
+        f"{value:.6g}",
+        "a number above 0",
+    )
+
+
+def _shape_text(shape: tuple[int, ...]) -> str:
+    return " × ".join(str(n) for n in shape) if shape else "a single number"

@@ -1,0 +1,151 @@
+"""The built-in surfaces, at ids that a person can read and type."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from types import MappingProxyType
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from service.errors import Issue, UnknownSurface
+from service.surface import quadrics
+from service.surface.bezier import BezierSurface
+from service.surface.patches import PatchSurface
+
+Surface: TypeAlias = BezierSurface | PatchSurface
+
+
+@dataclass(frozen=True, slots=True)
+class Example:
+    """A surface that answers without having been posted."""
+
+    id: str
+    title: str
+    description: str
+    build: Callable[[], Surface]
+
+    def surface(self) -> Surface:
+        """The surface itself, built once."""
+        return _built(self.id)
+
+
+def find(surface_id: str) -> Example:
+    """The example of this id.
+
+    Raises
+    ------
+    UnknownSurface
+        If there is none.
+    """
+    example = EXAMPLES.get(surface_id)
+    if example is None:
+        raise UnknownSurface(
+            Issue(
+                "unknown_surface",
+                "No surface is known by this id.",
+                got="an unknown id",
+                needed="one of " + ", ".join(EXAMPLES),
+            )
+        )
+    return example
+
+
+@cache
+def _built(surface_id: str) -> Surface:
+    return EXAMPLES[surface_id].build()
+
+
+def _data(name: str) -> dict[str, Any]:
+    text = (files("service.surface") / "data" / f"{name}.json").read_text(encoding="utf-8")
+    content: dict[str, Any] = json.loads(text)
+    return content
+
+
+def _net(name: str, up: str) -> BezierSurface:
+    return BezierSurface(
+        np.array(_data(name)["control_net"]), up="z" if up == "z" else "y", name=name
+    )
+
+
+def _teapot(name: str, height: float) -> PatchSurface:
+    data = _data("utah-teapot")
+    return PatchSurface(
+        np.array(data["vertices"]) * (1.0, 1.0, height),
+        np.array(data["patches"]),
+        parts=tuple((part, tuple(members)) for part, members in data["parts"].items()),
+        up="z",
+        name=name,
+    )
+
+
+def _saddle() -> BezierSurface:
+    corners = [[[-1, -1, 1], [-1, 1, -1]], [[1, -1, -1], [1, 1, 1]]]
+    return BezierSurface(np.array(corners, dtype=np.float64), up="z", name="saddle")
+
+
+EXAMPLES: Mapping[str, Example] = MappingProxyType(
+    {
+        example.id: example
+        for example in (
+            Example(
+                "utah-teapot",
+                "Utah teapot",
+                "Martin Newell's teapot of 1975 with Frank Crow's bottom, in the proportions it "
+                "is known by: 32 bicubic patches over 306 control points, z up, normals outward.",
+                lambda: _teapot("utah-teapot", 1.0),
+            ),
+            Example(
+                "utah-teapot-original",
+                "Utah teapot, original height",
+                "The teapot as Newell measured it, a third taller.",
+                lambda: _teapot("utah-teapot-original", 4.0 / 3.0),
+            ),
+            Example(
+                "bourke-1111",
+                "Random surface",
+                "Paul Bourke's random 6 × 5 control net (seed 1111), one patch of degree (5, 4).",
+                lambda: _net("bourke-1111", "z"),
+            ),
+            Example(
+                "tveit",
+                "Tutorial patch",
+                "A bicubic patch over the 16 control points A to P of a tutorial.",
+                lambda: _net("tveit", "y"),
+            ),
+            Example(
+                "saddle",
+                "Saddle",
+                "The patch of degree (1, 1) over four corners: the hyperbolic paraboloid z = xy.",
+                _saddle,
+            ),
+            Example(
+                "cylinder",
+                "Cylinder",
+                "Exact cylinder of radius 1 and height 2 with its caps: rational, degree (2, 1).",
+                quadrics.cylinder,
+            ),
+            Example(
+                "cone",
+                "Cone",
+                "Exact cone of radius 1 and height 2 with its base: rational, degree (2, 1).",
+                quadrics.cone,
+            ),
+            Example(
+                "sphere",
+                "Sphere",
+                "Exact unit sphere: eight rational patches of degree (2, 2) meeting at two poles.",
+                quadrics.sphere,
+            ),
+            Example(
+                "torus",
+                "Torus",
+                "Exact torus, radius 1, tube radius 0.4: sixteen rational patches of degree (2, 2).",
+                quadrics.torus,
+            ),
+        )
+    }
+)
+"""The examples by id, in the order in which they are listed."""

@@ -1,0 +1,90 @@
+"""Exact cylinder, cone, sphere and torus as rational Bézier patches.
+
+No polynomial patch is a piece of a circle, but a rational quadratic is: the quarter arc has the
+control points (1, 0), (1, 1), (0, 1) and the weights 1, √½, 1 (Piegl and Tiller, The NURBS Book,
+2nd ed., section 7.3; surfaces of revolution: section 8.5). All surfaces here are closed, stand on
+the z axis and have outward normals du × dv.
+"""
+
+from math import sqrt
+
+import numpy as np
+
+from service.surface.patches import PatchSurface
+
+Point = tuple[float, float, float, float]
+"""x, y, z, weight."""
+
+ARC = ((1.0, 0.0, 1.0), (1.0, 1.0, sqrt(0.5)), (0.0, 1.0, 1.0))
+"""Quarter of the unit circle, counter-clockwise from (1, 0): x, y, weight."""
+
+
+def sphere(radius: float = 1.0) -> PatchSurface:
+    """Sphere about the origin: 4 × 2 octants of degree (2, 2), u eastwards, v northwards."""
+    south = [(x * radius, -y * radius, w) for x, y, w in reversed(ARC)]
+    north = [(x * radius, y * radius, w) for x, y, w in ARC]
+    return _assemble("sphere", [("sphere", _revolve(south) + _revolve(north))])
+
+
+def torus(radius: float = 1.0, tube: float = 0.4) -> PatchSurface:
+    """Ring torus, radius of its centre line and of its tube: 4 × 4 patches of degree (2, 2)."""
+    patches: list[list[list[Point]]] = []
+    for quarter in range(4):
+        turned = [_turn(x, y, w, quarter) for x, y, w in ARC]
+        patches += _revolve([(radius + tube * x, tube * z, w) for x, z, w in turned])
+    return _assemble("torus", [("torus", patches)])
+
+
+def cylinder(radius: float = 1.0, height: float = 2.0) -> PatchSurface:
+    """Cylinder from z = -height/2 to height/2: a side and two caps of degree (2, 1)."""
+    half = height / 2
+    side = _revolve([(radius, -half, 1.0), (radius, half, 1.0)])
+    bottom = _revolve([(0.0, -half, 1.0), (radius, -half, 1.0)])
+    top = _revolve([(radius, half, 1.0), (0.0, half, 1.0)])
+    return _assemble("cylinder", [("side", side), ("top", top), ("bottom", bottom)])
+
+
+def cone(radius: float = 1.0, height: float = 2.0) -> PatchSurface:
+    """Cone from its base at z = -height/2 to the apex at height/2; degree (2, 1)."""
+    half = height / 2
+    side = _revolve([(radius, -half, 1.0), (0.0, half, 1.0)])
+    base = _revolve([(0.0, -half, 1.0), (radius, -half, 1.0)])
+    return _assemble("cone", [("side", side), ("base", base)])
+
+
+def _turn(x: float, y: float, w: float, quarter: int) -> tuple[float, float, float]:
+    """(x, y) turned by quarters of a full turn, exactly."""
+    for _ in range(quarter):
+        x, y = -y, x
+    return x, y, w
+
+
+def _revolve(profile: list[tuple[float, float, float]]) -> list[list[list[Point]]]:
+    """Four patches: the profile (distance from the axis, z, weight) along v, turned along u."""
+    patches = []
+    for quarter in range(4):
+        turned = [_turn(x, y, w, quarter) for x, y, w in ARC]
+        patches.append([[(x * r, y * r, z, a * w) for r, z, w in profile] for x, y, a in turned])
+    return patches
+
+
+def _assemble(name: str, parts: list[tuple[str, list[list[list[Point]]]]]) -> PatchSurface:
+    """One surface of named parts over shared vertices."""
+    number: dict[Point, int] = {}
+    grids: list[list[list[int]]] = []
+    members: list[tuple[str, tuple[int, ...]]] = []
+    for title, patches in parts:
+        first = len(grids)
+        # Adding 0.0 makes -0.0 the same key as 0.0.
+        grids += [
+            [
+                [number.setdefault((x + 0.0, y + 0.0, z + 0.0, w), len(number)) for x, y, z, w in row]
+                for row in patch
+            ]
+            for patch in patches
+        ]
+        members.append((title, tuple(range(first, len(grids)))))
+    table = np.array(list(number))
+    return PatchSurface(
+        table[:, :3], np.array(grids), table[:, 3], tuple(members), up="z", name=name
+    )
