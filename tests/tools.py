@@ -1,0 +1,31 @@
+"""Programs made by others that judge what we write. A test that lacks one is skipped.
+
+With SURFACE_TESTS_REQUIRE_TOOLS=1, as in `.ci/run`, a skipped test counts as a failed one
+(`tests/conftest.py`): there, everything is installed first.
+"""
+
+import os
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+NODE_MODULES = Path(__file__).parent / "web" / "node_modules"
+
+
+def program(*names: str) -> str:
+    """Path of the first of these programs, on PATH or beside Python; else the test is skipped."""
+    path = os.pathsep.join((os.environ.get("PATH", os.defpath), str(Path(sys.executable).parent)))
+    for name in names:
+        if found := shutil.which(name, path=path):
+            return found
+    pytest.skip(f"not installed: {' or '.join(names)}")
+
+
+def node_package(name: str) -> Path:
+    """Folder of a package of `tests/web/package.json`; else the test is skipped."""
+    folder = NODE_MODULES / name
+    if not folder.is_dir():
+        pytest.skip(f"not installed: {name} ('make test' fetches it from the npm registry)")
+    return folder
