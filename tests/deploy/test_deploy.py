@@ -1,0 +1,98 @@
+"""Dockerfile, compose file and Kubernetes manifests are valid, and keep the promises we make."""
+
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import httpx
+import kubernetes_validate
+import pytest
+import yaml
+
+from service import __version__
+from tests.tools import program
+
+ROOT = Path(__file__).parents[2]
+COMPOSE = ROOT / "deploy" / "compose.yaml"
+BASE = ROOT / "deploy" / "kubernetes" / "base"
+MANIFESTS = ["deployment.yaml", "service.yaml"]
+
+
+def load(path: Path) -> Any:
+    return yaml.safe_load(path.read_text(encoding="utf-8"))
+
+
+def run(*command: str | Path) -> str:
+    """What the command prints; a command that fails fails the test, with what it complained of."""
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_dockerfile_is_clean() -> None:
+    assert run(program("hadolint"), ROOT / "Dockerfile") == ""
+
+
+def test_compose_file_follows_the_specification() -> None:
+    run(program("check-jsonschema"), "--builtin-schema", "vendor.compose-spec", COMPOSE)
+
+
+def test_compose_container_may_not_write_nor_gain_rights() -> None:
+    service = load(COMPOSE)["services"]["surface"]
+    assert service["read_only"]
+    assert service["cap_drop"] == ["ALL"]
+    assert "no-new-privileges:true" in service["security_opt"]
+
+
+@pytest.mark.parametrize("name", MANIFESTS)
+def test_manifest_is_valid(name: str) -> None:
+    kubernetes_validate.validate(load(BASE / name), "1.37", strict=True)
+
+
+def test_misspelled_manifest_is_refused() -> None:
+    deployment = load(BASE / "deployment.yaml")
+    deployment["spec"]["template"]["spec"]["automountServiceAcountToken"] = False
+    with pytest.raises(kubernetes_validate.ValidationError):
+        kubernetes_validate.validate(deployment, "1.37", strict=True)
+
+
+def test_kustomize_builds_valid_manifests_of_this_version() -> None:
+    built = list(yaml.safe_load_all(run(program("kubectl"), "kustomize", BASE)))
+    for manifest in built:
+        kubernetes_validate.validate(manifest, "1.37", strict=True)
+    deployment = next(m for m in built if m["kind"] == "Deployment")
+    container = deployment["spec"]["template"]["spec"]["containers"][0]
+    assert container["image"] == f"surface-service:{__version__}"
+
+
+def test_kustomization_and_compose_name_this_version() -> None:
+    assert load(BASE / "kustomization.yaml")["images"][0]["newTag"] == __version__
+    assert load(COMPOSE)["services"]["surface"]["image"] == f"surface-service:{__version__}"
+
+
+def test_pod_may_not_write_nor_gain_rights() -> None:
+    pod = load(BASE / "deployment.yaml")["spec"]["template"]["spec"]
+    assert pod["automountServiceAccountToken"] is False
+    assert pod["securityContext"]["runAsNonRoot"]
+    assert pod["securityContext"]["seccompProfile"] == {"type": "RuntimeDefault"}
+    (container,) = pod["containers"]
+    assert container["securityContext"] == {
+        "allowPrivilegeEscalation": False,
+        "readOnlyRootFilesystem": True,
+        "capabilities": {"drop": ["ALL"]},
+    }
+    assert {"startupProbe", "livenessProbe", "readinessProbe"} <= container.keys()
+
+
+def test_service_finds_the_pods() -> None:
+    template = load(BASE / "deployment.yaml")["spec"]["template"]
+    service = load(BASE / "service.yaml")["spec"]
+    assert service["selector"].items() <= template["metadata"]["labels"].items()
+    names = {port["name"] for port in template["spec"]["containers"][0]["ports"]}
+    assert {port["targetPort"] for port in service["ports"]} <= names
+
+
+@pytest.mark.parametrize("probe", ["startupProbe", "livenessProbe", "readinessProbe"])
+def test_probed_path_answers(probe: str, server: str) -> None:
+    container = load(BASE / "deployment.yaml")["spec"]["template"]["spec"]["containers"][0]
+    assert httpx.get(server + container[probe]["httpGet"]["path"]).status_code == 200
