@@ -1,0 +1,185 @@
+"""Bézier surfaces in exact rational arithmetic: de Casteljau and nothing else.
+
+A float is a rational number, so the points and partials of a net of floats at a rational parameter
+are rational numbers too, and are computed here without any rounding. Only the length of a normal
+is not rational: it is taken with 50 digits.
+
+Farin, Curves and Surfaces for CAGD, 5th ed., chapters 4 (de Casteljau), 13 (rational curves) and
+14 (tensor products).
+"""
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any, NamedTuple, TypeAlias
+
+import mpmath
+import numpy as np
+
+Vector: TypeAlias = tuple[Fraction, ...]
+Row: TypeAlias = list[Vector]
+Net: TypeAlias = list[Row]
+
+DIGITS = 50
+
+
+class Jet(NamedTuple):
+    """A point of a surface and its two first partials, each of three coordinates."""
+
+    point: Vector
+    du: Vector
+    dv: Vector
+
+
+def exact_net(points: Any, weights: Any = None) -> Net:
+    """The net as fractions; homogeneous, (wx, wy, wz, w), where there are weights."""
+    net = [[tuple(Fraction(float(x)) for x in point) for point in row] for row in points]
+    if weights is None:
+        return net
+    return [
+        [_homogeneous(point, Fraction(float(w))) for point, w in zip(row, ws, strict=True)]
+        for row, ws in zip(net, weights, strict=True)
+    ]
+
+
+def _homogeneous(point: Vector, weight: Fraction) -> Vector:
+    return (*(weight * x for x in point), weight)
+
+
+def divisions(resolution: int) -> list[Fraction]:
+    """The parameters i/R, i = 0 … R."""
+    return [Fraction(i, resolution) for i in range(resolution + 1)]
+
+
+def curve_point(points: Sequence[Vector], t: Fraction) -> Vector:
+    """de Casteljau: b ← (1 − t) b_i + t b_{i+1} until one point is left.
+
+    Worked in integers over one common denominator, which is the same as in fractions and faster.
+    """
+    scale = math.lcm(*(x.denominator for point in points for x in point))
+    rows = [[x.numerator * (scale // x.denominator) for x in point] for point in points]
+    near, far = t.denominator - t.numerator, t.numerator
+    while len(rows) > 1:
+        rows = [[near * x + far * y for x, y in zip(a, b, strict=True)] for a, b in pairwise(rows)]
+    scale *= t.denominator ** (len(points) - 1)
+    return tuple(Fraction(x, scale) for x in rows[0])
+
+
+def surface_point(net: Net, u: Fraction, v: Fraction) -> Vector:
+    """The rows along v first, then the curve of their points along u."""
+    return curve_point([curve_point(row, v) for row in net], u)
+
+
+def bilinear_point(net: Net, u: Fraction, v: Fraction) -> Vector:
+    """Repeated bilinear interpolation of 2 × 2 blocks, then linear in the direction left over."""
+    while len(net) > 1 and len(net[0]) > 1:
+        net = [
+            [_mix(_mix(a[j], a[j + 1], v), _mix(b[j], b[j + 1], v), u) for j in range(len(a) - 1)]
+            for a, b in pairwise(net)
+        ]
+    if len(net) > 1:
+        return curve_point([row[0] for row in net], u)
+    return curve_point(net[0], v)
+
+
+def _mix(a: Vector, b: Vector, t: Fraction) -> Vector:
+    return tuple((1 - t) * x + t * y for x, y in zip(a, b, strict=True))
+
+
+def transposed(net: Net) -> Net:
+    """The net with u and v exchanged."""
+    return [list(column) for column in zip(*net, strict=True)]
+
+
+def hodograph(net: Net) -> Net:
+    """Net of the partial along axis 0: p (P_{i+1,j} − P_ij)."""
+    degree = len(net) - 1
+    return [
+        [
+            tuple(degree * (y - x) for x, y in zip(p, q, strict=True))
+            for p, q in zip(a, b, strict=True)
+        ]
+        for a, b in pairwise(net)
+    ]
+
+
+def jets(net: Net, us: Sequence[Fraction], vs: Sequence[Fraction]) -> list[list[Jet]]:
+    """Points and partials on the grid us × vs, projected where the net is homogeneous."""
+    sides = [
+        _grid(net, us, vs),
+        _grid(hodograph(net), us, vs),
+        transposed(_grid(hodograph(transposed(net)), vs, us)),
+    ]
+    return [
+        [_project(*three) for three in zip(*rows, strict=True)] for rows in zip(*sides, strict=True)
+    ]
+
+
+def _grid(net: Net, us: Sequence[Fraction], vs: Sequence[Fraction]) -> Net:
+    """Values of a tensor-product polynomial: each u gives a curve in v."""
+    grid = []
+    for u in us:
+        curve = [curve_point(column, u) for column in transposed(net)]
+        grid.append([curve_point(curve, v) for v in vs])
+    return grid
+
+
+def _project(value: Vector, du: Vector, dv: Vector) -> Jet:
+    """Quotient rule: S = X/w, S_u = (X_u − w_u S)/w."""
+    if len(value) == 3:
+        return Jet(value, du, dv)
+    *spatial, w = value
+    point = tuple(x / w for x in spatial)
+    first, second = (
+        tuple((x - d[3] * s) / w for x, s in zip(d[:3], point, strict=True)) for d in (du, dv)
+    )
+    return Jet(point, first, second)
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """a × b."""
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+def unit(vector: Vector) -> tuple[float, float, float]:
+    """The vector over its length, rounded once, from 50 digits."""
+    with mpmath.workdps(DIGITS):
+        x, y, z = (mpmath.mpf(c.numerator) / c.denominator for c in vector)
+        length = mpmath.sqrt(x * x + y * y + z * z)
+        return float(x / length), float(y / length), float(z / length)
+
+
+def positions(points: Any, weights: Any, resolution: tuple[int, int]) -> np.ndarray:
+    """Points S(i/Ru, j/Rv), each coordinate rounded once; shape (Ru+1, Rv+1, 3)."""
+    net = exact_net(points, weights)
+    grid = jets(net, divisions(resolution[0]), divisions(resolution[1]))
+    return np.array([[[float(x) for x in jet.point] for jet in row] for row in grid])
+
+
+def normals(points: Any, weights: Any, resolution: tuple[int, int]) -> np.ndarray:
+    """Unit normals at the samples, NaN where du × dv is exactly zero; shape (Ru+1, Rv+1, 3)."""
+    net = exact_net(points, weights)
+    grid = jets(net, divisions(resolution[0]), divisions(resolution[1]))
+    nowhere = (math.nan,) * 3
+    directions = [[cross(jet.du, jet.dv) for jet in row] for row in grid]
+    return np.array([[unit(n) if any(n) else nowhere for n in row] for row in directions])
+
+
+def split(points: Any, t: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
+    """The two halves of a net along axis 0, by de Casteljau; exact for nets of few bits.
+
+    Plain floating point on purpose: the halves must share their common row bit for bit, which
+    they do because it is computed once.
+    """
+    left, right = [], []
+    rows = np.asarray(points, dtype=float)
+    while len(rows):
+        left.append(rows[0])
+        right.append(rows[-1])
+        rows = (1 - t) * rows[:-1] + t * rows[1:]
+    return np.array(left), np.array(right[::-1])

@@ -1,0 +1,190 @@
+"""Hypothesis strategies for control nets, weights and models of several patches.
+
+Coordinates are small multiples of 1/16, so that halving a net and subtracting its points are exact
+in floating point and equalities can be tested as equalities.
+
+Importing this module selects the profile of all property tests: the same examples in every run,
+and few of them, so that the whole suite stays quick.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+from numpy.typing import NDArray
+
+from service.surface.lowered import Part, PatchModel, TensorPatches
+from tests.oracles.exact import split
+
+Array = NDArray[np.float64]
+
+settings.register_profile(
+    "service", max_examples=25, deadline=None, derandomize=True, database=None
+)
+settings.load_profile("service")
+
+GRAIN = 16
+"""Coordinates are multiples of one over this."""
+
+ROTATIONS = (0, 3, 5, 6)
+"""The symmetries of the parameter square that keep its orientation; see `turned`."""
+
+degrees = st.integers(1, 5)
+resolutions = st.tuples(st.integers(1, 7), st.integers(1, 7))
+symmetries = st.integers(0, 7)
+
+
+def _multiples(limit: int) -> st.SearchStrategy[float]:
+    return st.integers(-limit * GRAIN, limit * GRAIN).map(lambda k: k / GRAIN)
+
+
+@st.composite
+def nets(draw: st.DrawFn, degree: st.SearchStrategy[int] = degrees, limit: int = 8) -> Array:
+    """A control net of shape (p+1, q+1, 3), every coordinate independent."""
+    shape = (draw(degree) + 1, draw(degree) + 1, 3)
+    return draw(arrays.arrays(np.float64, shape, elements=_multiples(limit)))
+
+
+@st.composite
+def height_nets(draw: st.DrawFn, degree: st.SearchStrategy[int] = degrees) -> Array:
+    """A net over a regular grid in x and y: a surface without folds, du × dv always upwards."""
+    p, q = draw(degree), draw(degree)
+    heights = draw(arrays.arrays(np.float64, (p + 1, q + 1), elements=_multiples(4)))
+    x, y = np.meshgrid(np.arange(p + 1.0), np.arange(q + 1.0), indexing="ij")
+    return np.stack([x, y, heights], axis=-1)
+
+
+def weights_like(net: Array) -> st.SearchStrategy[Array]:
+    """Weights from 0.2 to 5 for a net."""
+    weight = st.integers(13, 320).map(lambda k: k / 64)
+    return arrays.arrays(np.float64, net.shape[:2], elements=weight)
+
+
+@st.composite
+def weighted_nets(
+    draw: st.DrawFn, base: st.SearchStrategy[Array] | None = None
+) -> tuple[Array, Array | None]:
+    """A net with weights or, as often, without."""
+    net = draw(nets() if base is None else base)
+    return net, draw(st.none() | weights_like(net))
+
+
+@st.composite
+def degenerate_nets(draw: st.DrawFn) -> Array:
+    """Nets with collapsed edges, repeated rows, everything on a line or in a point."""
+    net = draw(nets(degree=st.integers(1, 4))).copy()
+    for fault in draw(st.lists(st.sampled_from(FAULTS), min_size=1, max_size=3)):
+        net = fault(net)
+    return net
+
+
+def _collapse_edge(net: Array) -> Array:
+    net[0, :] = net[0, 0]
+    return net
+
+
+def _collapse_other_edge(net: Array) -> Array:
+    net[:, -1] = net[-1, -1]
+    return net
+
+
+def _repeat_row(net: Array) -> Array:
+    net[1] = net[0]
+    return net
+
+
+def _repeat_column(net: Array) -> Array:
+    net[:, -2] = net[:, -1]
+    return net
+
+
+def _flatten(net: Array) -> Array:
+    net[..., 2] = 0
+    return net
+
+
+def _align(net: Array) -> Array:
+    net[..., 1:] = net[..., :1]
+    return net
+
+
+def _condense(net: Array) -> Array:
+    net[...] = net[0, 0]
+    return net
+
+
+def _fold(net: Array) -> Array:
+    net[-1] = net[0]
+    return net
+
+
+FAULTS = (
+    _collapse_edge,
+    _collapse_other_edge,
+    _repeat_row,
+    _repeat_column,
+    _flatten,
+    _align,
+    _condense,
+    _fold,
+)
+
+
+def turned(net: Array, symmetry: int) -> Array:
+    """One of the eight symmetries of the square: bits 0 and 1 reverse u and v, bit 2 swaps them."""
+    net = net[::-1] if symmetry & 1 else net
+    net = net[:, ::-1] if symmetry & 2 else net
+    return net.swapaxes(0, 1) if symmetry & 4 else net
+
+
+def quarters(net: Array) -> list[Array]:
+    """The four patches that a net is split into at u = v = ½."""
+    halves = split(net)
+    return [quarter.swapaxes(0, 1) for half in halves for quarter in split(half.swapaxes(0, 1))]
+
+
+def model_of(
+    patches: Iterable[Array], weights: Iterable[Array] | None = None, name: str = "model"
+) -> PatchModel:
+    """A model of patches of any degrees; neighbours of one degree in the list share a batch."""
+    nets_ = [np.array(net, dtype=np.float64) for net in patches]
+    ws = None if weights is None else [np.array(w, dtype=np.float64) for w in weights]
+    batches: list[TensorPatches] = []
+    first = 0
+    for last in range(1, len(nets_) + 1):
+        if last == len(nets_) or nets_[last].shape != nets_[first].shape:
+            batches.append(
+                TensorPatches(
+                    np.stack(nets_[first:last]), None if ws is None else np.stack(ws[first:last])
+                )
+            )
+            first = last
+    return PatchModel(name, tuple(batches), (Part(name, 0, len(nets_)),))
+
+
+@st.composite
+def split_models(draw: st.DrawFn, oriented: bool = True) -> tuple[Array, list[Array]]:
+    """A net and its four quarters, each turned about and in any order.
+
+    With `oriented` the quarters are only rotated, so that all normals point to the same side.
+    """
+    net = draw(height_nets(degree=st.integers(1, 4)))
+    turn = st.sampled_from(ROTATIONS) if oriented else symmetries
+    pieces = [turned(piece, draw(turn)) for piece in quarters(net)]
+    return net, draw(st.permutations(pieces))
+
+
+def cube(symmetry: Sequence[int] = (0,) * 6) -> list[Array]:
+    """Six bilinear patches on the faces of the unit cube, normals outward, each turned about."""
+    square = np.array([[[0, 0, 1], [0, 1, 1]], [[1, 0, 1], [1, 1, 1]]], dtype=float)
+    faces: list[Any] = []
+    for axis in range(3):
+        top = np.roll(square, axis + 1, axis=-1)
+        # Swapping u and v turns the normal of the opposite face outwards.
+        bottom = top.swapaxes(0, 1).copy()
+        bottom[..., axis] = 0
+        faces += [top, bottom]
+    return [turned(face, s) for face, s in zip(faces, symmetry, strict=True)]

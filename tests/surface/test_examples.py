@@ -1,0 +1,201 @@
+"""The built-in surfaces: their ids, their numbers, and that the quadrics are exact."""
+
+from collections.abc import Iterator
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from service.errors import UnknownSurface
+from service.surface.examples import EXAMPLES, find
+from tests.oracles import exact, quadrics
+from tests.oracles.limits import limit_normal
+from tests.strategies import Array
+
+PATCHES = {
+    "utah-teapot": (32, (3, 3)),
+    "utah-teapot-original": (32, (3, 3)),
+    "bourke-1111": (1, (5, 4)),
+    "tveit": (1, (3, 3)),
+    "saddle": (1, (1, 1)),
+    "cylinder": (12, (2, 1)),
+    "cone": (8, (2, 1)),
+    "sphere": (8, (2, 2)),
+    "torus": (16, (2, 2)),
+}
+ON = {
+    ("cylinder", "side"): quadrics.cylinder,
+    ("cone", "side"): quadrics.cone,
+    ("sphere", "sphere"): quadrics.sphere,
+    ("torus", "torus"): quadrics.torus,
+}
+
+
+def points_of(example: str) -> np.ndarray:
+    """All patches of an example that lowers to one batch."""
+    (batch,) = find(example).surface().lower().batches
+    return batch.points
+
+
+def test_ids_are_the_promised_ones() -> None:
+    """All of them, each under its own key, each with a text for people."""
+    assert set(EXAMPLES) == set(PATCHES)
+    for key, example in EXAMPLES.items():
+        assert example.id == key
+        assert example.title
+        assert example.description.endswith(".")
+
+
+@pytest.mark.parametrize("example", PATCHES)
+def test_lowers_to_so_many_patches(example: str) -> None:
+    """The part names, the number and the degree of the patches."""
+    model = find(example).surface().lower()
+    (batch,) = model.batches
+    assert (batch.count, batch.degree) == PATCHES[example]
+    assert model.parts[0].first == 0
+    assert model.parts[-1].last == batch.count
+    assert model.name == example
+
+
+def test_a_surface_is_built_once() -> None:
+    """The same frozen value every time."""
+    assert find("torus").surface() is find("torus").surface()
+
+
+def test_an_unknown_id_is_an_error_that_lists_the_known_ones() -> None:
+    """The id asked for is not repeated."""
+    with pytest.raises(UnknownSurface) as caught:
+        find("utah-kettle")
+    (issue,) = caught.value.issues
+    assert "utah-teapot" in issue.needed
+    assert "kettle" not in str(issue)
+
+
+def test_teapot_has_its_parts_and_stands_upright() -> None:
+    """Six parts, z up, from the table at 0 to the knob at 3.15."""
+    model = find("utah-teapot").surface().lower()
+    sizes = [(part.name, part.last - part.first) for part in model.parts]
+    assert sizes == [
+        ("rim", 4),
+        ("body", 8),
+        ("handle", 4),
+        ("spout", 4),
+        ("lid", 8),
+        ("bottom", 4),
+    ]
+    assert model.up == "z"
+    points = points_of("utah-teapot")
+    assert (points[..., 2].min(), points[..., 2].max()) == (0.0, 3.15)
+    # Of Newell's 306 vertices 294 are distinct, and four of these are used by no patch.
+    assert len(np.unique(points.reshape(-1, 3), axis=0)) == 290
+
+
+def test_the_original_is_a_third_taller() -> None:
+    """Nothing but z differs."""
+    known, original = points_of("utah-teapot"), points_of("utah-teapot-original")
+    np.testing.assert_array_equal(known[..., :2], original[..., :2])
+    np.testing.assert_allclose(original[..., 2], known[..., 2] * 4 / 3, rtol=1e-15)
+
+
+def test_teapot_normals_point_outwards() -> None:
+    """At the middle of every patch round the axis; the knob, like the body, bulges sideways."""
+    model = find("utah-teapot").surface().lower()
+    runs = {part.name: range(part.first, part.last) for part in model.parts}
+    knob, roof = runs["lid"][:4], runs["lid"][4:]
+    for k, net in enumerate(model.batches[0].points):
+        point, normal = (f(net, None, (2, 2))[1, 1] for f in (exact.positions, exact.normals))
+        if k in runs["body"] or k in knob:
+            assert point[:2] @ normal[:2] > 0
+        elif k in runs["rim"] or k in roof:
+            assert normal[2] > 0
+        elif k in runs["bottom"]:
+            assert normal[2] < 0
+
+
+@pytest.mark.parametrize(("part", "z"), [("lid", 1.0), ("bottom", -1.0)])
+def test_teapot_poles_have_vertical_limit_normals(part: str, z: float) -> None:
+    """Every collapsed edge, all along it, whichever of the four edges it is."""
+    model = find("utah-teapot").surface().lower()
+    run = next(p for p in model.parts if p.name == part)
+    poles = 0
+    for net in model.batches[0].points[run.first : run.last]:
+        for along, into in collapsed_edges(net):
+            poles += 1
+            for place in along:
+                assert limit_normal(net, None, place, into) == (0, 0, z)
+    assert poles == 4
+
+
+def collapsed_edges(
+    net: Array,
+) -> Iterator[tuple[list[tuple[Fraction, Fraction]], tuple[int, int]]]:
+    """Places along each edge that is a point, and the direction into the patch."""
+    quarter = exact.divisions(4)
+    zero, one = quarter[0], quarter[-1]
+    for edge, fixed, into in ((net[0], zero, (1, 0)), (net[-1], one, (-1, 0))):
+        if (edge == edge[0]).all():
+            yield [(fixed, t) for t in quarter], into
+    for edge, fixed, into in ((net[:, 0], zero, (0, 1)), (net[:, -1], one, (0, -1))):
+        if (edge == edge[0]).all():
+            yield [(t, fixed) for t in quarter], into
+
+
+def test_bourke_has_the_heights_of_the_c_library() -> None:
+    """x = i, y = j, and z from random() seeded with 1111: its first and last figures."""
+    net = points_of("bourke-1111")[0]
+    i, j = np.meshgrid(np.arange(6.0), np.arange(5.0), indexing="ij")
+    np.testing.assert_array_equal(net[..., 0], i)
+    np.testing.assert_array_equal(net[..., 1], j)
+    assert net[0, 0, 2] == pytest.approx(-0.6152, abs=1e-15)
+    assert net[5, 4, 2] == pytest.approx(0.4754, abs=1e-15)
+    # (random() mod 10000)/5000 − 1: every height is a multiple of 1/5000.
+    assert np.abs(net[..., 2] * 5000 - np.round(net[..., 2] * 5000)).max() < 1e-11
+    assert np.abs(net[..., 2]).max() <= 1
+
+
+def test_tveit_has_the_tutorials_normal_at_a() -> None:
+    """DA × DC at A, normalised: (4, 2, 3)/√29."""
+    normal = exact.normals(points_of("tveit")[0], None, (1, 1))[0, 0]
+    np.testing.assert_allclose(normal, np.array([4, 2, 3]) / np.sqrt(29), atol=1e-15)
+
+
+def test_saddle_is_z_equals_xy() -> None:
+    """Over the square from −1 to 1."""
+    x, y, z = np.moveaxis(exact.positions(points_of("saddle")[0], None, (4, 4)), -1, 0)
+    np.testing.assert_array_equal(z, x * y)
+    assert (x.min(), x.max(), y.min(), y.max()) == (-1, 1, -1, 1)
+
+
+@pytest.mark.parametrize(("example", "part"), ON)
+def test_quadrics_are_exact_and_look_outwards(example: str, part: str) -> None:
+    """The exact points of the rational patches lie on the closed form, to the rounding of √½."""
+    model = find(example).surface().lower()
+    run = next(p for p in model.parts if p.name == part)
+    (batch,) = model.batches
+    assert batch.weights is not None
+    for k in range(run.first, run.last):
+        # An odd number of divisions, ends left out: no sample falls on a pole or an apex.
+        inside = (slice(1, -1), slice(1, -1))
+        points = exact.positions(batch.points[k], batch.weights[k], (5, 5))[inside].reshape(-1, 3)
+        normals = exact.normals(batch.points[k], batch.weights[k], (5, 5))[inside].reshape(-1, 3)
+        off, outward = ON[example, part](points)
+        assert np.abs(off).max() < 4e-16
+        assert np.abs(normals - outward).max() < 2e-15
+
+
+@pytest.mark.parametrize(
+    ("example", "part", "z"),
+    [("cylinder", "top", 1.0), ("cylinder", "bottom", -1.0), ("cone", "base", -1.0)],
+)
+def test_caps_are_flat_discs(example: str, part: str, z: float) -> None:
+    """At z = ±1, within the unit circle, the normal straight up or down."""
+    model = find(example).surface().lower()
+    run = next(p for p in model.parts if p.name == part)
+    (batch,) = model.batches
+    assert batch.weights is not None
+    for k in range(run.first, run.last):
+        points = exact.positions(batch.points[k], batch.weights[k], (3, 3))
+        normals = exact.normals(batch.points[k], batch.weights[k], (3, 3))
+        np.testing.assert_array_equal(points[..., 2], z)
+        assert np.hypot(points[..., 0], points[..., 1]).max() == pytest.approx(1, abs=1e-15)
+        np.testing.assert_allclose(normals[1:-1, 1:-1], np.full((2, 2, 3), (0, 0, z)), atol=1e-15)

@@ -1,0 +1,135 @@
+"""Patches over shared vertices: lowering, parts, and what is refused."""
+
+import numpy as np
+import pytest
+
+from service.errors import InvalidRequest, Issue
+from service.surface.lowered import Part
+from service.surface.patches import PatchSurface
+
+STRIP = np.array([[x, y, x * y] for x in (0.0, 1, 2, 3) for y in (0.0, 1)])
+QUADS = np.array([[[0, 1], [2, 3]], [[2, 3], [4, 5]], [[4, 5], [6, 7]]])
+
+
+def issues_of(**fields: object) -> tuple[Issue, ...]:
+    """What is wrong with the strip when these fields are replaced."""
+    with pytest.raises(InvalidRequest) as caught:
+        PatchSurface(**({"vertices": STRIP, "patches": QUADS} | fields))  # type: ignore[arg-type]
+    return caught.value.issues
+
+
+def test_lowers_to_the_points_that_are_named() -> None:
+    """Index by index, weights likewise."""
+    weights = np.arange(1.0, 9)
+    model = PatchSurface(STRIP, QUADS, weights, up="z", name="strip").lower()
+    (batch,) = model.batches
+    for k, i, j in np.ndindex(3, 2, 2):
+        np.testing.assert_array_equal(batch.points[k, i, j], STRIP[QUADS[k, i, j]])
+        assert batch.weights is not None
+        assert batch.weights[k, i, j] == weights[QUADS[k, i, j]]
+    assert (model.name, model.up, model.parts) == ("strip", "z", (Part("strip", 0, 3),))
+
+
+def test_axis_0_of_an_index_grid_runs_along_u() -> None:
+    """A 3 × 2 grid has degree (2, 1)."""
+    assert PatchSurface(STRIP, [[[0, 1], [2, 3], [4, 5]]]).degree == (2, 1)  # type: ignore[arg-type]
+
+
+def test_parts_become_runs_and_the_rest_comes_last() -> None:
+    """Patches are put in the order of the parts; what belongs to none bears the surface's name."""
+    parts = (("end", (2,)), ("start", (0,)))
+    model = PatchSurface(STRIP, QUADS, parts=parts, name="strip").lower()
+    assert model.parts == (Part("end", 0, 1), Part("start", 1, 2), Part("strip", 2, 3))
+    np.testing.assert_array_equal(model.batches[0].points, STRIP[QUADS[[2, 0, 1]]])
+
+
+def test_parts_cover_the_patches_without_gap() -> None:
+    """Also when a part is empty or takes everything."""
+    for parts in ((("all", (0, 1, 2)),), (("none", ()), ("two", (1, 2))), ()):
+        model = PatchSurface(STRIP, QUADS, parts=parts, name="strip").lower()
+        ends = [0, *(part.last for part in model.parts)]
+        assert [part.first for part in model.parts] == ends[:-1]
+        assert ends[-1] == model.patch_count == 3
+
+
+def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
+    """Changing the caller's arrays afterwards changes nothing."""
+    vertices, patches = STRIP.copy(), QUADS.copy()
+    surface = PatchSurface(vertices, patches)
+    vertices[:], patches[:] = 9, 0
+    np.testing.assert_array_equal(surface.lower().batches[0].points, STRIP[QUADS])
+    with pytest.raises(ValueError, match="read-only"):
+        surface.vertices[0] = 0
+    with pytest.raises(ValueError, match="read-only"):
+        surface.patches[0] = 0
+
+
+@pytest.mark.parametrize("index", [8, -1, 10**12])
+def test_refuses_indices_of_no_vertex(index: int) -> None:
+    """-1 is not the last vertex but a mistake."""
+    patches = QUADS.copy()
+    patches[1, 0, 1] = index
+    (issue,) = issues_of(patches=patches)
+    assert (issue.code, issue.pointer) == ("index_out_of_range", "/patches/1/0/1")
+    assert issue.needed == "0 to 7"
+
+
+def test_names_at_most_twenty_faults() -> None:
+    """A thousand wrong indices do not make a thousand issues."""
+    assert len(issues_of(patches=np.full((10, 10, 10), 99))) == 20
+
+
+def test_refuses_any_index_when_there_is_no_vertex() -> None:
+    """An empty list of vertices is no crash."""
+    issues = issues_of(vertices=np.zeros((0, 3)))
+    assert {issue.code for issue in issues} <= {"index_out_of_range", "too_few_points"}
+
+
+@pytest.mark.parametrize(
+    ("patches", "code"),
+    [
+        (np.zeros((0, 2, 2), int), "too_few_points"),
+        (np.zeros((2, 2), int), "too_few_points"),
+        (np.zeros((1, 1, 2), int), "too_few_points"),
+        (np.zeros((1, 2, 1), int), "too_few_points"),
+        (np.zeros((1, 2, 66), int), "degree_too_high"),
+    ],
+)
+def test_refuses_grids_that_are_no_patches(patches: np.ndarray, code: str) -> None:
+    """None at all, not a list of grids, a row, a column, too many."""
+    (issue,) = issues_of(patches=patches)
+    assert (issue.code, issue.pointer) == (code, "/patches")
+
+
+def test_refuses_vertices_that_are_not_finite_or_not_points() -> None:
+    """As for any surface, the field's own name in the pointer."""
+    vertices = STRIP.copy()
+    vertices[3, 1] = np.nan
+    (issue,) = issues_of(vertices=vertices)
+    assert (issue.code, issue.pointer) == ("not_finite", "/vertices/3/1")
+    (issue,) = issues_of(vertices=STRIP[:, :2])
+    assert (issue.code, issue.pointer) == ("wrong_dimension", "/vertices")
+
+
+def test_refuses_weights_of_another_count_or_sign() -> None:
+    """One positive weight a vertex, used or not."""
+    (issue,) = issues_of(weights=np.ones(7))
+    assert (issue.code, issue.pointer) == ("weights_shape", "/weights")
+    (issue,) = issues_of(weights=np.array([1.0] * 7 + [0]))
+    assert (issue.code, issue.pointer) == ("weight_not_positive", "/weights/7")
+
+
+def test_refuses_parts_that_name_no_patch_or_one_twice() -> None:
+    """All faults at once, the part's name escaped as JSON pointers want it."""
+    issues = issues_of(parts=(("a/b", (0, 3)), ("c", (0, -1))))
+    assert [(i.code, i.pointer) for i in issues] == [
+        ("index_out_of_range", "/parts/a~1b/1"),
+        ("repeated_patch", "/parts/c/0"),
+        ("index_out_of_range", "/parts/c/1"),
+    ]
+
+
+def test_refuses_another_vertical_axis() -> None:
+    """Up is y or z."""
+    (issue,) = issues_of(up="x")
+    assert (issue.code, issue.pointer) == ("wrong_value", "/up")
