@@ -19,12 +19,33 @@ class EncodeOptions:
 
 @dataclass(frozen=True, slots=True)
 class MeshSize:
-    """Counts known from the shapes alone: enough to predict how many bytes a format will need."""
+    """Counts known from the shapes alone: enough to predict how many bytes a format will need.
+
+    `vertices` counts the samples of every patch by itself: welding only makes them fewer.
+    `named` counts what carries a name, parts and overlays; None allows a part for every patch.
+    `name_bytes` are the UTF-8 bytes of all names together, the mesh's own included.
+    `control_points` counts those of all lowered patches; None allows the most OOGL can hold.
+    """
 
     vertices: int
     triangles: int
     quads: int
     patches: int
+    named: int | None = None
+    name_bytes: int = 256
+    overlay_points: int = 0
+    overlay_segments: int = 0
+    overlay_cells: int = 0
+    control_points: int | None = None
+
+    @property
+    def nodes(self) -> int:
+        """How many parts and overlays there are at most."""
+        return self.patches + MAX_OVERLAYS if self.named is None else self.named
+
+
+MAX_OVERLAYS = 8
+"""More overlays than there are kinds of them: used where their number was not told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +53,8 @@ class Format:
     """One way of writing a mesh.
 
     `single` formats store float32 positions about a local origin, the others float64. `quads`,
-    `overlays`: whether the format can hold them. `encode` gives the file's bytes; `byte_bound`
-    an upper bound of their number, before anything is computed.
+    `overlays`: whether the format can hold them. `suffix` has no dot. `encode` gives the file's
+    bytes; `byte_bound` an upper bound of their number, before anything is computed.
     """
 
     name: str

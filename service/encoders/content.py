@@ -1,0 +1,66 @@
+"""What several formats take out of a mesh in the same way."""
+
+import numpy as np
+
+from service.engine.mesh import IndexArray, Mesh, MeshReport, Overlay, RealArray
+from service.errors import Issue, UnsupportedByFormat
+from service.surface.lowered import FloatArray
+
+
+def absolute(positions: RealArray, mesh: Mesh) -> FloatArray:
+    """Model coordinates of positions, shape (K, 3), that are stored relative to `mesh.origin`."""
+    if not mesh.origin.any():
+        return positions.astype(np.float64, copy=False)
+    return positions.astype(np.float64) + mesh.origin
+
+
+def shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray]:
+    """Each position once, for formats that give a position no normal or index it separately.
+
+    Returns
+    -------
+    positions : ndarray of float64, shape (W, 3), W <= V
+        Model coordinates; vertices that differ in their normal alone are one.
+    rows : ndarray of uint32, shape (V,)
+        The row of `positions` that each vertex of the mesh uses.
+    """
+    positions = absolute(mesh.positions, mesh)
+    if mesh.welds is None:
+        return positions, np.arange(len(positions), dtype=np.uint32)
+    first = mesh.welds == np.arange(len(mesh.welds), dtype=np.uint32)
+    row = np.cumsum(first, dtype=np.uint32) - np.uint32(1)
+    return positions[first], row[mesh.welds]
+
+
+def drawn(overlays: tuple[Overlay, ...]) -> tuple[Overlay, ...]:
+    """The overlays that have at least one segment: no format has a place for empty ones."""
+    return tuple(overlay for overlay in overlays if len(overlay.segments))
+
+
+def refuse_quads(mesh: Mesh, title: str) -> None:
+    """Raise `UnsupportedByFormat` if the mesh holds quads, which the format `title` does not."""
+    if len(mesh.quads):
+        raise UnsupportedByFormat(
+            Issue(
+                code="quads_unsupported",
+                message=f"{title} holds triangles only",
+                pointer="/faces",
+                got="quads",
+                needed="triangles",
+            )
+        )
+
+
+def report_object(report: MeshReport) -> dict[str, object]:
+    """Return the report as the JSON object that every format with a place for it carries."""
+    return {
+        "vertices": report.vertices,
+        "triangles": report.triangles,
+        "quads": report.quads,
+        "patches": report.patches,
+        "bounds": {"min": report.bounds_min, "max": report.bounds_max},
+        "watertight": report.watertight,
+        "boundary_edges": report.boundary_edges,
+        "poles_repaired": report.poles_repaired,
+        "engine": report.engine,
+    }

@@ -1,0 +1,220 @@
+"""glTF 2.0 as one JSON document or one binary file, written by us.
+
+One root node carries the name of the mesh and what turns z-up models upright; below it every part
+and every overlay is a named node with a mesh of its own, moved by the local origin. All buffer
+views are planar, tightly packed and aligned to four bytes.
+
+References
+----------
+Khronos, glTF 2.0 Specification: 3.6.2 accessors, 3.7.2 meshes, 3.9 materials, 4.4 GLB layout.
+KHR_materials_unlit. https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
+"""
+
+import base64
+import struct
+from collections.abc import Iterator
+
+import numpy as np
+
+from service import __version__
+from service.encoders.content import drawn, refuse_quads, report_object
+from service.encoders.format import EncodeOptions, MeshSize
+from service.encoders.gltf_buffer import BufferBuilder, JsonObject
+from service.encoders.text import FLOAT64_CHARS, json_text
+from service.engine.mesh import IndexArray, Mesh, Overlay
+
+LINES, TRIANGLES = 1, 4
+"""Primitive modes (3.7.2.1)."""
+
+Z_UP_TO_Y_UP = (-(0.5**0.5), 0.0, 0.0, 0.5**0.5)
+"""Unit quaternion (x, y, z, w): a quarter turn about x that takes z to y, the axis that is up."""
+
+SURFACE_MATERIAL: JsonObject = {
+    "name": "surface",
+    "doubleSided": True,
+    "pbrMetallicRoughness": {
+        "baseColorFactor": [0.6, 0.62, 0.66, 1.0],
+        "metallicFactor": 0.0,
+        "roughnessFactor": 0.5,
+    },
+}
+LINE_MATERIAL: JsonObject = {
+    "name": "lines",
+    "extensions": {"KHR_materials_unlit": {}},
+    "pbrMetallicRoughness": {
+        "baseColorFactor": [0.85, 0.25, 0.05, 1.0],
+        "metallicFactor": 0.0,
+        "roughnessFactor": 0.9,
+    },
+}
+
+GLB_MAGIC, GLB_VERSION, CHUNK_JSON, CHUNK_BIN = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
+"""Header and chunk types of a GLB (4.4.2, 4.4.3): "glTF", 2, "JSON", "BIN" and a zero byte."""
+
+DATA_URI = "data:application/gltf-buffer;base64,"
+"""A buffer inside the document (3.6.1.1)."""
+
+
+def encode_glb(mesh: Mesh, _options: EncodeOptions) -> bytes:
+    """Return the binary form: header, JSON chunk padded with blanks, binary chunk (4.4).
+
+    Raises
+    ------
+    UnsupportedByFormat
+        If the mesh holds quads.
+    """
+    buffer = BufferBuilder()
+    document = _document(mesh, buffer)
+    if buffer.length:
+        document["buffers"] = [{"byteLength": buffer.length}]
+    text = json_text(document)
+    text += b" " * (-len(text) % 4)
+    binary_head = struct.pack("<II", buffer.length, CHUNK_BIN) if buffer.length else b""
+    length = 12 + 8 + len(text) + len(binary_head) + buffer.length
+    head = struct.pack("<5I", GLB_MAGIC, GLB_VERSION, length, len(text), CHUNK_JSON)
+    return b"".join((head, text, binary_head, *buffer.chunks))
+
+
+def encode_gltf(mesh: Mesh, _options: EncodeOptions) -> bytes:
+    """Return the JSON form, its buffer inside it as base64.
+
+    Raises
+    ------
+    UnsupportedByFormat
+        If the mesh holds quads.
+    """
+    buffer = BufferBuilder()
+    document = _document(mesh, buffer)
+    if buffer.length:
+        uri = DATA_URI + base64.b64encode(b"".join(buffer.chunks)).decode("ascii")
+        document["buffers"] = [{"byteLength": buffer.length, "uri": uri}]
+    return json_text(document)
+
+
+def glb_byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
+    """Bytes at most of the binary form."""
+    return 28 + 3 + _json_bound(size) + _buffer_bound(size)
+
+
+def gltf_byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
+    """Bytes at most of the JSON form: base64 writes 3 bytes as 4."""
+    return _json_bound(size) + len(DATA_URI) + -(-_buffer_bound(size) // 3) * 4
+
+
+def _document(mesh: Mesh, buffer: BufferBuilder) -> JsonObject:
+    """Everything but the buffer itself, whose chunks are left in `buffer`."""
+    refuse_quads(mesh, "glTF")
+    materials: list[JsonObject] = []
+    nodes: list[JsonObject] = []
+    meshes: list[JsonObject] = []
+
+    def add_node(name: str, primitive: JsonObject, material: JsonObject) -> None:
+        if material not in materials:
+            materials.append(material)
+        primitive["material"] = materials.index(material)
+        node: JsonObject = {"name": name, "mesh": len(meshes)}
+        if mesh.origin.any():
+            node["translation"] = mesh.origin.tolist()
+        nodes.append(node)
+        meshes.append({"name": name, "primitives": [primitive]})
+
+    for name, primitive in _part_primitives(mesh, buffer):
+        add_node(name, primitive, SURFACE_MATERIAL)
+    for overlay in drawn(mesh.overlays):
+        add_node(overlay.name, _line_primitive(overlay, buffer), LINE_MATERIAL)
+
+    root: JsonObject = {"name": mesh.name, "children": list(range(1, len(nodes) + 1))}
+    if mesh.up == "z":
+        root["rotation"] = Z_UP_TO_Y_UP
+    document: JsonObject = {
+        "asset": {
+            "version": "2.0",
+            "generator": f"Surface Service {__version__}",
+            "extras": {"report": report_object(mesh.report)},
+        },
+        "extensionsUsed": ["KHR_materials_unlit"] if LINE_MATERIAL in materials else [],
+        "scene": 0,
+        "scenes": [{"name": mesh.name, "nodes": [0]} if nodes else {"name": mesh.name}],
+        "nodes": [root, *nodes] if nodes else [],
+        "meshes": meshes,
+        "materials": materials,
+        "accessors": buffer.accessors,
+        "bufferViews": buffer.views,
+    }
+    # An array that is present must not be empty (JSON schema of the specification, minItems 1).
+    return {key: value for key, value in document.items() if value != []}
+
+
+def _part_primitives(mesh: Mesh, buffer: BufferBuilder) -> Iterator[tuple[str, JsonObject]]:
+    """Name and primitive of every part that has faces, with no vertices but its own."""
+    whole = len(mesh.parts) == 1
+    used = np.zeros(0 if whole else len(mesh.positions), dtype=np.bool_)
+    lookup = np.empty(len(used), dtype=np.uint32)
+    for part in mesh.parts:
+        triangles = mesh.triangles[slice(*part.triangles)]
+        if not len(triangles):
+            continue
+        own: IndexArray | slice = slice(None)
+        if not whole:
+            own, triangles = _own_vertices(triangles, used, lookup)
+        attributes = {"POSITION": buffer.add_positions(mesh.positions[own])}
+        if mesh.normals is not None:
+            attributes["NORMAL"] = buffer.add_attribute(mesh.normals[own])
+        if mesh.uvs is not None:
+            attributes["TEXCOORD_0"] = buffer.add_attribute(mesh.uvs[own])
+        vertices = len(mesh.positions[own])
+        yield (
+            part.name,
+            {
+                "attributes": attributes,
+                "indices": buffer.add_indices(triangles, vertices),
+                "mode": TRIANGLES,
+            },
+        )
+
+
+def _line_primitive(overlay: Overlay, buffer: BufferBuilder) -> JsonObject:
+    """The segments of an overlay as LINES."""
+    return {
+        "attributes": {"POSITION": buffer.add_positions(overlay.positions)},
+        "indices": buffer.add_indices(overlay.segments, len(overlay.positions)),
+        "mode": LINES,
+    }
+
+
+def _own_vertices(
+    triangles: IndexArray, used: np.ndarray[tuple[int], np.dtype[np.bool_]], lookup: IndexArray
+) -> tuple[IndexArray | slice, IndexArray]:
+    """The vertices that these triangles use, and the triangles counted among those.
+
+    `used`, all False, and `lookup`, both of shape (V,), are room to work in. Only the range of
+    the indices is visited, so that many small parts cost no more than one large one.
+    """
+    low, high = int(triangles.min()), int(triangles.max()) + 1
+    used[triangles] = True
+    own = np.flatnonzero(used[low:high]).astype(np.uint32) + np.uint32(low)
+    used[low:high] = False
+    if len(own) == high - low:
+        return slice(low, high), triangles - np.uint32(low)
+    lookup[own] = np.arange(len(own), dtype=np.uint32)
+    return own, lookup[triangles]
+
+
+def _json_bound(size: MeshSize) -> int:
+    """Bytes at most of the JSON without the buffer.
+
+    A node with its mesh, accessors and buffer views is below 1200 characters of keys and small
+    numbers, nine float64 (translation, minimum, maximum) and two names, in which a control
+    character is written as six bytes. The constant part holds the asset, the report, two
+    materials, the root and the mesh's name, three times in all with those of parts.
+    """
+    node = 1200 + 9 * (FLOAT64_CHARS + 1)
+    return 2048 + 6 * FLOAT64_CHARS + size.nodes * node + 2 * 6 * size.name_bytes
+
+
+def _buffer_bound(size: MeshSize) -> int:
+    """Bytes at most of the buffer: normals and parameters counted, padding included."""
+    vertex = 12 + 12 + 8
+    index = 2 if max(size.vertices, size.overlay_points) <= 65535 else 4
+    corners = 3 * (size.triangles + 2 * size.quads) + 2 * size.overlay_segments
+    return size.vertices * vertex + size.overlay_points * 12 + corners * index + 3 * size.nodes

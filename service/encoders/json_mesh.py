@@ -1,0 +1,86 @@
+"""The mesh as one JSON object: for scripts, and for looking at.
+
+Positions are float64 in the fewest digits that read back as the same number; normals, uvs and
+nothing else are float32. A key whose value the mesh does not have is left out. Where there are
+quads and triangles, `faces` holds, part by part, the quads and then the triangles of that part.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+import orjson
+
+from service.encoders.content import absolute, drawn, report_object
+from service.encoders.format import EncodeOptions, MeshSize
+from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, digits, json_array, json_text
+from service.engine.mesh import Mesh
+
+
+def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
+    """Return the JSON document, UTF-8."""
+    document: dict[str, object] = {
+        "vertices": np.ascontiguousarray(absolute(mesh.positions, mesh)),
+        "faces": orjson.Fragment(_faces(mesh)),
+    }
+    if mesh.normals is not None:
+        document["normals"] = np.ascontiguousarray(mesh.normals, dtype=np.float32)
+    if mesh.uvs is not None:
+        document["uvs"] = np.ascontiguousarray(mesh.uvs, dtype=np.float32)
+    document["parts"] = list(_parts(mesh))
+    if overlays := drawn(mesh.overlays):
+        document["lines"] = [
+            {
+                "name": overlay.name,
+                "vertices": np.ascontiguousarray(absolute(overlay.positions, mesh)),
+                "segments": np.ascontiguousarray(overlay.segments),
+            }
+            for overlay in overlays
+        ]
+    if mesh.welds is not None:
+        document["welds"] = mesh.welds
+    document["report"] = report_object(mesh.report)
+    return json_text(document)
+
+
+def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
+    """Bytes at most: normals, uvs, welds and all digits counted."""
+    index = digits(max(size.vertices, size.overlay_points)) + 1
+    position = 3 * (FLOAT64_CHARS + 1) + 2
+    vertex = position + 5 * (FLOAT32_CHARS + 1) + 4 + index
+    named = 80 + 2 * digits(size.triangles + size.quads)
+    report = 512 + 6 * FLOAT64_CHARS
+    return (
+        size.vertices * vertex
+        + size.triangles * (3 * index + 2)
+        + size.quads * (4 * index + 2)
+        + size.overlay_points * position
+        + size.overlay_segments * (2 * index + 2)
+        + size.nodes * named
+        + size.name_bytes * LONGEST_ESCAPE
+        + report
+    )
+
+
+LONGEST_ESCAPE = 6
+"""A control character, one byte of UTF-8, is written as six: `\\u0001`."""
+
+
+def _faces(mesh: Mesh) -> bytes:
+    """JSON list of all faces, part by part; quads before triangles within a part."""
+    if not len(mesh.quads):
+        return json_array(mesh.triangles)
+    runs = (
+        json_array(faces[slice(*run)])[1:-1]
+        for part in mesh.parts
+        for faces, run in ((mesh.quads, part.quads), (mesh.triangles, part.triangles))
+    )
+    return b"[" + b",".join(run for run in runs if run) + b"]"
+
+
+def _parts(mesh: Mesh) -> Iterator[dict[str, object]]:
+    """Name of each part and its run of `faces`, [first, last)."""
+    first = 0
+    for part in mesh.parts:
+        last = first + part.quads[1] - part.quads[0] + part.triangles[1] - part.triangles[0]
+        yield {"name": part.name, "faces": [first, last]}
+        first = last

@@ -1,0 +1,38 @@
+"""OFF: shared positions and faces, for geometry libraries.
+
+Written by us: trimesh writes triangles only and a fixed number of decimals, so that it would lose
+quads, and the digits of small or large models. OFF has no normals here (few readers know NOFF),
+so vertices that differ in their normal alone are one: a closed surface stays closed. The faces are
+the quads, then the triangles.
+"""
+
+from service.encoders.content import shared_positions
+from service.encoders.format import EncodeOptions, MeshSize
+from service.encoders.text import FLOAT64_CHARS, digits, rows
+from service.engine.mesh import Mesh
+
+
+def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
+    """Return the OFF file, ASCII: header, counts (of edges: 0, not told), vertices, faces."""
+    positions, row = shared_positions(mesh)
+    counts = f"OFF\n{len(positions)} {len(mesh.quads) + len(mesh.triangles)} 0\n"
+    return b"".join(
+        (
+            counts.encode(),
+            rows(positions),
+            rows(row[mesh.quads], b"4 "),
+            rows(row[mesh.triangles], b"3 "),
+        )
+    )
+
+
+def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
+    """Bytes at most, every number at its longest."""
+    index = digits(size.vertices) + 1
+    header = 16 + 2 * digits(size.vertices + size.triangles + size.quads)
+    return (
+        header
+        + size.vertices * 3 * (FLOAT64_CHARS + 1)
+        + size.triangles * (2 + 3 * index)
+        + size.quads * (2 + 4 * index)
+    )

@@ -1,0 +1,64 @@
+"""The exact OOGL form: the Bézier patches themselves, to be diced by the program that draws them.
+
+Geomview's BEZ takes tensor-product patches of degree up to 12, polynomial or rational; a B-spline
+comes lowered. Control points run u fastest; rational ones are homogeneous, (wx, wy, wz, w).
+
+References
+----------
+Geomview manual, "OOGL File Formats": BEZ.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from service.encoders.oogl import skeletons
+from service.encoders.text import rows
+from service.engine.mesh import Overlay
+from service.errors import Issue, UnsupportedByFormat
+from service.surface.lowered import PatchModel, TensorPatches
+
+HIGHEST_DEGREE = 12
+"""What Geomview's BEZ reads."""
+
+
+def encode_patches(model: PatchModel, overlays: tuple[Overlay, ...] = ()) -> bytes:
+    """Return the exact surface as an OOGL list of BEZ members, one a batch, ASCII.
+
+    Parameters
+    ----------
+    model : PatchModel
+        All numbers are written with the fewest digits that read back as the same float64.
+    overlays : tuple of Overlay
+        In model coordinates.
+
+    Raises
+    ------
+    UnsupportedByFormat
+        If a patch has a degree above 12.
+    """
+    members = (chunk for batch in model.batches for chunk in _bez(batch))
+    return b"".join((b"LIST\n", *members, *skeletons(overlays)))
+
+
+def _bez(batch: TensorPatches) -> Iterator[bytes]:
+    """One BEZ member holding every patch of a batch."""
+    p, q = batch.degree
+    if max(p, q) > HIGHEST_DEGREE:
+        raise UnsupportedByFormat(
+            Issue(
+                code="degree_unsupported",
+                message="the exact OOGL form holds patches of degree 12 at most",
+                pointer="/oogl",
+                got=f"degree ({p}, {q})",
+                needed=f"degrees up to {HIGHEST_DEGREE}, or another form",
+            )
+        )
+    points = batch.points
+    if batch.weights is not None:
+        weights = batch.weights[..., np.newaxis]
+        points = np.concatenate((points * weights, weights), axis=-1)
+    dimension = points.shape[-1]
+    yield f"{{ = BEZ {p} {q} {dimension}\n".encode()
+    yield rows(points.swapaxes(1, 2).reshape(-1, dimension))
+    yield b"}\n"

@@ -1,0 +1,75 @@
+"""Binary PLY (Greg Turk, 1994): vertices with their normals and parameters, and faces.
+
+Written by us: trimesh writes float32 positions and triangles only, so that it would lose half the
+digits, and quads. The faces are the quads, then the triangles. Coordinates are `double`, the rest
+`float`; parameters are called `s` and `t`, as Blender and MeshLab do.
+"""
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from service.encoders.content import absolute
+from service.encoders.format import EncodeOptions, MeshSize
+from service.engine.mesh import IndexArray, Mesh
+
+HEADER_BYTES = 512
+"""More than the longest header: 14 lines, and two counts."""
+
+VERTEX_BYTES = 3 * 8 + 3 * 4 + 2 * 4
+
+
+def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
+    """Return the binary little-endian PLY file, in model coordinates."""
+    fields: list[tuple[str, str, NDArray[np.generic]]] = [
+        (axis, "<f8", column)
+        for axis, column in zip("xyz", absolute(mesh.positions, mesh).T, strict=True)
+    ]
+    if mesh.normals is not None:
+        fields += _columns(("nx", "ny", "nz"), mesh.normals)
+    if mesh.uvs is not None:
+        fields += _columns(("s", "t"), mesh.uvs)
+
+    vertices = np.empty(len(mesh.positions), dtype=[(name, kind) for name, kind, _ in fields])
+    for name, _, column in fields:
+        vertices[name] = column
+
+    scalar = {"<f8": "double", "<f4": "float"}
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        f"element vertex {len(vertices)}",
+        *(f"property {scalar[kind]} {name}" for name, kind, _ in fields),
+        f"element face {len(mesh.quads) + len(mesh.triangles)}",
+        "property list uchar int vertex_indices",
+        "end_header",
+        "",
+    ]
+    parts = ("\n".join(header).encode(), vertices.data, _faces(mesh.quads), _faces(mesh.triangles))
+    return b"".join(parts)
+
+
+def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
+    """Bytes at most: normals and parameters counted."""
+    return (
+        HEADER_BYTES
+        + size.vertices * VERTEX_BYTES
+        + size.triangles * (1 + 3 * 4)
+        + size.quads * (1 + 4 * 4)
+    )
+
+
+def _columns(
+    names: tuple[str, ...], array: NDArray[np.floating]
+) -> list[tuple[str, str, NDArray[np.generic]]]:
+    """Fields of float32, one a column."""
+    return [(name, "<f4", column) for name, column in zip(names, array.T, strict=True)]
+
+
+def _faces(faces: IndexArray) -> memoryview:
+    """Each face as its number of corners and their indices."""
+    corners = faces.shape[1]
+    layout: DTypeLike = [("corners", "u1"), ("vertices", "<i4", (corners,))]
+    packed = np.empty(len(faces), dtype=layout)
+    packed["corners"] = corners
+    packed["vertices"] = faces
+    return packed.data

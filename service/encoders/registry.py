@@ -1,0 +1,107 @@
+"""Every format the service writes: the one place that knows them all.
+
+To add a format, write its module and a line here; negotiation, suffixes, the list of formats and
+the OpenAPI document follow from this table.
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from service.encoders import gltf, json_mesh, obj, off, oogl, ply, stl
+from service.encoders.format import Format
+
+FORMATS: tuple[Format, ...] = (
+    Format(
+        name="glb",
+        title="glTF 2.0, binary",
+        media_type="model/gltf-binary",
+        suffix="glb",
+        single=True,
+        quads=False,
+        overlays=True,
+        encode=gltf.encode_glb,
+        byte_bound=gltf.glb_byte_bound,
+    ),
+    Format(
+        name="gltf",
+        title="glTF 2.0, one JSON document",
+        media_type="model/gltf+json",
+        suffix="gltf",
+        single=True,
+        quads=False,
+        overlays=True,
+        encode=gltf.encode_gltf,
+        byte_bound=gltf.gltf_byte_bound,
+    ),
+    Format(
+        name="json",
+        title="Vertices and faces as JSON",
+        media_type="application/json",
+        suffix="json",
+        single=False,
+        quads=True,
+        overlays=True,
+        encode=json_mesh.encode,
+        byte_bound=json_mesh.byte_bound,
+    ),
+    Format(
+        name="oogl",
+        title="OOGL, read by Geomview",
+        media_type="model/x-oogl",
+        suffix="oogl",
+        single=False,
+        quads=True,
+        overlays=True,
+        encode=oogl.encode,
+        byte_bound=oogl.byte_bound,
+    ),
+    Format(
+        name="stl",
+        title="STL, binary",
+        media_type="model/stl",
+        suffix="stl",
+        single=True,
+        quads=False,
+        overlays=False,
+        encode=stl.encode,
+        byte_bound=stl.byte_bound,
+    ),
+    Format(
+        name="obj",
+        title="Wavefront OBJ",
+        media_type="model/obj",
+        suffix="obj",
+        single=False,
+        quads=True,
+        overlays=True,
+        encode=obj.encode,
+        byte_bound=obj.byte_bound,
+    ),
+    Format(
+        name="ply",
+        title="PLY, binary",
+        media_type="model/x-ply",
+        suffix="ply",
+        single=False,
+        quads=True,
+        overlays=False,
+        encode=ply.encode,
+        byte_bound=ply.byte_bound,
+    ),
+    Format(
+        name="off",
+        title="OFF",
+        media_type="model/x-off",
+        suffix="off",
+        single=False,
+        quads=True,
+        overlays=False,
+        encode=off.encode,
+        byte_bound=off.byte_bound,
+    ),
+)
+"""In the order in which they are listed; the text formats' charset is UTF-8."""
+
+BY_NAME: Mapping[str, Format] = MappingProxyType({f.name: f for f in FORMATS})
+BY_SUFFIX: Mapping[str, Format] = MappingProxyType({f.suffix: f for f in FORMATS})
+BY_MEDIA_TYPE: Mapping[str, Format] = MappingProxyType({f.media_type: f for f in FORMATS})

@@ -1,0 +1,67 @@
+"""Numbers as text, quickly: the shortest digits that round-trip, and C's `%g`.
+
+Shortest digits come from orjson, which writes a whole array in C; swapping JSON's brackets and
+commas for the separators of another format is cheaper than formatting a row at a time.
+"""
+
+import numpy as np
+import orjson
+from numpy.typing import NDArray
+
+from service.engine.mesh import IndexArray, RealArray
+
+FLOAT64_CHARS = 24
+"""Longest shortest-round-trip float64: sign, 17 digits, point, and e-308 or 0.0000 in front."""
+FLOAT32_CHARS = 16
+"""The same for float32, which needs at most 9 digits."""
+
+CHUNK = 1 << 16
+"""Rows that are turned into Python numbers at a time: what bounds the memory."""
+
+
+def json_text(value: object) -> bytes:
+    """JSON (RFC 8259) of a value that may hold contiguous NumPy arrays."""
+    return orjson.dumps(value, option=orjson.OPT_SERIALIZE_NUMPY)
+
+
+def json_array(array: NDArray[np.generic]) -> bytes:
+    """JSON of one array, made contiguous first where it is not."""
+    return json_text(np.ascontiguousarray(array))
+
+
+def rows(array: RealArray | IndexArray | NDArray[np.int64], start: bytes = b"") -> bytes:
+    """Lines of blank-separated numbers, one a row, each beginning with `start`.
+
+    Parameters
+    ----------
+    array : ndarray of float or integer, shape (N, K), K >= 1
+        Floats are written with the fewest digits that read back as the same value.
+    """
+    if not len(array):
+        return b""
+    inside = json_array(array)[2:-2]
+    return start + inside.replace(b"],[", b"\n" + start).replace(b",", b" ") + b"\n"
+
+
+def general_lines(array: RealArray, template: str) -> list[str]:
+    """One string a row, without line ends: `template` holds a C conversion for every column.
+
+    Parameters
+    ----------
+    array : ndarray of float, shape (N, K)
+        Keep N near `CHUNK`: every number becomes a Python object.
+    """
+    return list(map(template.__mod__, zip(*array.T.tolist(), strict=True)))
+
+
+def general_rows(array: RealArray, template: str) -> str:
+    """Lines as of `general_lines`, joined, for arrays of any length."""
+    return "".join(
+        "\n".join(general_lines(array[start : start + CHUNK], template)) + "\n"
+        for start in range(0, len(array), CHUNK)
+    )
+
+
+def digits(count: int) -> int:
+    """Decimal digits of the largest index or number among `count` things."""
+    return len(str(count))
