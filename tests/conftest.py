@@ -1,14 +1,13 @@
 """What every test may use: the service running on a port of its own, and the rules of a run."""
 
 import os
-import threading
-import time
 from collections.abc import Generator, Iterator
 from typing import TypeVar
 
 import hypothesis
 import pytest
-import uvicorn
+
+from tests.live import running_service
 
 Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 
@@ -19,21 +18,9 @@ hypothesis.settings.load_profile("surface")
 
 @pytest.fixture(scope="session")
 def server() -> Iterator[str]:
-    """URL of the service, as uvicorn serves it, for the length of the test run."""
-    config = uvicorn.Config(
-        "service.api.app:create_app", factory=True, host="127.0.0.1", port=0, log_config=None
-    )
-    service = uvicorn.Server(config)
-    thread = threading.Thread(target=service.run, name="server", daemon=True)
-    thread.start()
-    while not service.started:
-        if not thread.is_alive():
-            pytest.fail("the service did not start")
-        time.sleep(0.01)
-    port = service.servers[0].sockets[0].getsockname()[1]
-    yield f"http://127.0.0.1:{port}"
-    service.should_exit = True
-    thread.join(timeout=10)
+    """URL of the running service, for the length of the test run."""
+    with running_service() as url:
+        yield url
 
 
 @pytest.hookimpl(wrapper=True)

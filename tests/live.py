@@ -1,0 +1,28 @@
+"""The service as uvicorn serves it, on a free port of this machine."""
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import uvicorn
+
+
+@contextmanager
+def running_service() -> Iterator[str]:
+    """URL of a service that runs in a thread of this process, until the block ends."""
+    config = uvicorn.Config(
+        "service.api.app:create_app", factory=True, host="127.0.0.1", port=0, log_config=None
+    )
+    server = uvicorn.Server(config)
+    thread = threading.Thread(target=server.run, name="service")
+    thread.start()
+    try:
+        while not server.started:
+            if not thread.is_alive():
+                raise RuntimeError("the service did not start; the error stands above")
+            time.sleep(0.01)
+        yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
+    finally:
+        server.should_exit = True
+        thread.join()

@@ -1,0 +1,176 @@
+// Draws the model at ?model=URL and tells the test what three.js made of it (`window.viewer`).
+// Nothing about the geometry is mended here: normals and uprightness are the file's own.
+
+import * as THREE from 'three';
+import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
+import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+
+const GLAZE = '#2f6f86'; // the one thing that is ours: colour and shine of the picture
+const MARGIN = 1.12; // room around the model, as a factor
+const EDGE = 4; // steps of 1/255: what a smooth surface hardly ever shows
+const SAMPLES = 2; // drawn at twice the size of the page, then shown at half: smooth outlines
+
+const renderer = new THREE.WebGLRenderer({
+  antialias: true, alpha: true, preserveDrawingBuffer: true,
+});
+renderer.setPixelRatio(SAMPLES);
+renderer.setSize(innerWidth, innerHeight);
+renderer.toneMapping = THREE.NeutralToneMapping;
+renderer.toneMappingExposure = 1.0;
+renderer.shadowMap.enabled = true;
+renderer.shadowMap.type = THREE.VSMShadowMap;
+document.body.append(renderer.domElement);
+
+const scene = new THREE.Scene();
+const room = new THREE.PMREMGenerator(renderer).fromScene(new RoomEnvironment(), 0.04);
+scene.environment = room.texture;
+scene.environmentIntensity = 0.55;
+
+const camera = new THREE.PerspectiveCamera(26, innerWidth / innerHeight, 0.1, 100);
+
+/** Everything of `model` that has faces. */
+function meshesOf(model) {
+  const found = [];
+  model.traverse((node) => { if (node.isMesh) found.push(node); });
+  return found;
+}
+
+/** A key light from the upper left, and a floor that shows nothing but the shadow. */
+function addLightAndFloor(bounds, radius) {
+  const center = bounds.getCenter(new THREE.Vector3());
+  const key = new THREE.DirectionalLight('#fff4e3', 2.4);
+  key.position.copy(center).add(new THREE.Vector3(-0.9, 1.7, 1.1).multiplyScalar(2 * radius));
+  key.target.position.copy(center);
+  key.castShadow = true;
+  key.shadow.mapSize.set(2048, 2048);
+  key.shadow.radius = 14;
+  key.shadow.blurSamples = 25;
+  key.shadow.normalBias = 0.03 * radius;
+  Object.assign(key.shadow.camera, {
+    left: -2 * radius, right: 2 * radius, top: 2 * radius, bottom: -2 * radius,
+    near: 0.1 * radius, far: 8 * radius,
+  });
+  const rim = new THREE.DirectionalLight('#dfe9ff', 0.7);
+  rim.position.copy(center).add(new THREE.Vector3(1.6, 0.9, -1.8).multiplyScalar(2 * radius));
+  rim.target.position.copy(center);
+  const floor = new THREE.Mesh(
+    new THREE.PlaneGeometry(60 * radius, 60 * radius),
+    new THREE.ShadowMaterial({ color: '#3a2c1c', opacity: 0.3 }),
+  );
+  floor.rotation.x = -Math.PI / 2;
+  floor.position.set(center.x, bounds.min.y, center.z);
+  floor.receiveShadow = true;
+  scene.add(key, key.target, rim, rim.target, floor);
+}
+
+/** Looks slightly down at the middle of the model, from as near as shows all of it. */
+function frame(bounds, radius) {
+  const center = bounds.getCenter(new THREE.Vector3());
+  const direction = new THREE.Vector3(0.36, 0.36, 1).normalize();
+  camera.near = 0.1 * radius;
+  camera.far = 40 * radius;
+  camera.position.copy(center).add(direction);
+  camera.lookAt(center);
+  camera.updateMatrixWorld();
+  const slope = Math.tan(THREE.MathUtils.degToRad(camera.fov / 2));
+  const { min, max } = bounds;
+  const corners = [min.x, max.x].flatMap((x) => [min.y, max.y].flatMap(
+    (y) => [min.z, max.z].map((z) => new THREE.Vector3(x, y, z).sub(center)),
+  ));
+  const distances = corners.map((corner) => {
+    const { x, y, z } = corner.applyQuaternion(camera.quaternion.clone().invert());
+    return z + MARGIN * Math.max(Math.abs(x) / camera.aspect, Math.abs(y)) / slope;
+  });
+  camera.position.copy(center).addScaledVector(direction, Math.max(...distances));
+  camera.updateProjectionMatrix();
+}
+
+/** What three.js holds of one mesh, its positions and normals turned into the world. */
+function describe(mesh) {
+  const position = mesh.geometry.getAttribute('position');
+  const normal = mesh.geometry.getAttribute('normal');
+  const turn = new THREE.Matrix3().getNormalMatrix(mesh.matrixWorld);
+  const point = new THREE.Vector3();
+  const facts = {
+    name: mesh.name,
+    vertices: position.count,
+    triangles: mesh.geometry.index.count / 3,
+    hasNormals: normal !== undefined,
+    flatShaded: mesh.material.flatShading,
+    longestNormalError: 0,
+    positions: [],
+    normals: [],
+  };
+  for (let i = 0; i < position.count; i += 1) {
+    point.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld);
+    facts.positions.push(point.toArray());
+    if (normal === undefined) continue;
+    point.fromBufferAttribute(normal, i);
+    facts.longestNormalError = Math.max(facts.longestNormalError, Math.abs(point.length() - 1));
+    facts.normals.push(point.applyMatrix3(turn).toArray());
+  }
+  return facts;
+}
+
+/** The picture as it stands in the canvas: RGBA bytes, rows from the bottom up. */
+function pixels() {
+  const gl = renderer.getContext();
+  const { drawingBufferWidth: width, drawingBufferHeight: height } = gl;
+  const rgba = new Uint8Array(4 * width * height);
+  gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, rgba);
+  return { width, height, rgba };
+}
+
+/** Share of the picture that the model covers, and the share of the pixels inside it at which the
+ *  shading has an edge: along a row, the green channel bends by EDGE steps of 1/255 or more. */
+function measurePicture(model) {
+  const others = scene.children.filter((child) => child !== model && !child.isLight);
+  others.forEach((child) => { child.visible = false; });
+  renderer.render(scene, camera);
+  others.forEach((child) => { child.visible = true; });
+  const { width, height, rgba } = pixels();
+  const opaque = (i) => rgba[i + 3] === 255;
+  let covered = 0;
+  let inside = 0;
+  let edges = 0;
+  for (let y = 0; y < height; y += 1) {
+    for (let x = 1; x < width - 1; x += 1) {
+      const i = 4 * (y * width + x);
+      if (!opaque(i)) continue;
+      covered += 1;
+      if (!opaque(i - 4) || !opaque(i + 4)) continue;
+      inside += 1;
+      if (Math.abs(rgba[i - 3] - 2 * rgba[i + 1] + rgba[i + 5]) >= EDGE) edges += 1;
+    }
+  }
+  return { coverage: covered / (width * height), edges: edges / inside };
+}
+
+async function show() {
+  const url = new URLSearchParams(location.search).get('model');
+  const { scene: model } = await new GLTFLoader().loadAsync(url);
+  scene.add(model);
+  model.updateMatrixWorld(true);
+  const meshes = meshesOf(model);
+  meshes.forEach((mesh) => {
+    mesh.castShadow = true;
+    mesh.receiveShadow = true;
+    mesh.material.color.set(GLAZE);
+    mesh.material.roughness = 0.32;
+  });
+  const bounds = new THREE.Box3().setFromObject(model, true);
+  const radius = bounds.getSize(new THREE.Vector3()).length() / 2;
+  addLightAndFloor(bounds, radius);
+  frame(bounds, radius);
+  renderer.render(scene, camera);
+  window.viewer = {
+    meshes: () => meshes.map(describe),
+    measure: () => measurePicture(model),
+    shadeFlat: () => meshes.forEach(({ material }) => {
+      material.flatShading = true;
+      material.needsUpdate = true;
+    }),
+  };
+}
+
+show().catch((error) => { window.viewerError = String(error); throw error; });
