@@ -4,6 +4,7 @@ What stands above (kinds of surface) and below (engine, encoders) meets only her
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -13,7 +14,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 Up: TypeAlias = Literal["y", "z"]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class TensorPatches:
     """A batch of P tensor-product Bézier patches of one degree (p, q).
 
@@ -48,6 +49,19 @@ class TensorPatches:
     def degree(self) -> tuple[int, int]:
         """Degree (p, q)."""
         return int(self.points.shape[1]) - 1, int(self.points.shape[2]) - 1
+
+    @cached_property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest coordinates of the control points: they enclose the patches."""
+        flat = self.points.reshape(-1, 3)
+        return flat.min(axis=0), flat.max(axis=0)
+
+    @cached_property
+    def collapsed(self) -> NDArray[np.bool_]:
+        """Which sides are one point, shape (P, 4): u = 0, u = 1, v = 0, v = 1."""
+        points = self.points
+        sides = (points[:, 0], points[:, -1], points[:, :, 0], points[:, :, -1])
+        return np.stack([(s == s[:, :1]).all(axis=(1, 2)) for s in sides], axis=1)
 
 
 @dataclass(frozen=True, slots=True)
