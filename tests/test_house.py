@@ -1,0 +1,87 @@
+"""Rules of the house that no linter knows."""
+
+import ast
+import json
+import re
+import tomllib
+from importlib.metadata import distribution
+from itertools import chain
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from service import __version__
+
+ROOT = Path(__file__).parents[1]
+MODULES = sorted((ROOT / "service").rglob("*.py"))
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+CONSTRAINTS = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+LOCKS = [ROOT / "web" / "package-lock.json", ROOT / "tests" / "web" / "package-lock.json"]
+MAX_LINES = 500
+
+
+def relative(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("module", MODULES, ids=relative)
+def test_module_is_short_and_says_what_it_is_for(module: Path) -> None:
+    text = module.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= MAX_LINES, "something wants to move out"
+    if text.strip():
+        assert ast.get_docstring(ast.parse(text)), "a module opens with what it is for"
+
+
+def test_a_folder_of_code_has_more_than_one_file() -> None:
+    for package in {module.parent for module in MODULES}:
+        assert len(list(package.glob("*.py"))) > 1, relative(package)
+
+
+def test_constraints_pin_exact_versions_and_name_no_host() -> None:
+    pin = re.compile(r"[A-Za-z0-9._-]+==[A-Za-z0-9.!+]+")
+    assert [line for line in CONSTRAINTS if not pin.fullmatch(line)] == []
+
+
+def test_every_dependency_is_pinned_and_installed_as_pinned() -> None:
+    """Whatever the service and its tests need, and whatever that needs in turn."""
+    pinned = {canonicalize_name(n): v for n, _, v in (line.partition("==") for line in CONSTRAINTS)}
+    extras = PROJECT["optional-dependencies"].values()
+    waiting = [Requirement(text) for text in chain(PROJECT["dependencies"], *extras)]
+    installed: dict[str, str] = {}
+    seen: set[str] = set()
+    while waiting:
+        requirement = waiting.pop()
+        found = distribution(requirement.name)
+        installed[canonicalize_name(found.name)] = found.version
+        for extra in requirement.extras | {""}:
+            if (key := f"{found.name}[{extra}]") not in seen:
+                seen.add(key)
+                needs = map(Requirement, found.requires or [])
+                waiting += [n for n in needs if not n.marker or n.marker.evaluate({"extra": extra})]
+    assert installed == {name: pinned.get(name) for name in installed}
+
+
+@pytest.mark.parametrize("lock", LOCKS, ids=relative)
+def test_lock_files_pin_checksums_and_name_no_host(lock: Path) -> None:
+    text = lock.read_text(encoding="utf-8")
+    assert "://" not in text
+    packages = json.loads(text)["packages"]
+    wanted = json.loads((lock.parent / "package.json").read_text(encoding="utf-8"))["dependencies"]
+    for name, version in wanted.items():
+        assert packages[f"node_modules/{name}"]["version"] == version
+    assert all("integrity" in package for name, package in packages.items() if name)
+
+
+def test_commands_of_the_readme_exist() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    named = set(re.findall(r"\bmake ([a-z]+)\b(?=[`\s]*$|`)", readme, re.MULTILINE))
+    assert {"serve", "test"} <= named
+    assert named <= set(re.findall(r"^([a-z]+):.*## ", makefile, re.MULTILINE))
+
+
+def test_changelog_tells_of_this_version() -> None:
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert f"## [{__version__}]" in changelog
