@@ -46,7 +46,9 @@ def test_constraints_pin_exact_versions_and_name_no_host() -> None:
 
 def test_every_dependency_is_pinned_and_installed_as_pinned() -> None:
     """Whatever the service and its tests need, and whatever that needs in turn."""
-    pinned = {canonicalize_name(n): v for n, _, v in (line.partition("==") for line in CONSTRAINTS)}
+    pinned = {
+        str(canonicalize_name(n)): v for n, _, v in (line.partition("==") for line in CONSTRAINTS)
+    }
     extras = PROJECT["optional-dependencies"].values()
     waiting = [Requirement(text) for text in chain(PROJECT["dependencies"], *extras)]
     installed: dict[str, str] = {}
