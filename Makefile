@@ -19,8 +19,7 @@ help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 serve: $(VENV)/.runtime ## Install what is needed and serve on HOST:PORT (127.0.0.1:8000)
-	@test -f $(SWAGGER)/LICENSE || $(MAKE) --no-print-directory web \
-	  || echo "The scripts of /docs could not be fetched: serving without them."
+	@$(MAKE) --silent web || echo "The scripts of /docs could not be fetched: serving without them."
 	$(BIN)/surface serve --host $(HOST) --port $(PORT)
 
 test: check web tests/web/node_modules/.package-lock.json ## Every check and every test
@@ -68,7 +67,7 @@ clean: ## Remove everything that was made here
 # What was installed is remembered by a file that is younger than what asked for it.
 $(BIN)/python:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed.")'
-	$(PYTHON) -m venv $(VENV)
+	$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); exit 1; }
 
 $(VENV)/.runtime: pyproject.toml constraints.txt | $(BIN)/python
 	@echo 'Installing the service into $(VENV) …'
