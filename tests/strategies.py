@@ -140,6 +140,12 @@ def turned(net: Array, symmetry: int) -> Array:
     return net.swapaxes(0, 1) if symmetry & 4 else net
 
 
+def moved(net: Array, x: float, y: float = 0.0, z: float = 0.0) -> Array:
+    """The net in another place."""
+    there: Array = net + np.array([x, y, z])
+    return there
+
+
 def quarters(net: Array) -> list[Array]:
     """The four patches that a net is split into at u = v = ½."""
     halves = split(net)

@@ -1,0 +1,120 @@
+"""Making meshes in tests, and what must be true of every one of them."""
+
+from typing import Any
+
+import numpy as np
+
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.engine.tessellate import tessellate
+from service.surface.examples import find
+from service.surface.lowered import PatchModel
+from tests.oracles.topology import Topology, topology, winding_agreement
+from tests.strategies import Array, model_of
+
+Faces = list[list[int]]
+
+
+def mesh_of(
+    source: str | PatchModel | list[Array], *, single: bool = False, **options: Any
+) -> Mesh:
+    """The mesh of an example, a model, or a list of nets."""
+    if isinstance(source, str):
+        source = find(source).surface().lower()
+    elif isinstance(source, list):
+        source = model_of(source)
+    return tessellate(source, MeshOptions(**options), single=single)
+
+
+def faces_of(mesh: Mesh) -> Faces:
+    """Triangles and quads as lists of vertices."""
+    faces: Faces = mesh.triangles.tolist() + mesh.quads.tolist()
+    return faces
+
+
+def places_of(mesh: Mesh) -> np.ndarray:
+    """For each vertex the one that stands for its position."""
+    return np.arange(len(mesh.positions)) if mesh.welds is None else mesh.welds
+
+
+def shape_of(mesh: Mesh) -> Topology:
+    """The topology of the surface: vertices at one welded position are one."""
+    place = places_of(mesh).tolist()
+    return topology([[place[i] for i in face] for face in faces_of(mesh)])
+
+
+def as_triangles(mesh: Mesh) -> np.ndarray:
+    """All faces as triangles; quads are split from their second to their fourth corner."""
+    quads = mesh.quads
+    return np.concatenate([mesh.triangles, quads[:, (0, 1, 3)], quads[:, (1, 2, 3)]])
+
+
+def check_sound(mesh: Mesh) -> None:
+    """What is promised of every mesh, whatever it shows."""
+    count = len(mesh.positions)
+    assert mesh.positions.shape == (count, 3)
+    assert np.isfinite(mesh.positions).all()
+    _check_indices(mesh, count)
+    _check_attributes(mesh, count)
+    _check_welds(mesh)
+    _check_parts(mesh)
+    _check_report(mesh)
+
+
+def _check_indices(mesh: Mesh, count: int) -> None:
+    for faces, corners in ((mesh.triangles, 3), (mesh.quads, 4)):
+        assert faces.dtype == np.uint32
+        assert faces.shape[1:] == (corners,)
+        assert faces.max(initial=0) < max(count, 1)
+    # A face that names a place twice has no area and no place in a mesh.
+    assert shape_of(mesh).degenerate == 0
+
+
+def _check_attributes(mesh: Mesh, count: int) -> None:
+    if mesh.normals is not None:
+        assert mesh.normals.shape == (count, 3)
+        assert mesh.normals.dtype == mesh.positions.dtype
+        lengths = np.linalg.norm(mesh.normals.astype(float), axis=1)
+        assert np.abs(lengths - 1).max(initial=0) < 4 * np.finfo(mesh.normals.dtype).eps
+    if mesh.uvs is not None:
+        assert mesh.uvs.shape == (count, 2)
+        assert mesh.uvs.min(initial=0) >= 0
+        assert mesh.uvs.max(initial=0) <= 1
+
+
+def _check_welds(mesh: Mesh) -> None:
+    if mesh.welds is None:
+        return
+    assert mesh.welds.shape == (len(mesh.positions),)
+    np.testing.assert_array_equal(mesh.welds[mesh.welds], mesh.welds)
+    assert (mesh.welds <= np.arange(len(mesh.welds))).all()
+    # Bit for bit: that is what keeps a welded model free of cracks in every viewer.
+    assert mesh.positions[mesh.welds].tobytes() == mesh.positions.tobytes()
+
+
+def _check_parts(mesh: Mesh) -> None:
+    for which, faces in (("triangles", mesh.triangles), ("quads", mesh.quads)):
+        runs = [getattr(part, which) for part in mesh.parts]
+        ends = [0, *(last for _, last in runs)]
+        assert [first for first, _ in runs] == ends[:-1]
+        assert ends[-1] == len(faces)
+
+
+def _check_report(mesh: Mesh) -> None:
+    report, shape = mesh.report, shape_of(mesh)
+    assert (report.vertices, report.triangles, report.quads) == (
+        len(mesh.positions),
+        len(mesh.triangles),
+        len(mesh.quads),
+    )
+    assert report.boundary_edges == shape.boundary
+    assert report.watertight == (shape.boundary == 0 == shape.non_manifold)
+    stored = mesh.positions.astype(float) + mesh.origin
+    np.testing.assert_array_equal(report.bounds_min, stored.min(axis=0))
+    np.testing.assert_array_equal(report.bounds_max, stored.max(axis=0))
+
+
+def check_winding(mesh: Mesh) -> None:
+    """Every face turns counter-clockwise about the normals of its corners."""
+    assert mesh.normals is not None
+    assert winding_agreement(mesh.positions, mesh.normals, as_triangles(mesh)).min() > 0

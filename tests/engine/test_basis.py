@@ -1,0 +1,132 @@
+"""Bernstein bases: right to the last digits, positive, cached."""
+
+from fractions import Fraction
+from math import comb
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.engine.basis import (
+    bernstein,
+    binomials,
+    multiply,
+    sampled,
+    sampled_grid,
+    sampled_interleaved,
+    samples,
+)
+from tests.oracles import exact
+from tests.strategies import Array, nets
+
+ULP = 2.0**-52
+
+
+def exact_basis(degree: int, t: float) -> list[Fraction]:
+    """C(n, i) tⁱ (1 − t)ⁿ⁻ⁱ without rounding, at exactly this float."""
+    x = Fraction(t)
+    return [comb(degree, i) * x**i * (1 - x) ** (degree - i) for i in range(degree + 1)]
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2, 3, 7, 15, 30, 64])
+def test_every_value_is_right_to_about_n_units_in_its_last_place(degree: int) -> None:
+    """Relative to each value, the tiny ones at the far ends included."""
+    t = np.array([0.0, 1e-9, 0.1, 1 / 3, 0.5, 0.7, 1 - 2**-30, 1.0])
+    basis = bernstein(degree, t)
+    assert basis.shape == (len(t), degree + 1)
+    for row, parameter in zip(basis.tolist(), t.tolist(), strict=True):
+        for value, truth in zip(row, exact_basis(degree, parameter), strict=True):
+            # Below the normal range a float has fewer digits: that is no fault of the recurrence.
+            allowed = truth * Fraction((degree + 1) * ULP) + Fraction(degree * 2.0**-1074)
+            assert abs(Fraction(value) - truth) <= allowed
+
+
+@given(st.integers(0, 64), st.lists(st.floats(0, 1), min_size=1, max_size=9))
+def test_partition_of_unity_and_positivity(degree: int, t: list[float]) -> None:
+    """Weighted means: nothing negative, the sum 1."""
+    basis = bernstein(degree, t)
+    assert (basis >= 0).all()
+    assert np.abs(basis.sum(axis=1) - 1).max() <= (degree + 1) * ULP
+
+
+@given(st.integers(1, 64), st.integers(1, 40))
+def test_ends_are_exactly_the_first_and_the_last_control_point(degree: int, divisions: int) -> None:
+    """Zeros and a one, not nearly so."""
+    basis = sampled(degree, divisions)
+    np.testing.assert_array_equal(basis[0], np.eye(degree + 1)[0])
+    np.testing.assert_array_equal(basis[-1], np.eye(degree + 1)[-1])
+
+
+@given(st.integers(1, 1000))
+def test_samples_are_the_rounded_fractions(divisions: int) -> None:
+    """i/R, each rounded once, both ends exact."""
+    expected = [float(Fraction(i, divisions)) for i in range(divisions + 1)]
+    assert samples(divisions).tolist() == expected
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_plans_are_cached_and_read_only(dtype: type[np.floating]) -> None:
+    """The same array again; nobody can spoil it for the others; precisions are not mixed up."""
+    first, second = (
+        (
+            sampled(5, 11, dtype),
+            sampled_grid((5, 2), (11, 3), dtype),
+            sampled_interleaved(5, 11, dtype),
+        )
+        for _ in range(2)
+    )
+    for array, again in zip(first, second, strict=True):
+        assert array is again
+        assert array.dtype == dtype
+        assert array.flags.c_contiguous
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+def test_grid_basis_is_the_product_of_the_two() -> None:
+    """K[(a, b), (i, j)] = B_a(i/Ru) B_b(j/Rv)."""
+    grid = sampled_grid((3, 2), (4, 5)).reshape(4, 3, 5, 6)
+    u, v = sampled(3, 4), sampled(2, 5)
+    for a, b, i, j in np.ndindex(*grid.shape):
+        assert grid[a, b, i, j] == u[i, a] * v[j, b]
+
+
+def test_interleaved_basis_gives_points_side_by_side() -> None:
+    """x y z x y z … in one product."""
+    points = np.arange(12.0).reshape(4, 3)
+    found = points.reshape(-1) @ sampled_interleaved(3, 5)
+    np.testing.assert_allclose(found.reshape(6, 3), sampled(3, 5) @ points, rtol=1e-15)
+
+
+def test_binomials_are_pascals_row() -> None:
+    """1 4 6 4 1; exact as long as a float is."""
+    assert binomials(4).tolist() == [1, 4, 6, 4, 1]
+    assert binomials(56).tolist() == [comb(56, i) for i in range(57)]
+    with pytest.raises(ValueError, match="read-only"):
+        binomials(4)[0] = 0
+
+
+@given(nets(limit=2), nets(limit=2))
+def test_product_of_polynomials_is_the_product_of_their_values(first: Array, second: Array) -> None:
+    """Coordinate by coordinate, against exact values of both factors."""
+    product = multiply(np.moveaxis(first, -1, 0), np.moveaxis(second, -1, 0))
+    net = exact.exact_net(np.moveaxis(product, 0, -1))
+    one, other = exact.exact_net(first), exact.exact_net(second)
+    for u, v in ((Fraction(0), Fraction(1)), (Fraction(1, 3), Fraction(3, 4))):
+        found = exact.surface_point(net, u, v)
+        factors = exact.surface_point(one, u, v), exact.surface_point(other, u, v)
+        for value, a, b in zip(found, *factors, strict=True):
+            assert abs(value - a * b) <= Fraction(64 * 4 * ULP)
+
+
+def test_product_broadcasts_over_leading_axes() -> None:
+    """A batch of weights times a batch of vectors."""
+    rng = np.random.default_rng(7)
+    weights, vectors = rng.random((4, 1, 2, 3)), rng.random((4, 3, 3, 2))
+    product = multiply(weights, vectors)
+    assert product.shape == (4, 3, 4, 4)
+    for k, axis in np.ndindex(4, 3):
+        np.testing.assert_allclose(
+            product[k, axis], multiply(weights[k, 0], vectors[k, axis]), rtol=1e-15
+        )

@@ -1,0 +1,103 @@
+"""The cache of plans: bounded in bytes, read-only, safe between threads."""
+
+from collections.abc import Callable
+from threading import Barrier, Thread
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from service.engine.basis import sampled
+from service.engine.cache import PLANS, ArrayCache
+
+KIB = 1024
+
+
+def of(size: int, value: float = 0.0) -> Callable[[], NDArray[np.float64]]:
+    """A builder of an array of so many bytes."""
+    return lambda: np.full(size // 8, value)
+
+
+def never() -> NDArray[np.float64]:
+    """A builder that must not be called."""
+    raise AssertionError("built again although it was held")
+
+
+def test_builds_once_and_hands_out_the_same_read_only_array() -> None:
+    """The second request gets what the first one made."""
+    cache = ArrayCache(64 * KIB)
+    first = cache.get("key", of(KIB))
+    assert cache.get("key", never) is first
+    assert not first.flags.writeable
+
+
+def test_the_least_recently_used_goes_first() -> None:
+    """Looking at an array keeps it."""
+    cache = ArrayCache(8 * KIB)
+    for name in range(8):
+        cache.get(name, of(KIB, name))
+    cache.get(0, never)
+    cache.get(8, of(KIB))
+    cache.get(0, never)
+    with pytest.raises(AssertionError, match="built again"):
+        cache.get(1, never)
+
+
+def test_never_holds_more_than_its_capacity() -> None:
+    """And counts what it holds rightly."""
+    cache = ArrayCache(10 * KIB)
+    for name in range(100):
+        cache.get(name, of(8 * (1 + name % 128)))
+        assert cache.nbytes <= cache.capacity
+    assert cache.nbytes == sum(8 * (1 + name % 128) for name in range(100)[-len(cache) :])
+
+
+def test_an_absurd_array_is_given_but_not_kept() -> None:
+    """It would empty the cache for everybody else."""
+    cache = ArrayCache(8 * KIB)
+    cache.get("small", of(KIB))
+    large = cache.get("large", of(7 * KIB, 3))
+    assert large[0] == 3
+    assert not large.flags.writeable
+    cache.get("small", never)
+    assert cache.nbytes == KIB
+
+
+def test_a_builder_that_fails_leaves_nothing_behind() -> None:
+    """The next request tries again."""
+    cache = ArrayCache(8 * KIB)
+    with pytest.raises(AssertionError):
+        cache.get("key", never)
+    assert (len(cache), cache.nbytes) == (0, 0)
+    assert cache.get("key", of(KIB, 5))[0] == 5
+
+
+def test_the_plans_are_bounded() -> None:
+    """More bases than fit leave no more than the capacity behind."""
+    assert PLANS.capacity <= 256 * KIB * KIB
+    made = 0
+    while made <= PLANS.capacity:
+        made += sampled(64, 2000 + made // KIB).nbytes
+        assert PLANS.nbytes <= PLANS.capacity
+
+
+def test_threads_get_the_right_arrays_while_others_evict() -> None:
+    """Four threads over more keys than fit: every answer has its key's figures."""
+    cache = ArrayCache(16 * KIB)
+    start, wrong = Barrier(4), []
+
+    def hammer(offset: int) -> None:
+        start.wait()
+        for step in range(2000):
+            name = (step * 7 + offset) % 40
+            array = cache.get(name, of(KIB, name))
+            if array[0] != name or array[-1] != name or array.flags.writeable:
+                wrong.append(name)
+
+    threads = [Thread(target=hammer, args=(11 * k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not wrong
+    assert cache.nbytes == KIB * len(cache) <= cache.capacity

@@ -1,0 +1,327 @@
+"""Seams: shared edges become shared vertices, bit for bit, however the patches lie."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.engine.mesh import Mesh
+from service.surface.lowered import Part, PatchModel, TensorPatches
+from tests.engine.meshing import check_sound, check_winding, mesh_of, shape_of
+from tests.strategies import (
+    ROTATIONS,
+    Array,
+    cube,
+    height_nets,
+    model_of,
+    moved,
+    quarters,
+    resolutions,
+    split_models,
+    symmetries,
+    turned,
+    weights_like,
+)
+
+
+def border_bits(mesh: Mesh) -> set[bytes]:
+    """The positions of all border samples of all patches of a mesh made of grids."""
+    found: set[bytes] = set()
+    for batch in mesh.grids:
+        for grid in batch:
+            border = np.concatenate([grid[0], grid[-1], grid[:, 0], grid[:, -1]])
+            found |= {row.tobytes() for row in mesh.positions[border]}
+    return found
+
+
+@given(split_models(), st.integers(1, 7))
+def test_pieces_of_a_surface_weld_however_they_are_turned(
+    pieces: tuple[Array, list[Array]], divisions: int
+) -> None:
+    """Rotated, hence with reversed and exchanged parameters: one disc, its normals smooth."""
+    mesh = mesh_of(pieces[1], resolution=(divisions, divisions))
+    check_sound(mesh)
+    check_winding(mesh)
+    shape = shape_of(mesh)
+    assert (shape.components, shape.euler, shape.boundary) == (1, 1, 8 * divisions)
+    assert (shape.misoriented, shape.non_manifold) == (0, 0)
+    # One tangent plane across every seam: one vertex a position.
+    assert len(mesh.positions) == shape.vertices == (2 * divisions + 1) ** 2
+    assert mesh.welds is None
+
+
+@given(split_models(oriented=False), st.integers(1, 5))
+def test_mirrored_neighbours_weld_by_position(
+    pieces: tuple[Array, list[Array]], divisions: int
+) -> None:
+    """Normals of mirrored pieces oppose each other: kept apart, the surface stays whole."""
+    mesh = mesh_of(pieces[1], resolution=(divisions, divisions))
+    check_sound(mesh)
+    check_winding(mesh)
+    shape = shape_of(mesh)
+    assert shape.vertices == (2 * divisions + 1) ** 2
+    assert (shape.components, shape.boundary, shape.non_manifold) == (1, 8 * divisions, 0)
+
+
+@given(split_models(oriented=False), resolutions)
+def test_unequal_divisions_leave_no_t_junction(
+    pieces: tuple[Array, list[Array]], resolution: tuple[int, int]
+) -> None:
+    """A turned neighbour divides its edge otherwise: the edge takes the larger number for both."""
+    for faces in ("triangles", "quads"):
+        mesh = mesh_of(pieces[1], resolution=resolution, faces=faces)
+        check_sound(mesh)
+        check_winding(mesh)
+        shape = shape_of(mesh)
+        assert (shape.components, shape.euler, shape.non_manifold) == (1, 1, 0)
+        # The border is the outer one and nothing else: no crack within.
+        low, high = (f(np.asarray(pieces[0]), axis=(0, 1)) for f in (np.min, np.max))
+        place = np.arange(len(mesh.positions)) if mesh.welds is None else mesh.welds
+        for a, b in open_edges(mesh, place):
+            middle = (mesh.positions[a] + mesh.positions[b])[:2] / 2
+            outer = np.isclose(middle, low[:2]) | np.isclose(middle, high[:2])
+            assert outer.any()
+
+
+def open_edges(mesh: Mesh, place: np.ndarray) -> list[tuple[int, int]]:
+    """Edges, between places, that belong to one face."""
+    uses: dict[frozenset[int], int] = {}
+    for face in mesh.triangles.tolist() + mesh.quads.tolist():
+        loop = [int(place[i]) for i in face]
+        for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
+            uses[frozenset((a, b))] = uses.get(frozenset((a, b)), 0) + 1
+    return [(min(edge), max(edge)) for edge, times in uses.items() if times == 1]
+
+
+def test_a_shared_edge_takes_the_larger_number() -> None:
+    """At 2 × 5 two squares meet in an edge that one divides in 2, the other in 5."""
+    plane = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
+    # The first one's edge x = 1 runs along v: 5 divisions. The second is turned, so that its
+    # edge x = 1 runs along u: 2 divisions.
+    other = turned(moved(plane, 1), 5)
+    mesh = mesh_of([plane, other], resolution=(2, 5))
+    check_sound(mesh)
+    check_winding(mesh)
+    on_edge = mesh.positions[mesh.positions[:, 0] == 1]
+    np.testing.assert_allclose(np.sort(on_edge[:, 1]), np.arange(6) / 5, atol=1e-15)
+    assert shape_of(mesh).euler == 1
+    assert mesh.grids == ()
+
+
+@given(split_models(), st.permutations(range(4)), st.integers(1, 6))
+def test_the_order_of_the_patches_does_not_touch_a_bit_of_the_seams(
+    pieces: tuple[Array, list[Array]], order: list[int], divisions: int
+) -> None:
+    """The same border points whatever stands where in the batch."""
+    resolution = (divisions, divisions)
+    first = mesh_of(pieces[1], resolution=resolution)
+    second = mesh_of([pieces[1][k] for k in order], resolution=resolution)
+    assert border_bits(first) == border_bits(second)
+
+
+@given(split_models(), st.integers(1, 6))
+def test_a_patch_alone_has_the_same_seams_as_among_others(
+    pieces: tuple[Array, list[Array]], divisions: int
+) -> None:
+    """So that parts of a model computed on different machines still fit together."""
+    resolution = (divisions, divisions)
+    together = border_bits(mesh_of(pieces[1], resolution=resolution))
+    alone = [border_bits(mesh_of([piece], resolution=resolution)) for piece in pieces[1]]
+    assert set.union(*alone) == together
+
+
+@given(height_nets(), st.data())
+def test_seams_of_rational_pieces_weld(net: Array, data: st.DataObject) -> None:
+    """Equal weights, or weights equal up to a factor, which is the same curve."""
+    weights = data.draw(weights_like(net))
+    mirrored = net * (-1, 1, 1) + 2 * net[0, 0] * (1, 0, 0)
+    # Reversed along u, the mirror image looks up again and meets the first at u = 1.
+    for factor in (1.0, 2.0, 3.0):
+        model = model_of([net, mirrored[::-1]], [weights, weights[::-1] * factor])
+        mesh = mesh_of(model, resolution=(4, 5), crease_angle=0)
+        check_sound(mesh)
+        shape = shape_of(mesh)
+        assert (shape.components, shape.euler, shape.non_manifold) == (1, 1, 0)
+
+
+def test_a_rational_edge_of_equal_weights_meets_a_polynomial_one() -> None:
+    """The same curve written in two ways, in two batches."""
+    net = np.array([[[0.0, 0, 0], [0, 1, 2], [0, 2, 0]], [[1, 0, 0], [1, 1, 1], [1, 2, 0]]])
+    weights = np.array([[1.0, 2, 1], [0.7, 0.7, 0.7]])
+    other = moved(net, 1)
+    other[0] = net[-1]
+    model = PatchModel(
+        "mixed",
+        (TensorPatches(net[None], weights[None]), TensorPatches(other[None])),
+        (Part("mixed", 0, 2),),
+    )
+    mesh = mesh_of(model, resolution=(3, 6))
+    check_sound(mesh)
+    assert (shape_of(mesh).components, shape_of(mesh).euler) == (1, 1)
+
+
+def test_other_weights_are_another_curve() -> None:
+    """Equal points do not make equal edges."""
+    net = np.array([[[0.0, 0, 0], [0, 1, 2], [0, 2, 0]], [[1, 0, 0], [1, 1, 1], [1, 2, 0]]])
+    mirrored = (net * (-1, 1, 1))[::-1]
+    same, other = np.ones((2, 3)), np.array([[1.0, 1, 1], [1, 3, 1]])
+    assert shape_of(mesh_of(model_of([net, mirrored], [same, same]))).boundary == 6 * 16
+    assert shape_of(mesh_of(model_of([net, mirrored], [same, other]))).boundary == 8 * 16
+
+
+@given(st.lists(st.sampled_from(ROTATIONS), min_size=6, max_size=6), resolutions)
+def test_a_cube_has_eight_corners_and_twelve_creases(
+    turns: list[int], resolution: tuple[int, int]
+) -> None:
+    """Six bilinear patches, turned about at random: closed, outward, of volume 1."""
+    mesh = mesh_of(cube(turns), resolution=resolution)
+    check_sound(mesh)
+    check_winding(mesh)
+    shape = shape_of(mesh)
+    assert shape.watertight
+    assert mesh.report.watertight
+    assert shape.euler == 2
+
+
+def test_a_cube_at_one_division() -> None:
+    """8 positions, 24 vertices with normals, 8 without; smooth corners when no crease counts."""
+    mesh = mesh_of(cube(), resolution=(1, 1))
+    assert len(mesh.positions) == 24
+    assert len(np.unique(mesh.positions, axis=0)) == 8
+    assert mesh.welds is not None
+    assert len(np.unique(mesh.welds)) == 8
+    assert len(mesh.triangles) == 12
+    plain = mesh_of(cube(), resolution=(1, 1), normals=False)
+    assert (len(plain.positions), plain.welds) == (8, None)
+    smooth = mesh_of(cube(), resolution=(1, 1), crease_angle=pi)
+    assert (len(smooth.positions), smooth.welds) == (8, None)
+    check_sound(smooth)
+
+
+def test_unwelded_patches_share_nothing() -> None:
+    """But their border points are still the same bits."""
+    mesh = mesh_of(cube(), resolution=(3, 3), weld=False)
+    assert len(mesh.positions) == 6 * 16
+    assert len(np.unique(mesh.positions, axis=0)) == 56
+
+
+@pytest.mark.parametrize(("angle", "vertices"), [(0.05, 8), (0.2, 6)])
+def test_the_crease_angle_decides(angle: float, vertices: int) -> None:
+    """Two squares at 0.1 radians: creased below that, one smooth seam above."""
+    flat = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
+    tilted = flat * (np.cos(0.1), 1, 1) + (1, 0, 0)
+    tilted[1, :, 2] = np.sin(0.1)
+    mesh = mesh_of([flat, tilted], resolution=(1, 1), crease_angle=angle)
+    check_sound(mesh)
+    assert len(mesh.positions) == vertices
+    assert shape_of(mesh).vertices == 6
+
+
+def ring(smooth: bool = True) -> Array:
+    """One patch whose last row is its first: a closed band round the z axis."""
+    rows = [(1, 0), (1, 2), (-3, 2), (-3, -2), (1, -2), (1, 0)]
+    if not smooth:
+        rows[1] = (2, 2)
+    return np.array([[[x, y, z] for z in (1.0, 0.0)] for x, y in rows], dtype=float)
+
+
+@pytest.mark.parametrize("symmetry", range(8))
+def test_a_patch_welds_with_itself(symmetry: int) -> None:
+    """A closed band in one patch: no seam left, in whichever direction it is closed."""
+    mesh = mesh_of([turned(ring(), symmetry)], resolution=(12, 12))
+    check_sound(mesh)
+    check_winding(mesh)
+    shape = shape_of(mesh)
+    assert len(mesh.positions) == shape.vertices == 12 * 13
+    assert (shape.boundary, shape.euler, shape.components) == (24, 0, 1)
+    assert mesh.welds is None
+
+
+def test_a_patch_creased_at_its_own_seam_keeps_two_normals() -> None:
+    """Closed, but with a corner where it closes."""
+    mesh = mesh_of([ring(smooth=False)], resolution=(12, 4))
+    check_sound(mesh)
+    assert (len(mesh.positions), shape_of(mesh).vertices) == (13 * 5, 12 * 5)
+    assert shape_of(mesh).euler == 0
+
+
+def test_a_moebius_strip_has_one_border() -> None:
+    """Closed with a half turn: one seam run through twice in one direction, and nothing breaks."""
+    net = np.array(
+        [
+            [[1, 0, -1], [1, 0, 1]],
+            [[1, 3, -1], [1, 3, 1]],
+            [[-4, 2, -1], [-4, 2, 1]],
+            [[-4, -2, 1], [-4, -2, -1]],
+            [[1, -3, 1], [1, -3, -1]],
+            [[1, 0, 1], [1, 0, -1]],
+        ],
+        dtype=float,
+    )
+    mesh = mesh_of([net], resolution=(20, 4))
+    check_sound(mesh)
+    shape = shape_of(mesh)
+    assert (shape.euler, shape.boundary, shape.components) == (0, 40, 1)
+    assert shape.misoriented == 4
+
+
+def test_three_pages_meet_in_one_spine() -> None:
+    """Not a manifold, and the report does not call it watertight."""
+    page = np.array([[[0.0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 0, 1]]])
+    pages = [page @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) for c, s in _angles(3)]
+    mesh = mesh_of(pages, resolution=(3, 3))
+    check_sound(mesh)
+    shape = shape_of(mesh)
+    assert (shape.non_manifold, shape.boundary) == (3, 27)
+    assert not mesh.report.watertight
+
+
+def _angles(count: int) -> list[tuple[float, float]]:
+    return [(np.cos(2 * pi * k / count), np.sin(2 * pi * k / count)) for k in range(count)]
+
+
+@given(height_nets(), resolutions)
+def test_the_same_patch_twice_does_no_harm(net: Array, resolution: tuple[int, int]) -> None:
+    """Two layers, sewn together along their border."""
+    mesh = mesh_of([net, net], resolution=resolution)
+    check_sound(mesh)
+    check_winding(mesh)
+    assert len(mesh.triangles) == 4 * resolution[0] * resolution[1]
+
+
+@given(height_nets(), symmetries, resolutions)
+def test_an_edge_that_runs_out_and_back_does_no_harm(
+    net: Array, symmetry: int, resolution: tuple[int, int]
+) -> None:
+    """A palindromic edge is its own reverse and goes over every point twice."""
+    net = net.copy()
+    net[0] = (net[0] + net[0][::-1]) / 2
+    check_sound(mesh_of([turned(net, symmetry)], resolution=resolution))
+
+
+@given(height_nets(degree=st.integers(1, 3)), st.integers(1, 4))
+def test_neighbours_of_different_degree_in_the_other_direction_weld(net: Array, n: int) -> None:
+    """Only the common edge need be the same curve: here degree p against degree p + 1 across."""
+    last = net[-1:]
+    across = np.concatenate([last, moved(last, 1), moved(last, 2), moved(last, 3, z=1)])
+    model = model_of([net, across])
+    mesh = mesh_of(model, resolution=(n, n + 1))
+    check_sound(mesh)
+    assert (shape_of(mesh).components, shape_of(mesh).euler) == (1, 1)
+
+
+@pytest.mark.parametrize("single", [False, True])
+def test_quarters_far_from_the_origin_weld(single: bool) -> None:
+    """A million away and in single precision the seams still have equal bits."""
+    rng = np.random.default_rng(11)
+    net = np.stack(
+        [*np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="ij"), np.zeros((4, 4))], -1
+    )
+    net[..., 2] = rng.integers(-4, 5, (4, 4))
+    pieces = [turned(piece + 2.0**20, k) for piece, k in zip(quarters(net), ROTATIONS, strict=True)]
+    mesh = mesh_of(pieces, resolution=(5, 5), single=single)
+    check_sound(mesh)
+    check_winding(mesh)
+    assert len(mesh.positions) == shape_of(mesh).vertices == 121

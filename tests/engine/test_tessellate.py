@@ -1,0 +1,422 @@
+"""Meshes of models: the figures of the teapot, exactness, winding, precision, determinism."""
+
+import hashlib
+import subprocess
+import sys
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.engine.evaluate import evaluate
+from service.engine.mesh import Mesh
+from service.surface.examples import EXAMPLES, find
+from service.surface.lowered import PatchModel, TensorPatches
+from tests.engine.meshing import (
+    as_triangles,
+    check_sound,
+    check_winding,
+    faces_of,
+    mesh_of,
+    places_of,
+    shape_of,
+)
+from tests.oracles import exact, quadrics
+from tests.oracles.topology import topology, volume, welded_by_position
+from tests.strategies import (
+    Array,
+    degenerate_nets,
+    height_nets,
+    model_of,
+    resolutions,
+    weighted_nets,
+)
+
+CLOSED = {"sphere": 2, "torus": 0, "cylinder": 2, "cone": 2}
+"""Examples without a border, and their Euler characteristic."""
+
+
+def model_of_net(net: Array, weights: Array | None) -> PatchModel:
+    """A model of one patch."""
+    return model_of([net], None if weights is None else [weights])
+
+
+@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("faces", ["triangles", "quads"])
+@pytest.mark.parametrize("weld", [True, False])
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_every_example_is_sound(example: str, weld: bool, faces: str, single: bool) -> None:
+    """Welded or not, with triangles or quads, in either precision."""
+    mesh = mesh_of(example, single=single, weld=weld, faces=faces, resolution=(6, 6))
+    check_sound(mesh)
+    check_winding(mesh)
+    assert mesh.positions.dtype == (np.float32 if single else np.float64)
+
+
+def test_teapot_unwelded_has_every_sample() -> None:
+    """32 × 17 × 17, each patch for itself."""
+    mesh = mesh_of("utah-teapot", weld=False)
+    assert len(mesh.positions) == 9248
+    assert shape_of(mesh).components == 32
+
+
+@pytest.mark.parametrize("single", [False, True])
+def test_teapot_welded_has_the_known_figures(single: bool) -> None:
+    """8257 vertices, 256 edges on 16 open borders, four pieces, nothing non-manifold."""
+    mesh = mesh_of("utah-teapot", single=single)
+    shape = shape_of(mesh)
+    assert len(mesh.positions) == shape.vertices == 8257
+    assert mesh.welds is None
+    assert (shape.boundary, shape.non_manifold, shape.misoriented) == (256, 0, 0)
+    assert shape.components == 4
+    # Two triangles a cell, one where a cell touches one of the eight poles.
+    assert len(mesh.triangles) == 32 * 512 - 8 * 16
+    assert mesh.report.boundary_edges == 256
+    assert not mesh.report.watertight
+    assert mesh.report.patches == 32
+
+
+def test_teapot_has_no_cracks_by_position() -> None:
+    """Judged by the bits of the positions alone, without what the mesh says of itself."""
+    for resolution in ((16, 16), (3, 7), (1, 1), (5, 4)):
+        mesh = mesh_of("utah-teapot", weld=False, resolution=resolution)
+        welded = mesh_of("utah-teapot", resolution=resolution)
+        found = topology(welded_by_position(welded.positions, welded.triangles))
+        assert (found.boundary, found.non_manifold) == (shape_of(welded).boundary, 0)
+        assert found.vertices == shape_of(welded).vertices
+        assert len(mesh.positions) == 32 * (resolution[0] + 1) * (resolution[1] + 1)
+
+
+def test_teapot_as_quads() -> None:
+    """A quad a cell, triangles only round the poles."""
+    mesh = mesh_of("utah-teapot", faces="quads")
+    assert (len(mesh.quads), len(mesh.triangles)) == (32 * 256 - 8 * 16, 8 * 16)
+    assert len(mesh.positions) == 8257
+    assert shape_of(mesh).boundary == 256
+
+
+def test_teapot_keeps_its_parts() -> None:
+    """Named runs of faces, in order."""
+    mesh = mesh_of("utah-teapot", resolution=(4, 4))
+    cells = {"rim": 4, "body": 8, "handle": 4, "spout": 4, "lid": 8, "bottom": 4}
+    assert [part.name for part in mesh.parts] == list(cells)
+    for part in mesh.parts:
+        poles = 4 * 4 if part.name in ("lid", "bottom") else 0
+        assert part.triangles[1] - part.triangles[0] == cells[part.name] * 32 - poles
+
+
+def test_teapot_normals_point_outwards() -> None:
+    """The body away from the axis; rays up and down; poles of lid and bottom exactly vertical."""
+    mesh = mesh_of("utah-teapot")
+    assert mesh.normals is not None
+    for part in mesh.parts:
+        used = np.unique(mesh.triangles[slice(*part.triangles)])
+        points, normals = mesh.positions[used], mesh.normals[used]
+        away = np.einsum("ij,ij->i", points[:, :2], normals[:, :2])
+        # From the widest place up the body leans in, below it turns under: it never looks inwards.
+        if part.name == "body":
+            assert away.min() > 0
+        on_axis = np.abs(points[:, :2]).max(axis=1) == 0
+        if part.name in ("lid", "bottom"):
+            assert on_axis.sum() == 1
+            up = (0, 0, 1.0 if part.name == "lid" else -1.0)
+            np.testing.assert_array_equal(normals[on_axis][0], up)
+    # The signed volume of the open shells is positive: outside is outside.
+    for name in ("body", "handle", "spout", "lid"):
+        part = next(p for p in mesh.parts if p.name == name)
+        assert volume(mesh.positions, mesh.triangles[slice(*part.triangles)]) > 0
+
+
+@pytest.mark.parametrize("faces", ["triangles", "quads"])
+@pytest.mark.parametrize("example", CLOSED)
+def test_closed_examples_are_watertight(example: str, faces: str) -> None:
+    """Both in the bits of the positions and in what the mesh says; Euler's characteristic right."""
+    for resolution in ((8, 8), (3, 5), (2, 2)):
+        mesh = mesh_of(example, faces=faces, resolution=resolution)
+        shape = shape_of(mesh)
+        assert shape.watertight
+        assert mesh.report.watertight
+        assert (shape.euler, shape.components) == (CLOSED[example], 1)
+        assert topology(welded_by_position(mesh.positions, as_triangles(mesh))).watertight
+
+
+@pytest.mark.parametrize(
+    ("example", "truth"),
+    [
+        ("sphere", 4 / 3 * pi),
+        ("cylinder", 2 * pi),
+        ("cone", 2 / 3 * pi),
+        ("torus", 2 * pi**2 * 0.16),
+    ],
+)
+def test_volumes_approach_the_true_ones(example: str, truth: float) -> None:
+    """From the right side of the surface, with the square of the divisions."""
+    errors = []
+    for resolution in (8, 16):
+        mesh = mesh_of(example, resolution=(resolution, resolution))
+        errors.append(1 - volume(mesh.positions, mesh.triangles) / truth)
+    assert 0 < errors[0] < 0.03
+    assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("example", "part", "quadric"),
+    [
+        ("sphere", "sphere", quadrics.sphere),
+        ("torus", "torus", quadrics.torus),
+        ("cylinder", "side", quadrics.cylinder),
+        ("cone", "side", quadrics.cone),
+    ],
+)
+def test_quadrics_are_exact(example: str, part: str, quadric) -> None:  # type: ignore[no-untyped-def]
+    """Vertices on the closed form to 1e-12, and their normals the ones of the closed form."""
+    mesh = mesh_of(example, resolution=(13, 7))
+    run = next(p for p in mesh.parts if p.name == part)
+    used = np.unique(mesh.triangles[slice(*run.triangles)])
+    points = np.asarray(mesh.positions[used], dtype=float)
+    off, outward = quadric(points)
+    assert np.abs(off).max() < 1e-12
+    assert mesh.normals is not None
+    defined = ~np.isnan(outward).any(axis=1)
+    # The pole of the sphere has a normal, but not in cylindrical coordinates: it is its point.
+    assert defined.sum() >= len(used) - 4 * 13
+    assert np.abs(mesh.normals[used][defined] - outward[defined]).max() < 1e-9
+
+
+@given(weighted_nets(), resolutions)
+def test_corners_are_control_points_bit_for_bit(
+    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
+) -> None:
+    """Rational patches too: nothing is divided at a corner."""
+    net, weights = weighted
+    mesh = mesh_of(model_of_net(net, weights), resolution=resolution)
+    if mesh.grids:
+        corners = mesh.positions[mesh.grids[0][0][:: resolution[0], :: resolution[1]]]
+        np.testing.assert_array_equal(corners, net[:: len(net) - 1, :: len(net[0]) - 1])
+
+
+@given(weighted_nets(height_nets()), resolutions)
+def test_grids_find_every_sample(
+    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
+) -> None:
+    """Position, normal and parameters of sample (i, j) stand at `grids[0][0, i, j]`."""
+    net, weights = weighted
+    mesh = mesh_of(model_of_net(net, weights), resolution=resolution, uvs=True)
+    check_sound(mesh)
+    (grid,) = mesh.grids
+    assert grid.shape == (1, resolution[0] + 1, resolution[1] + 1)
+    truth = exact.positions(net, weights, resolution)
+    np.testing.assert_allclose(mesh.positions[grid[0]], truth, atol=1e-13)
+    assert mesh.uvs is not None
+    u, v = (np.arange(r + 1) / r for r in resolution)
+    np.testing.assert_array_equal(
+        mesh.uvs[grid[0]], np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
+    )
+    assert mesh.normals is not None
+    normals = exact.normals(net, weights, resolution)
+    assert np.nanmax(np.abs(mesh.normals[grid[0]] - normals)) < 1e-9
+
+
+@given(height_nets(), resolutions, st.sampled_from(["triangles", "quads"]))
+def test_a_single_patch_is_the_grid_of_the_conventions(
+    net: Array, resolution: tuple[int, int], faces: str
+) -> None:
+    """Vertex (i, j) has index i (Rv+1) + j; the faces run round as geometry says."""
+    mesh = mesh_of([net], resolution=resolution, faces=faces)
+    ru, rv = resolution
+    index = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
+    np.testing.assert_array_equal(mesh.grids[0][0], index)
+    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
+    if faces == "quads":
+        expected = np.stack([a, b, c, d], axis=-1).reshape(-1, 4)
+        np.testing.assert_array_equal(mesh.quads, expected)
+        assert len(mesh.triangles) == 0
+    else:
+        found = {tuple(np.roll(t, -int(np.argmin(t)))) for t in mesh.triangles.tolist()}
+        both = [np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, d), (b, c, d))]
+        assert found == {
+            tuple(np.roll(t, -int(np.argmin(t)))) for t in np.concatenate(both).tolist()
+        }
+        assert len(mesh.triangles) == 2 * ru * rv
+    shape = shape_of(mesh)
+    assert (shape.boundary, shape.euler) == (2 * (ru + rv), 1)
+    check_sound(mesh)
+    check_winding(mesh)
+
+
+def test_options_leave_out_what_is_not_wanted() -> None:
+    """No normals, no parameters unless asked for."""
+    mesh = mesh_of("tveit", normals=False)
+    assert mesh.normals is None
+    assert mesh.uvs is None
+    assert mesh_of("tveit", uvs=True).uvs is not None
+
+
+def test_the_mesh_carries_name_axis_and_patches() -> None:
+    """From the model, unchanged."""
+    mesh = mesh_of("utah-teapot", resolution=(1, 1))
+    assert (mesh.name, mesh.up, mesh.report.patches) == ("utah-teapot", "z", 32)
+    assert (mesh_of("tveit").up, mesh_of("tveit").report.patches) == ("y", 1)
+
+
+def test_poles_are_reported() -> None:
+    """Repaired samples are counted; nothing to repair on a torus."""
+    assert mesh_of("torus").report.poles_repaired == 0
+    assert mesh_of("sphere").report.poles_repaired > 0
+
+
+@given(degenerate_nets(), resolutions, st.booleans())
+def test_degenerate_nets_make_sound_meshes(
+    net: Array, resolution: tuple[int, int], single: bool
+) -> None:
+    """Collapsed edges, everything in a point: faces without area are left out, nothing is NaN."""
+    check_sound(mesh_of([net], resolution=resolution, single=single))
+
+
+@pytest.mark.parametrize("offset", [1e5, 1e6, -3e7])
+@pytest.mark.parametrize("example", ["utah-teapot", "sphere", "tveit"])
+def test_large_coordinates_stand_about_a_local_origin(example: str, offset: float) -> None:
+    """Extent 1 at a million: single precision keeps its digits of the shape, not of the place."""
+    model = find(example).surface().lower()
+    (batch,) = model.batches
+    # Adding and subtracting the offset is what the input itself loses.
+    moved = TensorPatches(batch.points + offset, batch.weights)
+    far = PatchModel("far", (moved,), model.parts)
+    mesh, truth = mesh_of(far, single=True), mesh_of(far)
+    assert np.abs(mesh.origin).min() > 0
+    assert truth.origin.tolist() == [0, 0, 0]
+    extent = np.ptp(truth.positions, axis=0).max()
+    assert np.abs(mesh.positions).max() <= extent
+    error = np.abs(mesh.positions.astype(float) + mesh.origin - truth.positions)
+    assert error.max() < 2e-7 * extent
+    assert mesh.normals is not None
+    assert truth.normals is not None
+    assert np.abs(mesh.normals - truth.normals).max() < 1e-6
+    check_sound(mesh)
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_small_coordinates_stay_where_they_are(example: str) -> None:
+    """No origin is needed near the origin; single precision then rounds once."""
+    mesh, truth = mesh_of(example, single=True), mesh_of(example)
+    assert mesh.origin.tolist() == [0, 0, 0]
+    assert len(mesh.positions) == len(truth.positions)
+    np.testing.assert_allclose(mesh.positions, truth.positions, atol=1e-6)
+    np.testing.assert_array_equal(mesh.triangles, truth.triangles)
+    assert mesh.normals is not None
+    assert truth.normals is not None
+    assert np.abs(mesh.normals - truth.normals).max() < 1e-6
+
+
+@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("power", [-100, -40, 40, 100])
+@pytest.mark.parametrize("example", ["utah-teapot", "cone"])
+def test_the_unit_of_length_does_not_matter(example: str, power: int, single: bool) -> None:
+    """Scaled by powers of two up to about 1e±30, every face and normal is the same."""
+    model = find(example).surface().lower()
+    (batch,) = model.batches
+    factor = 2.0**power
+    scaled = PatchModel(
+        "scaled", (TensorPatches(batch.points * factor, batch.weights),), model.parts
+    )
+    mesh = mesh_of(scaled, single=single, resolution=(7, 7))
+    plain = mesh_of(example, single=single, resolution=(7, 7))
+    np.testing.assert_array_equal(mesh.triangles, plain.triangles)
+    np.testing.assert_array_equal(mesh.normals, plain.normals)
+    if not single:
+        np.testing.assert_array_equal(mesh.positions, plain.positions * factor)
+
+
+def test_positions_are_the_evaluated_samples() -> None:
+    """Stitching replaces borders by samples of the same curves, and touches nothing else."""
+    (batch,) = find("utah-teapot").surface().lower().batches
+    mesh = mesh_of("utah-teapot", resolution=(9, 6), weld=False)
+    found = evaluate(batch, (9, 6))
+    np.testing.assert_allclose(mesh.positions[mesh.grids[0]], found.positions, atol=1e-14)
+
+
+def digest(mesh: Mesh) -> str:
+    """A fingerprint of every array of a mesh."""
+    arrays = [mesh.positions, mesh.normals, mesh.triangles, mesh.quads, mesh.uvs, mesh.welds]
+    content = b"".join(b"-" if a is None else a.tobytes() for a in arrays)
+    return hashlib.sha256(content + repr(mesh.report).encode()).hexdigest()
+
+
+FRESH = """
+from tests.engine.test_tessellate import digest
+from tests.engine.meshing import mesh_of
+print(digest(mesh_of("cone", uvs=True)), digest(mesh_of("utah-teapot", single=True)))
+"""
+
+
+def test_same_bytes_again_and_in_a_fresh_process() -> None:
+    """No order of sets, no memory left over, no randomness shows."""
+    here = [digest(mesh_of("cone", uvs=True)), digest(mesh_of("utah-teapot", single=True))]
+    # Work of another shape in between: what the caches and work arrays hold must not matter.
+    mesh_of("torus", resolution=(33, 2))
+    again = [digest(mesh_of("cone", uvs=True)), digest(mesh_of("utah-teapot", single=True))]
+    assert here == again
+    run = subprocess.run(
+        [sys.executable, "-c", FRESH], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert run.stdout.split() == here
+
+
+def test_uvs_do_not_tear_the_surface() -> None:
+    """A vertex has one (u, v), so seams have several vertices, welded by position."""
+    mesh = mesh_of("sphere", uvs=True, resolution=(6, 6))
+    check_sound(mesh)
+    assert len(mesh.positions) > shape_of(mesh).vertices
+    assert shape_of(mesh).watertight
+
+
+@pytest.mark.parametrize("name", ["control_net", "boundary"])
+def test_overlays_are_lines_beside_the_faces(name: str) -> None:
+    """Faces as without them; segments name rows of the overlay's own positions."""
+    mesh = mesh_of("tveit", overlays=(name,), resolution=(4, 4))
+    (overlay,) = mesh.overlays
+    assert overlay.name == name
+    assert overlay.segments.max() < len(overlay.positions)
+    assert (overlay.segments[:, 0] != overlay.segments[:, 1]).all()
+    assert faces_of(mesh) == faces_of(mesh_of("tveit", resolution=(4, 4)))
+
+
+def test_the_control_net_overlay_is_the_net() -> None:
+    """16 points, 12 segments each way, nine cells wound (i,j) (i,j+1) (i+1,j+1) (i+1,j)."""
+    net = find("tveit").surface().lower().batches[0].points[0]
+    (overlay,) = mesh_of("tveit", overlays=("control_net",)).overlays
+    np.testing.assert_array_equal(overlay.positions, net.reshape(-1, 3))
+    edges = {frozenset(s) for s in overlay.segments.tolist()}
+    assert edges == {frozenset((4 * i + j, 4 * i + j + 1)) for i in range(4) for j in range(3)} | {
+        frozenset((4 * i + j, 4 * i + 4 + j)) for i in range(3) for j in range(4)
+    }
+    assert overlay.cells is not None
+    assert overlay.cells.tolist() == [
+        [4 * i + j, 4 * i + j + 1, 4 * i + j + 5, 4 * i + j + 4] for i in range(3) for j in range(3)
+    ]
+
+
+def test_the_boundary_overlay_runs_along_the_borders() -> None:
+    """One patch at 5 × 3 divisions: 16 segments, every point a border sample of the mesh."""
+    mesh = mesh_of("bourke-1111", overlays=("boundary",), resolution=(5, 3))
+    (overlay,) = mesh.overlays
+    assert len(overlay.segments) == 16
+    border = mesh.grids[0][0].copy()
+    border[1:-1, 1:-1] = border[0, 0]
+    samples = {row.tobytes() for row in mesh.positions[np.unique(border)]}
+    assert {row.tobytes() for row in overlay.positions[np.unique(overlay.segments)]} == samples
+
+
+def test_welds_name_the_first_vertex_of_a_place() -> None:
+    """On the cone, whose rim is a crease and whose apex has a normal for every ruling."""
+    mesh = mesh_of("cone", resolution=(8, 3))
+    place = places_of(mesh)
+    apex = (mesh.positions == (0, 0, 1)).all(axis=1)
+    assert len(np.unique(place[apex])) == 1
+    assert place[apex].min() == np.flatnonzero(apex)[0]
+    # Four quarters of eight rulings, the ones between quarters shared.
+    assert apex.sum() == 32
+    rim = np.isclose(mesh.positions[:, 2], -1) & (np.hypot(*mesh.positions.T[:2]) > 0.999)
+    assert (rim.sum(), len(np.unique(place[rim]))) == (64, 32)
