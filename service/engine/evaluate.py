@@ -208,9 +208,7 @@ class _Batch:
         for axis in range(3):
             np.multiply(vectors[axis], square, out=out[..., axis])
 
-    def partials_to_vectors(
-        self, at: RealArray, du: RealArray, dv: RealArray
-    ) -> RealArray:
+    def partials_to_vectors(self, at: RealArray, du: RealArray, dv: RealArray) -> RealArray:
         """Planes of S_u × S_v up to a positive factor; `at` holds S already if rational."""
         vectors = _work("vectors", (3, *du.shape[1:]), self.dtype)
         term = _work("term", du.shape[1:], self.dtype)
@@ -387,9 +385,7 @@ def _write_row_positions(
     return out
 
 
-def _row_runs(
-    batch: _Batch, patch: int
-) -> Iterator[tuple[slice, RealArray, RealArray, int]]:
+def _row_runs(batch: _Batch, patch: int) -> Iterator[tuple[slice, RealArray, RealArray, int]]:
     """Rows of a patch some at a time: which, where their results go, their first sample."""
     step = max(1, CHUNK_SAMPLES // batch.shape[1])
     normals = batch.positions if batch.normals is None else batch.normals

@@ -48,6 +48,7 @@ class Overlay:
 class MeshReport:
     """What is known about a mesh; in every format that has a place for it.
 
+    `vertices` counts positions: where normals differ at one, it is still one.
     `bounds_min` and `bounds_max` are those of the vertices as stored, in model coordinates.
     `boundary_edges` counts the edges that only one face uses; `watertight` means that every edge
     is used by exactly two. `poles_repaired` counts the samples at which du × dv vanishes and the

@@ -124,7 +124,9 @@ def _chunk(
     used, which = np.unique(index, return_inverse=True)
     nets = _Nets(patches, used)
     p, q = patches.degree
-    vectors = nets.cross(which, (bernstein(p, u), bernstein(p - 1, u)), (bernstein(q, v), bernstein(q - 1, v)))
+    vectors = nets.cross(
+        which, (bernstein(p, u), bernstein(p - 1, u)), (bernstein(q, v), bernstein(q - 1, v))
+    )
     lengths = np.linalg.norm(vectors, axis=-1)
     zero = np.flatnonzero(lengths <= VANISHING * nets.measure[which])
     lengths[zero] = 1.0
@@ -171,7 +173,9 @@ class _Nets:
         du = np.einsum("mi,mdij,mj->md", along_u[1], self.du[which], along_v[0], optimize=True)
         dv = np.einsum("mi,mdij,mj->md", along_u[0], self.dv[which], along_v[1], optimize=True)
         if self.rational:
-            at = np.einsum("mi,mdij,mj->md", along_u[0], self.point[which], along_v[0], optimize=True)
+            at = np.einsum(
+                "mi,mdij,mj->md", along_u[0], self.point[which], along_v[0], optimize=True
+            )
             place = at[:, :3] / at[:, 3:]
             du = du[:, :3] - place * du[:, 3:]
             dv = dv[:, :3] - place * dv[:, 3:]
@@ -266,9 +270,7 @@ def _leading(lines: FloatArray, floor: FloatArray) -> FloatArray:
     return np.where(found[:, None], lines[rows, :, first] / length[:, None], np.nan)
 
 
-def _patch_normals(
-    nets: _Nets, coefficients: FloatArray, which: NDArray[np.intp]
-) -> FloatArray:
+def _patch_normals(nets: _Nets, coefficients: FloatArray, which: NDArray[np.intp]) -> FloatArray:
     """Last resort: the mean normal of the whole patch, weighted by area; else a perpendicular.
 
     The mean of the coefficients of N is its integral over the patch.

@@ -123,7 +123,9 @@ def checked_up(up: str) -> Up:
     if up == "z":
         return "z"
     raise InvalidRequest(
-        Issue("wrong_value", "`up` is the model's vertical axis.", "/up", "another text", '"y" or "z"')
+        Issue(
+            "wrong_value", "`up` is the model's vertical axis.", "/up", "another text", '"y" or "z"'
+        )
     )
 
 

@@ -78,7 +78,10 @@ def _assemble(name: str, parts: list[tuple[str, list[list[list[Point]]]]]) -> Pa
         # Adding 0.0 makes -0.0 the same key as 0.0.
         grids += [
             [
-                [number.setdefault((x + 0.0, y + 0.0, z + 0.0, w), len(number)) for x, y, z, w in row]
+                [
+                    number.setdefault((x + 0.0, y + 0.0, z + 0.0, w), len(number))
+                    for x, y, z, w in row
+                ]
                 for row in patch
             ]
             for patch in patches

@@ -1,0 +1,188 @@
+"""Where the samples of a model lie: one run of rows, patch after patch.
+
+A patch is a grid of samples in its own resolution. Where a neighbour divides a shared edge more
+finely, the patch is *framed*: its border follows the edges, and the samples that its grid lacks
+lie in runs of their own at the end.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.engine.patterns import Shape
+from service.engine.stitch import Ints, Seams, distinct_rows
+from service.surface.lowered import PatchModel, TensorPatches
+
+SIDE_ENDS = np.array([1, 3, 2, 3])
+"""Corner at which each side ends, in the order (0, 0), (0, 1), (1, 0), (1, 1)."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Block:
+    """Patches of one batch that are sampled on one grid; their samples lie in one run.
+
+    `patches` are numbers within the batch, `first` the batch's first number in the model, `base`
+    the first sample.
+    """
+
+    batch: TensorPatches
+    first: int
+    patches: Ints
+    resolution: tuple[int, int]
+    base: int
+
+    @property
+    def count(self) -> int:
+        """Samples of one patch."""
+        return (self.resolution[0] + 1) * (self.resolution[1] + 1)
+
+    @property
+    def whole(self) -> bool:
+        """Whether the block is the whole batch."""
+        return len(self.patches) == self.batch.count
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Layout:
+    """Where every sample lies.
+
+    Attributes
+    ----------
+    blocks : tuple of Block
+        Grids, first those of ordinary patches, then those of framed ones.
+    divisions : ndarray of int, shape (E,)
+        Of every distinct edge.
+    base, ru, rv : ndarrays of int, shape (P,)
+        First sample and grid of every patch.
+    extra, inner : ndarrays of int, shape (P, 4)
+        First inner sample of each side that has other divisions than its grid, else -1; and how
+        many inner samples it has.
+    size : int
+        Samples in all.
+    """
+
+    blocks: tuple[Block, ...]
+    divisions: Ints
+    base: Ints
+    ru: Ints
+    rv: Ints
+    extra: Ints
+    inner: Ints
+    size: int
+
+    @staticmethod
+    def plan(model: PatchModel, seams: Seams, resolution: tuple[int, int]) -> "Layout":
+        """Divisions of the edges, and the run of samples of every patch and framed side."""
+        ru, rv = resolution
+        total = model.patch_count
+        # A shared edge takes the larger of its two numbers of divisions.
+        divisions = np.zeros(len(seams.users), dtype=np.intp)
+        divisions[seams.edge[:, :2]] = rv
+        along_u = seams.edge[:, 2:]
+        divisions[along_u] = np.maximum(divisions[along_u], ru)
+        own = np.array([rv, rv, ru, ru])
+        uneven = (divisions[seams.edge] != own) & ~seams.collapsed
+        framed = uneven.any(axis=1)
+        base, extra = np.zeros(total, dtype=np.intp), np.full((total, 4), -1, dtype=np.intp)
+        rus, rvs = np.full(total, ru), np.full(total, rv)
+        # Strips need a line of samples inside to join to.
+        rus[framed], rvs[framed] = max(ru, 2), max(rv, 2)
+        blocks: list[Block] = []
+        size = 0
+        for wanted in (False, True):
+            first = 0
+            for batch in model.batches:
+                here = np.flatnonzero(framed[first : first + batch.count] == wanted)
+                if len(here):
+                    grid = (max(ru, 2), max(rv, 2)) if wanted else (ru, rv)
+                    block = Block(batch, first, here, grid, size)
+                    base[first + here] = size + np.arange(len(here)) * block.count
+                    size += len(here) * block.count
+                    blocks.append(block)
+                first += batch.count
+        grids = np.stack([rvs, rvs, rus, rus], axis=1)
+        apart = framed[:, None] & (divisions[seams.edge] != grids) & ~seams.collapsed
+        inner = np.where(apart, divisions[seams.edge] - 1, 0)
+        before = (np.cumsum(inner) - inner.ravel()).reshape(inner.shape)
+        extra[apart] = size + before[apart]
+        size += int(inner.sum())
+        return Layout(tuple(blocks), divisions, base, rus, rvs, extra, inner, size)
+
+    @property
+    def framed(self) -> bool:
+        """Whether any side has samples of its own beside its grid."""
+        return bool((self.extra >= 0).any())
+
+    def grid_samples(self, sides: Ints, divisions: int) -> Ints:
+        """Samples of the grids along sides (patch · 4 + side) that have R divisions: (n, R+1)."""
+        patch, side = np.divmod(sides, 4)
+        ru, columns = self.ru[patch], self.rv[patch] + 1
+        begin = np.choose(side, [0, ru * columns, 0, columns - 1]) + self.base[patch]
+        step = np.where(side < 2, 1, columns)
+        return begin[:, None] + step[:, None] * np.arange(divisions + 1)
+
+    def side_samples(self, sides: Ints, divisions: int, seams: Seams) -> Ints:
+        """Samples along sides (patch · 4 + side) in the direction of their edges: (n, R+1)."""
+        samples = self.grid_samples(sides, divisions)
+        extra = self.extra.ravel()[sides]
+        apart = extra >= 0
+        if apart.any():
+            # From corner to corner over the side's own samples.
+            ends = SIDE_ENDS[sides[apart] % 4]
+            samples[apart, 1:] = extra[apart, None] + np.arange(divisions)
+            samples[apart, -1] = self.corner_samples()[sides[apart] // 4, ends]
+        backward = seams.backward.ravel()[sides]
+        samples[backward] = samples[backward, ::-1]
+        return samples
+
+    def patch_samples(self, patches: Ints, shape: Shape) -> Ints:
+        """Samples of patches of one shape in the local numbering of its pattern: (n, …)."""
+        count = (shape.resolution[0] + 1) * (shape.resolution[1] + 1)
+        runs = [self.base[patches, None] + np.arange(count)]
+        for side in range(4):
+            if self.extra[patches[0], side] >= 0:
+                runs.append(self.extra[patches, side, None] + np.arange(shape.sides[side] - 1))
+        return runs[0] if len(runs) == 1 else np.concatenate(runs, axis=1)
+
+    def shapes(self, seams: Seams) -> list[tuple[Shape, Ints]]:
+        """Patches that one index pattern serves, in the order of their first."""
+        own = np.stack([self.rv, self.rv, self.ru, self.ru], axis=1)
+        sides = np.where(self.extra >= 0, self.inner + 1, own)
+        rows = np.concatenate([self.ru[:, None], self.rv[:, None], sides, seams.collapsed], axis=1)
+        first, number = distinct_rows(rows.astype(np.float64))
+        found = []
+        for k in np.argsort(first, kind="stable").tolist():
+            ru, rv, a, b, c, d, *collapsed = rows[first[k]].tolist()
+            bits = tuple(bool(bit) for bit in collapsed)
+            shape = Shape((ru, rv), (a, b, c, d), (bits[0], bits[1], bits[2], bits[3]))
+            found.append((shape, np.flatnonzero(number == k)))
+        return found
+
+    def side_groups(self, seams: Seams) -> Iterator[tuple[int, Ints]]:
+        """Sides that are lines (patch · 4 + side), by the divisions of their edges."""
+        divisions = self.divisions[seams.edge.ravel()]
+        lines = ~seams.collapsed.ravel()
+        for number in np.unique(divisions[lines]).tolist():
+            yield number, np.flatnonzero(lines & (divisions == number))
+
+    def collapsed_samples(self, seams: Seams) -> tuple[Ints, Ints]:
+        """Samples on sides that are one point, and for each the number of that corner."""
+        samples, corners = [], []
+        lines = np.stack([self.rv, self.rv, self.ru, self.ru], axis=1)
+        collapsed = np.flatnonzero(seams.collapsed)
+        # The corner at which each side begins: (0, 0), (1, 0), (0, 0), (0, 1).
+        corner = seams.corner[:, [0, 2, 0, 1]].ravel()
+        for divisions in np.unique(lines.ravel()[collapsed]).tolist():
+            sides = collapsed[lines.ravel()[collapsed] == divisions]
+            samples.append(self.grid_samples(sides, divisions).ravel())
+            corners.append(np.repeat(corner[sides], divisions + 1))
+        if not samples:
+            return collapsed, collapsed
+        return np.concatenate(samples), np.concatenate(corners)
+
+    def corner_samples(self) -> Ints:
+        """Samples at the corners (0, 0), (0, 1), (1, 0), (1, 1): shape (P, 4)."""
+        last = self.ru * (self.rv + 1)
+        zero = np.zeros_like(last)
+        return self.base[:, None] + np.stack([zero, self.rv, last, last + self.rv], axis=1)

@@ -1,0 +1,73 @@
+"""Lines beside the faces: the control net, and the boundary curves of the patches."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from service.engine.evaluate import Real
+from service.engine.mesh import IndexArray, Overlay
+from service.engine.options import OverlayName
+from service.engine.stitch import Ints, Seams, sample_edges
+from service.surface.lowered import FloatArray, PatchModel, TensorPatches
+
+
+def overlays(
+    model: PatchModel,
+    seams: Seams,
+    divisions: Ints,
+    names: Sequence[OverlayName],
+    origin: FloatArray,
+    dtype: Real,
+) -> tuple[Overlay, ...]:
+    """The overlays asked for, in that order, in the precision and about the origin of the mesh."""
+    return tuple(
+        _control_net(model, origin, dtype)
+        if name == "control_net"
+        else _boundary(seams, divisions, origin, dtype)
+        for name in names
+    )
+
+
+def _control_net(model: PatchModel, origin: FloatArray, dtype: Real) -> Overlay:
+    """All control points; neighbours in a net are joined, four of them bound a cell."""
+    positions, segments, cells = [], [], []
+    first = 0
+    for batch in model.batches:
+        positions.append((batch.points - origin).reshape(-1, 3).astype(dtype))
+        lines, quads = _net_pattern(batch)
+        each = first + np.arange(batch.count) * (len(positions[-1]) // batch.count)
+        segments.append((lines + each[:, None, None]).reshape(-1, 2))
+        cells.append((quads + each[:, None, None]).reshape(-1, 4))
+        first += len(positions[-1])
+    return Overlay(
+        "control_net",
+        np.concatenate(positions),
+        np.concatenate(segments).astype(np.uint32),
+        np.concatenate(cells).astype(np.uint32),
+    )
+
+
+def _net_pattern(batch: TensorPatches) -> tuple[Ints, Ints]:
+    """Segments (L, 2) and cells (C, 4) of one net, i slower than j."""
+    p, q = batch.degree
+    number = np.arange((p + 1) * (q + 1)).reshape(p + 1, q + 1)
+    along_u = np.stack([number[:-1], number[1:]], axis=-1).reshape(-1, 2)
+    along_v = np.stack([number[:, :-1], number[:, 1:]], axis=-1).reshape(-1, 2)
+    cells = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], axis=-1)
+    return np.concatenate([along_u, along_v]), cells.reshape(-1, 4)
+
+
+def _boundary(seams: Seams, divisions: Ints, origin: FloatArray, dtype: Real) -> Overlay:
+    """Every distinct edge once, as a line through the samples that the faces use."""
+    lines = np.zeros(len(divisions), dtype=bool)
+    lines[seams.edge[~seams.collapsed]] = True
+    positions = [np.empty((0, 3), dtype)]
+    segments: list[IndexArray] = [np.empty((0, 2), np.uint32)]
+    first = 0
+    for number in np.unique(divisions[lines]).tolist():
+        points = sample_edges(seams.curves, lines & (divisions == number), number) - origin
+        index = first + np.arange(points.size // 3, dtype=np.uint32).reshape(len(points), -1)
+        segments.append(np.stack([index[:, :-1], index[:, 1:]], axis=-1).reshape(-1, 2))
+        positions.append(points.reshape(-1, 3).astype(dtype))
+        first += points.size // 3
+    return Overlay("boundary", np.concatenate(positions), np.concatenate(segments))

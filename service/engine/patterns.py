@@ -1,0 +1,140 @@
+"""Index patterns: how the samples of one patch are joined to faces, whatever their positions.
+
+A pattern depends on numbers of divisions and on which sides are one point; it is cached and serves
+every patch of that kind. Local numbering: sample (i, j) is i (Rv+1) + j; then the inner samples
+of those of the sides u = 0, u = 1, v = 0, v = 1 that have other divisions than the grid.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.engine.cache import PLANS
+from service.engine.mesh import IndexArray
+from service.engine.options import Faces
+
+Divisions = tuple[int, int, int, int]
+"""Numbers of divisions of the four sides."""
+
+NO_QUADS: IndexArray = np.empty((0, 4), dtype=np.uint32)
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """All that a pattern depends on.
+
+    `sides` are the divisions of the borders; where one differs from the grid's, all four borders
+    are framed by strips of triangles. `collapsed` tells which sides are one point.
+    """
+
+    resolution: tuple[int, int]
+    sides: Divisions
+    collapsed: tuple[bool, bool, bool, bool] = (False, False, False, False)
+
+    @property
+    def own(self) -> Divisions:
+        """The grid's divisions along the four sides."""
+        ru, rv = self.resolution
+        return rv, rv, ru, ru
+
+    @property
+    def framed(self) -> bool:
+        """Whether a border has other divisions than the grid."""
+        return self.sides != self.own
+
+
+def faces(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
+    """Triangles (T, 3) and quads (Q, 4) of a patch of this shape, as local indices; read-only.
+
+    Cells wind (i,j) (i+1,j) (i+1,j+1) (i,j+1) and split along (1,0)–(0,1). Faces that a collapsed
+    side leaves without area are left out; of a quad a triangle may remain.
+    """
+    triangles = PLANS.get(("triangles", shape, kind), lambda: _build(shape, kind)[0])
+    if kind == "triangles":
+        return triangles, NO_QUADS
+    return triangles, PLANS.get(("quads", shape), lambda: _build(shape, kind)[1])
+
+
+def _build(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
+    ru, rv = shape.resolution
+    number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
+    strips = _frame(shape, number) if shape.framed else []
+    grid = number[1:-1, 1:-1] if shape.framed else number
+    cells = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=-1)
+    cells = cells.reshape(-1, 4)
+    merged = _merged(shape, number)
+    if kind == "quads":
+        whole = _distinct(merged[cells])
+        quads, cells = cells[whole], cells[~whole]
+    else:
+        quads = cells[:0]
+    halves = np.stack([cells[:, [0, 1, 3]], cells[:, [1, 2, 3]]], axis=1).reshape(-1, 3)
+    triangles = np.concatenate([halves, *strips]) if strips else halves
+    triangles = triangles[_distinct(merged[triangles])]
+    return triangles.astype(np.uint32), quads.astype(np.uint32)
+
+
+def _merged(shape: Shape, number: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Local indices with those of a collapsed side made equal."""
+    extra = sum(n - 1 for n, own in zip(shape.sides, shape.own, strict=True) if n != own)
+    merged = np.arange(number.size + extra)
+    borders = (number[0], number[-1], number[:, 0], number[:, -1])
+    for border, collapsed in zip(borders, shape.collapsed, strict=True):
+        if collapsed:
+            # Two collapsed sides that meet are one point together.
+            same = np.isin(merged, merged[border])
+            merged[same] = merged[border].min()
+    return merged
+
+
+def _distinct(faces: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Which faces have no vertex twice."""
+    ordered = np.sort(faces, axis=1)
+    keep: NDArray[np.bool_] = (ordered[:, 1:] != ordered[:, :-1]).all(axis=1)
+    return keep
+
+
+def _frame(shape: Shape, number: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+    """Strips that join each side, in its own divisions, to the next line of the grid."""
+    ru, rv = shape.resolution
+    lines = (
+        (number[0], number[1, 1:-1], False),
+        (number[-1], number[-2, 1:-1], True),
+        (number[:, 0], number[1:-1, 1], True),
+        (number[:, -1], number[1:-1, -2], False),
+    )
+    first = number.size
+    strips = []
+    for (border, inner, turn), divisions in zip(lines, shape.sides, strict=True):
+        if divisions == len(border) - 1:
+            outer = border
+        else:
+            between = np.arange(first, first + divisions - 1)
+            outer = np.concatenate([border[:1], between, border[-1:]])
+            first += divisions - 1
+        strips.append(_strip(outer.tolist(), inner.tolist(), len(border) - 1, turn))
+    return strips
+
+
+def _strip(outer: list[int], inner: list[int], divisions: int, turn: bool) -> NDArray[np.intp]:
+    """Triangles between a side and the shorter line of samples beside it.
+
+    Both run over the parameter of the side: `outer` in equal divisions from 0 to 1, `inner` from
+    1/R to 1 − 1/R. Going along both, the triangle that advances less comes first.
+    """
+    last = len(outer) - 1
+    triangles = []
+    b = 0
+    for a, (here, there) in enumerate(pairwise(outer)):
+        # Exact comparison of (a+1)/last with (b+2)/R in whole numbers.
+        while b < len(inner) - 1 and (b + 2) * last < (a + 1) * divisions:
+            triangles.append((here, inner[b], inner[b + 1]))
+            b += 1
+        triangles.append((here, inner[b], there))
+    while b < len(inner) - 1:
+        triangles.append((outer[-1], inner[b], inner[b + 1]))
+        b += 1
+    strip = np.array(triangles, dtype=np.intp)
+    return strip[:, ::-1] if turn else strip

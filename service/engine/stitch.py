@@ -1,0 +1,240 @@
+"""Which borders of patches are one and the same, decided by their control points alone.
+
+Two sides are one edge if their control points are equal, in either direction, and their weights
+are, up to a common factor. Every distinct edge is sampled once, in a direction and by operations
+that depend on nothing but the edge, and all its patches copy those samples. Hence no crack,
+whatever the order of the patches and whichever of them are computed together.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.engine.basis import sampled
+from service.surface.lowered import FloatArray, TensorPatches
+
+Ints = NDArray[np.intp]
+Bools = NDArray[np.bool_]
+
+SIDES = ("u=0", "u=1", "v=0", "v=1")
+"""The sides of a patch, in this order everywhere; each runs along the other parameter."""
+
+WEIGHT_DIGITS = 44
+"""Binary digits of a weight, relative to the largest of its edge, that must agree. Weights that
+were multiplied by a common factor differ in the last few."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class EdgeCurves:
+    """Distinct edges of one degree n: Bézier curves in their canonical direction.
+
+    `ids` (E,), `points` (E, n+1, 3), `weights` (E, n+1) or None; the largest weight of each is 1.
+    """
+
+    ids: Ints
+    points: FloatArray
+    weights: FloatArray | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Seams:
+    """How the patches of a model hang together; P counts the patches of all batches.
+
+    Attributes
+    ----------
+    edge : ndarray of int, shape (P, 4)
+        Number of the distinct edge that each side is.
+    backward : ndarray of bool, shape (P, 4)
+        Whether the side runs against the direction of its edge.
+    collapsed : ndarray of bool, shape (P, 4)
+        Whether the side is one point.
+    corner : ndarray of int, shape (P, 4)
+        Number of the distinct point at (0, 0), (0, 1), (1, 0), (1, 1).
+    corner_points : ndarray of float64, shape (C, 3)
+        Those points.
+    users : ndarray of int, shape (E,)
+        How many sides each edge has; 1 is a border of the model.
+    curves : tuple of EdgeCurves
+        The edges themselves, by degree.
+    """
+
+    edge: Ints
+    backward: Bools
+    collapsed: Bools
+    corner: Ints
+    corner_points: FloatArray
+    users: Ints
+    curves: tuple[EdgeCurves, ...]
+
+
+def find_seams(batches: Sequence[TensorPatches]) -> Seams:
+    """Distinct edges and corners of all patches of a model."""
+    total = sum(batch.count for batch in batches)
+    edge = np.empty(total * 4, dtype=np.intp)
+    backward = np.empty(total * 4, dtype=bool)
+    curves: list[EdgeCurves] = []
+    found = 0
+    for sides in _sides_by_degree(batches):
+        points, weights, turned = _canonical(sides)
+        key = [points.reshape(len(points), -1)]
+        if weights is not None:
+            key.append(np.round(weights * 2.0**WEIGHT_DIGITS))
+        distinct, number = distinct_rows(np.concatenate(key, axis=1))
+        edge[sides.place] = number + found
+        backward[sides.place] = turned
+        ids = np.arange(found, found + len(distinct))
+        curves.append(
+            EdgeCurves(ids, points[distinct], None if weights is None else weights[distinct])
+        )
+        found += len(distinct)
+    corners = np.concatenate([_corners(batch) for batch in batches]).reshape(-1, 3)
+    distinct, corner = distinct_rows(corners)
+    return Seams(
+        edge.reshape(-1, 4),
+        backward.reshape(-1, 4),
+        np.concatenate([batch.collapsed for batch in batches]),
+        corner.reshape(-1, 4),
+        corners[distinct],
+        np.bincount(edge, minlength=found),
+        tuple(curves),
+    )
+
+
+def sample_edges(curves: Sequence[EdgeCurves], wanted: Bools, divisions: int) -> FloatArray:
+    """Points at R equal divisions of the wanted edges, in the order of their numbers.
+
+        C(k/R) = Σ_i B_i^n(k/R) w_i P_i / Σ_i B_i^n(k/R) w_i
+
+    Bit for bit the same wherever an edge turns up: summed term by term, because the order of a
+    matrix product's additions depends on its shape and on the machine. The ends are the control
+    points themselves.
+
+    Parameters
+    ----------
+    wanted : ndarray of bool, shape (E,)
+
+    Returns
+    -------
+    ndarray of float64, shape (edges wanted, R+1, 3)
+    """
+    parts = []
+    for group in curves:
+        rows = np.flatnonzero(wanted[group.ids])
+        weights = None if group.weights is None else group.weights[rows]
+        parts.append(_sample(group.points[rows], weights, divisions))
+    return np.concatenate(parts)
+
+
+def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> FloatArray:
+    degree = points.shape[1] - 1
+    basis = sampled(degree, divisions)
+    place = np.zeros((len(points), divisions + 1, 3))
+    total = np.zeros((len(points), divisions + 1, 1))
+    for i in range(degree + 1):
+        share = basis[:, i, None]
+        if weights is not None:
+            share = share * weights[:, i, None, None]
+            total += share
+        place += share * points[:, i, None]
+    if weights is not None:
+        place /= total
+    place[:, 0], place[:, -1] = points[:, 0], points[:, -1]
+    return place
+
+
+def distinct_rows(rows: FloatArray) -> tuple[Ints, Ints]:
+    """First place of every distinct row, and the number of each row among them.
+
+    Rows are equal if their numbers are; −0 does not occur. Found by a hash of the bits, which is
+    checked: if two different rows ever share one, sorting the rows themselves decides.
+
+    Returns
+    -------
+    first : ndarray of int, shape (D,)
+    number : ndarray of int, shape (len(rows),)
+        `rows[first][number]` equals `rows`.
+    """
+    rows = np.ascontiguousarray(rows)
+    bits = rows.view(np.uint64)
+    mixed = (bits ^ (bits >> np.uint64(29))) * _multipliers(rows.shape[1])
+    mixed ^= mixed >> np.uint64(32)
+    _, first, number = np.unique(mixed.sum(axis=1), return_index=True, return_inverse=True)
+    if not np.array_equal(rows[first][number], rows):
+        _, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    return first, number.reshape(-1)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Sides:
+    """All sides of one degree: where they belong (patch · 4 + side) and their control points."""
+
+    place: Ints
+    points: FloatArray
+    weights: FloatArray | None
+
+
+def _sides_by_degree(batches: Sequence[TensorPatches]) -> list[_Sides]:
+    """Sides of all patches, those of one degree together, whatever batch they come from."""
+    groups: dict[int, list[_Sides]] = {}
+    first = 0
+    for batch in batches:
+        patches = 4 * (first + np.arange(batch.count))
+        first += batch.count
+        p, q = batch.degree
+        for degree, sides in ((q, (0, 1)), (p, (2, 3))):
+            for side in sides:
+                weights = None if batch.weights is None else side_of(batch.weights, side)
+                part = _Sides(patches + side, side_of(batch.points, side), weights)
+                groups.setdefault(degree, []).append(part)
+    return [_joined(groups[degree]) for degree in sorted(groups)]
+
+
+def side_of(nets: FloatArray, side: int) -> FloatArray:
+    """Control points (P, n+1, …) of one side of every net (P, p+1, q+1, …)."""
+    end = -1 if side % 2 else 0
+    return nets[:, end] if side < 2 else nets[:, :, end]
+
+
+def _joined(parts: list[_Sides]) -> _Sides:
+    points = np.concatenate([part.points for part in parts])
+    weights = None
+    if any(part.weights is not None for part in parts):
+        weights = np.concatenate(
+            [np.ones(p.points.shape[:2]) if p.weights is None else p.weights for p in parts]
+        )
+        # Only the ratio of weights matters.
+        weights = weights / weights.max(axis=1, keepdims=True)
+    return _Sides(np.concatenate([part.place for part in parts]), points, weights)
+
+
+def _canonical(sides: _Sides) -> tuple[FloatArray, FloatArray | None, Bools]:
+    """Each side in the direction in which its numbers come first in dictionary order."""
+    rows = sides.points.reshape(len(sides.points), -1)
+    turned = sides.points[:, ::-1].reshape(rows.shape)
+    if sides.weights is not None:
+        rows = np.concatenate([rows, sides.weights], axis=1)
+        turned = np.concatenate([turned, sides.weights[:, ::-1]], axis=1)
+    differs = rows != turned
+    at = np.arange(len(rows)), differs.argmax(axis=1)
+    turn = rows[at] > turned[at]
+    points = np.where(turn[:, None, None], sides.points[:, ::-1], sides.points)
+    if sides.weights is None:
+        return points, None, turn
+    return points, np.where(turn[:, None], sides.weights[:, ::-1], sides.weights), turn
+
+
+def _corners(batch: TensorPatches) -> FloatArray:
+    """Corner control points (P, 4, 3) at (0, 0), (0, 1), (1, 0), (1, 1)."""
+    return batch.points[:, [0, 0, -1, -1], [0, -1, 0, -1]]
+
+
+@cache
+def _multipliers(count: int) -> NDArray[np.uint64]:
+    """Odd numbers without pattern (splitmix64), the same in every run."""
+    state = np.arange(1, count + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return (state ^ (state >> np.uint64(31))) | np.uint64(1)

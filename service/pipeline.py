@@ -1,0 +1,120 @@
+"""Surface and options in, bytes out: the product as a list of steps.
+
+HTTP, the command line and whatever else comes call these functions and nothing below them.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from service.encoders.format import EncodeOptions, Format, MeshSize
+from service.encoders.oogl_patches import encode_patches
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.engine.tessellate import overlays_of, predicted_size, tessellate
+from service.errors import Issue, TooLarge, UnsupportedByFormat
+from service.surface.lowered import PatchModel
+
+
+class Surface(Protocol):
+    """Whatever lowers to Bézier patches."""
+
+    def lower(self) -> PatchModel:
+        """The surface as batches of Bézier patches."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The largest result that is computed: vertices, and bytes of one answer."""
+
+    max_vertices: int = 4_500_000
+    max_bytes: int = 256 << 20
+
+
+def render(
+    surface: Surface,
+    options: MeshOptions,
+    fmt: Format,
+    encode: EncodeOptions = EncodeOptions(),  # noqa: B008  # frozen
+    limits: Limits = Limits(),  # noqa: B008  # frozen
+) -> bytes:
+    """The surface as a file of this format.
+
+    Raises
+    ------
+    TooLarge, UnsupportedByFormat
+        Before anything is computed.
+    """
+    model = surface.lower()
+    check(model, options, fmt, encode, limits)
+    if fmt.name == "oogl" and encode.oogl == "bez":
+        return encode_patches(model, overlays_of(model, options))
+    return fmt.encode(mesh(model, options, fmt), encode)
+
+
+def mesh(model: PatchModel, options: MeshOptions, fmt: Format) -> Mesh:
+    """The mesh of a model in the precision that the format stores."""
+    return tessellate(model, options, single=fmt.single)
+
+
+def predict(surface: Surface, options: MeshOptions) -> MeshSize:
+    """Counts of the mesh from the shapes alone; upper bounds where welding will take some away."""
+    return predicted_size_of(surface.lower(), options)
+
+
+def predicted_size_of(model: PatchModel, options: MeshOptions) -> MeshSize:
+    """The same for a surface that is lowered already."""
+    vertices, triangles, quads = predicted_size(model, options)
+    return MeshSize(vertices, triangles, quads, model.patch_count)
+
+
+def check(
+    model: PatchModel,
+    options: MeshOptions,
+    fmt: Format,
+    encode: EncodeOptions,
+    limits: Limits,
+) -> None:
+    """Refuses what the format cannot hold and what would be too large, from shapes alone."""
+    if options.faces == "quads" and not fmt.quads:
+        raise UnsupportedByFormat(
+            Issue(
+                "unsupported_by_format",
+                f"{fmt.title} has only triangles.",
+                "/faces",
+                "quads",
+                "triangles, or another format",
+            )
+        )
+    if options.overlays and not fmt.overlays:
+        raise UnsupportedByFormat(
+            Issue(
+                "unsupported_by_format",
+                f"{fmt.title} has no place for lines.",
+                "/overlays",
+                "overlays",
+                "none, or another format",
+            )
+        )
+    size = predicted_size_of(model, options)
+    if size.vertices > limits.max_vertices:
+        raise TooLarge(
+            Issue(
+                "too_many_vertices",
+                "The mesh would have too many vertices.",
+                "/resolution",
+                f"{size.vertices} vertices",
+                f"at most {limits.max_vertices}",
+            )
+        )
+    least = fmt.byte_bound(size, encode)
+    if least > limits.max_bytes:
+        raise TooLarge(
+            Issue(
+                "too_many_bytes",
+                f"The answer as {fmt.title} could become too large.",
+                "/resolution",
+                f"up to {least} bytes",
+                f"at most {limits.max_bytes}",
+            )
+        )
