@@ -12,7 +12,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from service.encoders.oogl import skeletons
+from service.encoders.content import drawn
+from service.encoders.oogl import skeleton
 from service.encoders.text import rows
 from service.engine.mesh import Overlay
 from service.errors import Issue, UnsupportedByFormat
@@ -38,7 +39,7 @@ def encode_patches(model: PatchModel, overlays: tuple[Overlay, ...] = ()) -> byt
         If a patch has a degree above 12.
     """
     members = (chunk for batch in model.batches for chunk in _bez(batch))
-    return b"".join((b"LIST\n", *members, *skeletons(overlays)))
+    return b"".join((b"LIST\n", *members, *map(skeleton, drawn(overlays))))
 
 
 def _bez(batch: TensorPatches) -> Iterator[bytes]:

@@ -15,9 +15,6 @@ FLOAT64_CHARS = 24
 FLOAT32_CHARS = 16
 """The same for float32, which needs at most 9 digits."""
 
-CHUNK = 1 << 16
-"""Rows that are turned into Python numbers at a time: what bounds the memory."""
-
 
 def json_text(value: object) -> bytes:
     """JSON (RFC 8259) of a value that may hold contiguous NumPy arrays."""
@@ -43,23 +40,23 @@ def rows(array: RealArray | IndexArray | NDArray[np.int64], start: bytes = b"") 
     return start + inside.replace(b"],[", b"\n" + start).replace(b",", b" ") + b"\n"
 
 
+def joined_rows(left: RealArray, right: RealArray) -> bytes:
+    """Lines of two arrays of as many rows side by side, each array in its own precision."""
+    if not len(left):
+        return b""
+    pairs = zip(rows(left).splitlines(), rows(right).splitlines(), strict=True)
+    return b"\n".join(map(b" ".join, pairs)) + b"\n"
+
+
 def general_lines(array: RealArray, template: str) -> list[str]:
     """One string a row, without line ends: `template` holds a C conversion for every column.
 
     Parameters
     ----------
     array : ndarray of float, shape (N, K)
-        Keep N near `CHUNK`: every number becomes a Python object.
+        Every number becomes a Python object: some ten thousand rows at a time are enough.
     """
     return list(map(template.__mod__, zip(*array.T.tolist(), strict=True)))
-
-
-def general_rows(array: RealArray, template: str) -> str:
-    """Lines as of `general_lines`, joined, for arrays of any length."""
-    return "".join(
-        "\n".join(general_lines(array[start : start + CHUNK], template)) + "\n"
-        for start in range(0, len(array), CHUNK)
-    )
 
 
 def digits(count: int) -> int:

@@ -1,0 +1,43 @@
+"""Geomview's own reader: `anytooff` loads an OOGL file and writes what it understood as OFF."""
+
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.tools import program
+
+
+@dataclass(frozen=True)
+class Read:
+    """What Geomview made of a file: vertices as it stores them, float32, and faces."""
+
+    vertices: NDArray[np.float64]
+    faces: list[list[int]]
+
+
+def read_oogl(content: bytes, folder: Path) -> Read:
+    """Load a file as Geomview does; fail where it complains, also where it then carries on."""
+    path = folder / "model.oogl"
+    path.write_bytes(content)
+    done = subprocess.run(
+        [program("anytooff"), str(path)], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    return _parse_off(done.stdout)
+
+
+def _parse_off(text: str) -> Read:
+    """The OFF in braces that `anytooff` writes: `{ [C][N]OFF counts vertices faces }`."""
+    words = iter(text.split())
+    keyword = next(word for word in words if word != "{")
+    assert keyword.endswith("OFF"), keyword
+    columns = 3 + 3 * ("N" in keyword) + 4 * ("C" in keyword)
+    vertices, faces, _edges = (int(next(words)) for _ in range(3))
+    table = np.array([[float(next(words)) for _ in range(columns)] for _ in range(vertices)])
+    # A face may be followed by its colour: each stands on a line of its own.
+    lines = [line.split() for line in text.strip().rstrip("}").splitlines() if line.strip()]
+    loops = [[int(word) for word in line[1 : 1 + int(line[0])]] for line in lines[-faces:]]
+    return Read(table[:, :3], loops)

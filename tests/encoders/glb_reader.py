@@ -1,0 +1,81 @@
+"""A glTF reader in a few lines, written from the specification and not from our writer."""
+
+import base64
+import json
+import struct
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+COMPONENTS = {5123: "<u2", 5125: "<u4", 5126: "<f4"}
+COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
+
+
+@dataclass(frozen=True)
+class Gltf:
+    """A document and its only buffer."""
+
+    document: dict[str, Any]
+    buffer: bytes
+
+    def array(self, accessor: int) -> NDArray[Any]:
+        """Elements of an accessor, shape (N, columns)."""
+        entry = self.document["accessors"][accessor]
+        view = self.document["bufferViews"][entry["bufferView"]]
+        start, length = view["byteOffset"], view["byteLength"]
+        values = np.frombuffer(
+            self.buffer[start : start + length], dtype=COMPONENTS[entry["componentType"]]
+        )
+        table = values.reshape(-1, COLUMNS[entry["type"]])
+        assert len(table) == entry["count"]
+        return table
+
+    def node(self, name: str) -> dict[str, Any]:
+        """The one node of this name below the root."""
+        (node,) = (node for node in self.document["nodes"][1:] if node["name"] == name)
+        return dict(node)
+
+    def primitive(self, name: str) -> dict[str, Any]:
+        """The one primitive of the mesh at the node of this name."""
+        (primitive,) = self.document["meshes"][self.node(name)["mesh"]]["primitives"]
+        return dict(primitive)
+
+    def attribute(self, name: str, attribute: str) -> NDArray[Any]:
+        """A vertex attribute of the primitive at a node."""
+        return self.array(self.primitive(name)["attributes"][attribute])
+
+    def corners(self, name: str) -> NDArray[Any]:
+        """Positions at the corners of every triangle or line at a node, shape (N, 3 or 2, 3)."""
+        primitive = self.primitive(name)
+        indices = self.array(primitive["indices"]).ravel()
+        columns = {1: 2, 4: 3}[primitive["mode"]]
+        corners: NDArray[Any] = self.attribute(name, "POSITION")[indices].reshape(-1, columns, 3)
+        return corners
+
+
+def read_glb(content: bytes) -> Gltf:
+    """Split a GLB into its chunks."""
+    magic, version, length = struct.unpack_from("<4sII", content)
+    assert (magic, version, length) == (b"glTF", 2, len(content))
+    chunks: dict[bytes, bytes] = {}
+    offset = 12
+    while offset < len(content):
+        size, kind = struct.unpack_from("<I4s", content, offset)
+        assert size % 4 == 0
+        chunks[kind] = content[offset + 8 : offset + 8 + size]
+        offset += 8 + size
+    assert list(chunks) in ([b"JSON"], [b"JSON", b"BIN\0"])
+    return Gltf(json.loads(chunks[b"JSON"]), chunks.get(b"BIN\0", b""))
+
+
+def read_gltf(content: bytes) -> Gltf:
+    """Take a document and the buffer inside it."""
+    document = json.loads(content)
+    (buffer,) = document["buffers"]
+    head, data = buffer["uri"].split(",")
+    assert head == "data:application/gltf-buffer;base64"
+    decoded = base64.b64decode(data, validate=True)
+    assert len(decoded) == buffer["byteLength"]
+    return Gltf(document, decoded)

@@ -1,0 +1,204 @@
+"""glTF and GLB: what is in the document, read back by a reader of our own."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from service import __version__
+from service.encoders import gltf
+from service.encoders.content import report_object
+from service.encoders.format import EncodeOptions
+from service.encoders.gltf_buffer import FOLD, BufferBuilder, column_bounds
+from service.engine.mesh import Mesh
+from service.errors import UnsupportedByFormat
+from tests.encoders.glb_reader import Gltf, read_glb, read_gltf
+from tests.meshes import sheet, silo, single, with_overlays, without_faces
+
+OPTIONS = EncodeOptions()
+
+
+def glb(mesh: Mesh) -> Gltf:
+    return read_glb(gltf.encode_glb(mesh, OPTIONS))
+
+
+def test_every_part_is_a_named_node_with_its_own_vertices_and_faces() -> None:
+    mesh = single(silo(12, 3))
+    file = glb(mesh)
+    root, *children = file.document["nodes"]
+    assert root == {"name": "silo", "children": [1, 2, 3]}
+    assert file.document["scenes"] == [{"name": "silo", "nodes": [0]}]
+    assert [node["name"] for node in children] == ["base", "wall", "roof"]
+    for part in mesh.parts:
+        triangles = mesh.triangles[slice(*part.triangles)]
+        np.testing.assert_array_equal(file.corners(part.name), mesh.positions[triangles])
+        own = np.unique(triangles)
+        np.testing.assert_array_equal(file.attribute(part.name, "POSITION"), mesh.positions[own])
+        assert mesh.normals is not None
+        np.testing.assert_array_equal(file.attribute(part.name, "NORMAL"), mesh.normals[own])
+        assert mesh.uvs is not None
+        np.testing.assert_array_equal(file.attribute(part.name, "TEXCOORD_0"), mesh.uvs[own])
+
+
+def test_vertices_of_a_part_may_lie_anywhere() -> None:
+    mesh = single(silo(5))
+    order = np.random.default_rng(7).permutation(len(mesh.positions)).astype(np.uint32)
+    row = np.argsort(order).astype(np.uint32)
+    shuffled = replace(
+        mesh, positions=mesh.positions[order], normals=None, uvs=None, triangles=row[mesh.triangles]
+    )
+    file, plain = glb(shuffled), glb(mesh)
+    for part in mesh.parts:
+        np.testing.assert_array_equal(file.corners(part.name), plain.corners(part.name))
+        count = len(plain.attribute(part.name, "POSITION"))
+        assert len(file.attribute(part.name, "POSITION")) == count
+
+
+def test_bounds_are_the_stored_numbers() -> None:
+    mesh = silo(7, 200)
+    tilted = replace(mesh, positions=mesh.positions @ np.array([[0.1, 3, 1], [2, 7, 0], [1, 1, 9]]))
+    file = glb(single(tilted))
+    bounded = [entry for entry in file.document["accessors"] if "min" in entry]
+    assert len(bounded) == 3
+    for name in ("base", "wall", "roof"):
+        stored = file.attribute(name, "POSITION")
+        entry = file.document["accessors"][file.primitive(name)["attributes"]["POSITION"]]
+        assert entry["min"] == stored.min(axis=0).tolist()
+        assert entry["max"] == stored.max(axis=0).tolist()
+
+
+@pytest.mark.parametrize("count", [1, FOLD, 2 * FOLD - 1, 2 * FOLD, 2 * FOLD + 1, 5 * FOLD + 77])
+def test_folded_bounds_are_the_bounds(count: int) -> None:
+    points = np.random.default_rng(count).standard_normal((count, 3)).astype(np.float32)
+    low, high = column_bounds(points)
+    np.testing.assert_array_equal(low, points.min(axis=0))
+    np.testing.assert_array_equal(high, points.max(axis=0))
+
+
+def test_views_are_aligned_tight_and_targeted() -> None:
+    # Four triangles and three lines: views whose lengths are no multiples of four.
+    file = glb(single(with_overlays(silo(3))))
+    end = 0
+    for view in file.document["bufferViews"]:
+        assert view["byteOffset"] % 4 == 0
+        assert 0 <= view["byteOffset"] - end < 4
+        end = view["byteOffset"] + view["byteLength"]
+    assert file.document["buffers"] == [{"byteLength": len(file.buffer)}]
+    assert 0 <= len(file.buffer) - end < 4
+    for entry in file.document["accessors"]:
+        target = file.document["bufferViews"][entry["bufferView"]]["target"]
+        assert target == (34963 if entry["type"] == "SCALAR" else 34962)
+
+
+@pytest.mark.parametrize(("vertices", "component"), [(65535, 5123), (65536, 5125)])
+def test_indices_are_short_while_they_may(vertices: int, component: int) -> None:
+    buffer = BufferBuilder()
+    last = np.array([[0, 1, vertices - 1]], dtype=np.uint32)
+    buffer.add_indices(last, vertices)
+    assert buffer.accessors[0]["componentType"] == component
+    assert read_back(buffer).ravel().tolist() == [0, 1, vertices - 1]
+
+
+def read_back(buffer: BufferBuilder) -> np.ndarray:
+    document = {"accessors": buffer.accessors, "bufferViews": buffer.views}
+    return Gltf(document, b"".join(buffer.chunks)).array(0)
+
+
+def test_a_large_sheet_has_long_indices() -> None:
+    mesh = single(sheet(256))
+    file = glb(mesh)
+    assert len(mesh.positions) == 66049
+    assert file.document["accessors"][file.primitive("sheet")["indices"]]["componentType"] == 5125
+
+
+def test_origin_moves_every_node_but_the_root() -> None:
+    origin = (5e5, 4.6e6, -0.25)
+    file = glb(single(with_overlays(silo()), origin))
+    root, *children = file.document["nodes"]
+    assert "translation" not in root
+    assert len(children) == 5
+    assert all(node["translation"] == list(origin) for node in children)
+
+
+def test_no_origin_is_no_translation() -> None:
+    assert b"translation" not in gltf.encode_glb(single(silo()), OPTIONS)
+
+
+def test_z_up_is_turned_upright_by_the_root() -> None:
+    x, y, z, w = glb(single(silo(), up="z")).document["nodes"][0]["rotation"]
+    # Rotation matrix of a unit quaternion: z becomes y, x stays, the turn is no reflection.
+    turn = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    np.testing.assert_allclose(turn, [[1, 0, 0], [0, 0, 1], [0, -1, 0]], atol=1e-15)
+    assert "rotation" not in glb(single(silo())).document["nodes"][0]
+
+
+def test_materials_are_seen_from_both_sides_and_lines_are_unlit() -> None:
+    file = glb(single(with_overlays(silo())))
+    surface, lines = file.document["materials"]
+    assert surface["doubleSided"] is True
+    assert surface["pbrMetallicRoughness"]["metallicFactor"] == 0
+    assert surface["pbrMetallicRoughness"]["roughnessFactor"] == 0.5
+    assert lines["extensions"] == {"KHR_materials_unlit": {}}
+    assert file.document["extensionsUsed"] == ["KHR_materials_unlit"]
+    assert file.primitive("wall")["material"] == 0
+    assert file.primitive("boundary")["material"] == 1
+
+
+def test_overlays_are_lines() -> None:
+    mesh = single(with_overlays(silo()))
+    file = glb(mesh)
+    for overlay in mesh.overlays:
+        assert file.primitive(overlay.name)["mode"] == 1
+        expected = overlay.positions[overlay.segments]
+        np.testing.assert_array_equal(file.corners(overlay.name), expected)
+
+
+def test_report_and_generator_travel_along() -> None:
+    mesh = single(silo())
+    asset = glb(mesh).document["asset"]
+    assert asset["generator"] == f"Surface Service {__version__}"
+    expected = report_object(mesh.report)
+    expected["bounds"] = {"min": [-1.0, -1.0, 0.0], "max": [1.0, 1.0, 2.0]}
+    assert asset["extras"] == {"report": expected}
+
+
+def test_both_forms_say_the_same() -> None:
+    mesh = single(with_overlays(silo()))
+    binary, text = glb(mesh), read_gltf(gltf.encode_gltf(mesh, OPTIONS))
+    assert binary.buffer == text.buffer
+    del binary.document["buffers"], text.document["buffers"]
+    assert binary.document == text.document
+
+
+def test_float64_is_stored_as_float32() -> None:
+    double, stored = glb(silo(7)), glb(single(silo(7)))
+    assert double.buffer == stored.buffer
+
+
+def test_a_part_without_faces_has_no_node() -> None:
+    mesh = single(silo())
+    base, wall, roof = mesh.parts
+    first = base.triangles[1]
+    empty = replace(base, triangles=(first, first))
+    file = glb(replace(mesh, triangles=mesh.triangles, parts=(empty, wall, roof)))
+    assert [node["name"] for node in file.document["nodes"]] == ["silo", "wall", "roof"]
+
+
+def test_nothing_at_all_is_a_document_without_a_buffer() -> None:
+    file = glb(single(without_faces(silo())))
+    assert file.buffer == b""
+    assert set(file.document) == {"asset", "scene", "scenes"}
+
+
+def test_quads_are_refused() -> None:
+    mesh = single(silo(faces="quads"))
+    for encode in (gltf.encode_glb, gltf.encode_gltf):
+        with pytest.raises(UnsupportedByFormat) as refused:
+            encode(mesh, OPTIONS)
+        assert refused.value.issues[0].pointer == "/faces"

@@ -1,0 +1,159 @@
+"""OOGL forms made from a mesh: our text, and what Geomview itself reads in it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from service.encoders import oogl
+from service.encoders.format import EncodeOptions, OoglForm
+from service.engine.mesh import Mesh
+from service.errors import UnsupportedByFormat
+from tests.clients.geomview import read_oogl
+from tests.meshes import Faces, sheet, silo, single, with_overlays, without_faces
+
+FORMS: list[OoglForm] = ["cquad", "mesh", "off"]
+
+
+def encode(mesh: Mesh, form: OoglForm | None = None) -> bytes:
+    return oogl.encode(mesh, EncodeOptions(form))
+
+
+def lines(content: bytes) -> list[str]:
+    return content.decode("ascii").splitlines()
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("faces", ["triangles", "quads"])
+def test_geomview_reads_it_without_a_word(form: OoglForm, faces: Faces, tmp_path: Path) -> None:
+    mesh = silo(5, 3, faces)
+    read = read_oogl(encode(mesh, form), tmp_path)
+    expected = len(mesh.triangles) + len(mesh.quads) if form == "off" else 3 * 5 * 3
+    assert len(read.faces) == expected
+    for bound, expected_bound in (
+        (read.vertices.min(axis=0), mesh.report.bounds_min),
+        (read.vertices.max(axis=0), mesh.report.bounds_max),
+    ):
+        np.testing.assert_allclose(bound, expected_bound, atol=1e-5)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_geomview_reads_overlays_and_positions_alone(form: OoglForm, tmp_path: Path) -> None:
+    bare = replace(silo(5, 3), normals=None, uvs=None)
+    faces = len(read_oogl(encode(bare, form), tmp_path).faces)
+    # A SKEL counts among the faces when the program merges the list: here only that more is there.
+    assert len(read_oogl(encode(with_overlays(bare), form), tmp_path).vertices) > 0
+    assert len(read_oogl(encode(with_overlays(bare), form), tmp_path).faces) >= faces
+
+
+@pytest.mark.parametrize("form", ["mesh", "off"])
+def test_positions_keep_all_their_digits(form: OoglForm, tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    positions = rng.standard_normal((16, 3)) * 10.0 ** rng.integers(-30, 30, (16, 1))
+    mesh = replace(sheet(3), positions=positions)
+    content = encode(mesh, form)
+    order = mesh.grids[0][0].T.ravel() if form == "mesh" else np.arange(16)
+    written = [[float(x) for x in line.split()[:3]] for line in lines(content)[2:18]]
+    assert written == positions[order].tolist()
+    # Geomview stores float32 and has a number reader of its own, which may miss by one.
+    read = read_oogl(content, tmp_path)
+    np.testing.assert_allclose(read.vertices, positions[order], rtol=2.0**-22)
+
+
+@pytest.mark.parametrize("value", [1e-30, 1.5e22, -0.0, 1e-5, 123456789.0, -1e-7])
+def test_no_number_puzzles_geomview(value: float, tmp_path: Path) -> None:
+    mesh = with_overlays(sheet(2))
+    odd = replace(mesh, positions=mesh.positions + value)
+    for form in FORMS:
+        read_oogl(encode(odd, form), tmp_path)
+
+
+def test_seed_form_lists_the_corners_of_every_cell_in_its_own_order() -> None:
+    mesh = silo(4, 2)
+    found = lines(encode(mesh, "cquad"))
+    assert found[:2] == ["LIST", "{ = CQUAD"]
+    assert found[-1] == "}"
+    expected = [
+        "{:g} {:g} {:g} 1 1 1 1".format(*mesh.positions[grid[0, i + di, j + dj]].tolist())
+        for grid in mesh.grids
+        for i in range(4)
+        for j in range(2)
+        for di, dj in ((0, 0), (0, 1), (1, 1), (1, 0))
+    ]
+    assert found[2:-1] == expected
+
+
+def test_rows_are_written_in_blocks_that_leave_no_gap(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = encode(sheet(7), "cquad")
+    for samples in (1, 16, 24, 63):
+        monkeypatch.setattr("service.encoders.oogl.BLOCK", samples)
+        assert encode(sheet(7), "cquad") == whole
+
+
+def test_control_net_is_one_skeleton_a_cell_and_the_boundary_one_in_all() -> None:
+    text = encode(with_overlays(silo()), "cquad").decode()
+    _, net = text.split("}\n", 1)
+    assert net == (
+        "{ = SKEL 4 1\n0 0 0\n0 1 0\n1 1 0.125\n1 0 0\n5 0 1 2 3 0\n}\n"
+        "{ = SKEL 4 1\n1 0 0\n1 1 0.125\n2 1 0.25\n2 0 0\n5 0 1 2 3 0\n}\n"
+        "{ = SKEL 3 3\n0.0 0.0 0.0\n1.0 0.0 0.5\n0.0 1.0 0.25\n2 0 1\n2 1 2\n2 2 0\n}\n"
+    )
+
+
+def test_mesh_form_runs_u_fastest() -> None:
+    mesh = silo(4, 2)
+    assert mesh.normals is not None
+    found = lines(encode(mesh, "mesh"))
+    assert found[0] == "LIST"
+    for k, grid in enumerate(mesh.grids):
+        block = found[1 + 17 * k : 18 + 17 * k]
+        assert (block[0], block[-1]) == ("{ = NMESH 5 3", "}")
+        values = np.array([[float(x) for x in line.split()] for line in block[1:-1]])
+        for j in range(3):
+            for i in range(5):
+                row = grid[0, i, j]
+                expected = [*mesh.positions[row], *mesh.normals[row]]
+                np.testing.assert_allclose(values[j * 5 + i], expected, rtol=1e-7, atol=0)
+
+
+def test_off_form_shares_vertices() -> None:
+    mesh = silo(faces="quads")
+    found = lines(encode(mesh, "off"))
+    assert found[1] == f"{{ = NOFF {len(mesh.positions)} 12 0"
+    body = found[2 + len(mesh.positions) : -1]
+    expected = [[4, *quad] for quad in mesh.quads.tolist()]
+    expected += [[3, *triangle] for triangle in mesh.triangles.tolist()]
+    assert [[int(x) for x in line.split()] for line in body] == expected
+
+
+def test_the_default_is_the_seed_form_where_there_are_grids() -> None:
+    mesh = with_overlays(silo())
+    assert encode(mesh) == encode(mesh, "cquad")
+    gridless = replace(mesh, grids=())
+    assert encode(gridless) == encode(gridless, "off")
+
+
+def test_origin_is_added_back(tmp_path: Path) -> None:
+    moved = single(silo(), (8.0, 16.0, 32.0))
+    for form in FORMS:
+        read = read_oogl(encode(moved, form), tmp_path)
+        np.testing.assert_array_equal(read.vertices.min(axis=0), [7, 15, 32])
+
+
+@pytest.mark.parametrize(
+    ("mesh", "form", "code"),
+    [
+        (replace(silo(), grids=()), "cquad", "oogl_needs_grids"),
+        (replace(silo(), grids=()), "mesh", "oogl_needs_grids"),
+        (silo(), "bez", "oogl_needs_patches"),
+        (without_faces(silo()), None, "mesh_is_empty"),
+    ],
+)
+def test_a_form_that_cannot_hold_the_mesh_is_refused(
+    mesh: Mesh, form: OoglForm | None, code: str
+) -> None:
+    with pytest.raises(UnsupportedByFormat) as refused:
+        encode(mesh, form)
+    (issue,) = refused.value.issues
+    assert (issue.code, issue.pointer) == (code, "/oogl")

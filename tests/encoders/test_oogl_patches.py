@@ -1,0 +1,93 @@
+"""The exact OOGL form: control points as they are, and the surface that Geomview makes of them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from service.encoders.oogl_patches import encode_patches
+from service.errors import UnsupportedByFormat
+from service.surface.lowered import Part, PatchModel, TensorPatches
+from tests.clients.geomview import read_oogl
+from tests.meshes import boundary, control_net
+
+Array = NDArray[np.float64]
+
+DICE = 10
+"""Points a side that Geomview dices a patch into, if not told otherwise."""
+
+
+def model(*batches: TensorPatches) -> PatchModel:
+    count = sum(batch.count for batch in batches)
+    return PatchModel("model", batches, (Part("model", 0, count),))
+
+
+def net(p: int, q: int, patches: int = 1, *, seed: int = 1) -> Array:
+    rng = np.random.default_rng((seed, p, q))
+    return rng.uniform(-1, 1, (patches, p + 1, q + 1, 3))
+
+
+def quarter_cylinder() -> TensorPatches:
+    arc = [[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+    points = np.array([[[[x, y, z] for z in (0.0, 2.0)] for x, y in arc]])
+    weights = np.array([[[w, w] for w in (1.0, np.sqrt(0.5), 1.0)]])
+    return TensorPatches(points, weights)
+
+
+def de_casteljau(points: Array, t: float) -> Array:
+    """Point of a Bézier curve of control points along axis 0."""
+    while len(points) > 1:
+        points = (1 - t) * points[:-1] + t * points[1:]
+    point: Array = points[0]
+    return point
+
+
+@pytest.mark.parametrize("degree", [(1, 1), (2, 3), (3, 3), (9, 1), (10, 4), (12, 12)])
+def test_geomview_dices_the_very_surface(degree: tuple[int, int], tmp_path: Path) -> None:
+    points = net(*degree)
+    read = read_oogl(encode_patches(model(TensorPatches(points))), tmp_path)
+    t = np.arange(DICE) / (DICE - 1)
+    expected = np.array([de_casteljau(de_casteljau(points[0], u), v) for v in t for u in t])
+    assert len(read.vertices) == DICE * DICE
+    # Nearest of all, as the order in which Geomview lists them is its own.
+    distance = np.linalg.norm(expected[:, None] - read.vertices, axis=-1)
+    assert max(distance.min(axis=0).max(), distance.min(axis=1).max()) < 2e-5
+
+
+def test_rational_patches_are_homogeneous(tmp_path: Path) -> None:
+    content = encode_patches(model(quarter_cylinder()))
+    root = repr(float(np.sqrt(0.5)))
+    assert content.decode().splitlines()[:5] == [
+        "LIST",
+        "{ = BEZ 2 1 4",
+        "1.0 0.0 0.0 1.0",
+        f"{root} {root} 0.0 {root}",
+        "0.0 1.0 0.0 1.0",
+    ]
+    read = read_oogl(content, tmp_path)
+    np.testing.assert_allclose(np.hypot(*read.vertices[:, :2].T), 1, atol=1e-6)
+
+
+def test_control_points_run_u_fastest_with_all_their_digits() -> None:
+    points = net(2, 1, patches=2)
+    found = encode_patches(model(TensorPatches(points))).decode().splitlines()
+    assert found[1] == "{ = BEZ 2 1 3"
+    expected = [points[k, i, j].tolist() for k in range(2) for j in range(2) for i in range(3)]
+    assert [[float(x) for x in line.split()] for line in found[2:-1]] == expected
+
+
+def test_batches_and_overlays_stand_in_one_list(tmp_path: Path) -> None:
+    batches = TensorPatches(net(3, 3, patches=4)), quarter_cylinder()
+    content = encode_patches(model(*batches), (control_net(), boundary()))
+    assert content.count(b"BEZ") == 2
+    assert content.count(b"SKEL") == 2
+    assert len(read_oogl(content, tmp_path).vertices) >= 5 * DICE * DICE
+
+
+@pytest.mark.parametrize("degree", [(13, 1), (1, 13)])
+def test_higher_degrees_are_refused(degree: tuple[int, int]) -> None:
+    with pytest.raises(UnsupportedByFormat) as refused:
+        encode_patches(model(TensorPatches(net(*degree))))
+    (issue,) = refused.value.issues
+    assert (issue.code, issue.pointer) == ("degree_unsupported", "/oogl")

@@ -1,0 +1,115 @@
+"""STL, OBJ, PLY and OFF as trimesh reads them: counts, volume, closed, normals.
+
+Without parameters: trimesh takes them for texture coordinates, and wants Pillow for those.
+"""
+
+from dataclasses import replace
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from service.encoders.format import EncodeOptions
+from service.encoders.registry import BY_NAME
+from service.engine.mesh import Mesh
+from tests.meshes import Faces, sheet, silo, single, with_overlays
+
+SIDES, ROWS = 12, 3
+AREA = SIDES / 2 * np.sin(2 * np.pi / SIDES)
+VOLUME = AREA * (1 + 1 / 3)
+"""Prism of height 1 below a pyramid of height 1."""
+
+
+def read(mesh: Mesh, name: str, **options: Any) -> trimesh.Trimesh:
+    content = BY_NAME[name].encode(replace(mesh, uvs=None), EncodeOptions())
+    scene = trimesh.load_scene(BytesIO(content), file_type=name, **options)
+    # Not `to_mesh`: a copy forgets the normals of the file and makes up its own.
+    (loaded,) = scene.geometry.values()
+    assert isinstance(loaded, trimesh.Trimesh)
+    return loaded
+
+
+def body(name: str, faces: Faces = "triangles") -> Mesh:
+    mesh = silo(SIDES, ROWS, faces)
+    return single(mesh) if BY_NAME[name].single else mesh
+
+
+@pytest.mark.parametrize("name", ["stl", "obj", "ply", "off"])
+def test_closed_body_of_the_right_volume(name: str) -> None:
+    # Merging by position alone: STL and PLY cannot say that two corners are one.
+    loaded = read(body(name), name, process=True, merge_norm=True, merge_tex=True)
+    assert len(loaded.faces) == len(silo(SIDES, ROWS).triangles)
+    assert loaded.is_watertight
+    assert loaded.is_winding_consistent
+    assert loaded.volume == pytest.approx(VOLUME, rel=1e-6)
+    np.testing.assert_allclose(loaded.bounds, [[-1, -1, 0], [1, 1, 2]], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["obj", "off"])
+def test_quads_are_kept(name: str) -> None:
+    mesh = body(name, "quads")
+    assert len(mesh.quads)
+    assert len(mesh.triangles)
+    loaded = read(mesh, name, process=True, merge_norm=True, merge_tex=True)
+    assert len(loaded.faces) == len(mesh.triangles) + 2 * len(mesh.quads)
+    assert loaded.is_watertight
+    assert loaded.volume == pytest.approx(VOLUME, rel=1e-6)
+
+
+def test_off_is_closed_without_any_merging() -> None:
+    loaded = read(body("off"), "off", process=False)
+    assert loaded.is_watertight
+    # A rim below and one above, ROWS - 1 rings within each patch, the centre and the apex.
+    assert len(loaded.vertices) == SIDES * (2 + 3 * (ROWS - 1)) + 2
+
+
+def test_ply_keeps_every_vertex_with_its_normal() -> None:
+    mesh = body("ply")
+    loaded = read(mesh, "ply", process=False)
+    np.testing.assert_array_equal(loaded.vertices, mesh.positions)
+    np.testing.assert_array_equal(loaded.faces, mesh.triangles)
+    assert mesh.normals is not None
+    np.testing.assert_allclose(loaded.vertex_normals, mesh.normals, atol=1e-7)
+
+
+def test_obj_keeps_normals_and_positions() -> None:
+    mesh = body("obj")
+    loaded = read(mesh, "obj", process=False)
+    assert mesh.normals is not None
+    rows = {(*p, *n) for p, n in zip(loaded.vertices, loaded.vertex_normals.round(6), strict=True)}
+    own = {(*p, *n) for p, n in zip(mesh.positions, mesh.normals.round(6), strict=True)}
+    assert rows == own
+
+
+def test_obj_lines_disturb_nobody() -> None:
+    loaded = read(with_overlays(body("obj")), "obj", process=True, merge_norm=True, merge_tex=True)
+    assert len(loaded.faces) == len(silo(SIDES, ROWS).triangles)
+    assert loaded.volume == pytest.approx(VOLUME, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["stl", "obj", "ply", "off"])
+def test_origin_is_added_back(name: str) -> None:
+    loaded = read(single(silo(), (1024.0, -512.0, 0.5)), name)
+    np.testing.assert_array_equal(loaded.bounds, [[1023, -513, 0.5], [1025, -511, 2.5]])
+
+
+@pytest.mark.parametrize("name", ["obj", "ply", "off"])
+def test_float64_survives(name: str) -> None:
+    mesh = sheet(7)
+    values = np.random.default_rng(11).standard_normal(mesh.positions.shape) + 4.6e6
+    mesh.positions[:] = values
+    loaded = read(mesh, name, process=False)
+    # By the corners of the faces: readers may number vertices as they like.
+    np.testing.assert_array_equal(loaded.vertices[loaded.faces], values[mesh.triangles])
+
+
+def test_stl_normals_are_those_of_the_triangles() -> None:
+    loaded = read(single(silo()), "stl", process=False)
+    normals = np.cross(*np.diff(loaded.triangles, axis=1).swapaxes(0, 1))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    content = BY_NAME["stl"].encode(single(silo()), EncodeOptions())
+    layout = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    stored = np.frombuffer(content, dtype=layout, offset=84)["normal"]
+    np.testing.assert_allclose(stored, normals, atol=1e-6)
