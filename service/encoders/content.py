@@ -42,11 +42,11 @@ def refuse_quads(mesh: Mesh, title: str) -> None:
     if len(mesh.quads):
         raise UnsupportedByFormat(
             Issue(
-                code="quads_unsupported",
-                message=f"{title} holds triangles only",
+                code="unsupported_by_format",
+                message=f"{title} has only triangles.",
                 pointer="/faces",
                 got="quads",
-                needed="triangles",
+                needed="triangles, or another format",
             )
         )
 

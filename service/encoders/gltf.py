@@ -23,6 +23,8 @@ from service.encoders.gltf_buffer import BufferBuilder, JsonObject
 from service.encoders.text import FLOAT64_CHARS, json_text
 from service.engine.mesh import IndexArray, Mesh, Overlay
 
+GENERATOR = f"Surface Service {__version__}"
+
 LINES, TRIANGLES = 1, 4
 """Primitive modes (3.7.2.1)."""
 
@@ -129,7 +131,7 @@ def _document(mesh: Mesh, buffer: BufferBuilder) -> JsonObject:
     document: JsonObject = {
         "asset": {
             "version": "2.0",
-            "generator": f"Surface Service {__version__}",
+            "generator": GENERATOR,
             "extras": {"report": report_object(mesh.report)},
         },
         "extensionsUsed": ["KHR_materials_unlit"] if LINE_MATERIAL in materials else [],
@@ -204,9 +206,9 @@ def _json_bound(size: MeshSize) -> int:
     """Bytes at most of the JSON without the buffer.
 
     A node with its mesh, accessors and buffer views is below 1200 characters of keys and small
-    numbers, nine float64 (translation, minimum, maximum) and two names, in which a control
-    character is written as six bytes. The constant part holds the asset, the report, two
-    materials, the root and the mesh's name, three times in all with those of parts.
+    numbers, nine float64 (translation, minimum, maximum) and its name twice; the name of the
+    whole is written twice, too, and a control character as six bytes. The constant part holds
+    the asset with the report, two materials, the root and the scene.
     """
     node = 1200 + 9 * (FLOAT64_CHARS + 1)
     return 2048 + 6 * FLOAT64_CHARS + size.nodes * node + 2 * 6 * size.name_bytes

@@ -37,7 +37,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
             for overlay in overlays
         ]
     if mesh.welds is not None:
-        document["welds"] = mesh.welds
+        document["welds"] = np.ascontiguousarray(mesh.welds)
     document["report"] = report_object(mesh.report)
     return json_text(document)
 

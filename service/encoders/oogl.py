@@ -55,15 +55,11 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
     """
     form = options.oogl or ("cquad" if mesh.grids else "off")
     if form == "bez":
-        raise _unsupported(
-            "oogl_needs_patches", "only surfaces that are Bézier patches have an exact form", form
-        )
+        raise _unsupported("The exact form is made of Bézier patches, not of a mesh.", form)
     if form != "off" and not mesh.grids:
-        raise _unsupported(
-            "oogl_needs_grids", f"{form} is made of grids, and this mesh is not one", form
-        )
+        raise _unsupported("This form is made of one grid a patch; the mesh is not.", form, "off")
     if form == "off" and not len(mesh.triangles) + len(mesh.quads):
-        raise _unsupported("mesh_is_empty", "OOGL cannot hold a mesh without faces", form)
+        raise _unsupported("OOGL has no place for a mesh without faces.", "no faces")
 
     if form == "cquad":
         members = chain(_cquad(mesh), _seed_overlays(mesh))
@@ -176,5 +172,5 @@ def _overlay_bound(size: MeshSize) -> int:
     return skeletons + size.overlay_points * point + segments + size.overlay_cells * cell
 
 
-def _unsupported(code: str, message: str, form: str) -> UnsupportedByFormat:
-    return UnsupportedByFormat(Issue(code=code, message=message, pointer="/oogl", got=form))
+def _unsupported(message: str, got: str, needed: str = "") -> UnsupportedByFormat:
+    return UnsupportedByFormat(Issue("unsupported_by_format", message, "/oogl", got, needed))

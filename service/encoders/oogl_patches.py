@@ -48,8 +48,8 @@ def _bez(batch: TensorPatches) -> Iterator[bytes]:
     if max(p, q) > HIGHEST_DEGREE:
         raise UnsupportedByFormat(
             Issue(
-                code="degree_unsupported",
-                message="the exact OOGL form holds patches of degree 12 at most",
+                code="unsupported_by_format",
+                message="The exact OOGL form holds patches of degree 12 at most.",
                 pointer="/oogl",
                 got=f"degree ({p}, {q})",
                 needed=f"degrees up to {HIGHEST_DEGREE}, or another form",

@@ -142,18 +142,18 @@ def test_origin_is_added_back(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("mesh", "form", "code"),
+    ("mesh", "form", "reason"),
     [
-        (replace(silo(), grids=()), "cquad", "oogl_needs_grids"),
-        (replace(silo(), grids=()), "mesh", "oogl_needs_grids"),
-        (silo(), "bez", "oogl_needs_patches"),
-        (without_faces(silo()), None, "mesh_is_empty"),
+        (replace(silo(), grids=()), "cquad", "grid"),
+        (replace(silo(), grids=()), "mesh", "grid"),
+        (silo(), "bez", "patches"),
+        (without_faces(silo()), None, "faces"),
     ],
 )
 def test_a_form_that_cannot_hold_the_mesh_is_refused(
-    mesh: Mesh, form: OoglForm | None, code: str
+    mesh: Mesh, form: OoglForm | None, reason: str
 ) -> None:
-    with pytest.raises(UnsupportedByFormat) as refused:
+    with pytest.raises(UnsupportedByFormat, match=reason) as refused:
         encode(mesh, form)
     (issue,) = refused.value.issues
-    assert (issue.code, issue.pointer) == (code, "/oogl")
+    assert (issue.code, issue.pointer) == ("unsupported_by_format", "/oogl")

@@ -90,4 +90,4 @@ def test_higher_degrees_are_refused(degree: tuple[int, int]) -> None:
     with pytest.raises(UnsupportedByFormat) as refused:
         encode_patches(model(TensorPatches(net(*degree))))
     (issue,) = refused.value.issues
-    assert (issue.code, issue.pointer) == ("degree_unsupported", "/oogl")
+    assert (issue.code, issue.pointer) == ("unsupported_by_format", "/oogl")

@@ -1,0 +1,122 @@
+"""No file is longer than was predicted from the shapes, however awkward its numbers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from service.encoders import json_mesh
+from service.encoders.format import EncodeOptions, Format, MeshSize, OoglForm
+from service.encoders.oogl import byte_bound
+from service.encoders.oogl_patches import HIGHEST_DEGREE, encode_patches
+from service.encoders.registry import FORMATS
+from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, json_array
+from service.engine.mesh import Mesh
+from service.errors import UnsupportedByFormat
+from service.surface.lowered import Part, PatchModel, TensorPatches
+from tests.meshes import Faces, control_net, sheet, silo, single, size_of, with_overlays
+
+LARGEST = float(np.finfo(np.float32).max)
+FORMS: list[OoglForm | None] = [None, "cquad", "mesh", "off"]
+AWKWARD = -1.2345678901234567e-305
+"""A float64 that needs all the characters there can be."""
+
+each_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.name)
+
+
+def written(known: Format, mesh: Mesh) -> list[tuple[int, int]]:
+    """Bytes of the mesh, and their predicted bound, in every form of a format that can hold it."""
+    sizes = []
+    for form in FORMS if known.name == "oogl" else [None]:
+        options = EncodeOptions(form)
+        try:
+            length = len(known.encode(mesh, options))
+        except UnsupportedByFormat:
+            continue
+        sizes.append((length, known.byte_bound(size_of(mesh), options)))
+    return sizes
+
+
+@each_format
+@given(data=st.data())
+def test_never_longer_than_the_bound(known: Format, data: st.DataObject) -> None:
+    faces: Faces = data.draw(st.sampled_from(["triangles", "quads"]))
+    mesh = silo(data.draw(st.integers(3, 6)), data.draw(st.integers(1, 3)), faces)
+    mesh = with_overlays(mesh) if data.draw(st.booleans()) else mesh
+    positions = data.draw(
+        arrays.arrays(
+            np.float64,
+            mesh.positions.shape,
+            elements=st.floats(-LARGEST, LARGEST, allow_nan=False),
+        )
+    )
+    mesh = replace(mesh, name=data.draw(st.text(max_size=20)), positions=positions)
+    for length, bound in written(known, mesh):
+        assert length <= bound
+
+
+@each_format
+@pytest.mark.parametrize("patches", ["one", "many"])
+def test_the_worst_numbers_fit(known: Format, patches: str) -> None:
+    mesh = sheet(20) if patches == "one" else silo(3, 1)
+    awful = np.full_like(mesh.positions, AWKWARD)
+    awful_normals = np.full_like(mesh.positions, -1.1754944e-38).astype(np.float32)
+    overlay = control_net()
+    overlay = replace(overlay, positions=np.full_like(overlay.positions, AWKWARD), name="\x01" * 99)
+    parts = tuple(replace(part, name="\x01" * 99) for part in mesh.parts)
+    mesh = replace(mesh, positions=awful, normals=awful_normals, parts=parts, name="\x01" * 99)
+    mesh = replace(mesh, overlays=(overlay,), origin=np.full(3, AWKWARD))
+    for length, bound in written(known, mesh):
+        assert length <= bound
+
+
+@each_format
+@pytest.mark.parametrize("faces", ["triangles", "quads"])
+def test_the_bound_is_of_use(known: Format, faces: Faces) -> None:
+    mesh = silo(48, 16, faces)
+    assert mesh.normals is not None
+    turn = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]
+    turned = replace(mesh, positions=mesh.positions @ turn, normals=mesh.normals @ turn)
+    for length, bound in written(known, single(turned) if known.single else turned):
+        assert length <= bound <= 3 * length
+
+
+@each_format
+@pytest.mark.parametrize("form", [*FORMS, "bez"])
+def test_what_was_not_told_is_assumed_to_be_much(known: Format, form: OoglForm | None) -> None:
+    told = size_of(silo(12, 3))
+    counts = told.vertices, told.triangles, told.quads, told.patches
+    options = EncodeOptions(form)
+    assert known.byte_bound(MeshSize(*counts), options) >= known.byte_bound(told, options)
+
+
+@pytest.mark.parametrize("degree", [1, 3, HIGHEST_DEGREE])
+def test_exact_form(degree: int) -> None:
+    points = np.full((3, degree + 1, degree + 1, 3), AWKWARD)
+    batch = TensorPatches(points, np.full(points.shape[:3], 1 / 3))
+    model = PatchModel("model", (batch,), (Part("model", 0, 3),))
+    length = len(encode_patches(model, (control_net(),)))
+    size = replace(size_of(with_overlays(sheet(1))), patches=3)
+    assert length <= byte_bound(size, EncodeOptions("bez"))
+    told = replace(size, control_points=3 * (degree + 1) ** 2)
+    assert length <= byte_bound(told, EncodeOptions("bez")) <= 3 * length + 1024
+
+
+def test_no_number_is_longer_than_we_say() -> None:
+    bits = np.random.default_rng(1).integers(0, 2**64, 200_000, dtype=np.uint64)
+    for dtype, longest in ((np.float64, FLOAT64_CHARS), (np.float32, FLOAT32_CHARS)):
+        values = bits.view(dtype)
+        values = values[np.isfinite(values)]
+        # Around the places where the exponent appears, too.
+        near = [values[np.abs(values) < 1][:1000] * dtype(10.0**k) for k in range(-9, 20)]
+        shifted = np.random.default_rng(2).standard_normal((2000, 1)) * 10.0 ** np.arange(-9, 20)
+        every = np.concatenate([values, *near, shifted.astype(dtype).ravel()])
+        assert max(map(len, json_array(every)[1:-1].split(b","))) <= longest
+
+
+def test_json_needs_few_bytes_beside_its_numbers() -> None:
+    size = MeshSize(0, 0, 0, 0, named=0, name_bytes=0)
+    assert json_mesh.byte_bound(size, EncodeOptions()) < 1024

@@ -1,0 +1,52 @@
+"""One small body in every format, byte for byte as in `tests/golden`.
+
+A difference means that clients will get other bytes: mend the encoder, or, if the change is
+meant, write the files anew with `python -m tests.encoders.test_golden` and read what changed.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from service.encoders import gltf
+from service.encoders.format import EncodeOptions, OoglForm
+from service.encoders.registry import BY_NAME
+from tests.meshes import silo, single, with_overlays
+
+FOLDER = Path(__file__).parents[1] / "golden"
+
+GENERATOR = "Surface Service"
+"""Without the version: a release changes nothing else."""
+
+FILES: dict[str, OoglForm | None] = {
+    "silo.glb": None,
+    "silo.gltf": None,
+    "silo.json": None,
+    "silo.oogl": None,
+    "silo-mesh.oogl": "mesh",
+    "silo-off.oogl": "off",
+    "silo.stl": None,
+    "silo.obj": None,
+    "silo.ply": None,
+    "silo.off": None,
+}
+
+
+def content(file: str) -> bytes:
+    known = BY_NAME[file.rpartition(".")[2]]
+    mesh = with_overlays(silo(faces="quads" if known.quads else "triangles"))
+    if known.single:
+        mesh = single(mesh, (10.0, 0.0, 0.5), "z")
+    return known.encode(mesh, EncodeOptions(FILES[file]))
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_the_very_bytes(file: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gltf, "GENERATOR", GENERATOR)
+    assert content(file) == (FOLDER / file).read_bytes()
+
+
+if __name__ == "__main__":
+    gltf.GENERATOR = GENERATOR
+    for file in FILES:
+        (FOLDER / file).write_bytes(content(file))

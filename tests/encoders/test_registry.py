@@ -1,0 +1,81 @@
+"""The table of formats keeps its promises."""
+
+from dataclasses import replace
+
+import pytest
+
+from service.encoders.format import EncodeOptions, Format
+from service.encoders.registry import BY_MEDIA_TYPE, BY_NAME, BY_SUFFIX, FORMATS
+from service.errors import UnsupportedByFormat
+from tests.meshes import silo, single, with_overlays, without_faces
+
+each_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.name)
+
+
+def test_names_in_their_order() -> None:
+    names = ["glb", "gltf", "json", "oogl", "stl", "obj", "ply", "off"]
+    assert [known.name for known in FORMATS] == names
+
+
+@each_format
+def test_found_by_name_suffix_and_media_type(known: Format) -> None:
+    assert BY_NAME[known.name] is known
+    assert BY_SUFFIX[known.suffix] is known
+    assert BY_MEDIA_TYPE[known.media_type] is known
+    assert ";" not in known.media_type
+
+
+@each_format
+def test_quads_are_written_or_refused(known: Format) -> None:
+    mesh = silo(faces="quads")
+    if known.quads:
+        assert known.encode(mesh, EncodeOptions())
+        return
+    with pytest.raises(UnsupportedByFormat) as refused:
+        known.encode(mesh, EncodeOptions())
+    assert refused.value.issues[0].code == "unsupported_by_format"
+
+
+@each_format
+def test_overlays_are_written_where_they_are_said_to_be(known: Format) -> None:
+    bare, decorated = silo(), with_overlays(silo())
+    differ = known.encode(bare, EncodeOptions()) != known.encode(decorated, EncodeOptions())
+    assert differ == known.overlays
+
+
+@each_format
+def test_bytes_are_a_function_of_the_mesh(known: Format) -> None:
+    first = known.encode(single(with_overlays(silo(7, 2))), EncodeOptions())
+    again = known.encode(single(with_overlays(silo(7, 2))), EncodeOptions())
+    assert first == again
+
+
+@each_format
+def test_read_only_arrays_will_do(known: Format) -> None:
+    mesh = silo()
+    for array in (mesh.positions, mesh.normals, mesh.uvs, mesh.triangles, mesh.welds, mesh.origin):
+        assert array is not None
+        array.flags.writeable = False
+    assert known.encode(mesh, EncodeOptions()) == known.encode(silo(), EncodeOptions())
+
+
+@each_format
+def test_strided_arrays_will_do(known: Format) -> None:
+    mesh = silo()
+    assert mesh.normals is not None
+    assert mesh.uvs is not None
+    assert mesh.welds is not None
+    strided = replace(
+        mesh,
+        positions=mesh.positions.repeat(2, axis=0)[::2],
+        normals=mesh.normals.repeat(2, axis=0)[::2],
+        uvs=mesh.uvs.repeat(2, axis=0)[::2],
+        triangles=mesh.triangles.repeat(2, axis=0)[::2],
+        welds=mesh.welds.repeat(2)[::2],
+    )
+    assert known.encode(strided, EncodeOptions()) == known.encode(mesh, EncodeOptions())
+
+
+@pytest.mark.parametrize("known", [f for f in FORMATS if f.name != "oogl"], ids=lambda f: f.name)
+def test_a_mesh_without_faces_is_still_a_file(known: Format) -> None:
+    assert known.encode(without_faces(silo()), EncodeOptions())
