@@ -63,5 +63,5 @@ class TooLarge(SurfaceError):
 
 
 def pointer(parts: Iterable[str | int]) -> str:
-    """JSON pointer of a path (RFC 6901, section 3): `~` and `/` escaped, one `/` before each part."""
+    """JSON pointer of a path (RFC 6901, section 3), `~` and `/` escaped."""
     return "".join("/" + str(part).replace("~", "~0").replace("/", "~1") for part in parts)

@@ -31,12 +31,16 @@ class Limits:
     max_bytes: int = 256 << 20
 
 
+PLAIN = EncodeOptions()
+DEFAULT_LIMITS = Limits()
+
+
 def render(
     surface: Surface,
     options: MeshOptions,
     fmt: Format,
-    encode: EncodeOptions = EncodeOptions(),  # noqa: B008  # frozen
-    limits: Limits = Limits(),  # noqa: B008  # frozen
+    encode: EncodeOptions = PLAIN,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> bytes:
     """The surface as a file of this format.
 

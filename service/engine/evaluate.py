@@ -16,8 +16,6 @@ not vouched for: `service.engine.normals` computes it anew in float64.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from math import prod
-from threading import local
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -26,9 +24,9 @@ from numpy.typing import NDArray
 from service.engine.basis import multiply, sampled, sampled_grid, sampled_interleaved, samples
 from service.engine.mesh import RealArray
 from service.engine.normals import pole_normals, unit_normals
+from service.engine.scratch import Real, scratch
 from service.surface.lowered import FloatArray, TensorPatches
 
-Real: TypeAlias = type[np.float32] | type[np.float64]
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
 
 CHUNK_SAMPLES = 16_384
@@ -150,7 +148,7 @@ class _Batch:
         """
         p, q = self.patches.degree
         planes = 4 if self.rational else 3
-        net = _work("net", (p + 1, q + 1, planes, last - first), np.float64)
+        net = scratch("net", (p + 1, q + 1, planes, last - first), np.float64)
         np.copyto(net[:, :, :3], self.patches.points[first:last].transpose(1, 2, 3, 0))
         at = net
         if self.patches.weights is None:
@@ -194,7 +192,7 @@ class _Batch:
         first: int,
     ) -> None:
         """Writes unit vectors, and notes which samples, counted from `first`, are doubtful."""
-        square, term = _work("square", (2, *vectors.shape[1:]), self.dtype)
+        square, term = scratch("square", (2, *vectors.shape[1:]), self.dtype)
         np.multiply(vectors[0], vectors[0], out=square)
         for axis in (1, 2):
             np.multiply(vectors[axis], vectors[axis], out=term)
@@ -210,8 +208,8 @@ class _Batch:
 
     def partials_to_vectors(self, at: RealArray, du: RealArray, dv: RealArray) -> RealArray:
         """Planes of S_u × S_v up to a positive factor; `at` holds S already if rational."""
-        vectors = _work("vectors", (3, *du.shape[1:]), self.dtype)
-        term = _work("term", du.shape[1:], self.dtype)
+        vectors = scratch("vectors", (3, *du.shape[1:]), self.dtype)
+        term = scratch("term", du.shape[1:], self.dtype)
         if self.rational:
             for partial in (du, dv):
                 for axis in range(3):
@@ -279,7 +277,7 @@ class _ChunkNets:
 
     def least(self, dtype: Real) -> RealArray:
         """`trust` in the working precision, to compare (r, samples) with."""
-        trust = np.empty(0) if self.trust is None else self.trust
+        trust: RealArray = np.empty(0) if self.trust is None else self.trust
         return trust.astype(dtype)[:, None]
 
 
@@ -308,7 +306,7 @@ def _product(
     """Planes (d, r, samples) of nets (p+1, q+1, d, r)."""
     grid = sampled_grid(degree, batch.resolution, batch.dtype)
     planes, patches = nets.shape[2:]
-    out = _work(name, (planes, patches, batch.count), batch.dtype)
+    out = scratch(name, (planes, patches, batch.count), batch.dtype)
     flat = nets.astype(batch.dtype, copy=False).reshape(-1, planes * patches)
     np.matmul(flat.T, grid, out=out.reshape(planes * patches, batch.count))
     return out
@@ -358,14 +356,15 @@ def _single(batch: _Batch) -> Iterator[tuple[int, "_ChunkNets"]]:
 def _rows(net: RealArray, batch: _Batch) -> RealArray:
     """One patch's planes (d, p+1, q+1) sampled along u: (d, Ru+1, q+1)."""
     basis = sampled(net.shape[1] - 1, batch.resolution[0], batch.dtype)
-    return np.matmul(basis, net.astype(batch.dtype, copy=False))
+    rows: RealArray = np.matmul(basis, net.astype(batch.dtype, copy=False))
+    return rows
 
 
 def _columns(name: str, along_u: RealArray, rows: slice, batch: _Batch) -> RealArray:
     """Planes (d, rows, Rv+1): some rows sampled along v as well."""
     basis = sampled(along_u.shape[2] - 1, batch.resolution[1], batch.dtype)
     part = along_u[:, rows]
-    out = _work(name, (*part.shape[:2], batch.shape[1]), batch.dtype)
+    out = scratch(name, (*part.shape[:2], batch.shape[1]), batch.dtype)
     return np.matmul(part, basis.T, out=out)
 
 
@@ -403,7 +402,8 @@ def _runs(count: int, step: int) -> Iterator[tuple[int, int]]:
 def _mean_square(nets: FloatArray) -> FloatArray:
     """Mean squared length of the vectors of each net: (m, n, d, r) to (r,)."""
     vectors = nets[:, :, :3]
-    return np.einsum("ijdr,ijdr->r", vectors, vectors) / (nets.shape[0] * nets.shape[1])
+    total: FloatArray = np.einsum("ijdr,ijdr->r", vectors, vectors)
+    return total / (nets.shape[0] * nets.shape[1])
 
 
 _FORMULATIONS: dict[Formulation, Callable[[_Batch], None]] = {
@@ -411,23 +411,3 @@ _FORMULATIONS: dict[Formulation, Callable[[_Batch], None]] = {
     "separable": _separable,
     "normal_polynomial": _normal_polynomial,
 }
-
-_arena = local()
-_NOTHING = np.empty(0, np.uint8)
-
-
-def _work(name: str, shape: tuple[int, ...], dtype: Real) -> RealArray:
-    """A work array, in the same memory for the same name in the same thread.
-
-    Fresh memory costs more than the arithmetic that goes into it: every page is zeroed first.
-    """
-    held: dict[str, tuple[NDArray[np.uint8], RealArray]] = _arena.__dict__
-    memory, view = held.get(name, (_NOTHING, _NOTHING))
-    if view.shape == shape and view.dtype == dtype:
-        return view
-    size = prod(shape) * (4 if dtype is np.float32 else 8)
-    if len(memory) < size:
-        memory = np.empty(size, np.uint8)
-    view = memory[:size].view(dtype).reshape(shape)
-    held[name] = memory, view
-    return view

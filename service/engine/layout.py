@@ -11,8 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.engine.patterns import Shape
-from service.engine.stitch import Ints, Seams, distinct_rows
+from service.engine.stitch import Ints, Seams, distinct_rows, find_seams
 from service.surface.lowered import PatchModel, TensorPatches
+
+_NONE: Ints = np.empty(0, dtype=np.intp)
 
 SIDE_ENDS = np.array([1, 3, 2, 3])
 """Corner at which each side ends, in the order (0, 0), (0, 1), (1, 0), (1, 1)."""
@@ -49,6 +51,8 @@ class Layout:
 
     Attributes
     ----------
+    seams : Seams
+        How the patches hang together.
     blocks : tuple of Block
         Grids, first those of ordinary patches, then those of framed ones.
     divisions : ndarray of int, shape (E,)
@@ -62,6 +66,7 @@ class Layout:
         Samples in all.
     """
 
+    seams: Seams
     blocks: tuple[Block, ...]
     divisions: Ints
     base: Ints
@@ -72,9 +77,10 @@ class Layout:
     size: int
 
     @staticmethod
-    def plan(model: PatchModel, seams: Seams, resolution: tuple[int, int]) -> "Layout":
+    def plan(model: PatchModel, resolution: tuple[int, int]) -> "Layout":
         """Divisions of the edges, and the run of samples of every patch and framed side."""
         ru, rv = resolution
+        seams = find_seams(model.batches)
         total = model.patch_count
         # A shared edge takes the larger of its two numbers of divisions.
         divisions = np.zeros(len(seams.users), dtype=np.intp)
@@ -107,7 +113,7 @@ class Layout:
         before = (np.cumsum(inner) - inner.ravel()).reshape(inner.shape)
         extra[apart] = size + before[apart]
         size += int(inner.sum())
-        return Layout(tuple(blocks), divisions, base, rus, rvs, extra, inner, size)
+        return Layout(seams, tuple(blocks), divisions, base, rus, rvs, extra, inner, size)
 
     @property
     def framed(self) -> bool:
@@ -120,9 +126,10 @@ class Layout:
         ru, columns = self.ru[patch], self.rv[patch] + 1
         begin = np.choose(side, [0, ru * columns, 0, columns - 1]) + self.base[patch]
         step = np.where(side < 2, 1, columns)
-        return begin[:, None] + step[:, None] * np.arange(divisions + 1)
+        samples = begin[:, None] + step[:, None] * np.arange(divisions + 1)
+        return samples.astype(np.intp, copy=False)
 
-    def side_samples(self, sides: Ints, divisions: int, seams: Seams) -> Ints:
+    def side_samples(self, sides: Ints, divisions: int) -> Ints:
         """Samples along sides (patch · 4 + side) in the direction of their edges: (n, R+1)."""
         samples = self.grid_samples(sides, divisions)
         extra = self.extra.ravel()[sides]
@@ -132,7 +139,7 @@ class Layout:
             ends = SIDE_ENDS[sides[apart] % 4]
             samples[apart, 1:] = extra[apart, None] + np.arange(divisions)
             samples[apart, -1] = self.corner_samples()[sides[apart] // 4, ends]
-        backward = seams.backward.ravel()[sides]
+        backward = self.seams.backward.ravel()[sides]
         samples[backward] = samples[backward, ::-1]
         return samples
 
@@ -140,16 +147,20 @@ class Layout:
         """Samples of patches of one shape in the local numbering of its pattern: (n, …)."""
         count = (shape.resolution[0] + 1) * (shape.resolution[1] + 1)
         runs = [self.base[patches, None] + np.arange(count)]
-        for side in range(4):
-            if self.extra[patches[0], side] >= 0:
-                runs.append(self.extra[patches, side, None] + np.arange(shape.sides[side] - 1))
-        return runs[0] if len(runs) == 1 else np.concatenate(runs, axis=1)
+        runs += [
+            self.extra[patches, side, None] + np.arange(divisions - 1)
+            for side, (divisions, own) in enumerate(zip(shape.sides, shape.own, strict=True))
+            if divisions != own
+        ]
+        return np.concatenate(runs, axis=1)
 
-    def shapes(self, seams: Seams) -> list[tuple[Shape, Ints]]:
+    def shapes(self) -> list[tuple[Shape, Ints]]:
         """Patches that one index pattern serves, in the order of their first."""
         own = np.stack([self.rv, self.rv, self.ru, self.ru], axis=1)
         sides = np.where(self.extra >= 0, self.inner + 1, own)
-        rows = np.concatenate([self.ru[:, None], self.rv[:, None], sides, seams.collapsed], axis=1)
+        rows = np.concatenate(
+            [self.ru[:, None], self.rv[:, None], sides, self.seams.collapsed], axis=1
+        )
         first, number = distinct_rows(rows.astype(np.float64))
         found = []
         for k in np.argsort(first, kind="stable").tolist():
@@ -159,30 +170,29 @@ class Layout:
             found.append((shape, np.flatnonzero(number == k)))
         return found
 
-    def side_groups(self, seams: Seams) -> Iterator[tuple[int, Ints]]:
+    def side_groups(self) -> Iterator[tuple[int, Ints]]:
         """Sides that are lines (patch · 4 + side), by the divisions of their edges."""
-        divisions = self.divisions[seams.edge.ravel()]
-        lines = ~seams.collapsed.ravel()
+        divisions = self.divisions[self.seams.edge.ravel()]
+        lines = ~self.seams.collapsed.ravel()
         for number in np.unique(divisions[lines]).tolist():
             yield number, np.flatnonzero(lines & (divisions == number))
 
-    def collapsed_samples(self, seams: Seams) -> tuple[Ints, Ints]:
+    def collapsed_samples(self) -> tuple[Ints, Ints]:
         """Samples on sides that are one point, and for each the number of that corner."""
-        samples, corners = [], []
+        samples, corners = [_NONE], [_NONE]
         lines = np.stack([self.rv, self.rv, self.ru, self.ru], axis=1)
-        collapsed = np.flatnonzero(seams.collapsed)
+        collapsed = np.flatnonzero(self.seams.collapsed)
         # The corner at which each side begins: (0, 0), (1, 0), (0, 0), (0, 1).
-        corner = seams.corner[:, [0, 2, 0, 1]].ravel()
+        corner = self.seams.corner[:, [0, 2, 0, 1]].ravel()
         for divisions in np.unique(lines.ravel()[collapsed]).tolist():
             sides = collapsed[lines.ravel()[collapsed] == divisions]
             samples.append(self.grid_samples(sides, divisions).ravel())
             corners.append(np.repeat(corner[sides], divisions + 1))
-        if not samples:
-            return collapsed, collapsed
         return np.concatenate(samples), np.concatenate(corners)
 
     def corner_samples(self) -> Ints:
         """Samples at the corners (0, 0), (0, 1), (1, 0), (1, 1): shape (P, 4)."""
         last = self.ru * (self.rv + 1)
         zero = np.zeros_like(last)
-        return self.base[:, None] + np.stack([zero, self.rv, last, last + self.rv], axis=1)
+        corners: Ints = self.base[:, None] + np.stack([zero, self.rv, last, last + self.rv], axis=1)
+        return corners

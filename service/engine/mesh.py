@@ -1,7 +1,7 @@
 """The one value that leaves the engine: a mesh, and the report that travels with it."""
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from service.surface.lowered import FloatArray, Up
 ENGINE = 1
 """Version of the numbers. Raised only when the same request would give other figures."""
 
-RealArray: TypeAlias = NDArray[np.float64] | NDArray[np.float32]
+RealArray: TypeAlias = NDArray[np.floating[Any]]
 IndexArray: TypeAlias = NDArray[np.uint32]
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.engine.basis import bernstein, binomials, multiply
+from service.engine.mesh import RealArray
 from service.surface.lowered import FloatArray, TensorPatches
 
 VANISHING = 2.0**-40
@@ -67,7 +68,7 @@ def unit_normals(
 
 
 def pole_normals(
-    patches: TensorPatches, side: int, index: NDArray[np.intp], basis: tuple[FloatArray, FloatArray]
+    patches: TensorPatches, side: int, index: NDArray[np.intp], basis: tuple[RealArray, RealArray]
 ) -> FloatArray:
     """Limit normals along sides that are one point, the usual pole.
 
@@ -102,7 +103,7 @@ def pole_normals(
     return normals + 0.0 if side in (0, 3) else 0.0 - normals
 
 
-def _cone_normals(rows: FloatArray, basis: FloatArray, basis_below: FloatArray) -> FloatArray:
+def _cone_normals(rows: FloatArray, basis: RealArray, basis_below: RealArray) -> FloatArray:
     """C × C' made unit for Bézier curves C with control points (m, n+1, 3): (m, k, 3) or NaN."""
     steps = rows[:, 1:] - rows[:, :-1]
     vectors = _cross(np.matmul(basis, rows), np.matmul(basis_below, steps))
@@ -115,7 +116,8 @@ def _cone_normals(rows: FloatArray, basis: FloatArray, basis_below: FloatArray) 
 
 def _powers_of_two(sizes: FloatArray) -> FloatArray:
     """Factors that bring sizes below 1 without rounding; 1/2 or so for 0."""
-    return np.exp2(-np.frexp(sizes)[1].astype(np.float64))
+    factors: FloatArray = np.exp2(-np.frexp(sizes)[1].astype(np.float64))
+    return factors
 
 
 def _chunk(
@@ -184,8 +186,9 @@ class _Nets:
     def normal_net(self) -> FloatArray:
         """N = S_u × S_v in the Bernstein basis, up to a positive factor; shape (K, 3, …).
 
-        Polynomial: degree (2p−1, 2q−1). Rational, times w³: w X_u × X_v + w_u X_v × X + w_v X × X_u,
-        degree (3p−1, 3q−1).
+        Polynomial: degree (2p−1, 2q−1). Rational: degree (3p−1, 3q−1), and times w³
+
+            w X_u × X_v + w_u X_v × X + w_v X × X_u
         """
         if not self.rational:
             return _cross_product(self.du, self.dv)
@@ -292,16 +295,18 @@ def _patch_normals(nets: _Nets, coefficients: FloatArray, which: NDArray[np.intp
         axis[2 - np.abs(longest[::-1]).argmin()] = 1.0
         across = axis - longest * (longest @ axis) / max(float(longest @ longest), 1e-300)
         normals[row] = across / np.linalg.norm(across)
-    return normals[back]
+    shared: FloatArray = normals[back]
+    return shared
 
 
 def _largest(nets: FloatArray) -> FloatArray:
     """Largest length among the vectors of each net (K, 3, …): shape (K,)."""
-    return np.sqrt(np.square(nets).sum(axis=1).max(axis=(1, 2)))
+    longest: FloatArray = np.sqrt(np.square(nets).sum(axis=1).max(axis=(1, 2)))
+    return longest
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """a × b along the last axis; plainer and faster than numpy.cross."""
+    """Cross product a × b along the last axis; plainer and faster than numpy.cross."""
     return np.stack(
         [
             a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1],
@@ -313,7 +318,7 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _cross_product(a: FloatArray, b: FloatArray) -> FloatArray:
-    """a × b of vector polynomials (K, 3, …) in the Bernstein basis."""
+    """Cross product a × b of vector polynomials (K, 3, …) in the Bernstein basis."""
     first = multiply(a[:, (1, 2, 0)], b[:, (2, 0, 1)])
     first -= multiply(a[:, (2, 0, 1)], b[:, (1, 2, 0)])
     return first

@@ -4,17 +4,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from service.engine.evaluate import Real
+from service.engine.layout import Layout
 from service.engine.mesh import IndexArray, Overlay
 from service.engine.options import OverlayName
-from service.engine.stitch import Ints, Seams, sample_edges
+from service.engine.scratch import Real
+from service.engine.stitch import Ints, sample_edges
 from service.surface.lowered import FloatArray, PatchModel, TensorPatches
 
 
-def overlays(
+def draw(
     model: PatchModel,
-    seams: Seams,
-    divisions: Ints,
+    layout: Layout,
     names: Sequence[OverlayName],
     origin: FloatArray,
     dtype: Real,
@@ -23,7 +23,7 @@ def overlays(
     return tuple(
         _control_net(model, origin, dtype)
         if name == "control_net"
-        else _boundary(seams, divisions, origin, dtype)
+        else _boundary(layout, origin, dtype)
         for name in names
     )
 
@@ -57,8 +57,9 @@ def _net_pattern(batch: TensorPatches) -> tuple[Ints, Ints]:
     return np.concatenate([along_u, along_v]), cells.reshape(-1, 4)
 
 
-def _boundary(seams: Seams, divisions: Ints, origin: FloatArray, dtype: Real) -> Overlay:
+def _boundary(layout: Layout, origin: FloatArray, dtype: Real) -> Overlay:
     """Every distinct edge once, as a line through the samples that the faces use."""
+    seams, divisions = layout.seams, layout.divisions
     lines = np.zeros(len(divisions), dtype=bool)
     lines[seams.edge[~seams.collapsed]] = True
     positions = [np.empty((0, 3), dtype)]

@@ -98,7 +98,6 @@ def _distinct(faces: NDArray[np.intp]) -> NDArray[np.bool_]:
 
 def _frame(shape: Shape, number: NDArray[np.intp]) -> list[NDArray[np.intp]]:
     """Strips that join each side, in its own divisions, to the next line of the grid."""
-    ru, rv = shape.resolution
     lines = (
         (number[0], number[1, 1:-1], False),
         (number[-1], number[-2, 1:-1], True),

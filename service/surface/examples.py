@@ -142,7 +142,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
             Example(
                 "torus",
                 "Torus",
-                "Exact torus, radius 1, tube radius 0.4: sixteen rational patches of degree (2, 2).",
+                "Exact torus of radius 1, tube radius 0.4: sixteen rational biquadratic patches.",
                 quadrics.torus,
             ),
         )

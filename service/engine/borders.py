@@ -1,0 +1,43 @@
+"""How a mesh ends: edges that only one face uses."""
+
+import numpy as np
+
+from service.engine.layout import Layout
+from service.engine.mesh import IndexArray
+from service.engine.options import MeshOptions
+
+
+def borders(
+    layout: Layout,
+    options: MeshOptions,
+    mesh_faces: tuple[IndexArray, IndexArray],
+    welds: IndexArray | None,
+) -> tuple[int, bool]:
+    """Edges that one face uses alone, and whether every edge is used by exactly two."""
+    seams = layout.seams
+    lines = ~seams.collapsed
+    if layout.divisions[seams.edge[lines]].min(initial=2) < 2:
+        # With one division, different edges between the same corners are one line of the mesh,
+        # and a patch between two poles vanishes: only the faces themselves tell.
+        return _counted(mesh_faces, welds)
+    if not options.weld:
+        return int(layout.divisions[seams.edge[lines]].sum()), not lines.any()
+    uses = np.bincount(seams.edge[lines], minlength=len(layout.divisions))
+    boundary = int(layout.divisions[uses == 1].sum())
+    return boundary, boundary == 0 and bool((uses <= 2).all())
+
+
+def _counted(
+    mesh_faces: tuple[IndexArray, IndexArray], welds: IndexArray | None
+) -> tuple[int, bool]:
+    """The same, counted on the faces."""
+    edges = []
+    for rows in mesh_faces:
+        ring = rows.astype(np.int64) if welds is None else welds[rows].astype(np.int64)
+        edges += [
+            np.stack([ring[:, a], ring[:, (a + 1) % ring.shape[1]]], axis=1)
+            for a in range(ring.shape[1])
+        ]
+    ends = np.sort(np.concatenate(edges), axis=1)
+    _, uses = np.unique(ends[:, 0] << 32 | ends[:, 1], return_counts=True)
+    return int((uses == 1).sum()), bool((uses == 2).all())
