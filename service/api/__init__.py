@@ -1,0 +1,1 @@
+"""HTTP: routes, negotiation, problems, limits and documentation. Nothing here computes."""

@@ -1,0 +1,74 @@
+"""The application: settings, routes, problems, CORS.
+
+`uvicorn service.api.app:create_app --factory` serves it.
+"""
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from anyio import CapacityLimiter
+from fastapi import FastAPI
+from starlette.middleware.cors import CORSMiddleware
+from starlette.requests import Request
+from starlette.responses import Response
+
+from service import __version__
+from service.api import catalogue, docs, mesh, problems
+from service.api.answers import json_response
+from service.api.openapi import document
+from service.settings import Settings, from_environment, pin_blas
+
+
+def create_app(settings: Settings | None = None) -> FastAPI:
+    """The service as an ASGI application; settings come from the environment if not given."""
+    pin_blas()
+    app = FastAPI(
+        title="Surface Service",
+        version=__version__,
+        # Described by hand, since routes read the raw request; served below.
+        openapi_url=None,
+        # A path has one spelling: the other one is a 404, not a redirect.
+        redirect_slashes=False,
+        lifespan=_lifespan,
+        telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
+    )
+    app.state.settings = settings or from_environment()
+    app.state.limiter = CapacityLimiter(app.state.settings.workers)
+    app.state.ready = True
+    app.openapi = document  # type: ignore[method-assign]
+    _add_routes(app)
+    problems.install(app)
+    if app.state.settings.cors_origins:
+        app.add_middleware(
+            CORSMiddleware,
+            allow_origins=app.state.settings.cors_origins,
+            allow_methods=["GET", "HEAD", "POST"],
+            expose_headers=["Content-Disposition"],
+        )
+    return app
+
+
+def _add_routes(app: FastAPI) -> None:
+    app.add_route("/v1/mesh", mesh.post_mesh, methods=["POST"])
+    app.add_route("/v1/surfaces", catalogue.list_surfaces)
+    app.add_route("/v1/surfaces/{example}", catalogue.get_surface)
+    app.add_route("/v1/surfaces/{example}/mesh.{suffix}", mesh.get_example_mesh)
+    app.add_route("/v1/formats", catalogue.list_formats)
+    app.add_route("/health", catalogue.health)
+    app.add_route("/health/live", catalogue.live)
+    app.add_route("/health/ready", catalogue.ready)
+    app.add_route("/openapi.json", _openapi)
+    app.add_route("/docs", docs.page)
+    app.add_route("/docs/{asset}", docs.asset)
+    app.add_route("/", docs.home)
+
+
+async def _openapi(_: Request) -> Response:
+    return json_response(document())
+
+
+@asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    """Says that the service is draining as soon as it is asked to stop."""
+    yield
+    app.state.ready = False

@@ -1,0 +1,84 @@
+"""What there is: examples, formats, and whether the service is well."""
+
+from typing import Any
+
+from starlette.requests import Request
+from starlette.responses import Response
+
+from service import __version__
+from service.api.answers import json_response
+from service.api.mesh import find_example, refuse_parameters
+from service.encoders.registry import FORMATS
+from service.engine.mesh import ENGINE
+from service.schemas.surfaces import definition
+from service.surface.examples import EXAMPLES, Example
+
+
+async def list_surfaces(request: Request) -> Response:
+    """GET /v1/surfaces: the built-in examples."""
+    refuse_parameters(request)
+    root = request.scope.get("root_path", "")
+    return json_response({"surfaces": [_summary(e, root) for e in EXAMPLES.values()]})
+
+
+async def get_surface(request: Request) -> Response:
+    """GET /v1/surfaces/{example}: the definition, as a body for POST /v1/mesh."""
+    refuse_parameters(request)
+    return json_response({"surface": definition(find_example(request).surface())})
+
+
+async def list_formats(request: Request) -> Response:
+    """GET /v1/formats."""
+    refuse_parameters(request)
+    return json_response({"formats": formats()})
+
+
+def formats() -> list[dict[str, Any]]:
+    """The formats as they are listed."""
+    return [
+        {
+            "name": f.name,
+            "title": f.title,
+            "media_type": f.media_type,
+            "suffix": f.suffix,
+            "quads": f.quads,
+            "overlays": f.overlays,
+            "precision": "float32" if f.single else "float64",
+        }
+        for f in FORMATS
+    ]
+
+
+async def health(request: Request) -> Response:
+    """GET /health: version and state, for people."""
+    state = "ready" if request.app.state.ready else "draining"
+    return json_response({"status": state, "version": __version__, "engine": ENGINE})
+
+
+async def live(_: Request) -> Response:
+    """GET /health/live: the event loop turns."""
+    return json_response({"status": "live"})
+
+
+async def ready(request: Request) -> Response:
+    """GET /health/ready: 503 once no new requests should come here."""
+    if request.app.state.ready:
+        return json_response({"status": "ready"})
+    return json_response({"status": "draining"}, status=503)
+
+
+def _summary(example: Example, root: str) -> dict[str, Any]:
+    surface = example.surface()
+    address = f"{root}/v1/surfaces/{example.id}"
+    return {
+        "id": example.id,
+        "title": example.title,
+        "description": example.description,
+        "up": surface.up,
+        "patches": surface.lower().patch_count,
+        "degree": surface.degree,
+        "links": {
+            "self": address,
+            "mesh": {f.suffix: f"{address}/mesh.{f.suffix}" for f in FORMATS},
+        },
+    }

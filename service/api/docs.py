@@ -1,0 +1,82 @@
+"""The documentation page: Swagger UI over /openapi.json, every byte of it served from here."""
+
+from pathlib import Path
+
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import FileResponse, HTMLResponse, RedirectResponse, Response
+
+from service.api.answers import HEADERS
+
+ASSETS = Path(__file__).parent / "static" / "swagger-ui"
+"""Filled by `make web` and by the image build."""
+
+_MEDIA_TYPES = {
+    "swagger-ui-bundle.js": "text/javascript",
+    "swagger-ui.css": "text/css",
+}
+
+_POLICY = (
+    "default-src 'none'; script-src 'self'; connect-src 'self'; img-src 'self' data:; "
+    # Swagger UI sets styles on its elements.
+    "style-src 'self' 'unsafe-inline'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+_HEADERS = HEADERS | {"Content-Security-Policy": _POLICY}
+
+_PAGE = """<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width">
+<title>Surface Service</title>
+<link rel="icon" href="data:,">
+<link rel="stylesheet" href="docs/swagger-ui.css">
+<main id="docs"></main>
+<script src="docs/swagger-ui-bundle.js"></script>
+<script src="docs/start.js"></script>
+</html>
+"""
+
+_START = """SwaggerUIBundle({
+  url: "openapi.json",
+  dom_id: "#docs",
+  deepLinking: true,
+  validatorUrl: null,
+});
+"""
+
+_NOT_BUILT = """<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<title>Surface Service</title>
+<link rel="icon" href="data:,">
+<h1>Surface Service</h1>
+<p>The scripts of this page are not installed. In the project's folder, run</p>
+<pre>make web</pre>
+<p>and load the page again. Nothing else depends on them; the interface is described in
+<a href="openapi.json">openapi.json</a>.</p>
+</html>
+"""
+
+
+async def page(_: Request) -> Response:
+    """GET /docs: Swagger UI, or what to run to have it."""
+    built = all((ASSETS / name).is_file() for name in _MEDIA_TYPES)
+    if built:
+        return HTMLResponse(_PAGE, headers=_HEADERS)
+    return HTMLResponse(_NOT_BUILT, status_code=503, headers=_HEADERS)
+
+
+async def asset(request: Request) -> Response:
+    """GET /docs/{asset}: the scripts and the style of the page, by a closed list of names."""
+    name = request.path_params["asset"]
+    if name == "start.js":
+        return Response(_START, headers=HEADERS, media_type="text/javascript")
+    file = ASSETS / name
+    if name not in _MEDIA_TYPES or not file.is_file():
+        raise HTTPException(404)
+    return FileResponse(file, headers=HEADERS, media_type=_MEDIA_TYPES[name])
+
+
+async def home(request: Request) -> Response:
+    """GET /: the documentation, until there is a page to look at surfaces."""
+    return RedirectResponse(request.scope.get("root_path", "") + "/docs")

@@ -1,0 +1,136 @@
+"""Meshes: of a surface that is posted, and of an example by its URL."""
+
+import re
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import TypeVar
+
+from anyio import CapacityLimiter, to_thread
+from starlette.requests import Request
+from starlette.responses import Response
+
+from service import pipeline
+from service.api.answers import HEADERS, ChunkedResponse
+from service.api.body import read_body
+from service.api.negotiation import by_accept, by_name, by_suffix
+from service.api.problems import InvalidQuery
+from service.encoders.format import Format
+from service.errors import InvalidRequest, Issue, UnknownSurface
+from service.schemas.document import DocumentLimits, parse_document
+from service.schemas.options import MeshOptionFields
+from service.schemas.query import options_from_text, values_from_text
+from service.schemas.request import MeshRequest, mesh_request
+from service.settings import Settings, document_limits, result_limits
+from service.surface import examples
+from service.surface.examples import Surface
+
+INLINE_VERTICES = 10_000
+"""Up to here a mesh takes 10 ms at most, in any format. Handing it to a thread would cost the
+others as much: Python's threads take turns of 5 ms."""
+
+INLINE_BYTES = 1 << 18
+"""Bodies up to this size are parsed in some 5 ms."""
+
+GET_HEADERS = HEADERS | {"Cache-Control": "public, max-age=3600"}
+POST_HEADERS = HEADERS | {"Vary": "Accept"}
+
+_UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
+
+Result = TypeVar("Result")
+
+
+async def post_mesh(request: Request) -> Response:
+    """POST /v1/mesh: the surface and the options in the body."""
+    settings: Settings = request.app.state.settings
+    fmt = only_format(request.query_params.multi_items())
+    fmt = fmt or by_accept(request.headers.get("accept"))
+    body = await read_body(request, settings)
+    parse = partial(_parse, body, document_limits(settings))
+    long = len(body) > INLINE_BYTES
+    wanted, surface = await _run(request, parse, in_thread=long)
+    del body, parse  # half of the memory of a large request
+    content = await _render(request, surface, wanted, fmt)
+    return _answer(content, fmt, surface.name, POST_HEADERS)
+
+
+async def get_example_mesh(request: Request) -> Response:
+    """GET /v1/surfaces/{example}/mesh.{suffix}: the options in the query."""
+    surface = find_example(request).surface()
+    fmt = by_suffix(request.path_params["suffix"])
+    wanted = options_from_text(request.query_params.multi_items())
+    content = await _render(request, surface, wanted, fmt)
+    return _answer(content, fmt, request.path_params["example"], GET_HEADERS)
+
+
+def find_example(request: Request) -> examples.Example:
+    """The example that the path names."""
+    try:
+        return examples.find(request.path_params["example"])
+    except UnknownSurface as error:
+        raise error.within("/example") from None
+
+
+def refuse_parameters(request: Request) -> None:
+    """Refuses every query parameter, where there is nothing to choose."""
+    for name in request.query_params:
+        raise InvalidQuery(_unknown_parameter(name, "no parameters"))
+
+
+def only_format(query: Iterable[tuple[str, str]]) -> Format | None:
+    """The format that the query of a POST names, if it does; it has no other parameter.
+
+    Raises
+    ------
+    InvalidQuery
+    """
+    try:
+        values = values_from_text(query)
+    except InvalidRequest as error:
+        raise InvalidQuery(*error.issues) from None
+    for name in values:
+        if name != "format":
+            raise InvalidQuery(_unknown_parameter(name, "only `format`; options go into the body"))
+    return by_name(str(values["format"])) if values else None
+
+
+def _unknown_parameter(name: str, needed: str) -> Issue:
+    return Issue(
+        "unknown_field",
+        "There is no parameter of this name.",
+        "/" + name[:64],
+        "an unknown parameter",
+        needed,
+    )
+
+
+def _parse(body: bytearray, limits: DocumentLimits) -> tuple[MeshRequest, Surface]:
+    wanted = mesh_request(parse_document(body), limits)
+    return wanted, wanted.to_surface()
+
+
+async def _render(
+    request: Request, surface: Surface, wanted: MeshOptionFields, fmt: Format
+) -> bytes:
+    """The file, computed here when that is quick and in a thread when it is not."""
+    settings: Settings = request.app.state.settings
+    options = wanted.mesh_options()
+    limits = result_limits(settings)
+    long = pipeline.predict(surface, options).vertices > INLINE_VERTICES
+    render = partial(pipeline.render, surface, options, fmt, wanted.encode_options(), limits)
+    return await _run(request, render, in_thread=long)
+
+
+async def _run(request: Request, work: Callable[[], Result], *, in_thread: bool) -> Result:
+    """Calls `work`, off the event loop if it is long; so many at a time as there are cores."""
+    if not in_thread:
+        return work()
+    limiter: CapacityLimiter = request.app.state.limiter
+    return await to_thread.run_sync(work, limiter=limiter)
+
+
+def _answer(content: bytes, fmt: Format, name: str, headers: dict[str, str]) -> Response:
+    """The file; with a name to save it under, unless it is JSON for a program."""
+    if fmt.name != "json":
+        stem = _UNSAFE.sub("-", name).strip("-.") or "surface"
+        headers = headers | {"Content-Disposition": f'attachment; filename="{stem}.{fmt.suffix}"'}
+    return ChunkedResponse(content, 200, headers, fmt.media_type)

@@ -1,0 +1,253 @@
+"""The schemas of the OpenAPI document: requests from the models, answers by hand."""
+
+from typing import Any
+
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue, models_json_schema
+from pydantic_core import core_schema
+
+from service.schemas.options import MeshOptionFields
+from service.schemas.request import MeshRequest
+
+Json = dict[str, Any]
+
+
+class _WithoutNull(GenerateJsonSchema):
+    """A field that may be left out but not be null has no default to show."""
+
+    def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
+        """The inner schema alone where the default is only a mark for "left out"."""
+        if schema.get("default", ...) is None or "default_factory" in schema:
+            return self.generate_inner(schema["schema"])
+        return super().default_schema(schema)
+
+
+def ref(name: str) -> Json:
+    """Reference to a schema among the components."""
+    return {"$ref": f"#/components/schemas/{name}"}
+
+
+def schemas() -> dict[str, Json]:
+    """All component schemas by name."""
+    _, generated = models_json_schema(
+        [(MeshRequest, "validation")],
+        ref_template="#/components/schemas/{model}",
+        schema_generator=_WithoutNull,
+    )
+    models: dict[str, Json] = generated["$defs"]
+    return models | ANSWERS
+
+
+def option_parameters() -> list[Json]:
+    """The options of a mesh as query parameters, lists comma-separated."""
+    properties = MeshOptionFields.model_json_schema(schema_generator=_WithoutNull)["properties"]
+    parameters = []
+    for name, schema in properties.items():
+        content = {key: value for key, value in schema.items() if key not in _PARAMETER_KEYS}
+        parameter: Json = {
+            "name": name,
+            "in": "query",
+            "required": False,
+            "description": schema["description"],
+            "schema": content,
+        }
+        if name in ("resolution", "overlays"):
+            parameter |= {"style": "form", "explode": False}
+        if "examples" in schema:
+            parameter["example"] = schema["examples"][0]
+        parameters.append(parameter)
+    return parameters
+
+
+_PARAMETER_KEYS = frozenset({"title", "description", "examples"})
+
+
+def _object(properties: dict[str, Json], required: list[str] | None = None, **more: Any) -> Json:
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": list(properties) if required is None else required,
+        **more,
+    }
+
+
+def _numbers(count: int, text: str) -> Json:
+    row = {"type": "array", "items": {"type": "number"}, "minItems": count, "maxItems": count}
+    return {"type": "array", "items": row, "description": text}
+
+
+def _indices(low: int, high: int, text: str) -> Json:
+    index = {"type": "integer", "minimum": 0}
+    row = {"type": "array", "items": index, "minItems": low, "maxItems": high}
+    return {"type": "array", "items": row, "description": text}
+
+
+def _text(description: str, **more: Any) -> Json:
+    return {"type": "string", "description": description, **more}
+
+
+def _count(description: str) -> Json:
+    return {"type": "integer", "minimum": 0, "description": description}
+
+
+_BOUND = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+
+_REPORT = _object(
+    {
+        "vertices": _count("Number of vertices."),
+        "triangles": _count("Number of triangles."),
+        "quads": _count("Number of quads."),
+        "patches": _count("Number of Bézier patches."),
+        "bounds": _object({"min": _BOUND, "max": _BOUND}, description="Of the vertices as stored."),
+        "watertight": {
+            "type": "boolean",
+            "description": "Whether every edge is used by exactly two faces.",
+        },
+        "boundary_edges": _count("Edges that only one face uses."),
+        "poles_repaired": _count("Samples whose normal is a limit, since du × dv vanishes there."),
+        "engine": {"type": "integer", "description": "Version of the numbers."},
+    },
+    description="What is known about a mesh.",
+)
+
+_MESH = _object(
+    {
+        "vertices": _numbers(3, "Positions [x, y, z], float64, shortest digits that round-trip."),
+        "faces": _indices(
+            3, 4, "Vertices of each face, counter-clockwise seen from the normal's tip."
+        ),
+        "normals": _numbers(3, "Unit normals, float32; unless `normals` is false."),
+        "uvs": _numbers(2, "Parameters (u, v), float32; if `uvs` is true."),
+        "parts": {
+            "type": "array",
+            "description": "Named runs [first, last) of `faces`.",
+            "items": _object(
+                {
+                    "name": _text("Name of the part."),
+                    "faces": {
+                        "type": "array",
+                        "items": {"type": "integer"},
+                        "minItems": 2,
+                        "maxItems": 2,
+                        "description": "First face, and the one after the last.",
+                    },
+                }
+            ),
+        },
+        "lines": {
+            "type": "array",
+            "description": "Overlays, if any were asked for.",
+            "items": _object(
+                {
+                    "name": _text("Name of the overlay."),
+                    "vertices": _numbers(3, "Positions of its own."),
+                    "segments": _indices(2, 2, "Pairs of rows of its `vertices`."),
+                }
+            ),
+        },
+        "welds": {
+            "type": "array",
+            "items": {"type": "integer", "minimum": 0},
+            "description": "For each vertex the first one at the same position; left out where "
+            "that is always the vertex itself.",
+        },
+        "report": ref("MeshReport"),
+    },
+    ["vertices", "faces", "parts", "report"],
+    description="A mesh as JSON.",
+)
+
+_ERROR = _object(
+    {
+        "code": _text("What is wrong, stable, for programs."),
+        "pointer": _text("JSON pointer (RFC 6901) into the body; empty for the whole of it."),
+        "parameter": _text("Name of the path or query parameter, instead of a pointer."),
+        "header": _text("Name of the header, instead of a pointer."),
+        "detail": _text("What is wrong, for people."),
+        "got": _text("What was found, described and not repeated."),
+        "needed": _text("What would have been right."),
+    },
+    ["code", "detail"],
+)
+
+_PROBLEM = _object(
+    {
+        "type": _text("Always `about:blank`; `code` tells more.", const="about:blank"),
+        "title": _text("The phrase of the status."),
+        "status": {"type": "integer", "description": "The status again."},
+        "code": _text("Kind of problem, stable, for programs."),
+        "detail": _text("Kind of problem, for people."),
+        "errors": {
+            "type": "array",
+            "maxItems": 20,
+            "items": ref("Error"),
+            "description": "What is wrong, place by place; at most 20 of them.",
+        },
+    },
+    description="An error answer (RFC 9457).",
+)
+
+_SUMMARY = _object(
+    {
+        "id": _text("The id, readable."),
+        "title": _text("A short title."),
+        "description": _text("What it is."),
+        "up": _text("The vertical axis.", enum=["y", "z"]),
+        "patches": _count("Number of Bézier patches."),
+        "degree": {
+            "type": "array",
+            "items": {"type": "integer"},
+            "minItems": 2,
+            "maxItems": 2,
+            "description": "Degree [p, q] of its patches.",
+        },
+        "links": _object(
+            {
+                "self": _text("Address of the definition."),
+                "mesh": {
+                    "type": "object",
+                    "additionalProperties": {"type": "string"},
+                    "description": "Address of the mesh by suffix; options are added as a query.",
+                },
+            }
+        ),
+    }
+)
+
+_FORMAT = _object(
+    {
+        "name": _text("Name for `?format=`."),
+        "title": _text("What it is."),
+        "media_type": _text("Media type for `Accept`."),
+        "suffix": _text("Suffix of files and of mesh URLs."),
+        "quads": {"type": "boolean", "description": "Whether it can hold quads."},
+        "overlays": {"type": "boolean", "description": "Whether it can hold lines."},
+        "precision": _text("Precision of positions.", enum=["float32", "float64"]),
+    }
+)
+
+ANSWERS: dict[str, Json] = {
+    "Mesh": _MESH,
+    "MeshReport": _REPORT,
+    "Problem": _PROBLEM,
+    "Error": _ERROR,
+    "SurfaceSummary": _SUMMARY,
+    "SurfaceList": _object({"surfaces": {"type": "array", "items": ref("SurfaceSummary")}}),
+    "SurfaceDocument": _object(
+        {
+            "surface": {
+                "oneOf": [ref("BezierDefinition"), ref("PatchesDefinition")],
+                "description": "The definition, as a request would give it.",
+            }
+        }
+    ),
+    "Format": _FORMAT,
+    "FormatList": _object({"formats": {"type": "array", "items": ref("Format")}}),
+    "Health": _object(
+        {
+            "status": _text("State of the service.", enum=["live", "ready", "draining"]),
+            "version": _text("Version of the service."),
+            "engine": {"type": "integer", "description": "Version of the numbers."},
+        },
+        ["status"],
+    ),
+}

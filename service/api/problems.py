@@ -1,0 +1,217 @@
+"""Every error as `application/problem+json` (RFC 9457), from one table of classes.
+
+The text of an exception that is not a `SurfaceError` never leaves the process.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+import orjson
+from fastapi import FastAPI
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import Response
+
+from service.api.answers import HEADERS
+from service.errors import (
+    InvalidRequest,
+    Issue,
+    MalformedJson,
+    SurfaceError,
+    TooLarge,
+    UnknownSurface,
+    UnsupportedByFormat,
+)
+
+MEDIA_TYPE = "application/problem+json"
+
+
+Place: TypeAlias = Literal["pointer", "parameter", "header"]
+
+
+class InvalidQuery(InvalidRequest):
+    """A query parameter does not say anything we can compute."""
+
+
+class UnknownSuffix(SurfaceError):
+    """No format is written under this suffix."""
+
+
+class NotAcceptable(SurfaceError):
+    """No format that the client accepts is written here."""
+
+
+class BodyTooSlow(SurfaceError):
+    """The body did not arrive in time."""
+
+
+class BodyTooLarge(SurfaceError):
+    """The body has more bytes than are read."""
+
+
+class UnsupportedMediaType(SurfaceError):
+    """The body is said to be something else than plain JSON."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """What a class of errors is over HTTP.
+
+    `title` is the status's phrase in RFC 9110; `code` is stable and for programs. `place` is where
+    its issues lie: in the body (a JSON pointer), in the path or the query (a parameter), or in a
+    header.
+    """
+
+    status: int
+    title: str
+    code: str
+    about: str
+    place: Place = "pointer"
+
+
+PROBLEMS: dict[type[SurfaceError], Problem] = {
+    MalformedJson: Problem(400, "Bad Request", "malformed_json", "The body is not JSON."),
+    UnknownSurface: Problem(
+        404, "Not Found", "unknown_surface", "No surface is known by this id.", "parameter"
+    ),
+    UnknownSuffix: Problem(
+        404, "Not Found", "unknown_suffix", "No format has this suffix.", "parameter"
+    ),
+    NotAcceptable: Problem(
+        406,
+        "Not Acceptable",
+        "not_acceptable",
+        "No format that you accept is written here.",
+        "header",
+    ),
+    BodyTooSlow: Problem(
+        408, "Request Timeout", "body_too_slow", "The body did not arrive in time."
+    ),
+    BodyTooLarge: Problem(
+        413, "Content Too Large", "body_too_large", "The body has too many bytes."
+    ),
+    UnsupportedMediaType: Problem(
+        415,
+        "Unsupported Media Type",
+        "unsupported_media_type",
+        "The body must be plain, uncompressed JSON.",
+        "header",
+    ),
+    InvalidRequest: Problem(
+        422,
+        "Unprocessable Content",
+        "invalid_request",
+        "The surface or an option says nothing that can be computed.",
+    ),
+    InvalidQuery: Problem(
+        422,
+        "Unprocessable Content",
+        "invalid_request",
+        "A query parameter says nothing that can be computed.",
+        "parameter",
+    ),
+    UnsupportedByFormat: Problem(
+        422,
+        "Unprocessable Content",
+        "unsupported_by_format",
+        "The format cannot hold what was asked for.",
+    ),
+    TooLarge: Problem(
+        422,
+        "Unprocessable Content",
+        "result_too_large",
+        "The result would be larger than is allowed; nothing was computed.",
+    ),
+}
+
+NOT_FOUND = Problem(404, "Not Found", "not_found", "There is nothing at this address.")
+METHOD_NOT_ALLOWED = Problem(
+    405,
+    "Method Not Allowed",
+    "method_not_allowed",
+    "This address does not answer this method; `Allow` lists those it does.",
+)
+INTERNAL_ERROR = Problem(
+    500,
+    "Internal Server Error",
+    "internal_error",
+    "The fault is ours. It has been logged; the request may be repeated.",
+)
+
+
+def problem_document(
+    problem: Problem, issues: tuple[Issue, ...] = (), place: Place | None = None
+) -> dict[str, Any]:
+    """The body of an error answer; `place` overrides where the issues are said to lie."""
+    return {
+        "type": "about:blank",
+        "title": problem.title,
+        "status": problem.status,
+        "code": problem.code,
+        "detail": problem.about,
+        "errors": [_error(issue, place or problem.place) for issue in issues],
+    }
+
+
+def _error(issue: Issue, place: Place) -> dict[str, str]:
+    # A parameter or a header has a name and no inside; the path into a list is of no use there.
+    name = issue.pointer if place == "pointer" else issue.pointer.split("/")[1:2]
+    where = {place: name if isinstance(name, str) else "".join(name)}
+    texts = {"got": issue.got, "needed": issue.needed}
+    return {
+        "code": issue.code,
+        **where,
+        "detail": issue.message,
+        **{key: text for key, text in texts.items() if text},
+    }
+
+
+def problem_response(
+    problem: Problem,
+    issues: tuple[Issue, ...] = (),
+    place: Place | None = None,
+    headers: dict[str, str] | None = None,
+) -> Response:
+    """An answer that is a problem."""
+    content = orjson.dumps(problem_document(problem, issues, place))
+    return Response(content, problem.status, HEADERS | (headers or {}), MEDIA_TYPE)
+
+
+def problem_of(error: SurfaceError) -> Problem:
+    """The table's row for an error; a subclass inherits its parent's."""
+    return next(PROBLEMS[cls] for cls in type(error).__mro__ if cls in PROBLEMS)
+
+
+def install(app: FastAPI) -> None:
+    """Makes every error of `app` a problem."""
+    app.add_exception_handler(SurfaceError, _on_surface_error)
+    app.add_exception_handler(HTTPException, _on_http_exception)
+    app.add_exception_handler(ClientDisconnect, _on_disconnect)
+    app.add_exception_handler(Exception, _on_exception)
+
+
+async def _on_surface_error(request: Request, error: Exception) -> Response:
+    assert isinstance(error, SurfaceError)
+    problem = problem_of(error)
+    # Without a body there is nothing to point into: the same option is a parameter.
+    bodiless = request.method != "POST" and problem.place == "pointer"
+    return problem_response(problem, error.issues, "parameter" if bodiless else None)
+
+
+async def _on_http_exception(_: Request, error: Exception) -> Response:
+    """The router's own refusals: no such path, no such method."""
+    assert isinstance(error, HTTPException)
+    problem = METHOD_NOT_ALLOWED if error.status_code == METHOD_NOT_ALLOWED.status else NOT_FOUND
+    return problem_response(problem, headers=dict(error.headers or {}))
+
+
+async def _on_disconnect(_: Request, error: Exception) -> Response:
+    """Nobody listens any more; the answer only ends the request quietly."""
+    assert isinstance(error, ClientDisconnect)
+    return Response(status_code=400)
+
+
+async def _on_exception(_: Request, error: Exception) -> Response:
+    """Whatever was not foreseen. The server logs the exception, which is raised again."""
+    del error  # its text stays here
+    return problem_response(INTERNAL_ERROR)

@@ -1,0 +1,336 @@
+"""The command `surface`: serve, mesh, examples, formats, openapi.
+
+Whatever is heavy is imported by the command that needs it, so that `--help` answers at once.
+"""
+
+import argparse
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import httpx
+
+    from service.encoders.format import Format
+
+_OPTIONS = (
+    "resolution", "faces", "normals", "uvs", "weld", "crease_angle", "overlays", "oogl",
+)  # fmt: skip
+
+_PATIENCE = 600.0
+"""Seconds to wait for the service's answer."""
+
+_DRAIN = 25
+"""Seconds that answers under way may take once the service is told to stop."""
+
+OK, REFUSED, USAGE, UNREACHABLE = range(4)
+
+_EXIT_CODES = """\
+exit codes:
+  0  done
+  1  refused: the surface, an option or the file says nothing that can be computed
+  2  the command line itself is wrong
+  3  the service given by --url does not answer, or fails
+"""
+
+_FILE_HELP = (
+    "a JSON file (a surface, or a request with a surface and options), the id of an example, "
+    "or - for standard input"
+)
+
+
+class UsageError(Exception):
+    """The command line cannot be understood."""
+
+
+class ServiceError(Exception):
+    """The service that should do the work does not, and it is not the request's fault."""
+
+
+class Refused(Exception):
+    """The service refused the request; the lines say why."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the command line and returns its exit code."""
+    options = _parser().parse_args(arguments)
+    from service.errors import SurfaceError
+    from service.settings import InvalidSettings
+
+    try:
+        return int(options.run(options))
+    except SurfaceError as error:
+        for issue in error.issues:
+            _complain(_line(issue.pointer, issue.message, issue.got, issue.needed))
+        return REFUSED
+    except Refused as error:
+        for line in error.args:
+            _complain(line)
+        return REFUSED
+    except (UsageError, InvalidSettings) as error:
+        _complain(str(error))
+        return USAGE
+    except ServiceError as error:
+        _complain(str(error))
+        return UNREACHABLE
+    except OSError as error:
+        _complain(f"{error.filename or 'output'}: {error.strerror}")
+        return REFUSED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="surface",
+        description="Parametric surfaces in, meshes out.",
+        epilog=_EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    serve = commands.add_parser("serve", help="answer over HTTP")
+    serve.add_argument("--host", help="address to listen at (SURFACE_HOST, 127.0.0.1)")
+    serve.add_argument("--port", type=int, help="port to listen at (SURFACE_PORT, 8000)")
+    serve.set_defaults(run=_serve)
+
+    mesh = commands.add_parser(
+        "mesh",
+        help="write the mesh of a surface",
+        epilog=_EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    mesh.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP)
+    mesh.add_argument(
+        "-o", "--output", required=True, help="file to write, or - for standard output"
+    )
+    mesh.add_argument("--format", help="format, if the suffix of the output does not tell")
+    mesh.add_argument("--url", help="let the service at this address do the work")
+    _add_options(mesh)
+    mesh.set_defaults(run=_mesh)
+
+    for name, run, text in (
+        ("examples", _examples, "list the built-in surfaces"),
+        ("formats", _formats, "list the formats"),
+        ("openapi", _openapi, "print the OpenAPI document"),
+    ):
+        command = commands.add_parser(name, help=text)
+        command.set_defaults(run=run)
+    return parser
+
+
+def _add_options(mesh: argparse.ArgumentParser) -> None:
+    """The options of a mesh; each overrides the same one in the file."""
+    group = mesh.add_argument_group("options of the mesh")
+    group.add_argument("--resolution", metavar="N|U,V", help="divisions of every patch (16)")
+    group.add_argument("--faces", metavar="KIND", help="triangles (default) or quads")
+    for name, text in (
+        ("normals", "unit normals (yes)"),
+        ("uvs", "parameters (u, v) (no)"),
+        ("weld", "vertices shared along shared edges (yes)"),
+    ):
+        group.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=text)
+    group.add_argument("--crease-angle", metavar="RADIANS", help="keep normals apart beyond (1°)")
+    group.add_argument("--overlays", metavar="A,B", help="lines: control_net, boundary")
+    group.add_argument("--oogl", metavar="FORM", help="form of OOGL: cquad, mesh, off, bez")
+
+
+def _serve(arguments: argparse.Namespace) -> int:
+    import uvicorn
+
+    from service.api.app import create_app
+    from service.settings import from_environment
+
+    settings = from_environment()
+    host = settings.host if arguments.host is None else arguments.host
+    port = settings.port if arguments.port is None else arguments.port
+    uvicorn.run(create_app(settings), host=host, port=port, timeout_graceful_shutdown=_DRAIN)
+    return OK
+
+
+def _mesh(arguments: argparse.Namespace) -> int:
+    fmt = _format(arguments)
+    source = _source(arguments.source)
+    chosen = _chosen(arguments)
+    if arguments.url is None:
+        content = _local(source, chosen, fmt)
+    else:
+        content = _remote(arguments.url, source, chosen, fmt)
+    _write(arguments.output, content)
+    return OK
+
+
+def _format(arguments: argparse.Namespace) -> "Format":
+    """The format by name, else by the suffix of the output."""
+    from service.encoders.registry import BY_NAME, BY_SUFFIX
+
+    if arguments.format is not None:
+        if arguments.format not in BY_NAME:
+            raise UsageError(f"--format: unknown; needed one of {', '.join(BY_NAME)}")
+        return BY_NAME[arguments.format]
+    suffix = Path(arguments.output).suffix.removeprefix(".").lower()
+    if arguments.output == "-" or suffix not in BY_SUFFIX:
+        raise UsageError(
+            f"the output's name does not tell the format; needed --format or one of the suffixes "
+            f"{', '.join(BY_SUFFIX)}"
+        )
+    return BY_SUFFIX[suffix]
+
+
+def _source(source: str) -> str | dict[str, Any]:
+    """The id of an example, or the request in a file.
+
+    A file that holds a bare surface makes a request without options.
+    """
+    from service.schemas.document import read_document
+    from service.surface.examples import EXAMPLES
+
+    if source in EXAMPLES and not Path(source).exists():
+        return source
+    if source == "-":
+        document = read_document(sys.stdin.buffer.read())
+    elif Path(source).exists():
+        document = read_document(Path(source).read_bytes())
+    else:
+        raise UsageError(f"no such file and no such example; examples: {', '.join(EXAMPLES)}")
+    if isinstance(document, dict) and "surface" in document:
+        return document
+    return {"surface": document}
+
+
+def _chosen(arguments: argparse.Namespace) -> dict[str, str]:
+    """The options that the command line gives, as a query would give them."""
+    chosen: dict[str, str] = {}
+    for name in _OPTIONS:
+        value = getattr(arguments, name)
+        if value is not None:
+            chosen[name] = str(value).lower() if isinstance(value, bool) else value
+    return chosen
+
+
+def _local(source: str | dict[str, Any], chosen: Mapping[str, str], fmt: "Format") -> bytes:
+    """The file, computed in this process."""
+    from service import pipeline
+    from service.schemas.query import options_from_text, values_from_text
+    from service.schemas.request import mesh_request
+    from service.settings import document_limits, from_environment, pin_blas, result_limits
+    from service.surface.examples import find
+
+    pin_blas()
+    settings = from_environment()
+    if isinstance(source, str):
+        surface: pipeline.Surface = find(source).surface()
+        wanted = options_from_text(chosen.items())
+    else:
+        request = mesh_request(source | values_from_text(chosen.items()), document_limits(settings))
+        surface, wanted = request.to_surface(), request
+    return pipeline.render(
+        surface, wanted.mesh_options(), fmt, wanted.encode_options(), result_limits(settings)
+    )
+
+
+def _remote(
+    url: str, source: str | dict[str, Any], chosen: Mapping[str, str], fmt: "Format"
+) -> bytes:
+    """The file, computed by the service at `url`."""
+    import httpx
+    import orjson
+
+    from service.schemas.query import values_from_text
+
+    try:
+        with httpx.Client(base_url=url, timeout=httpx.Timeout(_PATIENCE, connect=10)) as client:
+            if isinstance(source, str):
+                path = f"/v1/surfaces/{source}/mesh.{fmt.suffix}"
+                answer = client.get(path, params=dict(chosen))
+            else:
+                answer = client.post(
+                    "/v1/mesh",
+                    params={"format": fmt.name},
+                    content=orjson.dumps(source | values_from_text(chosen.items())),
+                    headers={"Content-Type": "application/json"},
+                )
+    except (httpx.InvalidURL, httpx.UnsupportedProtocol) as error:
+        raise UsageError(f"--url: {error}") from None
+    except httpx.TransportError as error:
+        raise ServiceError(f"{url} does not answer: {type(error).__name__}") from None
+    if answer.status_code == httpx.codes.OK:
+        return answer.content
+    raise _unhappy(answer)
+
+
+def _unhappy(answer: "httpx.Response") -> Exception:
+    """What an answer other than 200 means for the person at the terminal."""
+    if answer.headers.get("content-type") != "application/problem+json":
+        return ServiceError(f"{answer.url} answers {answer.status_code}: not a surface service?")
+    problem = answer.json()
+    if answer.is_server_error:
+        return ServiceError(f"{answer.url} failed: {problem['detail']}")
+    lines = [
+        _line(
+            error.get("pointer") or error.get("parameter") or error.get("header", ""),
+            error["detail"],
+            error.get("got", ""),
+            error.get("needed", ""),
+        )
+        for error in problem["errors"]
+    ]
+    return Refused(*(lines or [problem["detail"]]))
+
+
+def _examples(_: argparse.Namespace) -> int:
+    from service.surface.examples import EXAMPLES
+
+    width = max(map(len, EXAMPLES))
+    for example in EXAMPLES.values():
+        print(f"{example.id:<{width}}  {example.title}")
+    return OK
+
+
+def _formats(_: argparse.Namespace) -> int:
+    from service.encoders.registry import FORMATS
+
+    for fmt in FORMATS:
+        print(f"{fmt.name:<5} .{fmt.suffix:<5} {fmt.media_type:<20} {fmt.title}")
+    return OK
+
+
+def _openapi(_: argparse.Namespace) -> int:
+    import json
+
+    from service.api.openapi import document
+
+    text = json.dumps(document(), indent=2, ensure_ascii=False) + "\n"
+    sys.stdout.buffer.write(text.encode())
+    sys.stdout.buffer.flush()
+    return OK
+
+
+def _write(output: str, content: bytes) -> None:
+    """Writes a whole file or none: beside its place first, then into it."""
+    if output == "-":
+        sys.stdout.buffer.write(content)
+        sys.stdout.buffer.flush()
+        return
+    place = Path(os.path.realpath(output))
+    if place.exists() and not place.is_file():
+        # A device or a pipe: nothing may be put in its place.
+        place.write_bytes(content)
+        return
+    beside = place.with_name(f".{place.name}.{os.getpid()}.part")
+    try:
+        with beside.open("xb") as file:
+            file.write(content)
+        beside.replace(place)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _line(place: str, message: str, got: str, needed: str) -> str:
+    """One issue as a line."""
+    facts = ", ".join(f"{name} {text}" for name, text in (("got", got), ("needed", needed)) if text)
+    return (f"{place}: " if place else "") + message + (f" ({facts})" if facts else "")
+
+
+def _complain(line: str) -> None:
+    print(f"surface: {line}", file=sys.stderr)

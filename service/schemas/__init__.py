@@ -1,0 +1,1 @@
+"""The JSON language: documents in, frozen values out. The only place where lists become arrays."""

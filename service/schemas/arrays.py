@@ -1,0 +1,223 @@
+"""Nested lists of numbers to arrays: the only place where that happens.
+
+Python's JSON values are checked by type, not by what NumPy can make of them: it would take true
+for 1, "1.5" for 1.5 and null for NaN. The fast path asks four questions of whole levels at once;
+only when an answer is no does a second pass walk through the lists to say where.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic_core import core_schema
+
+from service.errors import Issue
+from service.schemas.document import DocumentLimits
+from service.schemas.refusals import Path, refusal, wrong_type
+
+Array: TypeAlias = NDArray[np.float64] | NDArray[np.int64]
+
+_MAX_INDEX = 2**53
+"""Whole numbers beyond it are no index of anything."""
+
+
+@dataclass(frozen=True, slots=True)
+class NumberGrid:
+    """A field that holds numbers in lists nested so many levels deep, all of equal lengths.
+
+    Attributes
+    ----------
+    levels : tuple of str
+        What each level is made of, outermost first: "rows", "control points", "numbers".
+    width : int or None
+        Length of the innermost lists, where it is fixed.
+    whole : bool
+        Whether the numbers are indices.
+    positive : bool
+        Whether the documentation says that they are above zero; the surface checks it.
+    point_levels : int
+        How many levels multiply to the number of control points; 0 where they are not counted.
+    degree_levels : tuple of int
+        Levels whose length less one is a degree.
+    """
+
+    levels: tuple[str, ...]
+    width: int | None = None
+    whole: bool = False
+    positive: bool = False
+    point_levels: int = 0
+    degree_levels: tuple[int, ...] = ()
+
+    def array(self, value: object, limits: DocumentLimits) -> Array:
+        """`value` as an array with one axis a level, float64 or int64.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            With one detail for each of the first faults.
+        """
+        scalars: list[Any] = [value]
+        shape: list[int] = []
+        for level in range(len(self.levels)):
+            if set(map(type, scalars)) != {list}:
+                raise refusal(self._faults(value))
+            lengths = set(map(len, scalars))
+            self._check_size(level, sum(map(len, scalars)), max(lengths), limits)
+            if len(lengths) != 1 or 0 in lengths or (self._is_last(level) and self._bad(lengths)):
+                raise refusal(self._faults(value))
+            shape.append(lengths.pop())
+            scalars = list(chain.from_iterable(scalars))
+        if not self._all_numbers(scalars):
+            raise refusal(self._faults(value))
+        if self.whole:
+            return np.fromiter(scalars, np.int64, len(scalars)).reshape(shape)
+        return np.fromiter(scalars, np.float64, len(scalars)).reshape(shape)
+
+    @property
+    def _types(self) -> frozenset[type]:
+        return frozenset({int}) if self.whole else frozenset({int, float})
+
+    def _all_numbers(self, scalars: list[Any]) -> bool:
+        """Whether these are numbers of the right type, and indices small enough for int64."""
+        if not set(map(type, scalars)) <= self._types:
+            return False
+        return not self.whole or max(map(abs, scalars)) <= _MAX_INDEX
+
+    def _is_last(self, level: int) -> bool:
+        return level == len(self.levels) - 1
+
+    def _bad(self, lengths: set[int]) -> bool:
+        return self.width is not None and lengths != {self.width}
+
+    def _check_size(self, level: int, total: int, longest: int, limits: DocumentLimits) -> None:
+        """Refuses what is too large from the lengths alone, before the next level is opened."""
+        if level + 1 == self.point_levels and total > limits.max_control_points:
+            raise refusal([((), _too_many(total, limits.max_control_points))])
+        if level in self.degree_levels and longest - 1 > limits.max_degree:
+            raise refusal([((), _degree_too_high(longest - 1, limits.max_degree))])
+
+    def _faults(self, value: object) -> Iterator[tuple[Path, Issue]]:
+        """Every fault in the order of the document; the caller takes as many as it wants."""
+        lengths: list[int | None] = [None] * len(self.levels)
+        lengths[-1] = self.width
+        return self._walk(value, (), lengths)
+
+    def _walk(
+        self, value: object, path: Path, lengths: list[int | None]
+    ) -> Iterator[tuple[Path, Issue]]:
+        level = len(path)
+        if level == len(self.levels):
+            yield from self._scalar_fault(value, path)
+            return
+        needed = f"a list of {self.levels[level]}"
+        if not isinstance(value, list):
+            yield path, wrong_type(value, needed)
+            return
+        expected = lengths[level]
+        if not value:
+            yield (
+                path,
+                Issue("empty_list", "The list is empty.", got="an empty list", needed=needed),
+            )
+            return
+        if expected is None:
+            # The first list at a level sets the length for all others.
+            lengths[level] = len(value)
+        elif len(value) != expected:
+            yield path, self._wrong_length(level, len(value), expected)
+            return
+        if self._is_last(level) and self._all_numbers(value):
+            return
+        for index, item in enumerate(value):
+            yield from self._walk(item, (*path, index), lengths)
+
+    def _scalar_fault(self, value: object, path: Path) -> Iterator[tuple[Path, Issue]]:
+        if type(value) not in self._types:
+            yield path, wrong_type(value, "a whole number" if self.whole else "a number")
+        elif self.whole and isinstance(value, int) and abs(value) > _MAX_INDEX:
+            yield (
+                path,
+                Issue(
+                    "index_out_of_range",
+                    "No list is that long.",
+                    got="a number beyond 2^53",
+                    needed="an index",
+                ),
+            )
+
+    def _wrong_length(self, level: int, got: int, needed: int) -> Issue:
+        what = self.levels[level]
+        if self._is_last(level) and self.width is not None:
+            return Issue(
+                "wrong_dimension",
+                "A control point has exactly three coordinates.",
+                got=f"{got} {what}",
+                needed=f"{needed} {what}",
+            )
+        return Issue(
+            "ragged",
+            "Lists side by side must be equally long; the first one sets the length.",
+            got=f"{got} {what}",
+            needed=f"{needed} {what}",
+        )
+
+    def __get_pydantic_core_schema__(
+        self, source: object, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        """The validator: null is refused like every other value that is no list."""
+        return core_schema.with_info_plain_validator_function(self._validate)
+
+    def _validate(self, value: object, info: ValidationInfo) -> Array:
+        limits = info.context if isinstance(info.context, DocumentLimits) else DocumentLimits()
+        return self.array(value, limits)
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Arrays of arrays of numbers."""
+        result: dict[str, Any] = {"type": "number"}
+        if self.whole:
+            result = {"type": "integer", "minimum": 0}
+        if self.positive:
+            result["exclusiveMinimum"] = 0
+        for level in reversed(range(len(self.levels))):
+            result = {"type": "array", "items": result, "minItems": 1}
+            if level in self.degree_levels:
+                result |= {"minItems": 2, "maxItems": DocumentLimits().max_degree + 1}
+            elif self._is_last(level) and self.width is not None:
+                result |= {"minItems": self.width, "maxItems": self.width}
+        return result
+
+
+CONTROL_NET = NumberGrid(
+    ("rows", "control points", "coordinates"), width=3, point_levels=2, degree_levels=(0, 1)
+)
+NET_WEIGHTS = NumberGrid(("rows", "weights"), positive=True, degree_levels=(0, 1))
+VERTICES = NumberGrid(("vertices", "coordinates"), width=3, point_levels=1)
+VERTEX_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
+PATCHES = NumberGrid(
+    ("patches", "rows", "indices"), whole=True, point_levels=3, degree_levels=(1, 2)
+)
+PATCH_NUMBERS = NumberGrid(("patch numbers",), whole=True, point_levels=1)
+
+
+def _too_many(got: int, limit: int) -> Issue:
+    return Issue(
+        "too_many_control_points",
+        "The surface has more control points than this service takes.",
+        got=f"{got} control points",
+        needed=f"at most {limit}",
+    )
+
+
+def _degree_too_high(got: int, limit: int) -> Issue:
+    return Issue(
+        "degree_too_high",
+        "A net of r × c control points is one patch of degree r − 1 by c − 1.",
+        got=f"degree {got}",
+        needed=f"degrees up to {limit}; several patches instead of one",
+    )

@@ -1,0 +1,172 @@
+"""Bytes to one JSON document, with a sharp eye for what parsers let pass.
+
+`orjson` refuses NaN, Infinity, 1e400, lone surrogates, deep nesting and text that is not UTF-8.
+It keeps the last of two equal keys without a word; here that is an error. And because a short
+text can mean many objects in memory, a `Budget` counts them while the text is still arriving.
+"""
+
+import re
+from dataclasses import dataclass, field
+from typing import Final
+
+import orjson
+
+from service.errors import InvalidRequest, Issue, MalformedJson, pointer
+from service.schemas.scan import MAX_PREFIX, pointer_at, repeated_key
+from service.surface.checks import MAX_DEGREE
+
+MAX_STRINGS: Final = 50_000
+"""Strings in a document, keys included; a request has some twenty, and two a named part."""
+
+BYTES_PER_VALUE: Final = 256
+FREE_BYTES: Final = 1 << 20
+"""Bytes for each value beyond the first MiB: a number needs 25 and its indentation some more."""
+
+_NOT_FINITE = re.compile(r"[-+]?(?:nan|inf(?:inity)?)\b", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class DocumentLimits:
+    """What one document may ask for, whatever the memory of the machine."""
+
+    max_control_points: int = 1_000_000
+    max_degree: int = MAX_DEGREE
+
+
+@dataclass(slots=True)
+class Budget:
+    """Counts what a text will become, so that a bomb is refused before it is whole.
+
+    A surface of n control points is written with at most n points of three coordinates, n
+    weights and n indices, hence fewer than 6 n commas and 2 n opening brackets.
+    """
+
+    limits: DocumentLimits = field(default_factory=DocumentLimits)
+    received: int = 0
+    commas: int = 0
+    brackets: int = 0
+    quotes: int = 0
+
+    def take(self, chunk: bytes) -> None:
+        """Counts the next piece of the text.
+
+        Raises
+        ------
+        InvalidRequest
+            `too_many_values`, `too_many_strings` or `too_sparse`.
+        """
+        self.received += len(chunk)
+        self.commas += chunk.count(b",")
+        self.brackets += chunk.count(b"[") + chunk.count(b"{")
+        self.quotes += chunk.count(b'"')
+        points = self.limits.max_control_points
+        if self.commas > 6 * points + FREE_BYTES or self.brackets > 2 * points + FREE_BYTES:
+            raise InvalidRequest(
+                Issue(
+                    "too_many_values",
+                    "The document has more values than the largest surface allowed.",
+                    got=f"more than {self.commas + self.brackets - 1} values",
+                    needed=f"a surface of at most {points} control points",
+                )
+            )
+        if self.quotes > 2 * MAX_STRINGS:
+            raise InvalidRequest(
+                Issue(
+                    "too_many_strings",
+                    "The document has more strings than any request needs.",
+                    got=f"more than {MAX_STRINGS} strings",
+                    needed=f"at most {MAX_STRINGS}, keys included",
+                )
+            )
+        if self.received > FREE_BYTES + BYTES_PER_VALUE * (self.commas + self.brackets):
+            raise InvalidRequest(
+                Issue(
+                    "too_sparse",
+                    "The document has very many bytes for the few values in it.",
+                    got=f"{self.commas + self.brackets} values in {self.received} bytes",
+                    needed=f"at most {BYTES_PER_VALUE} bytes a value beyond the first MiB",
+                )
+            )
+
+
+def read_document(body: bytes, limits: DocumentLimits | None = None) -> object:
+    """The value of a whole JSON text: the budget, then `parse_document`."""
+    Budget(limits or DocumentLimits()).take(body)
+    return parse_document(body)
+
+
+def parse_document(body: bytes | bytearray) -> object:
+    """The value of a JSON text, made of dict, list, str, int, float, bool and None.
+
+    Raises
+    ------
+    MalformedJson
+        If the text is not one JSON document (RFC 8259) in UTF-8.
+    InvalidRequest
+        `not_finite` for NaN, Infinity and numbers beyond float64; `repeated_key`.
+    """
+    try:
+        value = orjson.loads(body)
+    except orjson.JSONDecodeError as error:
+        # Only the message and the position go on: the exception holds the whole text.
+        raise _refusal(error, body) from None
+    # Colons are as many as keys, unless a key is repeated, a string holds one, or an object
+    # hides in a list, where nothing is valid: only then is the text scanned.
+    if body.count(b":") != _count_keys(value):
+        _refuse_repeated_key(body)
+    return value
+
+
+def _count_keys(value: object) -> int:
+    """Keys of all objects that are reached through objects."""
+    count, waiting = 0, [value]
+    while waiting:
+        item = waiting.pop()
+        if isinstance(item, dict):
+            count += len(item)
+            waiting.extend(child for child in item.values() if type(child) is dict)
+    return count
+
+
+def _refuse_repeated_key(body: bytes | bytearray) -> None:
+    found = repeated_key(body)
+    if found is None:
+        return
+    offset, key = found
+    raise InvalidRequest(
+        Issue(
+            "repeated_key",
+            "An object has this key more than once.",
+            pointer_at(body, offset) + pointer([key]),
+            "the key again",
+            "each key once",
+        )
+    )
+
+
+def _refusal(error: orjson.JSONDecodeError, body: bytes | bytearray) -> Exception:
+    """What to raise for text that the parser refused."""
+    # The position counts characters; where the text is not UTF-8 there is no text and none.
+    where = ""
+    if error.pos <= MAX_PREFIX:
+        where = pointer_at(body, len(error.doc[: error.pos].encode()))
+    start = error.pos - (error.doc[error.pos - 1 : error.pos] in ("-", "+"))
+    if "infinity" in error.msg or _NOT_FINITE.match(error.doc, start):
+        return InvalidRequest(
+            Issue(
+                "not_finite",
+                f"Every number must be finite (line {error.lineno}, column {error.colno}).",
+                where,
+                "NaN, Infinity or a number beyond double precision",
+                "a finite number",
+            )
+        )
+    return MalformedJson(
+        Issue(
+            "malformed_json",
+            f"The text is not JSON at line {error.lineno}, column {error.colno}.",
+            where,
+            error.msg,
+            "one JSON document in UTF-8 (RFC 8259)",
+        )
+    )

@@ -1,0 +1,65 @@
+"""How a surface shall be meshed and written: one model, behind the body and the query alike."""
+
+from math import pi, radians
+from typing import Annotated
+
+from pydantic import Field
+
+from service.encoders.format import EncodeOptions, OoglForm
+from service.engine.options import Faces, MeshOptions
+from service.schemas.fields import Omittable, Overlays, Resolution, StrictModel
+
+
+class MeshOptionFields(StrictModel):
+    """The options of a mesh. All may be left out."""
+
+    resolution: Resolution = Field(
+        (16, 16),
+        description="Divisions of every patch: one number, or [u, v]. A patch has "
+        "(u + 1) × (v + 1) vertices.",
+        examples=[16, [16, 32]],
+    )
+    faces: Faces = Field(
+        "triangles",
+        description="Kind of faces. `quads` only where the format has them.",
+        examples=["quads"],
+    )
+    normals: bool = Field(True, description="Whether vertices carry analytic unit normals.")
+    uvs: bool = Field(
+        False, description="Whether vertices carry their parameters (u, v) in their patch."
+    )
+    weld: bool = Field(
+        True, description="Whether patches share the vertices of the edges that they share."
+    )
+    crease_angle: Annotated[float, Field(ge=0, le=pi)] = Field(
+        radians(1.0),
+        description="Radians. Where patches meet at a larger angle their normals stay apart.",
+        examples=[0.5],
+    )
+    overlays: Overlays = Field(
+        (),
+        description="Lines to draw beside the faces, where the format has lines.",
+        examples=[["control_net", "boundary"]],
+    )
+    oogl: Annotated[OoglForm | None, Omittable()] = Field(
+        None,
+        description="Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` "
+        "(the default elsewhere) or `bez`, the exact patches. Other formats do not read it.",
+        examples=["bez"],
+    )
+
+    def mesh_options(self) -> MeshOptions:
+        """The part that the engine reads."""
+        return MeshOptions(
+            resolution=self.resolution,
+            faces=self.faces,
+            normals=self.normals,
+            uvs=self.uvs,
+            weld=self.weld,
+            crease_angle=self.crease_angle,
+            overlays=self.overlays,
+        )
+
+    def encode_options(self) -> EncodeOptions:
+        """The part that the encoders read."""
+        return EncodeOptions(oogl=self.oogl)

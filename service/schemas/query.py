@@ -1,0 +1,77 @@
+"""Options as text, in a query or on a command line: strings to the values a body would hold.
+
+What is not of the right form stays a string, and the model refuses it like any other.
+"""
+
+import re
+from collections.abc import Iterable
+from types import MappingProxyType
+
+from service.errors import InvalidRequest, Issue, pointer
+from service.schemas.options import MeshOptionFields
+from service.schemas.refusals import shortened
+from service.schemas.request import mesh_options
+
+_WHOLE = re.compile(r"-?\d{1,15}", re.ASCII)
+_NUMBER = re.compile(r"-?\d{1,30}(?:\.\d{1,30})?(?:[eE][-+]?\d{1,3})?", re.ASCII)
+_FLAGS = MappingProxyType({"true": True, "false": False})
+_FLAG_NAMES = frozenset(
+    name for name, field in MeshOptionFields.model_fields.items() if field.annotation is bool
+)
+
+MAX_PARAMETERS = 50
+
+
+def options_from_text(pairs: Iterable[tuple[str, str]]) -> MeshOptionFields:
+    """The options that a query gives.
+
+    Raises
+    ------
+    InvalidRequest
+        With pointers `/name of the option`.
+    """
+    return mesh_options(values_from_text(pairs))
+
+
+def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
+    """Values of options given as (name, text); lists are comma-separated.
+
+    Raises
+    ------
+    InvalidRequest
+        `repeated_key`. Unknown names are left for the model to refuse.
+    """
+    values: dict[str, object] = {}
+    for count, (name, text) in enumerate(pairs, start=1):
+        if name in values or count > MAX_PARAMETERS:
+            raise InvalidRequest(
+                Issue(
+                    "repeated_key" if name in values else "too_many_parameters",
+                    "Each parameter may be given once.",
+                    pointer([shortened(name)]),
+                    "it once more",
+                    "each parameter once",
+                )
+            )
+        values[name] = _value(name, text)
+    return values
+
+
+def _value(name: str, text: str) -> object:
+    if name == "resolution":
+        numbers = [_whole(part) for part in text.split(",")]
+        return numbers[0] if len(numbers) == 1 else numbers
+    if name == "overlays":
+        return text.split(",") if text else []
+    if name == "crease_angle":
+        return float(text) if _NUMBER.fullmatch(text) else text
+    if (
+        name in MeshOptionFields.model_fields
+        and MeshOptionFields.model_fields[name].annotation is bool
+    ):
+        return _FLAGS.get(text, text)
+    return text
+
+
+def _whole(text: str) -> int | str:
+    return int(text) if _WHOLE.fullmatch(text) else text

@@ -1,0 +1,137 @@
+"""From pydantic's errors to ours: code, pointer, what was got and needed; never the input."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from itertools import islice
+from typing import Any, TypeAlias
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
+
+from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
+
+Path: TypeAlias = tuple[str | int, ...]
+
+UNIONS = frozenset({"surface"})
+"""Fields that hold one of several models. Pydantic names the chosen one in its paths; the
+document has no such level."""
+
+MAX_KEY = 64
+"""Characters of a key that a pointer repeats; keys of ours are shorter."""
+
+_KINDS = {
+    type(None): "null",
+    bool: "true or false",
+    str: "a string",
+    int: "a whole number",
+    float: "a number with a fraction or an exponent",
+    list: "a list",
+}
+
+_WRONG_TYPE = {
+    "bool_type": "true or false",
+    "dict_type": "an object",
+    "float_type": "a number",
+    "int_from_float": "a whole number",
+    "int_type": "a whole number",
+    "model_attributes_type": "an object",
+    "model_type": "an object",
+    "string_type": "a string",
+    "tuple_type": "a list",
+}
+
+
+def refusal(faults: Iterable[tuple[Path, Issue]]) -> ValidationError:
+    """An exception for a validator to raise: the first `MAX_ISSUES` faults, each at its path."""
+    details: list[InitErrorDetails] = [
+        {
+            "type": PydanticCustomError("issue", "an issue", {"issue": issue}),
+            "loc": path,
+            "input": None,
+        }
+        for path, issue in islice(faults, MAX_ISSUES)
+    ]
+    return ValidationError.from_exception_data("value", details)
+
+
+def invalid_request(error: ValidationError) -> InvalidRequest:
+    """The same refusal in the words of this service."""
+    details = error.errors(include_url=False)[:MAX_ISSUES]
+    return InvalidRequest(*(_issue(detail) for detail in details))
+
+
+def kind(value: object) -> str:
+    """What a JSON value is, in words that repeat nothing of it."""
+    return _KINDS.get(type(value), "an object")
+
+
+def wrong_type(value: object, needed: str) -> Issue:
+    """The issue of a value of the wrong type, null included.
+
+    Leaving a field out is how its default is asked for; null says nothing.
+    """
+    if value is None:
+        return Issue("null_value", "null is not a value here.", got="null", needed=needed)
+    return Issue("wrong_type", "The type is wrong.", got=kind(value), needed=needed)
+
+
+def _issue(detail: ErrorDetails) -> Issue:
+    where = _pointer(detail["loc"])
+    context: dict[str, Any] = detail.get("ctx", {})
+    issue = context.get("issue")
+    if isinstance(issue, Issue):
+        return replace(issue, pointer=where + issue.pointer)
+    return replace(_translated(detail["type"], detail["input"], context), pointer=where)
+
+
+def _translated(name: str, value: object, context: dict[str, Any]) -> Issue:
+    """The issue for one of pydantic's own error types."""
+    got = kind(value)
+    match name:
+        case "missing":
+            issue = Issue("missing_field", "A required field is missing.", "", "nothing", "a value")
+        case "extra_forbidden":
+            needed = "only the documented names"
+            issue = Issue("unknown_field", "There is no field of this name.", "", got, needed)
+        case _ if value is None or name in _WRONG_TYPE:
+            issue = wrong_type(value, _WRONG_TYPE.get(name, "a value, or the field left out"))
+        case "literal_error":
+            needed = str(context["expected"])
+            issue = Issue("wrong_value", "The value is none of those allowed.", "", got, needed)
+        case "greater_than_equal":
+            needed = f"at least {context['ge']}"
+            issue = Issue("out_of_range", "The number is too small.", "", f"{value:.6g}", needed)
+        case "less_than_equal":
+            needed = f"at most {context['le']:.6g}"
+            issue = Issue("out_of_range", "The number is too large.", "", f"{value:.6g}", needed)
+        case "string_too_short" | "too_short":
+            needed = f"a length of at least {context['min_length']}"
+            issue = Issue("wrong_length", "The value is too short.", "", got, needed)
+        case "string_too_long" | "too_long":
+            needed = f"a length of at most {context['max_length']}"
+            issue = Issue("wrong_length", "The value is too long.", "", got, needed)
+        case "string_pattern_mismatch":
+            needed = "printable characters"
+            issue = Issue("wrong_value", "A name has no control characters.", "", got, needed)
+        case _:
+            issue = Issue("wrong_value", "The value is not allowed.", "", got)
+    return issue
+
+
+def _pointer(path: Path) -> str:
+    """JSON pointer of pydantic's path, without the names of union members."""
+    parts: list[str | int] = []
+    previous: str | int | None = None
+    for part in path:
+        if previous in UNIONS:
+            previous = None
+            continue
+        previous = part
+        if part != "[key]":  # pydantic's mark for "the key itself"
+            parts.append(part if isinstance(part, int) else shortened(part))
+    return pointer(parts)
+
+
+def shortened(key: str) -> str:
+    """A key as a pointer may repeat it."""
+    return key if len(key) <= MAX_KEY else key[:MAX_KEY] + "…"

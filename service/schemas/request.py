@@ -1,0 +1,61 @@
+"""A whole request: a surface and, beside it, the options of its mesh."""
+
+from collections.abc import Mapping
+
+from pydantic import Field, ValidationError
+
+from service.errors import InvalidRequest
+from service.schemas.document import DocumentLimits
+from service.schemas.options import MeshOptionFields
+from service.schemas.refusals import invalid_request
+from service.schemas.surfaces import SurfaceDefinition
+from service.surface.examples import Surface
+
+
+class MeshRequest(MeshOptionFields):
+    """A surface to mesh, and how."""
+
+    surface: SurfaceDefinition = Field(
+        description="The surface, by its control points.",
+    )
+
+    def to_surface(self) -> Surface:
+        """The surface itself.
+
+        Raises
+        ------
+        InvalidRequest
+            With pointers into the whole request.
+        """
+        try:
+            return self.surface.to_surface()
+        except InvalidRequest as error:
+            raise error.within("/surface") from None
+
+
+def mesh_request(document: object, limits: DocumentLimits) -> MeshRequest:
+    """The request that a JSON document makes.
+
+    Raises
+    ------
+    InvalidRequest
+        With pointers into the document.
+    """
+    try:
+        return MeshRequest.model_validate(document, context=limits)
+    except ValidationError as error:
+        raise invalid_request(error) from None
+
+
+def mesh_options(values: Mapping[str, object]) -> MeshOptionFields:
+    """The options alone, as a query or a command line gives them.
+
+    Raises
+    ------
+    InvalidRequest
+        With pointers `/name of the option`.
+    """
+    try:
+        return MeshOptionFields.model_validate(dict(values))
+    except ValidationError as error:
+        raise invalid_request(error) from None

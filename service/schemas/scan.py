@@ -1,0 +1,96 @@
+"""Where in a JSON text something is: pointers to an offset, and keys that are said twice.
+
+The parser builds values and forgets the text. These two scanners look at strings and brackets
+only, and are called only when something is wrong, or may be.
+"""
+
+import re
+
+import orjson
+
+from service.errors import pointer
+
+MAX_PREFIX = 1 << 19
+"""Bytes that `pointer_at` is willing to read: a tenth of a second at worst."""
+
+_STRING = rb'"[^"\\]*+(?:\\.[^"\\]*+)*+(?:"|\Z)'
+_BRACKET_OR_STRING = re.compile(_STRING + rb"|[][{}]", re.DOTALL)
+_BRACE_OR_STRING = re.compile(rb"(" + _STRING + rb")(\s*:)?|[{}]", re.DOTALL)
+
+
+class _Level:
+    """One open bracket: the index or the key at which the scanner stands."""
+
+    __slots__ = ("expects_key", "is_object", "label")
+
+    def __init__(self, is_object: bool) -> None:
+        self.is_object = is_object
+        self.expects_key = is_object
+        self.label: int | bytes = b"" if is_object else 0
+
+    def pass_commas(self, count: int) -> None:
+        """Moves on by `count` commas."""
+        if isinstance(self.label, int):
+            self.label += count
+        elif count:
+            self.expects_key = True
+
+
+def pointer_at(body: bytes | bytearray, end: int) -> str:
+    """JSON pointer of the value that begins at or contains byte `end` of `body`.
+
+    An empty pointer where that would mean reading more than `MAX_PREFIX` bytes.
+    """
+    if end > MAX_PREFIX:
+        return ""
+    prefix = bytes(body[:end])
+    levels: list[_Level] = []
+    seen = 0
+    for token in _BRACKET_OR_STRING.finditer(prefix):
+        if levels:
+            levels[-1].pass_commas(prefix.count(b",", seen, token.start()))
+        seen = token.end()
+        first = prefix[token.start()]
+        if first in b"[{":
+            levels.append(_Level(first == ord("{")))
+        elif first in b"]}":
+            del levels[-1:]
+        elif levels and levels[-1].expects_key:
+            levels[-1].label = token.group()
+            levels[-1].expects_key = False
+    if levels:
+        levels[-1].pass_commas(prefix.count(b",", seen))
+    return pointer(
+        level.label if isinstance(level.label, int) else key_text(level.label)
+        for level in levels
+        if not level.expects_key
+    )
+
+
+def repeated_key(body: bytes | bytearray) -> tuple[int, str] | None:
+    """Offset and text of the first key that its object has already, or None.
+
+    RFC 8259, section 4, leaves the meaning of such an object open; parsers silently keep one.
+    """
+    objects: list[set[str]] = []
+    for token in _BRACE_OR_STRING.finditer(body):
+        string, colon = token.groups()
+        if string is None:
+            if token.group() == b"{":
+                objects.append(set())
+            else:
+                del objects[-1:]
+        elif colon is not None and objects:
+            key = key_text(string)
+            if key in objects[-1]:
+                return token.start(), key
+            objects[-1].add(key)
+    return None
+
+
+def key_text(string: bytes) -> str:
+    """The text that a JSON string, quotes included, stands for."""
+    try:
+        return str(orjson.loads(string))
+    except orjson.JSONDecodeError:
+        return string.decode(errors="replace").strip('"')

@@ -1,0 +1,120 @@
+"""Settings from the environment, SURFACE_*: read once, by the service and the command line."""
+
+import logging
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from types import MappingProxyType
+
+import numpy as np  # noqa: F401  (its BLAS must be loaded before it can be told anything)
+from threadpoolctl import threadpool_limits
+
+from service.pipeline import Limits
+from service.schemas.document import DocumentLimits
+from service.surface.checks import MAX_DEGREE
+
+PREFIX = "SURFACE_"
+_log = logging.getLogger(__name__)
+
+
+class InvalidSettings(ValueError):
+    """A variable of the environment makes no sense; the service must not start."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What an operator may choose. Sizes are bytes, times are seconds."""
+
+    host: str = "127.0.0.1"
+    port: int = 8000
+    max_body_bytes: int = 64 << 20
+    body_timeout: int = 60
+    max_control_points: int = 1_000_000
+    max_degree: int = MAX_DEGREE
+    max_vertices: int = 4_500_000
+    max_response_bytes: int = 256 << 20
+    threads: int = 0
+    """Surfaces evaluated at the same time off the event loop; 0 takes the number of cores."""
+    cors_origins: tuple[str, ...] = ("*",)
+    """Origins whose pages may read answers; none switches CORS off."""
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in _RANGES.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise InvalidSettings(
+                    f"{PREFIX}{name.upper()}: got {value}, needed {low} to {high}."
+                )
+
+    @property
+    def workers(self) -> int:
+        """Number of threads, with 0 resolved."""
+        return self.threads or os.cpu_count() or 1
+
+
+_RANGES = MappingProxyType(
+    {
+        "port": (0, 65535),
+        "max_body_bytes": (1024, 1 << 32),
+        "body_timeout": (1, 3600),
+        "max_control_points": (4, 100_000_000),
+        "max_degree": (1, MAX_DEGREE),
+        "max_vertices": (4, 1 << 32),
+        "max_response_bytes": (1024, 1 << 32),
+        "threads": (0, 1024),
+    }
+)
+
+
+def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
+    """Settings from variables such as SURFACE_MAX_BODY_BYTES; the others keep their defaults.
+
+    Lists are comma-separated. A variable of an unknown name is reported in the log, not refused:
+    Kubernetes sets some of its own for a Service that is called "surface".
+
+    Raises
+    ------
+    InvalidSettings
+        Naming the variable, what it holds and what it may hold.
+    """
+    chosen: dict[str, object] = {}
+    known = {PREFIX + field.name.upper(): field for field in fields(Settings)}
+    for variable, text in sorted(environment.items()):
+        if not variable.startswith(PREFIX):
+            continue
+        if variable not in known:
+            _log.warning("%s is not a setting of this service", variable)
+            continue
+        field = known[variable]
+        chosen[field.name] = _parsed(variable, text, field.type)
+    return Settings(**chosen)  # type: ignore[arg-type]
+
+
+def _parsed(variable: str, text: str, kind: object) -> object:
+    if kind is int:
+        try:
+            return int(text)
+        except ValueError:
+            raise InvalidSettings(f"{variable}: got {text!r}, needed a whole number.") from None
+    if kind is str:
+        return text
+    return tuple(part.strip() for part in text.split(",") if part.strip())
+
+
+def document_limits(settings: Settings) -> DocumentLimits:
+    """The settings that the language of requests needs."""
+    return DocumentLimits(settings.max_control_points, settings.max_degree)
+
+
+def result_limits(settings: Settings) -> Limits:
+    """The settings that the pipeline needs."""
+    return Limits(settings.max_vertices, settings.max_response_bytes)
+
+
+def pin_blas() -> None:
+    """Keeps BLAS on one thread for the rest of the process.
+
+    The matrices of a surface are small: more threads only wait for each other, and under load
+    the slowest requests take twenty times as long.
+    """
+    threadpool_limits(limits=1, user_api="blas")
