@@ -211,6 +211,7 @@ def _chosen(arguments: argparse.Namespace) -> dict[str, str]:
 def _local(source: str | dict[str, Any], chosen: Mapping[str, str], fmt: "Format") -> bytes:
     """The file, computed in this process."""
     from service import pipeline
+    from service.encoders.format import EncodeOptions
     from service.schemas.query import options_from_text, values_from_text
     from service.schemas.request import mesh_request
     from service.settings import document_limits, from_environment, pin_blas, result_limits
@@ -225,7 +226,7 @@ def _local(source: str | dict[str, Any], chosen: Mapping[str, str], fmt: "Format
         request = mesh_request(source | values_from_text(chosen.items()), document_limits(settings))
         surface, wanted = request.to_surface(), request
     return pipeline.render(
-        surface, wanted.mesh_options(), fmt, wanted.encode_options(), result_limits(settings)
+        surface, wanted.mesh_options(), fmt, EncodeOptions(wanted.oogl), result_limits(settings)
     )
 
 

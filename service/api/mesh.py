@@ -14,7 +14,7 @@ from service.api.answers import HEADERS, ChunkedResponse
 from service.api.body import read_body
 from service.api.negotiation import by_accept, by_name, by_suffix
 from service.api.problems import InvalidQuery
-from service.encoders.format import Format
+from service.encoders.format import EncodeOptions, Format
 from service.errors import InvalidRequest, Issue, UnknownSurface
 from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.options import MeshOptionFields
@@ -116,7 +116,7 @@ async def _render(
     options = wanted.mesh_options()
     limits = result_limits(settings)
     long = pipeline.predict(surface, options).vertices > INLINE_VERTICES
-    render = partial(pipeline.render, surface, options, fmt, wanted.encode_options(), limits)
+    render = partial(pipeline.render, surface, options, fmt, EncodeOptions(wanted.oogl), limits)
     return await _run(request, render, in_thread=long)
 
 

@@ -1,13 +1,15 @@
 """How a surface shall be meshed and written: one model, behind the body and the query alike."""
 
 from math import pi, radians
-from typing import Annotated
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
-from service.encoders.format import EncodeOptions, OoglForm
 from service.engine.options import Faces, MeshOptions
 from service.schemas.fields import Omittable, Overlays, Resolution, StrictModel
+
+
+OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
 
 
 class MeshOptionFields(StrictModel):
@@ -59,7 +61,3 @@ class MeshOptionFields(StrictModel):
             crease_angle=self.crease_angle,
             overlays=self.overlays,
         )
-
-    def encode_options(self) -> EncodeOptions:
-        """The part that the encoders read."""
-        return EncodeOptions(oogl=self.oogl)
