@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
@@ -41,6 +41,7 @@ def written(known: Format, mesh: Mesh) -> list[tuple[int, int]]:
 
 
 @each_format
+@settings(max_examples=30)
 @given(data=st.data())
 def test_never_longer_than_the_bound(known: Format, data: st.DataObject) -> None:
     faces: Faces = data.draw(st.sampled_from(["triangles", "quads"]))
