@@ -5,6 +5,7 @@ import numpy as np
 from service.engine.layout import Layout
 from service.engine.mesh import IndexArray
 from service.engine.options import MeshOptions
+from service.engine.stitch import Seams
 
 
 def borders(
@@ -20,11 +21,24 @@ def borders(
         # With one division, different edges between the same corners are one line of the mesh,
         # and a patch between two poles vanishes: only the faces themselves tell.
         return _counted(mesh_faces, welds)
+    if options.weld and _meet_twice(seams):
+        return _counted(mesh_faces, welds)
     if not options.weld:
         return int(layout.divisions[seams.edge[lines]].sum()), not lines.any()
     uses = np.bincount(seams.edge[lines], minlength=len(layout.divisions))
     boundary = int(layout.divisions[uses == 1].sum())
     return boundary, boundary == 0 and bool((uses <= 2).all())
+
+
+def _meet_twice(seams: Seams) -> bool:
+    """Whether two patches share both sides of a corner that a diagonal cuts off.
+
+    That diagonal, from side to side, is then one line of both meshes.
+    """
+    corners = np.concatenate([seams.edge[:, [0, 2]], seams.edge[:, [1, 3]]])
+    corners.sort(axis=1)
+    codes = corners[:, 0] * len(seams.users) + corners[:, 1]
+    return len(np.unique(codes)) < len(codes)
 
 
 def _counted(

@@ -40,6 +40,9 @@ TRUSTED: dict[Real, float] = {np.float32: 2.0**-6, np.float64: 2.0**-20}
 """|S_u × S_v| ÷ (mean |Δ_u P| · mean |Δ_v P|) above which the working precision is good enough: the
 direction is then wrong by at most about 1e-5 (float32, usually 2e-7) or 1e-10 (float64)."""
 
+SUBNORMAL: dict[Real, float] = {np.float32: 2.0**-100, np.float64: 2.0**-900}
+"""|S_u × S_v|² below which squares of its coordinates have lost digits to underflow."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Samples:
@@ -136,7 +139,7 @@ class _Batch:
         extent = float((high - low).max())
         self.scale = 1.0
         if not 2.0**-ORDINARY <= extent <= 2.0**ORDINARY and extent > 0:
-            self.scale = float(np.exp2(-np.frexp(extent)[1]))
+            self.scale = float(np.exp2(min(ORDINARY - np.frexp(extent)[1], 1000)))
         self.heaviest = 1.0 if patches.weights is None else float(patches.weights.max())
         self._doubtful: list[NDArray[np.intp]] = []
 
@@ -169,6 +172,7 @@ class _Batch:
         du = net[1:] - net[:-1]
         dv = net[:, 1:] - net[:, :-1]
         trust = TRUSTED[self.dtype] ** 2 * _mean_square(du) * _mean_square(dv)
+        np.maximum(trust, SUBNORMAL[self.dtype], out=trust)
         return _ChunkNets(at.astype(self.dtype), du, dv, trust)
 
     def write_positions(self, planes: RealArray, out: RealArray) -> None:
@@ -277,8 +281,8 @@ class _ChunkNets:
 
     def least(self, dtype: Real) -> RealArray:
         """`trust` in the working precision, to compare (r, samples) with."""
-        trust: RealArray = np.empty(0) if self.trust is None else self.trust
-        return trust.astype(dtype)[:, None]
+        trust = np.empty(0, dtype) if self.trust is None else self.trust.astype(dtype)
+        return trust[:, None]
 
 
 def _kronecker(batch: _Batch) -> None:
@@ -403,7 +407,8 @@ def _mean_square(nets: FloatArray) -> FloatArray:
     """Mean squared length of the vectors of each net: (m, n, d, r) to (r,)."""
     vectors = nets[:, :, :3]
     total: FloatArray = np.einsum("ijdr,ijdr->r", vectors, vectors)
-    return total / (nets.shape[0] * nets.shape[1])
+    mean: FloatArray = total / (nets.shape[0] * nets.shape[1])
+    return mean
 
 
 _FORMULATIONS: dict[Formulation, Callable[[_Batch], None]] = {

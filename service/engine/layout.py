@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from service.engine.mesh import Ints
 from service.engine.patterns import Shape
-from service.engine.stitch import Ints, Seams, distinct_rows, find_seams
+from service.engine.stitch import Seams, distinct_rows, find_seams
 from service.surface.lowered import PatchModel, TensorPatches
 
 _NONE: Ints = np.empty(0, dtype=np.intp)

@@ -115,8 +115,8 @@ def _cone_normals(rows: FloatArray, basis: RealArray, basis_below: RealArray) ->
 
 
 def _powers_of_two(sizes: FloatArray) -> FloatArray:
-    """Factors that bring sizes below 1 without rounding; 1/2 or so for 0."""
-    factors: FloatArray = np.exp2(-np.frexp(sizes)[1].astype(np.float64))
+    """Factors that bring sizes near 1 without rounding, as far as there are such factors."""
+    factors: FloatArray = np.exp2(np.minimum(-np.frexp(sizes)[1].astype(np.float64), 1000.0))
     return factors
 
 

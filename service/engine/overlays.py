@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from service.engine.layout import Layout
-from service.engine.mesh import IndexArray, Overlay
+from service.engine.mesh import IndexArray, Ints, Overlay
 from service.engine.options import OverlayName
 from service.engine.scratch import Real
-from service.engine.stitch import Ints, sample_edges
+from service.engine.stitch import sample_edges
 from service.surface.lowered import FloatArray, PatchModel, TensorPatches
 
 

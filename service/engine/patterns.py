@@ -57,6 +57,16 @@ def faces(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     return triangles, PLANS.get(("quads", shape), lambda: _build(shape, kind)[1])
 
 
+def used_samples(shape: Shape, kind: Faces) -> NDArray[np.intp]:
+    """Local indices that occur in the faces of this shape, ascending; read-only."""
+
+    def build() -> NDArray[np.intp]:
+        triangles, quads = faces(shape, kind)
+        return np.union1d(triangles, quads).astype(np.intp)
+
+    return PLANS.get(("used", shape, kind), build)
+
+
 def _build(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     ru, rv = shape.resolution
     number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)

@@ -14,17 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.engine.basis import sampled
+from service.engine.mesh import Bools, Ints
+from service.engine.near import leaders
 from service.surface.lowered import FloatArray, TensorPatches
-
-Ints = NDArray[np.intp]
-Bools = NDArray[np.bool_]
 
 SIDES = ("u=0", "u=1", "v=0", "v=1")
 """The sides of a patch, in this order everywhere; each runs along the other parameter."""
 
-WEIGHT_DIGITS = 44
-"""Binary digits of a weight, relative to the largest of its edge, that must agree. Weights that
-were multiplied by a common factor differ in the last few."""
+SAME_WEIGHT = 2.0**-44
+"""How far the weights of one edge, their largest made 1, may differ on two sides of it: a common
+factor changes their last digits."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -79,10 +78,10 @@ def find_seams(batches: Sequence[TensorPatches]) -> Seams:
     found = 0
     for sides in _sides_by_degree(batches):
         points, weights, turned = _canonical(sides)
-        key = [points.reshape(len(points), -1)]
+        distinct, number = distinct_rows(points.reshape(len(points), -1))
         if weights is not None:
-            key.append(np.round(weights * 2.0**WEIGHT_DIGITS))
-        distinct, number = distinct_rows(np.concatenate(key, axis=1))
+            leader = leaders(distinct[number], weights, SAME_WEIGHT)
+            distinct, number = np.unique(leader, return_inverse=True)
         edge[sides.place] = number + found
         backward[sides.place] = turned
         ids = np.arange(found, found + len(distinct))

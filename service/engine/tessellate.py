@@ -11,13 +11,12 @@ import numpy as np
 from service.engine.borders import borders
 from service.engine.extent import extent
 from service.engine.layout import Layout
-from service.engine.mesh import IndexArray, Mesh, MeshPart, MeshReport, Overlay, RealArray
+from service.engine.mesh import IndexArray, Ints, Mesh, MeshPart, MeshReport, Overlay, RealArray
 from service.engine.options import MeshOptions
 from service.engine.overlays import draw
-from service.engine.patterns import faces
+from service.engine.patterns import faces, used_samples
 from service.engine.sampling import Grid, sample
 from service.engine.scratch import Real
-from service.engine.stitch import Ints, Seams
 from service.engine.weld import Welding, weld
 from service.surface.lowered import FloatArray, PatchModel
 
@@ -65,7 +64,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         origin=origin,
         up=model.up,
         report=MeshReport(
-            vertices=len(positions) if welding is None else welding.positions,
+            vertices=len(positions) if welds is None else len(np.unique(welds)),
             triangles=len(triangles),
             quads=len(quads),
             patches=model.patch_count,
@@ -108,41 +107,40 @@ def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, i
 def _weld(layout: Layout, grid: Grid, options: MeshOptions) -> Welding | None:
     """Vertices from samples; None where every sample is a vertex of its own."""
     seams = layout.seams
-    shared = bool((seams.users > 1).any() or seams.collapsed.any() or _corners_meet(seams))
-    if not layout.framed and not (options.weld and shared):
+    shared = bool((seams.users > 1).any()) or len(seams.corner_points) < seams.corner.size
+    if not (layout.framed or (options.weld and (shared or seams.collapsed.any()))):
         return None
-    place = np.arange(layout.size)
-    if options.weld:
-        edge = seams.edge.ravel()
-        for divisions, sides in layout.side_groups():
-            samples = layout.side_samples(sides, divisions)
-            # The first side of every edge stands for all of them.
-            _, first, back = np.unique(edge[sides], return_index=True, return_inverse=True)
-            place[samples] = samples[first][back]
-        corners = layout.corner_samples()
-        _, first, back = np.unique(seams.corner, return_index=True, return_inverse=True)
-        stand_in = corners.ravel()[first]
-        place[corners] = stand_in[back.reshape(corners.shape)]
-        samples, corner = layout.collapsed_samples()
-        place[samples] = stand_in[corner]
-    used = _used(layout) if layout.framed else None
+    place = _places(layout)
+    used = _used(layout, options) if layout.framed or seams.collapsed.any() else None
     merge = options.weld and grid.uvs is None
     return weld(place, used, grid.normals, options.crease_angle, merge)
 
 
-def _corners_meet(seams: Seams) -> bool:
-    return len(seams.corner_points) < seams.corner.size
+def _places(layout: Layout) -> Ints:
+    """For each sample the first one that is the same by construction: edge, corner or pole."""
+    place = np.arange(layout.size)
+    edge = layout.seams.edge.ravel()
+    for divisions, sides in layout.side_groups():
+        samples = layout.side_samples(sides, divisions)
+        # The first side of every edge stands for all of them.
+        _, first, back = np.unique(edge[sides], return_index=True, return_inverse=True)
+        place[samples] = samples[first][back]
+    corners = layout.corner_samples()
+    _, first, back = np.unique(layout.seams.corner, return_index=True, return_inverse=True)
+    stand_in = corners.ravel()[first]
+    place[corners] = stand_in[back.reshape(corners.shape)]
+    samples, corner = layout.collapsed_samples()
+    place[samples] = stand_in[corner]
+    return place
 
 
-def _used(layout: Layout) -> Ints:
-    """Samples that occur in faces: all but those that a frame has replaced."""
-    used = np.ones(layout.size, dtype=bool)
-    patch, side = np.nonzero(layout.extra >= 0)
-    own = np.where(side < 2, layout.rv[patch], layout.ru[patch])
-    for divisions in np.unique(own).tolist():
-        sides = (patch * 4 + side)[own == divisions]
-        used[layout.grid_samples(sides, divisions)[:, 1:-1]] = False
-    return np.flatnonzero(used)
+def _used(layout: Layout, options: MeshOptions) -> Ints:
+    """Samples that occur in faces: not those that a frame replaces, nor all those at a pole."""
+    samples = [
+        layout.patch_samples(patches, shape)[:, used_samples(shape, options.faces)].ravel()
+        for shape, patches in layout.shapes()
+    ]
+    return np.concatenate(samples)
 
 
 def _faces(

@@ -5,12 +5,8 @@ from math import sin
 
 import numpy as np
 
-from service.engine.mesh import RealArray
-from service.engine.stitch import Ints
-
-MAX_ROUNDS = 64
-"""Normals kept apart at one position before the rest of them stay unmerged. Only the apex of a
-finely divided cone has so many; more vertices than needed are no error."""
+from service.engine.mesh import Ints, RealArray
+from service.engine.near import leaders
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -24,11 +20,6 @@ class Welding:
     vertex: Ints
     samples: Ints
     welds: Ints
-
-    @property
-    def positions(self) -> int:
-        """How many different positions the vertices have."""
-        return int(np.count_nonzero(self.welds == np.arange(len(self.welds))))
 
 
 def weld(
@@ -44,7 +35,7 @@ def weld(
     place : ndarray of int, shape (N,)
         For each sample, one sample that stands for its position (that one for itself).
     used : ndarray of int, optional
-        Samples that occur in faces; all of them if left out.
+        Samples that occur in faces; all of them if left out or if there are no faces at all.
     normals : ndarray, shape (N, 3), or None
         Unit normals, if vertices have them.
     crease_angle : float
@@ -52,45 +43,27 @@ def weld(
     merge : bool
         False keeps every sample a vertex of its own.
     """
-    leader = np.arange(len(place))
+    own = np.arange(len(place))
+    leader = own
     if merge:
-        leader = place.copy() if normals is None else _leaders(place, normals, crease_angle)
-    alone = leader == np.arange(len(leader))
-    if used is not None:
-        wanted = np.zeros(len(leader), dtype=bool)
+        leader = place
+        if normals is not None:
+            # Two unit vectors at this angle are this far apart.
+            leader = leaders(place, normals, 2 * sin(crease_angle / 2))
+            _average(normals, leader)
+    kept = leader == own
+    if used is not None and len(used):
+        wanted = np.zeros(len(place), dtype=bool)
         wanted[leader[used]] = True
-        alone &= wanted
-    samples = np.flatnonzero(alone)
-    number = np.zeros(len(leader), dtype=np.intp)
-    number[samples] = np.arange(len(samples))
-    # The sample that stands for a place need not have become a vertex: count places afresh.
-    # Written backwards, the first vertex at a place is the one that stays.
-    first = np.zeros(len(leader), dtype=np.intp)
-    first[place[samples[::-1]]] = np.arange(len(samples) - 1, -1, -1)
+        kept &= wanted
+    samples = np.flatnonzero(kept)
+    # The first vertex at every place; written backwards, it is the one that stays.
+    first = np.zeros(len(place), dtype=np.intp)
+    first[place[samples[::-1]]] = own[: len(samples)][::-1]
+    # A sample in no face is no vertex, but a grid may show it: then another one at its place does.
+    number = first[place]
+    number[samples] = own[: len(samples)]
     return Welding(number[leader], samples, first[place[samples]])
-
-
-def _leaders(place: Ints, normals: RealArray, crease_angle: float) -> Ints:
-    """For each sample the one it is merged with: same place, normal within the crease angle."""
-    leader = np.arange(len(place))
-    open_ = np.flatnonzero(place != leader)
-    if not len(open_):
-        return leader
-    # Chords instead of cosines: equal normals are at distance 0 exactly, whatever the rounding.
-    reach = (2 * sin(crease_angle / 2)) ** 2
-    chosen = place[open_]
-    for _ in range(MAX_ROUNDS):
-        step = normals[open_] - normals[chosen]
-        near = np.einsum("nd,nd->n", step, step) <= reach
-        leader[open_[near]] = chosen[near]
-        open_ = open_[~near]
-        if not len(open_):
-            break
-        # The first sample left at each place leads the next group.
-        _, first, back = np.unique(place[open_], return_index=True, return_inverse=True)
-        chosen = open_[first][back]
-    _average(normals, leader)
-    return leader
 
 
 def _average(normals: RealArray, leader: Ints) -> None:

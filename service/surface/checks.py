@@ -19,9 +19,9 @@ and the shape wanted is a B-spline of low degree."""
 MAX_COORDINATE = float(np.finfo(np.float32).max)
 """Largest coordinate that glTF, STL and PLY can store."""
 
-MAX_WEIGHT_RATIO = 1e12
-"""Largest quotient of two weights of one surface. Beyond it float64 keeps fewer than four digits
-of the lighter control points."""
+MAX_WEIGHT_RATIO = 1e8
+"""Largest quotient of two weights of one surface. Float64 then still keeps half of its digits
+for the lightest control points, and with them for normals near these."""
 
 
 def checked_points(values: ArrayLike, name: str) -> FloatArray:
