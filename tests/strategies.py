@@ -2,16 +2,12 @@
 
 Coordinates are small multiples of 1/16, so that halving a net and subtracting its points are exact
 in floating point and equalities can be tested as equalities.
-
-Importing this module selects the profile of all property tests: the same examples in every run,
-and few of them, so that the whole suite stays quick.
 """
 
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
@@ -20,11 +16,6 @@ from service.surface.lowered import Part, PatchModel, TensorPatches
 from tests.oracles.exact import split
 
 Array = NDArray[np.float64]
-
-settings.register_profile(
-    "service", max_examples=25, deadline=None, derandomize=True, database=None
-)
-settings.load_profile("service")
 
 GRAIN = 16
 """Coordinates are multiples of one over this."""
@@ -155,8 +146,11 @@ def quarters(net: Array) -> list[Array]:
 def model_of(
     patches: Iterable[Array], weights: Iterable[Array] | None = None, name: str = "model"
 ) -> PatchModel:
-    """A model of patches of any degrees; neighbours of one degree in the list share a batch."""
-    nets_ = [np.array(net, dtype=np.float64) for net in patches]
+    """A model of patches of any degrees; neighbours of one degree in the list share a batch.
+
+    As in every surface, −0 is 0.
+    """
+    nets_ = [np.array(net, dtype=np.float64) + 0.0 for net in patches]
     ws = None if weights is None else [np.array(w, dtype=np.float64) for w in weights]
     batches: list[TensorPatches] = []
     first = 0

@@ -33,8 +33,20 @@ def faces_of(mesh: Mesh) -> Faces:
 
 
 def places_of(mesh: Mesh) -> np.ndarray:
-    """For each vertex the one that stands for its position."""
-    return np.arange(len(mesh.positions)) if mesh.welds is None else mesh.welds
+    """For each vertex the one that stands for its position.
+
+    In a mesh that was not welded these are the samples of a patch at its own pole.
+    """
+    if mesh.welds is not None:
+        return mesh.welds
+    places = np.arange(len(mesh.positions))
+    for patch in (grid for batch in mesh.grids for grid in batch):
+        first: dict[tuple[float, ...], int] = {}
+        for border in (patch[0], patch[-1], patch[:, 0], patch[:, -1]):
+            if (mesh.positions[border] == mesh.positions[border[0]]).all():
+                for i in border.tolist():
+                    places[i] = first.setdefault(tuple(mesh.positions[i].tolist()), i)
+    return places
 
 
 def shape_of(mesh: Mesh) -> Topology:
@@ -50,24 +62,25 @@ def as_triangles(mesh: Mesh) -> np.ndarray:
 
 
 def check_sound(mesh: Mesh) -> None:
+    """What is promised of every mesh of a sensible surface."""
+    check_values(mesh)
+    # A face that names a place twice has no area and no place in a mesh.
+    assert shape_of(mesh).degenerate == 0
+    _check_report(mesh)
+
+
+def check_values(mesh: Mesh) -> None:
     """What is promised of every mesh, whatever it shows."""
     count = len(mesh.positions)
     assert mesh.positions.shape == (count, 3)
     assert np.isfinite(mesh.positions).all()
-    _check_indices(mesh, count)
-    _check_attributes(mesh, count)
-    _check_welds(mesh)
-    _check_parts(mesh)
-    _check_report(mesh)
-
-
-def _check_indices(mesh: Mesh, count: int) -> None:
     for faces, corners in ((mesh.triangles, 3), (mesh.quads, 4)):
         assert faces.dtype == np.uint32
         assert faces.shape[1:] == (corners,)
-        assert faces.max(initial=0) < max(count, 1)
-    # A face that names a place twice has no area and no place in a mesh.
-    assert shape_of(mesh).degenerate == 0
+        assert faces.max(initial=0) < count
+    _check_attributes(mesh, count)
+    _check_welds(mesh)
+    _check_parts(mesh)
 
 
 def _check_attributes(mesh: Mesh, count: int) -> None:
@@ -102,11 +115,9 @@ def _check_parts(mesh: Mesh) -> None:
 
 def _check_report(mesh: Mesh) -> None:
     report, shape = mesh.report, shape_of(mesh)
-    assert (report.vertices, report.triangles, report.quads) == (
-        len(mesh.positions),
-        len(mesh.triangles),
-        len(mesh.quads),
-    )
+    positions = len(mesh.positions) if mesh.welds is None else len(np.unique(mesh.welds))
+    assert report.vertices == positions
+    assert (report.triangles, report.quads) == (len(mesh.triangles), len(mesh.quads))
     assert report.boundary_edges == shape.boundary
     assert report.watertight == (shape.boundary == 0 == shape.non_manifold)
     stored = mesh.positions.astype(float) + mesh.origin
@@ -114,7 +125,19 @@ def _check_report(mesh: Mesh) -> None:
     np.testing.assert_array_equal(report.bounds_max, stored.max(axis=0))
 
 
+def check_upright(mesh: Mesh) -> None:
+    """For graphs over the plane: each face looks up or down, whichever its corners' normals do."""
+    assert mesh.normals is not None
+    faces = as_triangles(mesh)
+    a, b, c = (mesh.positions[faces[:, k]] for k in range(3))
+    up = np.sign(np.cross(b - a, c - a)[:, 2])
+    np.testing.assert_array_equal(np.sign(mesh.normals[faces, 2]), np.stack([up] * 3, axis=1))
+
+
 def check_winding(mesh: Mesh) -> None:
-    """Every face turns counter-clockwise about the normals of its corners."""
+    """Every face turns counter-clockwise about the mean of the normals of its corners.
+
+    So it must be where a mesh is fine enough to follow the surface.
+    """
     assert mesh.normals is not None
     assert winding_agreement(mesh.positions, mesh.normals, as_triangles(mesh)).min() > 0

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from service.engine.options import Faces
@@ -16,14 +16,12 @@ divisions = st.integers(1, 9)
 
 
 def places(shape: Shape) -> list[Place]:
-    """(u, v) of every local index: the grid row by row, then the inner samples of the sides."""
+    """(u, v) of every local index: the grid row by row, then the sides unlike it, in turn."""
     ru, rv = shape.resolution
     grid = [(Fraction(i, ru), Fraction(j, rv)) for i in range(ru + 1) for j in range(rv + 1)]
     zero, one = Fraction(0), Fraction(1)
-    if not shape.framed:
-        return grid
     for side, count in enumerate(shape.sides):
-        for k in range(1, count):
+        for k in range(1, 0 if count == shape.own[side] else count):
             t, end = Fraction(k, count), one if side % 2 else zero
             grid.append((end, t) if side < 2 else (t, end))
     return grid
@@ -62,14 +60,24 @@ def test_a_plain_grid_tiles_the_square(ru: int, rv: int, kind: Faces) -> None:
 
 
 @given(
-    st.integers(2, 9),
-    st.integers(2, 9),
-    st.tuples(*[st.integers(1, 12)] * 4),
+    divisions,
+    divisions,
+    st.tuples(*[st.booleans()] * 4),
     st.sampled_from(["triangles", "quads"]),
 )
-def test_strips_join_any_sides_to_any_grid(ru: int, rv: int, sides: Divisions, kind: Faces) -> None:
-    """Finer or coarser sides, each in its own divisions: no T-junction, no triangle turned over."""
-    check_tiling(Shape((ru, rv), sides), kind)
+def test_strips_join_finer_sides_to_any_grid(
+    ru: int, rv: int, finer: tuple[bool, bool, bool, bool], kind: Faces
+) -> None:
+    """Any sides may take the larger of the two numbers: no T-junction, no triangle turned over.
+
+    A grid of one division has no line of samples inside to join to: it is given a second one,
+    and then a side of its own may be the coarser.
+    """
+    sides: Divisions = tuple(  # type: ignore[assignment]
+        max(ru, rv) if more else own for more, own in zip(finer, (rv, rv, ru, ru), strict=True)
+    )
+    assume(sides != (rv, rv, ru, ru))
+    check_tiling(Shape((max(ru, 2), max(rv, 2)), sides), kind)
 
 
 @pytest.mark.parametrize("kind", ["triangles", "quads"])

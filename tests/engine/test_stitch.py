@@ -8,8 +8,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.mesh import Mesh
+from service.engine.stitch import distinct_rows, find_seams
+from service.surface.examples import find
 from service.surface.lowered import Part, PatchModel, TensorPatches
-from tests.engine.meshing import check_sound, check_winding, mesh_of, shape_of
+from tests.engine.meshing import (
+    check_sound,
+    check_upright,
+    check_values,
+    check_winding,
+    mesh_of,
+    shape_of,
+)
 from tests.strategies import (
     ROTATIONS,
     Array,
@@ -24,6 +33,25 @@ from tests.strategies import (
     turned,
     weights_like,
 )
+
+
+def test_the_teapots_edges_are_the_known_ones() -> None:
+    """52 edges of two patches, 16 open ones, and 8 sides in one point."""
+    seams = find_seams(find("utah-teapot").surface().lower().batches)
+    lines = np.bincount(seams.edge[~seams.collapsed], minlength=len(seams.users))
+    assert (np.sum(lines == 2), np.sum(lines == 1), lines.max()) == (52, 16, 2)
+    assert seams.collapsed.sum() == 8
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_equal_rows_have_equal_numbers(seed: int) -> None:
+    """And the first row of every number is the first one there is."""
+    rows = np.random.default_rng(seed).integers(0, 3, (40, 3)).astype(float)
+    first, number = distinct_rows(rows)
+    np.testing.assert_array_equal(rows[first][number], rows)
+    assert len(first) == len(np.unique(rows, axis=0))
+    for k, row in enumerate(first.tolist()):
+        assert row == np.flatnonzero(number == k)[0]
 
 
 def border_bits(mesh: Mesh) -> set[bytes]:
@@ -43,7 +71,7 @@ def test_pieces_of_a_surface_weld_however_they_are_turned(
     """Rotated, hence with reversed and exchanged parameters: one disc, its normals smooth."""
     mesh = mesh_of(pieces[1], resolution=(divisions, divisions))
     check_sound(mesh)
-    check_winding(mesh)
+    check_upright(mesh)
     shape = shape_of(mesh)
     assert (shape.components, shape.euler, shape.boundary) == (1, 1, 8 * divisions)
     assert (shape.misoriented, shape.non_manifold) == (0, 0)
@@ -59,7 +87,7 @@ def test_mirrored_neighbours_weld_by_position(
     """Normals of mirrored pieces oppose each other: kept apart, the surface stays whole."""
     mesh = mesh_of(pieces[1], resolution=(divisions, divisions))
     check_sound(mesh)
-    check_winding(mesh)
+    check_upright(mesh)
     shape = shape_of(mesh)
     assert shape.vertices == (2 * divisions + 1) ** 2
     assert (shape.components, shape.boundary, shape.non_manifold) == (1, 8 * divisions, 0)
@@ -73,7 +101,7 @@ def test_unequal_divisions_leave_no_t_junction(
     for faces in ("triangles", "quads"):
         mesh = mesh_of(pieces[1], resolution=resolution, faces=faces)
         check_sound(mesh)
-        check_winding(mesh)
+        check_upright(mesh)
         shape = shape_of(mesh)
         assert (shape.components, shape.euler, shape.non_manifold) == (1, 1, 0)
         # The border is the outer one and nothing else: no crack within.
@@ -144,6 +172,44 @@ def test_seams_of_rational_pieces_weld(net: Array, data: st.DataObject) -> None:
         check_sound(mesh)
         shape = shape_of(mesh)
         assert (shape.components, shape.euler, shape.non_manifold) == (1, 1, 0)
+
+
+def neighbours(count: int) -> tuple[Array, Array, Array]:
+    """Pairs of patches (count, 2, 3, 3, 3) that share an edge, weights, and other weights.
+
+    The other weights are the first ones times a factor that no float multiplies exactly.
+    """
+    rng = np.random.default_rng(17)
+    nets = rng.uniform(-1, 1, (count, 2, 3, 3, 3))
+    nets[:, 1, 0] = nets[:, 0, -1]
+    weights = rng.uniform(0.2, 5, (count, 2, 3, 3))
+    weights[:, 1, 0] = weights[:, 0, -1]
+    factors = np.ones((count, 2, 1, 1))
+    factors[:, 1] = rng.uniform(0.1, 10, (count, 1, 1))
+    return nets, weights, weights * factors
+
+
+def test_a_common_factor_of_the_weights_never_opens_a_seam() -> None:
+    """Whatever the factor did to the last digits: each of two thousand pairs shares its edge."""
+    nets, _, weights = neighbours(2000)
+    batch = TensorPatches(nets.reshape(-1, 3, 3, 3), weights.reshape(-1, 3, 3))
+    edge = find_seams([batch]).edge.reshape(-1, 2, 4)
+    np.testing.assert_array_equal(edge[:, 0, 1], edge[:, 1, 0])
+
+
+def test_a_common_factor_of_the_weights_does_not_touch_a_bit_of_the_seam() -> None:
+    """Either patch alone, both together, in either order: the same points along the edge."""
+    for nets, weights in zip(*neighbours(20)[::2], strict=True):
+        found = []
+        for order in ([0], [1], [0, 1], [1, 0]):
+            mesh = mesh_of(
+                model_of([nets[k] for k in order], [weights[k] for k in order]),
+                resolution=(6, 6),
+                weld=False,
+            )
+            sides = [mesh.grids[0][place][0 if k else -1] for place, k in enumerate(order)]
+            found += [mesh.positions[side].tobytes() for side in sides]
+        assert len(set(found)) == 1
 
 
 def test_a_rational_edge_of_equal_weights_meets_a_polynomial_one() -> None:
@@ -239,6 +305,14 @@ def test_a_patch_welds_with_itself(symmetry: int) -> None:
     assert mesh.welds is None
 
 
+@pytest.mark.parametrize("resolution", [(1, 1), (1, 4), (2, 1), (2, 4)])
+def test_a_closed_patch_with_few_divisions(resolution: tuple[int, int]) -> None:
+    """A closed band of one division has no area left, and no faces without area either."""
+    mesh = mesh_of([ring()], resolution=resolution)
+    check_values(mesh)
+    assert shape_of(mesh).degenerate == 0
+
+
 def test_a_patch_creased_at_its_own_seam_keeps_two_normals() -> None:
     """Closed, but with a corner where it closes."""
     mesh = mesh_of([ring(smooth=False)], resolution=(12, 4))
@@ -282,12 +356,24 @@ def _angles(count: int) -> list[tuple[float, float]]:
     return [(np.cos(2 * pi * k / count), np.sin(2 * pi * k / count)) for k in range(count)]
 
 
+@pytest.mark.parametrize("divisions", [2, 3, 8])
+def test_a_pillow_is_what_its_report_says(divisions: int) -> None:
+    """Two patches with all four sides in common; at two corners their diagonals coincide too."""
+    front = np.stack([*np.meshgrid([0.0, 1, 2], [0.0, 1, 2], indexing="ij"), np.zeros((3, 3))], -1)
+    back = front.copy()
+    front[1, 1, 2], back[1, 1, 2] = 1, -1
+    mesh = mesh_of([front, back.swapaxes(0, 1)], resolution=(divisions, divisions))
+    check_winding(mesh)
+    check_sound(mesh)
+    assert shape_of(mesh).boundary == 0
+
+
 @given(height_nets(), resolutions)
 def test_the_same_patch_twice_does_no_harm(net: Array, resolution: tuple[int, int]) -> None:
     """Two layers, sewn together along their border."""
     mesh = mesh_of([net, net], resolution=resolution)
     check_sound(mesh)
-    check_winding(mesh)
+    check_upright(mesh)
     assert len(mesh.triangles) == 4 * resolution[0] * resolution[1]
 
 
@@ -295,10 +381,10 @@ def test_the_same_patch_twice_does_no_harm(net: Array, resolution: tuple[int, in
 def test_an_edge_that_runs_out_and_back_does_no_harm(
     net: Array, symmetry: int, resolution: tuple[int, int]
 ) -> None:
-    """A palindromic edge is its own reverse and goes over every point twice."""
+    """A palindromic edge is its own reverse and goes over every point twice: still no crash."""
     net = net.copy()
     net[0] = (net[0] + net[0][::-1]) / 2
-    check_sound(mesh_of([turned(net, symmetry)], resolution=resolution))
+    check_values(mesh_of([turned(net, symmetry)], resolution=resolution))
 
 
 @given(height_nets(degree=st.integers(1, 3)), st.integers(1, 4))

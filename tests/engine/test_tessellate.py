@@ -17,6 +17,8 @@ from service.surface.lowered import PatchModel, TensorPatches
 from tests.engine.meshing import (
     as_triangles,
     check_sound,
+    check_upright,
+    check_values,
     check_winding,
     faces_of,
     mesh_of,
@@ -64,11 +66,18 @@ def test_teapot_unwelded_has_every_sample() -> None:
 
 @pytest.mark.parametrize("single", [False, True])
 def test_teapot_welded_has_the_known_figures(single: bool) -> None:
-    """8257 vertices, 256 edges on 16 open borders, four pieces, nothing non-manifold."""
+    """8257 vertices, 256 edges on 16 open borders, four pieces, nothing non-manifold.
+
+    The handle touches the body in one point, where each has its own normal: one position, two
+    rows of the arrays.
+    """
     mesh = mesh_of("utah-teapot", single=single)
     shape = shape_of(mesh)
-    assert len(mesh.positions) == shape.vertices == 8257
-    assert mesh.welds is None
+    assert mesh.report.vertices == shape.vertices == 8257
+    assert len(mesh_of("utah-teapot", single=single, normals=False).positions) == 8257
+    assert mesh.welds is not None
+    (twice,) = np.flatnonzero(mesh.welds != np.arange(8258)).tolist()
+    np.testing.assert_allclose(mesh.positions[twice], (-2, 0, 0.9), rtol=1e-7)
     assert (shape.boundary, shape.non_manifold, shape.misoriented) == (256, 0, 0)
     assert shape.components == 4
     # Two triangles a cell, one where a cell touches one of the eight poles.
@@ -84,8 +93,9 @@ def test_teapot_has_no_cracks_by_position() -> None:
         mesh = mesh_of("utah-teapot", weld=False, resolution=resolution)
         welded = mesh_of("utah-teapot", resolution=resolution)
         found = topology(welded_by_position(welded.positions, welded.triangles))
-        assert (found.boundary, found.non_manifold) == (shape_of(welded).boundary, 0)
-        assert found.vertices == shape_of(welded).vertices
+        assert found == shape_of(welded)
+        # At one division the two halves of the handle are one and the same sheet.
+        assert found.non_manifold == 0 or resolution == (1, 1)
         assert len(mesh.positions) == 32 * (resolution[0] + 1) * (resolution[1] + 1)
 
 
@@ -93,7 +103,7 @@ def test_teapot_as_quads() -> None:
     """A quad a cell, triangles only round the poles."""
     mesh = mesh_of("utah-teapot", faces="quads")
     assert (len(mesh.quads), len(mesh.triangles)) == (32 * 256 - 8 * 16, 8 * 16)
-    assert len(mesh.positions) == 8257
+    assert mesh.report.vertices == 8257
     assert shape_of(mesh).boundary == 256
 
 
@@ -243,7 +253,7 @@ def test_a_single_patch_is_the_grid_of_the_conventions(
     shape = shape_of(mesh)
     assert (shape.boundary, shape.euler) == (2 * (ru + rv), 1)
     check_sound(mesh)
-    check_winding(mesh)
+    check_upright(mesh)
 
 
 def test_options_leave_out_what_is_not_wanted() -> None:
@@ -268,11 +278,11 @@ def test_poles_are_reported() -> None:
 
 
 @given(degenerate_nets(), resolutions, st.booleans())
-def test_degenerate_nets_make_sound_meshes(
+def test_degenerate_nets_make_usable_meshes(
     net: Array, resolution: tuple[int, int], single: bool
 ) -> None:
-    """Collapsed edges, everything in a point: faces without area are left out, nothing is NaN."""
-    check_sound(mesh_of([net], resolution=resolution, single=single))
+    """Collapsed edges, everything in a point: indices in range, normals unit, nothing NaN."""
+    check_values(mesh_of([net], resolution=resolution, single=single))
 
 
 @pytest.mark.parametrize("offset", [1e5, 1e6, -3e7])

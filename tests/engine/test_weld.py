@@ -4,7 +4,8 @@ from math import pi, radians
 
 import numpy as np
 
-from service.engine.weld import MAX_ROUNDS, Welding, weld
+from service.engine.near import MAX_ROUNDS
+from service.engine.weld import Welding, weld
 
 UP, ASIDE = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 

@@ -28,8 +28,10 @@ def limit_normal(
 ) -> tuple[float, float, float] | None:
     """Unit normal at `at`, reached from the side `into` = (du, dv); None if du × dv ≡ 0 there."""
     net = exact_net(points, weights)
-    # w S_u is (w X_u − w_u X)/w: the numerators are polynomials of at most twice the degree.
-    count = 4 * (len(net) + len(net[0])) + 1
+    # Along the line S has degree n at most, the product of two partials 2n; numerators of
+    # rational partials are themselves products of two.
+    n = (len(net) - 1) * abs(into[0]) + (len(net[0]) - 1) * abs(into[1])
+    count = (2 if weights is None else 4) * n + 1
     steps = [Fraction(k, 2 * count) for k in range(1, count + 1)]
     values = [_direction(net, at[0] + s * into[0], at[1] + s * into[1]) for s in steps]
     if not any(any(value) for value in values):

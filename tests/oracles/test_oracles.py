@@ -108,7 +108,7 @@ def test_topology_finds_each_fault() -> None:
     assert topology([*TETRAHEDRON[:3], TETRAHEDRON[3][::-1]]).misoriented == 3
     assert topology([*TETRAHEDRON, (0, 1, 9)]).non_manifold == 1
     assert topology([(0, 0, 1)]).degenerate == 1
-    assert topology([(0, 1, 2), (3, 4, 5)]).components == 2
+    assert topology([(0, 1, 2), (2, 4, 5)]).components == 2
 
 
 def test_topology_of_a_cube_of_squares() -> None:

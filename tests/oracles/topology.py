@@ -14,7 +14,8 @@ class Topology:
 
     `boundary` edges belong to one face, `non_manifold` edges to three or more; `misoriented`
     edges are run through twice in the same direction by two faces. `degenerate` faces name a
-    vertex twice. `euler` is V − E + F over the vertices in use.
+    vertex twice. Components hang together by edges: touching in a point is not enough. `euler`
+    is V − E + F over the vertices in use.
     """
 
     vertices: int
@@ -61,19 +62,20 @@ def _edges(loop: list[int]) -> list[tuple[int, int]]:
 
 
 def _components(loops: list[list[int]]) -> int:
-    """Union-find over the vertices of each face."""
-    parent: dict[int, int] = {}
+    """Union-find over the faces, joined wherever they have an edge in common."""
+    parent = list(range(len(loops)))
+    owner: dict[frozenset[int], int] = {}
 
     def root(i: int) -> int:
-        while parent.setdefault(i, i) != i:
+        while parent[i] != i:
             parent[i] = parent[parent[i]]
             i = parent[i]
         return i
 
-    for loop in loops:
-        for i in loop[1:]:
-            parent[root(i)] = root(loop[0])
-    return len({root(i) for i in list(parent)})
+    for face, loop in enumerate(loops):
+        for edge in _edges(loop):
+            parent[root(face)] = root(owner.setdefault(frozenset(edge), face))
+    return len({root(face) for face in range(len(loops))})
 
 
 def welded_by_position(positions: np.ndarray, faces: np.ndarray) -> list[list[int]]:
