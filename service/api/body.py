@@ -14,7 +14,7 @@ from service.schemas.document import Budget
 from service.settings import Settings, document_limits
 
 
-async def read_body(request: Request, settings: Settings) -> bytearray:
+async def read_body(request: Request, settings: Settings) -> bytes:
     """The whole body of a request that carries JSON.
 
     Raises
@@ -32,17 +32,17 @@ async def read_body(request: Request, settings: Settings) -> bytearray:
     _check_encoding(request.headers.get("content-encoding", "identity"))
     _check_length(request.headers.get("content-length", ""), settings)
     budget = Budget(document_limits(settings))
-    body = bytearray()
+    chunks: list[bytes] = []
     try:
         with anyio.fail_after(settings.body_timeout):
             async for chunk in request.stream():
-                if len(body) + len(chunk) > settings.max_body_bytes:
+                if budget.received + len(chunk) > settings.max_body_bytes:
                     raise body_too_large(settings)
                 budget.take(chunk)
-                body += chunk
+                chunks.append(chunk)
     except TimeoutError:
-        raise body_too_slow(len(body), settings) from None
-    return body
+        raise body_too_slow(budget.received, settings) from None
+    return b"".join(chunks)
 
 
 def check_media_type(content_type: str | None) -> None:

@@ -15,11 +15,12 @@ from service.api.body import read_body
 from service.api.negotiation import by_accept, by_name, by_suffix
 from service.api.problems import InvalidQuery
 from service.encoders.format import EncodeOptions, Format
-from service.errors import InvalidRequest, Issue, UnknownSurface
+from service.errors import InvalidRequest, Issue, UnknownSurface, pointer
 from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.options import MeshOptionFields
 from service.schemas.query import options_from_text, values_from_text
 from service.schemas.request import MeshRequest, mesh_request
+from service.schemas.scan import shortened
 from service.settings import Settings, document_limits, result_limits
 from service.surface import examples
 from service.surface.examples import Surface
@@ -97,13 +98,13 @@ def _unknown_parameter(name: str, needed: str) -> Issue:
     return Issue(
         "unknown_field",
         "There is no parameter of this name.",
-        "/" + name[:64],
+        pointer([shortened(name)]),
         "an unknown parameter",
         needed,
     )
 
 
-def _parse(body: bytearray, limits: DocumentLimits) -> tuple[MeshRequest, Surface]:
+def _parse(body: bytes, limits: DocumentLimits) -> tuple[MeshRequest, Surface]:
     wanted = mesh_request(parse_document(body), limits)
     return wanted, wanted.to_surface()
 

@@ -12,15 +12,18 @@ from typing import Final
 import orjson
 
 from service.errors import InvalidRequest, Issue, MalformedJson, pointer
-from service.schemas.scan import MAX_PREFIX, pointer_at, repeated_key
+from service.schemas.scan import MAX_PREFIX, pointer_at, repeated_key, shortened
 from service.surface.checks import MAX_DEGREE
 
 MAX_STRINGS: Final = 50_000
 """Strings in a document, keys included; a request has some twenty, and two a named part."""
 
 BYTES_PER_VALUE: Final = 256
+"""Bytes that a number may take with its indentation; all its digits need 25."""
+
 FREE_BYTES: Final = 1 << 20
-"""Bytes for each value beyond the first MiB: a number needs 25 and its indentation some more."""
+FREE_VALUES: Final = 1000
+"""What every document may have, however little it asks for."""
 
 _NOT_FINITE = re.compile(r"[-+]?(?:nan|inf(?:inity)?)\b", re.IGNORECASE)
 
@@ -60,7 +63,7 @@ class Budget:
         self.brackets += chunk.count(b"[") + chunk.count(b"{")
         self.quotes += chunk.count(b'"')
         points = self.limits.max_control_points
-        if self.commas > 6 * points + FREE_BYTES or self.brackets > 2 * points + FREE_BYTES:
+        if self.commas > 6 * points + FREE_VALUES or self.brackets > 2 * points + FREE_VALUES:
             raise InvalidRequest(
                 Issue(
                     "too_many_values",
@@ -95,7 +98,7 @@ def read_document(body: bytes, limits: DocumentLimits | None = None) -> object:
     return parse_document(body)
 
 
-def parse_document(body: bytes | bytearray) -> object:
+def parse_document(body: bytes) -> object:
     """The value of a JSON text, made of dict, list, str, int, float, bool and None.
 
     Raises
@@ -128,23 +131,24 @@ def _count_keys(value: object) -> int:
     return count
 
 
-def _refuse_repeated_key(body: bytes | bytearray) -> None:
+def _refuse_repeated_key(body: bytes) -> None:
     found = repeated_key(body)
     if found is None:
         return
     offset, key = found
+    where = pointer_at(body, offset) + pointer([shortened(key)]) if offset <= MAX_PREFIX else ""
     raise InvalidRequest(
         Issue(
             "repeated_key",
             "An object has this key more than once.",
-            pointer_at(body, offset) + pointer([key]),
+            where,
             "the key again",
             "each key once",
         )
     )
 
 
-def _refusal(error: orjson.JSONDecodeError, body: bytes | bytearray) -> Exception:
+def _refusal(error: orjson.JSONDecodeError, body: bytes) -> Exception:
     """What to raise for text that the parser refused."""
     # The position counts characters; where the text is not UTF-8 there is no text and none.
     where = ""

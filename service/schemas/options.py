@@ -8,7 +8,6 @@ from pydantic import Field
 from service.engine.options import Faces, MeshOptions
 from service.schemas.fields import Omittable, Overlays, Resolution, StrictModel
 
-
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
 
 

@@ -9,8 +9,8 @@ from types import MappingProxyType
 
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.options import MeshOptionFields
-from service.schemas.refusals import shortened
 from service.schemas.request import mesh_options
+from service.schemas.scan import shortened
 
 _WHOLE = re.compile(r"-?\d{1,15}", re.ASCII)
 _NUMBER = re.compile(r"-?\d{1,30}(?:\.\d{1,30})?(?:[eE][-+]?\d{1,3})?", re.ASCII)

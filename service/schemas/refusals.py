@@ -9,15 +9,13 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
+from service.schemas.scan import shortened
 
 Path: TypeAlias = tuple[str | int, ...]
 
 UNIONS = frozenset({"surface"})
 """Fields that hold one of several models. Pydantic names the chosen one in its paths; the
 document has no such level."""
-
-MAX_KEY = 64
-"""Characters of a key that a pointer repeats; keys of ours are shorter."""
 
 _KINDS = {
     type(None): "null",
@@ -130,8 +128,3 @@ def _pointer(path: Path) -> str:
         if part != "[key]":  # pydantic's mark for "the key itself"
             parts.append(part if isinstance(part, int) else shortened(part))
     return pointer(parts)
-
-
-def shortened(key: str) -> str:
-    """A key as a pointer may repeat it."""
-    return key if len(key) <= MAX_KEY else key[:MAX_KEY] + "…"

@@ -13,6 +13,12 @@ from service.errors import pointer
 MAX_PREFIX = 1 << 19
 """Bytes that `pointer_at` is willing to read: a tenth of a second at worst."""
 
+MAX_KEY = 64
+"""Characters of a key that a pointer repeats; keys of ours are shorter."""
+
+MAX_LEVELS = 32
+"""Levels that a pointer names; documents of ours are not so deep."""
+
 _STRING = rb'"[^"\\]*+(?:\\.[^"\\]*+)*+(?:"|\Z)'
 _BRACKET_OR_STRING = re.compile(_STRING + rb"|[][{}]", re.DOTALL)
 _BRACE_OR_STRING = re.compile(rb"(" + _STRING + rb")(\s*:)?|[{}]", re.DOTALL)
@@ -36,7 +42,7 @@ class _Level:
             self.expects_key = True
 
 
-def pointer_at(body: bytes | bytearray, end: int) -> str:
+def pointer_at(body: bytes, end: int) -> str:
     """JSON pointer of the value that begins at or contains byte `end` of `body`.
 
     An empty pointer where that would mean reading more than `MAX_PREFIX` bytes.
@@ -61,13 +67,13 @@ def pointer_at(body: bytes | bytearray, end: int) -> str:
     if levels:
         levels[-1].pass_commas(prefix.count(b",", seen))
     return pointer(
-        level.label if isinstance(level.label, int) else key_text(level.label)
-        for level in levels
+        level.label if isinstance(level.label, int) else shortened(key_text(level.label))
+        for level in levels[:MAX_LEVELS]
         if not level.expects_key
     )
 
 
-def repeated_key(body: bytes | bytearray) -> tuple[int, str] | None:
+def repeated_key(body: bytes) -> tuple[int, str] | None:
     """Offset and text of the first key that its object has already, or None.
 
     RFC 8259, section 4, leaves the meaning of such an object open; parsers silently keep one.
@@ -94,3 +100,8 @@ def key_text(string: bytes) -> str:
         return str(orjson.loads(string))
     except orjson.JSONDecodeError:
         return string.decode(errors="replace").strip('"')
+
+
+def shortened(key: str) -> str:
+    """A key as a pointer may repeat it."""
+    return key if len(key) <= MAX_KEY else key[:MAX_KEY] + "…"

@@ -112,7 +112,8 @@ def _of_known_kind(value: object) -> object:
     if not isinstance(wanted, str):
         raise refusal([((), replace(wrong_type(wanted, needed), pointer="/type"))])
     if wanted not in KINDS:
-        issue = Issue("unknown_type", "There is no such kind of surface.", "/type", needed=needed)
+        got = "an unknown name"
+        issue = Issue("unknown_type", "There is no such kind of surface.", "/type", got, needed)
         raise refusal([((), issue)])
     return value
 

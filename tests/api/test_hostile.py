@@ -1,0 +1,53 @@
+"""Every hostile body gets a problem that says where, and nothing of the body."""
+
+import pytest
+
+from service.errors import MAX_ISSUES
+from tests.api.client import Client
+from tests.api.hostile import ECHO, HOSTILE, Hostile
+
+JSON = {"Content-Type": "application/json"}
+
+
+def test_there_are_two_hundred_of_them_and_no_two_alike() -> None:
+    assert len(HOSTILE) >= 200
+    assert len({case.name for case in HOSTILE}) == len(HOSTILE)
+
+
+@pytest.mark.parametrize("case", HOSTILE, ids=lambda case: case.name)
+def test_hostile_body_is_refused(client: Client, case: Hostile) -> None:
+    answer = client.request("POST", "/v1/mesh", case.chunks(), JSON)
+    assert answer.status_code == case.status
+    assert answer.headers["content-type"] == "application/problem+json"
+    problem = answer.json()
+    assert problem["status"] == case.status
+    assert problem["type"] == "about:blank"
+    assert 1 <= len(problem["errors"]) <= MAX_ISSUES
+    for error in problem["errors"]:
+        assert {"code", "pointer", "detail", "got", "needed"} == set(error)
+    assert (problem["errors"][0]["code"], problem["errors"][0]["pointer"]) == (
+        case.code,
+        case.pointer,
+    )
+    without_pointers = [{**error, "pointer": ""} for error in problem["errors"]]
+    assert ECHO not in str(without_pointers)
+    assert len(answer.content) < 20_000
+
+
+def test_at_most_twenty_errors_are_told(client: Client) -> None:
+    document = {"surface": {"control_net": [[["x"] * 3] * 20] * 20}}
+    errors = client.post("/v1/mesh", document).json()["errors"]
+    assert [error["pointer"] for error in errors] == [
+        f"/surface/control_net/0/{point}/{axis}" for point in range(7) for axis in range(3)
+    ][:MAX_ISSUES]
+
+
+def test_several_fields_are_told_at_once(client: Client) -> None:
+    document = {"surface": {"control_net": [[1]], "up": "x"}, "uvs": 1, "size": 2}
+    errors = client.post("/v1/mesh", document).json()["errors"]
+    assert {error["pointer"]: error["code"] for error in errors} == {
+        "/uvs": "wrong_type",
+        "/surface/control_net/0/0": "wrong_type",
+        "/surface/up": "wrong_value",
+        "/size": "unknown_field",
+    }

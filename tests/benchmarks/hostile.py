@@ -1,0 +1,82 @@
+"""What a hostile body costs: time and memory until the refusal is whole.
+
+Each body of the table is posted to the application in this process, in the pieces in which a
+server would hand it over. Memory is the peak of the process above what it held before, the bytes
+of the body that the service read included. Linux only: it reads /proc.
+"""
+
+import gc
+import re
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+from service.api.app import create_app
+from service.settings import Settings
+from tests.api.client import Client, client_of
+from tests.api.hostile import HOSTILE, Hostile
+
+MAX_SECONDS = 0.2
+MAX_BYTES = 50e6
+
+_JSON = {"Content-Type": "application/json"}
+_PROCESS = Path("/proc/self")
+
+
+class Cost(NamedTuple):
+    """Cost of one refusal."""
+
+    name: str
+    seconds: float
+    peak: float
+
+
+def costs() -> list[Cost]:
+    """Cost of every body of the table, the dearest in time first."""
+    with client_of(create_app(Settings())) as client:
+        for case in HOSTILE[:20]:
+            client.request("POST", "/v1/mesh", case.chunks(), _JSON)
+        return sorted((_cost(client, case) for case in HOSTILE), key=lambda c: -c.seconds)
+
+
+def report() -> bool:
+    """Prints the dearest bodies; whether none is dearer than it may be."""
+    rows = costs()
+    slowest, largest = rows[0], max(rows, key=lambda cost: cost.peak)
+    print(f"{len(rows)} hostile bodies; the slowest ten:")
+    for cost in rows[:10]:
+        print(f"  {cost.seconds * 1e3:7.1f} ms  {cost.peak / 1e6:6.1f} MB  {cost.name}")
+    print(f"slowest {slowest.seconds * 1e3:.0f} ms (allowed {MAX_SECONDS * 1e3:.0f}), ", end="")
+    print(f"largest {largest.peak / 1e6:.0f} MB (allowed {MAX_BYTES / 1e6:.0f}): {largest.name}")
+    return slowest.seconds <= MAX_SECONDS and largest.peak <= MAX_BYTES
+
+
+def _cost(client: Client, case: Hostile) -> Cost:
+    """The best time of three, and the peak of the first."""
+    chunks = list(case.chunks())
+    gc.collect()
+    # Writing 5 makes the peak begin anew at what is held now (proc_pid_clear_refs(5)).
+    (_PROCESS / "clear_refs").write_text("5", encoding="ascii")
+    before = _kilobytes("VmRSS")
+    seconds = [_timed(client, chunks)]
+    peak = _kilobytes("VmHWM") - before
+    seconds += [_timed(client, chunks) for _ in range(2)]
+    return Cost(case.name, min(seconds), peak * 1024)
+
+
+def _timed(client: Client, chunks: list[bytes]) -> float:
+    start = time.perf_counter()
+    client.request("POST", "/v1/mesh", chunks, _JSON)
+    return time.perf_counter() - start
+
+
+def _kilobytes(name: str) -> int:
+    status = (_PROCESS / "status").read_text(encoding="ascii")
+    found = re.search(rf"^{name}:\s+(\d+) kB", status, re.MULTILINE)
+    assert found is not None
+    return int(found.group(1))
+
+
+if __name__ == "__main__":
+    sys.exit(0 if report() else 1)
