@@ -36,7 +36,7 @@ def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest
 def _without_skips(report: Report) -> Report:
     """Where all tools are said to be installed, a skipped test is a failed one."""
     expected = hasattr(report, "wasxfail")
-    if report.skipped and not expected and os.environ.get("SURFACE_TESTS_REQUIRE_TOOLS") == "1":
+    if report.skipped and not expected and os.environ.get("TESTS_REQUIRE_TOOLS") == "1":
         report.outcome = "failed"
         report.longrepr = f"skipped where nothing may be skipped: {report.longrepr}"
     return report

@@ -1,6 +1,6 @@
 """Programs made by others that judge what we write. A test that lacks one is skipped.
 
-With SURFACE_TESTS_REQUIRE_TOOLS=1, as in `.ci/run`, a skipped test counts as a failed one
+With TESTS_REQUIRE_TOOLS=1, as in `.ci/run`, a skipped test counts as a failed one
 (`tests/conftest.py`): there, everything is installed first.
 """
 
