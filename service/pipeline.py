@@ -69,7 +69,29 @@ def predict(surface: Surface, options: MeshOptions) -> MeshSize:
 def predicted_size_of(model: PatchModel, options: MeshOptions) -> MeshSize:
     """The same for a surface that is lowered already."""
     vertices, triangles, quads = predicted_size(model, options)
-    return MeshSize(vertices, triangles, quads, model.patch_count)
+    points = segments = cells = 0
+    control_points = sum(batch.points.size // 3 for batch in model.batches)
+    if "control_net" in options.overlays:
+        points += control_points
+        # A control point begins at most two segments and one cell.
+        segments += 2 * control_points
+        cells += control_points
+    if "boundary" in options.overlays:
+        segments += 4 * model.patch_count * max(options.resolution)
+        points += 4 * model.patch_count * (max(options.resolution) + 1)
+    names = [model.name, *(part.name for part in model.parts), *options.overlays]
+    return MeshSize(
+        vertices,
+        triangles,
+        quads,
+        model.patch_count,
+        named=len(names) - 1,
+        name_bytes=sum(len(name.encode()) for name in names),
+        overlay_points=points,
+        overlay_segments=segments,
+        overlay_cells=cells,
+        control_points=control_points,
+    )
 
 
 def check(

@@ -7,7 +7,7 @@ views are planar, tightly packed and aligned to four bytes.
 References
 ----------
 Khronos, glTF 2.0 Specification: 3.6.2 accessors, 3.7.2 meshes, 3.9 materials, 4.4 GLB layout.
-KHR_materials_unlit. https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
+KHR_materials_unlit.
 """
 
 import base64

@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from service.engine.extent import extent
 from service.engine.mesh import IndexArray, RealArray
 
 JsonObject: TypeAlias = dict[str, Any]
@@ -26,9 +27,6 @@ LARGEST_SHORT_COUNT = 65535
 
 ELEMENT_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
 """Type of an accessor by its number of components (3.6.2.3)."""
-
-FOLD = 128
-"""Rows laid side by side when looking for minima: enough for the reduction to be vectorised."""
 
 
 @dataclass(slots=True)
@@ -47,7 +45,7 @@ class BufferBuilder:
     def add_positions(self, positions: RealArray) -> int:
         """Accessor of positions, shape (V, 3), with the bounds that POSITION must have."""
         stored = np.ascontiguousarray(positions, dtype="<f4")
-        low, high = column_bounds(stored)
+        low, high = extent(stored)
         # As float64 the very float32 values: equal for readers that round and that do not.
         bounds = {"min": low.tolist(), "max": high.tolist()}
         return self._add(stored, FLOAT, ARRAY_BUFFER, bounds)
@@ -89,20 +87,3 @@ class BufferBuilder:
         self.chunks += (stored.data, padding)
         self.length += stored.nbytes + len(padding)
         return len(self.accessors) - 1
-
-
-def column_bounds(
-    points: NDArray[np.float32],
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Smallest and largest value of each column of a contiguous array, shape (N, 3), N >= 1.
-
-    NumPy reduces three short columns one number at a time. Folded to `FOLD` rows a row, the same
-    memory is reduced by whole vectors, an order of magnitude faster.
-    """
-    whole = len(points) // FOLD * FOLD
-    if whole < 2 * FOLD:
-        return points.min(axis=0), points.max(axis=0)
-    folded, rest = points[:whole].reshape(-1, FOLD * 3), points[whole:]
-    low = np.concatenate((folded.min(axis=0).reshape(-1, 3), rest)).min(axis=0)
-    high = np.concatenate((folded.max(axis=0).reshape(-1, 3), rest)).max(axis=0)
-    return low, high

@@ -3,6 +3,11 @@
 Positions are float64 in the fewest digits that read back as the same number; normals, uvs and
 nothing else are float32. A key whose value the mesh does not have is left out. Where there are
 quads and triangles, `faces` holds, part by part, the quads and then the triangles of that part.
+
+Every position is written once, so that a closed surface is closed by its indices. Normals and uvs
+go with the vertices row by row; only where one position has several (at creases, at the apex of a
+cone, along seams with uvs) there are more of them, and `attribute_faces`, of the same shape as
+`faces`, tells which of them each corner of each face has.
 """
 
 from collections.abc import Iterator
@@ -10,22 +15,25 @@ from collections.abc import Iterator
 import numpy as np
 import orjson
 
-from service.encoders.content import absolute, drawn, report_object
+from service.encoders.content import absolute, drawn, report_object, shared_positions
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, digits, json_array, json_text
-from service.engine.mesh import Mesh
+from service.engine.mesh import IndexArray, Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     """Return the JSON document, UTF-8."""
+    positions, row = shared_positions(mesh)
     document: dict[str, object] = {
-        "vertices": np.ascontiguousarray(absolute(mesh.positions, mesh)),
-        "faces": orjson.Fragment(_faces(mesh)),
+        "vertices": np.ascontiguousarray(positions),
+        "faces": orjson.Fragment(_faces(mesh, None if mesh.welds is None else row)),
     }
     if mesh.normals is not None:
         document["normals"] = np.ascontiguousarray(mesh.normals, dtype=np.float32)
     if mesh.uvs is not None:
         document["uvs"] = np.ascontiguousarray(mesh.uvs, dtype=np.float32)
+    if mesh.welds is not None and (mesh.normals is not None or mesh.uvs is not None):
+        document["attribute_faces"] = orjson.Fragment(_faces(mesh))
     document["parts"] = list(_parts(mesh))
     if overlays := drawn(mesh.overlays):
         document["lines"] = [
@@ -36,23 +44,21 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
             }
             for overlay in overlays
         ]
-    if mesh.welds is not None:
-        document["welds"] = np.ascontiguousarray(mesh.welds)
     document["report"] = report_object(mesh.report)
     return json_text(document)
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """Bytes at most: normals, uvs, welds and all digits counted."""
+    """Bytes at most: normals, uvs, faces twice and all digits counted."""
     index = digits(max(size.vertices, size.overlay_points)) + 1
     position = 3 * (FLOAT64_CHARS + 1) + 2
-    vertex = position + 5 * (FLOAT32_CHARS + 1) + 4 + index
+    vertex = position + 5 * (FLOAT32_CHARS + 1) + 4
     named = 80 + 2 * digits(size.triangles + size.quads)
     report = 512 + 6 * FLOAT64_CHARS
     return (
         size.vertices * vertex
-        + size.triangles * (3 * index + 2)
-        + size.quads * (4 * index + 2)
+        + size.triangles * 2 * (3 * index + 2)
+        + size.quads * 2 * (4 * index + 2)
         + size.overlay_points * position
         + size.overlay_segments * (2 * index + 2)
         + size.nodes * named
@@ -65,14 +71,20 @@ LONGEST_ESCAPE = 6
 """A control character, one byte of UTF-8, is written as six: `\\u0001`."""
 
 
-def _faces(mesh: Mesh) -> bytes:
-    """JSON list of all faces, part by part; quads before triangles within a part."""
-    if not len(mesh.quads):
-        return json_array(mesh.triangles)
+def _faces(mesh: Mesh, row: IndexArray | None = None) -> bytes:
+    """JSON list of all faces, part by part; quads before triangles within a part.
+
+    `row`, shape (V,), translates vertices of the mesh to what the list shall name.
+    """
+    triangles, quads = mesh.triangles, mesh.quads
+    if row is not None:
+        triangles, quads = row[triangles], row[quads]
+    if not len(quads):
+        return json_array(triangles)
     runs = (
         json_array(faces[slice(*run)])[1:-1]
         for part in mesh.parts
-        for faces, run in ((mesh.quads, part.quads), (mesh.triangles, part.triangles))
+        for faces, run in ((quads, part.quads), (triangles, part.triangles))
     )
     return b"[" + b",".join(run for run in runs if run) + b"]"
 

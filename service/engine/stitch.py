@@ -78,12 +78,17 @@ def find_seams(batches: Sequence[TensorPatches]) -> Seams:
     found = 0
     for sides in _sides_by_degree(batches):
         points, weights, turned = _canonical(sides)
+        place = sides.place
+        if weights is not None:
+            # Of weights that differ in rounding the least stand for all, not the first to come.
+            order = np.lexsort(weights.T)
+            place, turned, points, weights = (a[order] for a in (place, turned, points, weights))
         distinct, number = distinct_rows(points.reshape(len(points), -1))
         if weights is not None:
             leader = leaders(distinct[number], weights, SAME_WEIGHT)
             distinct, number = np.unique(leader, return_inverse=True)
-        edge[sides.place] = number + found
-        backward[sides.place] = turned
+        edge[place] = number + found
+        backward[place] = turned
         ids = np.arange(found, found + len(distinct))
         curves.append(
             EdgeCurves(ids, points[distinct], None if weights is None else weights[distinct])

@@ -10,11 +10,12 @@ import numpy as np
 
 from service.engine.borders import borders
 from service.engine.extent import extent
+from service.engine.join import join
 from service.engine.layout import Layout
-from service.engine.mesh import IndexArray, Ints, Mesh, MeshPart, MeshReport, Overlay, RealArray
+from service.engine.mesh import IndexArray, Ints, Mesh, MeshReport, Overlay, RealArray
 from service.engine.options import MeshOptions
 from service.engine.overlays import draw
-from service.engine.patterns import faces, used_samples
+from service.engine.patterns import used_samples
 from service.engine.sampling import Grid, sample
 from service.engine.scratch import Real
 from service.engine.weld import Welding, weld
@@ -46,8 +47,8 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         positions = positions[welding.samples]
         normals = None if normals is None else normals[welding.samples]
         uvs = None if uvs is None else uvs[welding.samples]
-    triangles, quads, parts = _faces(model, layout, welding, options)
     welds = _welds(welding) if options.weld else None
+    triangles, quads, parts = join(model, layout, welding, options.faces)
     boundary, watertight = borders(layout, options, (triangles, quads), welds)
     low, high = _bounds(positions, origin)
     return Mesh(
@@ -141,49 +142,6 @@ def _used(layout: Layout, options: MeshOptions) -> Ints:
         for shape, patches in layout.shapes()
     ]
     return np.concatenate(samples)
-
-
-def _faces(
-    model: PatchModel,
-    layout: Layout,
-    welding: Welding | None,
-    options: MeshOptions,
-) -> tuple[IndexArray, IndexArray, tuple[MeshPart, ...]]:
-    """Triangles, quads and the runs of both that are the parts, patch by patch."""
-    groups = layout.shapes()
-    patterns = [faces(shape, options.faces) for shape, _ in groups]
-    counts = np.zeros((2, model.patch_count + 1), dtype=np.intp)
-    for (_, patches), pattern in zip(groups, patterns, strict=True):
-        for kind in (0, 1):
-            counts[kind, patches + 1] = len(pattern[kind])
-    ends = counts.cumsum(axis=1)
-    found = []
-    for kind, corners in enumerate((3, 4)):
-        if welding is None and len(groups) == 1 and model.patch_count == 1:
-            found.append(patterns[0][kind])
-            continue
-        out = np.empty((ends[kind, -1], corners), dtype=np.uint32)
-        for (shape, patches), pattern in zip(groups, patterns, strict=True):
-            if len(pattern[kind]):
-                samples = layout.patch_samples(patches, shape)
-                vertices = samples if welding is None else welding.vertex[samples]
-                # Gathering through the pattern writes each patch's faces in one go.
-                whole = vertices.astype(np.uint32)[:, pattern[kind]]
-                rows = ends[kind, patches][:, None] + np.arange(len(pattern[kind]))
-                if len(patches) == model.patch_count:
-                    out = whole.reshape(-1, corners)
-                else:
-                    out[rows] = whole
-        found.append(out)
-    parts = tuple(
-        MeshPart(
-            part.name,
-            (int(ends[0, part.first]), int(ends[0, part.last])),
-            (int(ends[1, part.first]), int(ends[1, part.last])),
-        )
-        for part in model.parts
-    )
-    return found[0], found[1], parts
 
 
 def _grids(layout: Layout, welding: Welding | None) -> tuple[IndexArray, ...]:

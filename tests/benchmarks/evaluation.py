@@ -8,11 +8,11 @@ much again as the best that was reached on the machine on which the formulations
 from dataclasses import dataclass
 
 import numpy as np
-from tests.benchmarks.alternately import alternately
 
 from service.engine.evaluate import Formulation, Samples, choose, evaluate
 from service.surface.examples import find
 from service.surface.lowered import TensorPatches
+from tests.benchmarks.alternately import alternately
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from service import __version__
 from service.encoders import gltf
 from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
-from service.encoders.gltf_buffer import FOLD, BufferBuilder, column_bounds
+from service.encoders.gltf_buffer import BufferBuilder
 from service.engine.mesh import Mesh
 from service.errors import UnsupportedByFormat
 from tests.encoders.glb_reader import Gltf, read_glb, read_gltf
@@ -65,14 +65,6 @@ def test_bounds_are_the_stored_numbers() -> None:
         entry = file.document["accessors"][file.primitive(name)["attributes"]["POSITION"]]
         assert entry["min"] == stored.min(axis=0).tolist()
         assert entry["max"] == stored.max(axis=0).tolist()
-
-
-@pytest.mark.parametrize("count", [1, FOLD, 2 * FOLD - 1, 2 * FOLD, 2 * FOLD + 1, 5 * FOLD + 77])
-def test_folded_bounds_are_the_bounds(count: int) -> None:
-    points = np.random.default_rng(count).standard_normal((count, 3)).astype(np.float32)
-    low, high = column_bounds(points)
-    np.testing.assert_array_equal(low, points.min(axis=0))
-    np.testing.assert_array_equal(high, points.max(axis=0))
 
 
 def test_views_are_aligned_tight_and_targeted() -> None:

@@ -38,11 +38,24 @@ def test_normals_and_parameters_are_float32() -> None:
     assert longest < len(repr(1 / 3))
 
 
+def rows_of(mesh: Mesh) -> list[int]:
+    """For each vertex the row of `vertices` that holds its position: positions in first order."""
+    rows: dict[int, int] = {}
+    welds = range(len(mesh.positions)) if mesh.welds is None else mesh.welds.tolist()
+    return [rows.setdefault(weld, len(rows)) for weld in welds]
+
+
+def renamed(faces: list[list[int]], rows: list[int]) -> list[list[int]]:
+    return [[rows[k] for k in face] for face in faces]
+
+
 def test_faces_of_one_kind_are_those_of_the_mesh() -> None:
-    assert decode(silo())["faces"] == silo().triangles.tolist()
     wall = replace(silo(faces="quads"), triangles=np.empty((0, 3), dtype=np.uint32))
     wall = replace(wall, parts=tuple(replace(p, triangles=(0, 0)) for p in wall.parts))
-    assert decode(wall)["faces"] == wall.quads.tolist()
+    for mesh, faces in ((silo(), silo().triangles), (wall, wall.quads)):
+        document = decode(mesh)
+        assert document["attribute_faces"] == faces.tolist()
+        assert document["faces"] == renamed(faces.tolist(), rows_of(mesh))
 
 
 def test_mixed_faces_stand_part_by_part() -> None:
@@ -57,8 +70,8 @@ def test_mixed_faces_stand_part_by_part() -> None:
         end = last
         quads = mesh.quads[slice(*expected.quads)].tolist()
         triangles = mesh.triangles[slice(*expected.triangles)].tolist()
-        assert document["faces"][first:last] == quads + triangles
-    assert end == len(document["faces"])
+        assert document["attribute_faces"][first:last] == quads + triangles
+        assert document["faces"][first:last] == renamed(quads + triangles, rows_of(mesh))
 
 
 def test_overlays_are_lines() -> None:
@@ -73,25 +86,36 @@ def test_overlays_are_lines() -> None:
 def test_what_is_not_there_has_no_key() -> None:
     mesh = replace(sheet(1), normals=None, uvs=None)
     assert list(decode(mesh)) == ["vertices", "faces", "parts", "report"]
-    everything = ["vertices", "faces", "normals", "uvs", "parts", "lines", "welds", "report"]
-    assert list(decode(with_overlays(silo()))) == everything
+    bare = replace(silo(), normals=None, uvs=None)
+    assert list(decode(bare)) == ["vertices", "faces", "parts", "report"]
+    everything = ["vertices", "faces", "normals", "uvs", "attribute_faces", "parts", "lines"]
+    assert list(decode(with_overlays(silo()))) == [*everything, "report"]
 
 
-def test_welds_close_the_surface() -> None:
+def test_every_position_is_written_once() -> None:
+    """A crease has several normals and still one position: the surface is closed by its indices."""
     mesh = silo()
+    assert mesh.normals is not None
     document = decode(mesh)
-    vertices, welds = document["vertices"], document["welds"]
-    assert len(welds) == len(vertices)
-    assert all(vertices[k] == vertices[i] for i, k in enumerate(welds))
-    assert max(welds) < len(vertices)
+    places = [tuple(place) for place in document["vertices"]]
+    assert len(set(places)) == len(places) < len(document["normals"]) == len(mesh.normals)
+    edges = [{a, b} for f in document["faces"] for a, b in zip(f, f[1:] + f[:1], strict=True)]
+    assert all(edges.count(edge) == 2 for edge in edges)
     assert document["report"]["watertight"] is True
+
+
+def test_attributes_of_a_smooth_surface_go_row_by_row() -> None:
+    document = decode(sheet(3))
+    assert "attribute_faces" not in document
+    assert len(document["vertices"]) == len(document["normals"])
 
 
 def test_origin_is_added_back() -> None:
     origin = (5e5, 4.6e6, 0.125)
     moved = decode(single(with_overlays(silo()), origin))
     expected = silo().positions + np.array(origin)
-    np.testing.assert_array_equal(moved["vertices"], expected)
+    first = [rows_of(silo()).index(k) for k in range(len(moved["vertices"]))]
+    np.testing.assert_array_equal(moved["vertices"], expected[first])
     np.testing.assert_array_equal(moved["lines"][1]["vertices"][0], origin)
 
 

@@ -198,10 +198,10 @@ def test_a_common_factor_of_the_weights_never_opens_a_seam() -> None:
 
 
 def test_a_common_factor_of_the_weights_does_not_touch_a_bit_of_the_seam() -> None:
-    """Either patch alone, both together, in either order: the same points along the edge."""
+    """Both patches, in either order: the same points along the edge."""
     for nets, weights in zip(*neighbours(20)[::2], strict=True):
         found = []
-        for order in ([0], [1], [0, 1], [1, 0]):
+        for order in ([0, 1], [1, 0]):
             mesh = mesh_of(
                 model_of([nets[k] for k in order], [weights[k] for k in order]),
                 resolution=(6, 6),

@@ -1,0 +1,92 @@
+"""Vertices joined to faces: the pattern of every patch, read through its vertices."""
+
+import numpy as np
+
+from service.engine.layout import Layout
+from service.engine.mesh import IndexArray, Ints, MeshPart
+from service.engine.options import Faces
+from service.engine.patterns import faces
+from service.engine.weld import Welding
+from service.surface.lowered import PatchModel
+
+
+def join(
+    model: PatchModel, layout: Layout, welding: Welding | None, kind: Faces
+) -> tuple[IndexArray, IndexArray, tuple[MeshPart, ...]]:
+    """Triangles (T, 3), quads (Q, 4), both patch by patch, and the runs of them that are the parts.
+
+    Without a welding every sample is the vertex of its own number.
+    """
+    groups = layout.shapes()
+    patterns = [faces(shape, kind) for shape, _ in groups]
+    counts = np.zeros((2, model.patch_count), dtype=np.intp)
+    for (_, patches), pattern in zip(groups, patterns, strict=True):
+        counts[0, patches], counts[1, patches] = len(pattern[0]), len(pattern[1])
+    if welding is None and model.patch_count == 1:
+        return (*patterns[0], _parts(model, counts))
+    found: list[IndexArray] = []
+    for which, corners in enumerate((3, 4)):
+        ends = counts[which].cumsum()
+        out = np.empty((ends[-1], corners), dtype=np.uint32)
+        for (shape, patches), pattern in zip(groups, patterns, strict=True):
+            local = pattern[which]
+            if not len(local):
+                continue
+            samples = layout.patch_samples(patches, shape)
+            vertices = samples if welding is None else welding.vertex[samples]
+            # Gathering through the pattern writes all faces of all these patches in one go.
+            whole = vertices.astype(np.uint32)[:, local]
+            if len(patches) == model.patch_count:
+                out = whole.reshape(-1, corners)
+            else:
+                rows = ends[patches] - len(local)
+                out[rows[:, None] + np.arange(len(local))] = whole
+        found.append(out)
+    triangles, quads = found
+    if welding is not None and layout.divisions.min() < 2:
+        triangles, quads, counts = _without_slivers(triangles, quads, counts, welding.welds)
+    return triangles, quads, _parts(model, counts)
+
+
+def _parts(model: PatchModel, counts: Ints) -> tuple[MeshPart, ...]:
+    """Runs of faces from the numbers of triangles and quads of every patch, (2, P)."""
+    ends = np.concatenate([np.zeros((2, 1), dtype=np.intp), counts.cumsum(axis=1)], axis=1)
+    return tuple(
+        MeshPart(
+            part.name,
+            (int(ends[0, part.first]), int(ends[0, part.last])),
+            (int(ends[1, part.first]), int(ends[1, part.last])),
+        )
+        for part in model.parts
+    )
+
+
+def _without_slivers(
+    triangles: IndexArray, quads: IndexArray, counts: Ints, place: Ints
+) -> tuple[IndexArray, IndexArray, Ints]:
+    """Drops faces that have one place twice; of a quad with one such pair a triangle is left.
+
+    Patterns know of sides that are one point. But with a single division a side that returns to
+    where it began is one point of the mesh as well, and a patch that closes is a line.
+    """
+    total = counts.shape[1]
+    owner, owner_of_quad = (np.repeat(np.arange(total), n) for n in counts)
+    around = place[quads]
+    repeated = around == np.roll(around, -1, axis=1)
+    whole = ~repeated.any(axis=1) & (around[:, 0] != around[:, 2]) & (around[:, 1] != around[:, 3])
+    halved = np.flatnonzero(repeated.sum(axis=1) == 1)
+    # Leave out the first of the two corners that coincide.
+    keep = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
+    halves = np.take_along_axis(quads[halved], keep[repeated[halved].argmax(axis=1)], axis=1)
+    triangles = np.concatenate([triangles, halves])
+    owner = np.concatenate([owner, owner_of_quad[halved]])
+    corner = place[triangles]
+    distinct = (corner != np.roll(corner, -1, axis=1)).all(axis=1)
+    order = np.flatnonzero(distinct)[np.argsort(owner[distinct], kind="stable")]
+    left = np.stack(
+        [
+            np.bincount(owner[order], minlength=total),
+            np.bincount(owner_of_quad[whole], minlength=total),
+        ]
+    )
+    return triangles[order], quads[whole], left
