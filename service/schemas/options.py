@@ -15,35 +15,35 @@ class MeshOptionFields(StrictModel):
     """The options of a mesh. All may be left out."""
 
     resolution: Resolution = Field(
-        (16, 16),
+        default=(16, 16),
         description="Divisions of every patch: one number, or [u, v]. A patch has "
         "(u + 1) × (v + 1) vertices.",
         examples=[16, [16, 32]],
     )
     faces: Faces = Field(
-        "triangles",
+        default="triangles",
         description="Kind of faces. `quads` only where the format has them.",
         examples=["quads"],
     )
-    normals: bool = Field(True, description="Whether vertices carry analytic unit normals.")
+    normals: bool = Field(default=True, description="Whether vertices carry analytic unit normals.")
     uvs: bool = Field(
-        False, description="Whether vertices carry their parameters (u, v) in their patch."
+        default=False, description="Whether vertices carry their parameters (u, v) in their patch."
     )
     weld: bool = Field(
-        True, description="Whether patches share the vertices of the edges that they share."
+        default=True, description="Whether patches share the vertices of the edges that they share."
     )
     crease_angle: Annotated[float, Field(ge=0, le=pi)] = Field(
-        radians(1.0),
+        default=radians(1.0),
         description="Radians. Where patches meet at a larger angle their normals stay apart.",
         examples=[0.5],
     )
     overlays: Overlays = Field(
-        (),
+        default=(),
         description="Lines to draw beside the faces, where the format has lines.",
         examples=[["control_net", "boundary"]],
     )
     oogl: Annotated[OoglForm | None, Omittable()] = Field(
-        None,
+        default=None,
         description="Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` "
         "(the default elsewhere) or `bez`, the exact patches. Other formats do not read it.",
         examples=["bez"],

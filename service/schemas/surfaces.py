@@ -37,7 +37,7 @@ class BezierDefinition(StrictModel):
     """
 
     type: Literal["bezier"] = Field(
-        "bezier", description="The kind of surface; this one when left out."
+        default="bezier", description="The kind of surface; this one when left out."
     )
     control_net: Annotated[FloatArray, CONTROL_NET] = Field(
         description="Control points, row by row: rows along u, three coordinates [x, y, z] each, "
@@ -46,7 +46,7 @@ class BezierDefinition(StrictModel):
         examples=[[[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]],
     )
     weights: Annotated[FloatArray | None, NET_WEIGHTS] = Field(
-        None,
+        default=None,
         description="One positive weight for every control point, in the same rows. Left out, the "
         "surface is polynomial.",
         examples=[[[1, 0.7071067811865476, 1], [1, 0.7071067811865476, 1]]],
@@ -71,7 +71,7 @@ class PatchesDefinition(StrictModel):
         examples=[[[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1], [2, 0, 0], [2, 1, 0]]],
     )
     weights: Annotated[FloatArray | None, VERTEX_WEIGHTS] = Field(
-        None,
+        default=None,
         description="One positive weight for every vertex.",
         examples=[[1, 1, 0.5, 0.5, 1, 1]],
     )

@@ -1,13 +1,15 @@
 """A client that calls the application in this process, without a server."""
 
-from collections.abc import AsyncIterator, Iterable, Iterator, Mapping
+from collections.abc import AsyncIterable, AsyncIterator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeAlias
 
 import httpx
 import orjson
 from anyio.from_thread import BlockingPortal, start_blocking_portal
 from starlette.types import ASGIApp
+
+Body: TypeAlias = bytes | Iterable[bytes] | AsyncIterable[bytes]
 
 
 class Client:
@@ -22,7 +24,7 @@ class Client:
         self,
         method: str,
         url: str,
-        content: bytes | Iterable[bytes] | None = None,
+        content: Body | None = None,
         headers: Mapping[str, str] | None = None,
     ) -> httpx.Response:
         """The answer; an iterable body arrives in its pieces and without a length."""
@@ -41,14 +43,15 @@ class Client:
         self,
         method: str,
         url: str,
-        content: bytes | Iterable[bytes] | None,
+        content: Body | None,
         headers: Mapping[str, str] | None,
     ) -> httpx.Response:
-        body = content if content is None or isinstance(content, bytes) else _pieces(content)
+        if content is not None and not isinstance(content, bytes | AsyncIterable):
+            content = _pieces(content)
         async with httpx.AsyncClient(
             transport=self._transport, base_url="http://service"
         ) as client:
-            return await client.request(method, url, content=body, headers=headers)
+            return await client.request(method, url, content=content, headers=headers)
 
 
 @contextmanager

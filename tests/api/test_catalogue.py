@@ -1,0 +1,85 @@
+"""What there is, and whether the service is well."""
+
+import pytest
+
+from service import __version__
+from service.api.app import create_app
+from service.encoders.registry import FORMATS
+from service.settings import Settings
+from service.surface.examples import EXAMPLES
+from tests.api.client import Client, client_of
+
+
+def test_examples_are_listed_with_links_that_work(client: Client) -> None:
+    surfaces = client.get("/v1/surfaces").json()["surfaces"]
+    assert [surface["id"] for surface in surfaces] == list(EXAMPLES)
+    for surface in surfaces:
+        assert client.get(surface["links"]["self"]).status_code == 200
+        assert list(surface["links"]["mesh"]) == [fmt.suffix for fmt in FORMATS]
+        mesh = client.get(surface["links"]["mesh"]["json"] + "?resolution=1").json()
+        assert mesh["report"]["patches"] == surface["patches"]
+
+
+def test_links_stay_below_the_path_the_service_is_mounted_at() -> None:
+    app = create_app(Settings())
+    app.root_path = "/surfaces"
+    with client_of(app) as client:
+        surface = client.get("/v1/surfaces").json()["surfaces"][0]
+    assert surface["links"]["self"] == "/surfaces/v1/surfaces/utah-teapot"
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_definition_may_be_posted_back(client: Client, example: str) -> None:
+    definition = client.get(f"/v1/surfaces/{example}").json()
+    posted = client.post("/v1/mesh?format=gltf", {**definition, "resolution": 3})
+    fetched = client.get(f"/v1/surfaces/{example}/mesh.gltf?resolution=3")
+    assert posted.status_code == 200
+    assert posted.content == fetched.content
+
+
+def test_formats_are_those_of_the_registry(client: Client) -> None:
+    formats = client.get("/v1/formats").json()["formats"]
+    assert [(f["name"], f["media_type"], f["suffix"]) for f in formats] == [
+        (f.name, f.media_type, f.suffix) for f in FORMATS
+    ]
+
+
+def test_health(client: Client) -> None:
+    assert client.get("/health").json() == {"status": "ready", "version": __version__, "engine": 1}
+    assert client.get("/health/live").json() == {"status": "live"}
+    assert client.get("/health/ready").json() == {"status": "ready"}
+
+
+def test_draining_service_is_alive_and_not_ready() -> None:
+    app = create_app(Settings())
+    app.state.ready = False
+    with client_of(app) as client:
+        assert client.get("/health/live").status_code == 200
+        answer = client.get("/health/ready")
+    assert answer.status_code == 503
+    assert answer.json() == {"status": "draining"}
+
+
+@pytest.mark.parametrize("address", ["/v1/surfaces", "/v1/surfaces/saddle", "/v1/formats"])
+def test_parameters_are_refused_where_there_are_none(client: Client, address: str) -> None:
+    answer = client.get(f"{address}?page=2")
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["parameter"] == "page"
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "/health",
+        "/v1/formats",
+        "/v1/surfaces",
+        "/v1/surfaces/saddle",
+        "/v1/surfaces/saddle/mesh.glb?resolution=2",
+        "/openapi.json",
+    ],
+)
+def test_head_is_get_without_the_body(client: Client, address: str) -> None:
+    get, head = client.get(address), client.request("HEAD", address)
+    assert head.status_code == get.status_code == 200
+    assert head.content == b""
+    assert dict(head.headers) == dict(get.headers)

@@ -1,0 +1,45 @@
+"""The documentation page, its scripts, and the service without them."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from service.api import docs
+from tests.api.client import Client
+
+
+def test_everything_on_the_page_comes_from_here(client: Client) -> None:
+    page = client.get("/docs")
+    assert page.status_code == 200
+    sources = re.findall(r'(?:src|href)="([^"]+)"', page.text)
+    assert sources == ["data:,", *(f"docs/{name}" for name in _names(sources))]
+    for source in sources[1:]:
+        assert client.get(f"/{source}").status_code == 200
+    assert "<script>" not in page.text
+    assert "script-src 'self';" in page.headers["content-security-policy"]
+
+
+def _names(sources: list[str]) -> list[str]:
+    return [source.removeprefix("docs/") for source in sources[1:]]
+
+
+def test_page_without_scripts_says_what_to_run(
+    client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(docs, "ASSETS", tmp_path)
+    page = client.get("/docs")
+    assert page.status_code == 503
+    assert "make web" in page.text
+    assert client.get("/docs/swagger-ui.css").status_code == 404
+    assert client.get("/openapi.json").status_code == 200
+
+
+@pytest.mark.parametrize("name", ["..%2f..%2fapp.py", "LICENSE", "swagger-ui.css.map"])
+def test_nothing_else_is_served(client: Client, name: str) -> None:
+    assert client.get(f"/docs/{name}").status_code == 404
+
+
+def test_root_leads_to_the_page(client: Client) -> None:
+    answer = client.get("/")
+    assert (answer.status_code, answer.headers["location"]) == (307, "/docs")

@@ -1,0 +1,236 @@
+"""POST /v1/mesh and the meshes of examples by URL."""
+
+import numpy as np
+import pytest
+
+from service import pipeline
+from service.encoders.format import EncodeOptions, Format
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.options import MeshOptions
+from service.surface.bezier import BezierSurface
+from service.surface.examples import EXAMPLES, find
+from tests.api.client import Client
+
+NET = [[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]
+BEZIER = {"type": "bezier", "control_net": NET}
+SURFACE = BezierSurface(np.array(NET, dtype=np.float64))
+
+
+def test_posted_net_comes_back_as_json(client: Client) -> None:
+    answer = client.post("/v1/mesh", {"surface": BEZIER, "resolution": [2, 3]})
+    assert answer.status_code == 200
+    assert answer.headers["content-type"] == "application/json"
+    assert "content-disposition" not in answer.headers
+    mesh = answer.json()
+    assert len(mesh["vertices"]) == 3 * 4
+    assert len(mesh["faces"]) == 2 * 2 * 3
+    assert mesh["vertices"][0] == NET[0][0]
+    assert mesh["vertices"][-1] == NET[-1][-1]
+
+
+def test_type_may_be_left_out_and_a_number_stands_for_both_directions(client: Client) -> None:
+    short = client.post("/v1/mesh", {"surface": {"control_net": NET}, "resolution": 5})
+    long = client.post("/v1/mesh", {"surface": BEZIER, "resolution": [5, 5]})
+    assert short.content == long.content
+
+
+@pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
+def test_every_format_by_name_by_type_and_by_suffix(client: Client, fmt: Format) -> None:
+    document = {"surface": BEZIER, "resolution": 4}
+    wanted = pipeline.render(SURFACE, MeshOptions((4, 4)), fmt)
+    by_name = client.post(f"/v1/mesh?format={fmt.name}", document)
+    by_type = client.post("/v1/mesh", document, {"Accept": fmt.media_type})
+    assert by_name.content == by_type.content == wanted
+    by_suffix = client.get(f"/v1/surfaces/saddle/mesh.{fmt.suffix}?resolution=4")
+    assert by_suffix.content == pipeline.render(find("saddle").surface(), MeshOptions((4, 4)), fmt)
+    for answer in (by_name, by_type, by_suffix):
+        assert answer.status_code == 200
+        assert answer.headers["content-type"].partition(";")[0] == fmt.media_type
+        assert answer.headers["content-length"] == str(len(answer.content))
+        assert answer.headers["x-content-type-options"] == "nosniff"
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_every_example_answers_by_url(client: Client, example: str) -> None:
+    answer = client.get(f"/v1/surfaces/{example}/mesh.glb?resolution=3")
+    assert answer.status_code == 200
+    assert answer.content[:4] == b"glTF"
+    assert answer.headers["content-disposition"] == f'attachment; filename="{example}.glb"'
+    assert answer.headers["cache-control"] == "public, max-age=3600"
+
+
+def test_all_options_mean_the_same_in_the_body_and_in_the_query(client: Client) -> None:
+    definition = client.get("/v1/surfaces/utah-teapot").json()
+    options = {
+        "resolution": [3, 2],
+        "faces": "quads",
+        "normals": False,
+        "uvs": True,
+        "weld": False,
+        "crease_angle": 0.5,
+        "overlays": ["control_net", "boundary"],
+        "oogl": "off",
+    }
+    query = (
+        "resolution=3,2&faces=quads&normals=false&uvs=true&weld=false&crease_angle=0.5"
+        "&overlays=control_net,boundary&oogl=off"
+    )
+    for name in ("json", "oogl"):
+        posted = client.post(f"/v1/mesh?format={name}", {**definition, **options})
+        fetched = client.get(f"/v1/surfaces/utah-teapot/mesh.{name}?{query}")
+        assert posted.status_code == fetched.status_code == 200
+        assert posted.content == fetched.content
+    plain = client.get("/v1/surfaces/utah-teapot/mesh.json?resolution=3,2")
+    assert plain.content != client.get(f"/v1/surfaces/utah-teapot/mesh.json?{query}").content
+
+
+def test_form_of_oogl_is_read_and_left_alone_by_other_formats(client: Client) -> None:
+    document = {"surface": BEZIER, "resolution": 2, "oogl": "bez"}
+    wanted = pipeline.render(
+        SURFACE, MeshOptions((2, 2)), BY_NAME["oogl"], EncodeOptions(oogl="bez")
+    )
+    assert client.post("/v1/mesh?format=oogl", document).content == wanted
+    assert client.post("/v1/mesh?format=glb", document).status_code == 200
+
+
+def test_long_work_gives_the_same_bytes_in_a_thread(client: Client) -> None:
+    answer = client.get("/v1/surfaces/saddle/mesh.glb?resolution=150")
+    wanted = pipeline.render(find("saddle").surface(), MeshOptions((150, 150)), BY_NAME["glb"])
+    assert answer.content == wanted
+
+
+def test_long_body_is_parsed_in_a_thread(client: Client) -> None:
+    vertices = [[0.123456789 + i, 0.25, 0.5] for i in range(10_000)]
+    surface = {"type": "patches", "vertices": vertices, "patches": [[[0, 1], [2, 3]]]}
+    answer = client.post("/v1/mesh", {"surface": surface, "resolution": 1})
+    assert len(answer.json()["vertices"]) == 4
+
+
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [
+        ("sail", "sail.stl"),
+        ("Segel, groß", "Segel-gro.stl"),
+        ("../../etc/passwd", "etc-passwd.stl"),
+        ('"; x="', "x.stl"),
+        ("帆", "surface.stl"),
+    ],
+)
+def test_file_name_is_made_of_harmless_characters(client: Client, name: str, file: str) -> None:
+    document = {"surface": {**BEZIER, "name": name}, "resolution": 1}
+    answer = client.post("/v1/mesh?format=stl", document)
+    assert answer.headers["content-disposition"] == f'attachment; filename="{file}"'
+
+
+@pytest.mark.parametrize(
+    ("query", "parameter", "code"),
+    [
+        ("resolution=0", "resolution", "out_of_range"),
+        ("resolution=4,0", "resolution", "out_of_range"),
+        ("resolution=65537", "resolution", "out_of_range"),
+        ("resolution=", "resolution", "wrong_type"),
+        ("resolution=four", "resolution", "wrong_type"),
+        ("resolution=4.0", "resolution", "wrong_type"),
+        ("resolution=4,5,6", "resolution", "wrong_length"),
+        ("resolution=4,", "resolution", "wrong_type"),
+        ("resolution=9999", "resolution", "too_many_vertices"),
+        ("resolution=4&resolution=4", "resolution", "repeated_key"),
+        ("faces=squares", "faces", "wrong_value"),
+        ("faces=quads", "faces", "unsupported_by_format"),
+        ("normals=True", "normals", "wrong_type"),
+        ("uvs=1", "uvs", "wrong_type"),
+        ("weld=", "weld", "wrong_type"),
+        ("crease_angle=nan", "crease_angle", "wrong_type"),
+        ("crease_angle=inf", "crease_angle", "wrong_type"),
+        ("crease_angle=-1", "crease_angle", "out_of_range"),
+        ("crease_angle=1e999", "crease_angle", "out_of_range"),
+        ("overlays=edges", "overlays", "wrong_value"),
+        ("overlays=boundary,boundary", "overlays", "repeated_value"),
+        ("oogl=", "oogl", "wrong_value"),
+        ("format=glb", "format", "unknown_field"),
+        ("colour=red", "colour", "unknown_field"),
+        ("surface=x", "surface", "unknown_field"),
+        ("&".join(f"a{i}=1" for i in range(60)), "a50", "too_many_parameters"),
+        ("k" * 300, "k" * 64 + "…", "unknown_field"),
+    ],
+)
+def test_bad_parameters_are_named(client: Client, query: str, parameter: str, code: str) -> None:
+    answer = client.get(f"/v1/surfaces/utah-teapot/mesh.glb?{query}")
+    assert answer.status_code == 422
+    first = answer.json()["errors"][0]
+    assert (first["parameter"], first["code"]) == (parameter, code)
+    assert "pointer" not in first
+
+
+@pytest.mark.parametrize(
+    ("query", "parameter", "code"),
+    [
+        ("format=fbx", "format", "unknown_format"),
+        ("format=", "format", "unknown_format"),
+        ("format=glb&format=glb", "format", "repeated_key"),
+        ("resolution=4", "resolution", "unknown_field"),
+    ],
+)
+def test_a_post_has_one_parameter(client: Client, query: str, parameter: str, code: str) -> None:
+    answer = client.post(f"/v1/mesh?{query}", {"surface": BEZIER})
+    assert answer.status_code == 422
+    first = answer.json()["errors"][0]
+    assert (first["parameter"], first["code"]) == (parameter, code)
+
+
+def test_quads_are_refused_where_there_are_only_triangles(client: Client) -> None:
+    answer = client.post("/v1/mesh?format=stl", {"surface": BEZIER, "faces": "quads"})
+    assert answer.status_code == 422
+    assert answer.json()["code"] == "unsupported_by_format"
+    assert answer.json()["errors"][0]["pointer"] == "/faces"
+
+
+@pytest.mark.parametrize("address", ["/v1/surfaces/teapot", "/v1/surfaces/teapot/mesh.glb"])
+def test_unknown_surface(client: Client, address: str) -> None:
+    answer = client.get(address)
+    assert answer.status_code == 404
+    assert answer.json()["code"] == "unknown_surface"
+    assert answer.json()["errors"][0]["parameter"] == "example"
+
+
+@pytest.mark.parametrize("suffix", ["fbx", "GLB", "glb.gz", "%00", "é"])
+def test_unknown_suffix(client: Client, suffix: str) -> None:
+    answer = client.get(f"/v1/surfaces/saddle/mesh.{suffix}")
+    assert answer.status_code == 404
+    assert answer.json()["code"] == "unknown_suffix"
+    assert "glb" in answer.json()["errors"][0]["needed"]
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {},
+        {"Content-Type": "text/plain"},
+        {"Content-Type": "application/x-www-form-urlencoded"},
+        {"Content-Type": "multipart/form-data; boundary=x"},
+        {"Content-Type": "application/jsonp"},
+        {"Content-Type": "application/json; charset=latin-1"},
+        {"Content-Type": "application/json", "Content-Encoding": "gzip"},
+    ],
+)
+def test_other_media_types_are_refused(client: Client, headers: dict[str, str]) -> None:
+    answer = client.request("POST", "/v1/mesh", b"{}", headers)
+    assert answer.status_code == 415
+    assert answer.json()["code"] == "unsupported_media_type"
+    assert answer.json()["errors"][0]["header"] in ("Content-Type", "Content-Encoding")
+
+
+@pytest.mark.parametrize(
+    "media_type",
+    [
+        "application/json",
+        "Application/JSON",
+        "application/json; charset=UTF-8",
+        'application/json;charset="utf-8"',
+        "application/vnd.surface+json",
+    ],
+)
+def test_json_by_other_names_is_taken(client: Client, media_type: str) -> None:
+    headers = {"Content-Type": media_type, "Content-Encoding": "identity"}
+    body = b'{"surface":{"control_net":[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0]]]},"resolution":1}'
+    assert client.request("POST", "/v1/mesh", body, headers).status_code == 200

@@ -1,0 +1,58 @@
+"""Which format an Accept header asks for."""
+
+import pytest
+
+from service.api.negotiation import by_accept
+from service.api.problems import NotAcceptable
+
+
+@pytest.mark.parametrize(
+    ("header", "name"),
+    [
+        (None, "json"),
+        ("", "json"),
+        ("*/*", "json"),
+        ("text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8", "json"),
+        ("application/json", "json"),
+        ("application/*", "json"),
+        ("model/gltf-binary", "glb"),
+        ("Model/GLTF-Binary", "glb"),
+        ("model/*", "glb"),
+        ("model/stl", "stl"),
+        ("model/stl;q=0.5, model/obj", "obj"),
+        ("model/stl;q=0.5, model/obj;q=0.4", "stl"),
+        ("model/stl;q=0.5, */*;q=0.1", "stl"),
+        ("model/stl;q=0.1, */*;q=0.5", "json"),
+        ("*/*, application/json;q=0.2", "glb"),
+        ("application/json;q=0, */*", "glb"),
+        ("model/*;q=0.5, model/gltf-binary;q=0.1, model/obj;q=0.6", "obj"),
+        ("model/stl, */*", "stl"),
+        ("image/png, model/x-oogl;q=0.001", "oogl"),
+        ("model/stl; charset=utf-8; q=0.3, model/x-ply;q=0.2", "stl"),
+        ("model/gltf+json;q=1.000", "gltf"),
+        ("model/stl;q=2, model/obj;q=0.1", "obj"),
+        ("nonsense, model/stl", "stl"),
+    ],
+)
+def test_best_format(header: str | None, name: str) -> None:
+    assert by_accept(header).name == name
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "image/png",
+        "text/*",
+        "*/*;q=0",
+        "model/stl;q=0",
+        "json",
+        "*/json",
+        "model/stl;q=x",
+        ";;;,,,",
+        "image/png," * 200 + "model/stl",
+    ],
+)
+def test_nothing_is_acceptable(header: str) -> None:
+    with pytest.raises(NotAcceptable) as refusal:
+        by_accept(header)
+    assert "model/gltf-binary" in refusal.value.issues[0].needed

@@ -1,0 +1,176 @@
+"""Errors that no route raises, limits, slow bodies, CORS."""
+
+from collections.abc import AsyncIterator, Iterator
+
+import anyio
+import pytest
+from starlette.requests import Request
+from starlette.responses import Response
+
+from service.api.app import create_app
+from service.api.problems import PROBLEMS, problem_of
+from service.errors import Issue, SurfaceError
+from service.settings import Settings
+from tests.api.client import Client, client_of
+
+JSON = {"Content-Type": "application/json"}
+NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
+
+
+def subclasses(cls: type[SurfaceError]) -> Iterator[type[SurfaceError]]:
+    for child in cls.__subclasses__():
+        yield child
+        yield from subclasses(child)
+
+
+def test_every_error_has_a_status() -> None:
+    for cls in subclasses(SurfaceError):
+        assert 400 <= problem_of(cls(Issue("code", "text"))).status < 500
+    assert set(PROBLEMS) <= set(subclasses(SurfaceError))
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["/nothing", "/v1", "/v1/mesh/", "/v1/surfaces/", "/v1/surfaces/a/b", "/docs/x"],
+)
+def test_unknown_address(client: Client, address: str) -> None:
+    answer = client.get(address)
+    assert answer.status_code == 404
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert answer.json()["code"] == "not_found"
+
+
+@pytest.mark.parametrize(
+    ("method", "address", "allowed"),
+    [
+        ("GET", "/v1/mesh", {"POST"}),
+        ("HEAD", "/v1/mesh", {"POST"}),
+        ("PUT", "/v1/mesh", {"POST"}),
+        ("POST", "/v1/surfaces", {"GET", "HEAD"}),
+        ("DELETE", "/v1/surfaces/saddle", {"GET", "HEAD"}),
+        ("PATCH", "/v1/surfaces/saddle/mesh.glb", {"GET", "HEAD"}),
+        ("OPTIONS", "/v1/formats", {"GET", "HEAD"}),
+        ("POST", "/health", {"GET", "HEAD"}),
+        ("BREW", "/", {"GET", "HEAD"}),
+    ],
+)
+def test_other_methods(client: Client, method: str, address: str, allowed: set[str]) -> None:
+    answer = client.request(method, address)
+    assert answer.status_code == 405
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert set(answer.headers["allow"].split(", ")) == allowed
+
+
+def test_unforeseen_error_tells_nothing_of_itself() -> None:
+    async def fail(_: Request) -> Response:
+        raise RuntimeError("the secret of the house")
+
+    app = create_app(Settings())
+    app.add_route("/fail", fail)
+    with client_of(app) as client:
+        answer = client.get("/fail")
+    assert answer.status_code == 500
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert answer.json()["code"] == "internal_error"
+    assert "secret" not in answer.text
+
+
+def test_not_acceptable_lists_what_is(client: Client) -> None:
+    answer = client.post("/v1/mesh", {"surface": {"control_net": NET}}, {"Accept": "image/png"})
+    assert answer.status_code == 406
+    assert answer.json()["errors"][0]["header"] == "Accept"
+    assert "model/gltf-binary" in answer.json()["errors"][0]["needed"]
+
+
+def test_long_body_is_refused_before_it_is_read() -> None:
+    read: list[bytes] = []
+
+    def body() -> Iterator[bytes]:
+        read.append(b" " * 1025)
+        yield read[-1]
+
+    with client_of(create_app(Settings(max_body_bytes=1024))) as client:
+        answer = client.request("POST", "/v1/mesh", body(), JSON | {"Content-Length": "1025"})
+    assert read == []
+    assert answer.status_code == 413
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert answer.json()["code"] == "body_too_large"
+
+
+def test_long_body_of_unknown_length_is_refused_as_soon_as_it_is_too_long() -> None:
+    read: list[int] = []
+
+    def endless() -> Iterator[bytes]:
+        while True:
+            read.append(1)
+            yield b" " * 400
+
+    with client_of(create_app(Settings(max_body_bytes=1024))) as client:
+        answer = client.request("POST", "/v1/mesh", endless(), JSON)
+    assert answer.status_code == 413
+    assert len(read) == 3
+
+
+def test_body_of_the_very_length_is_read() -> None:
+    body = b'{"surface":{"control_net":[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0]]]}}'.ljust(1024)
+    with client_of(create_app(Settings(max_body_bytes=1024))) as client:
+        assert client.request("POST", "/v1/mesh", body, JSON).status_code == 200
+
+
+def test_slow_body_is_given_up() -> None:
+    async def slow() -> AsyncIterator[bytes]:
+        yield b"{"
+        await anyio.sleep(600)
+
+    with client_of(create_app(Settings(body_timeout=1))) as client:
+        answer = client.request("POST", "/v1/mesh", slow(), JSON)
+    assert answer.status_code == 408
+    assert answer.json()["code"] == "body_too_slow"
+
+
+@pytest.mark.parametrize(
+    ("settings", "code"),
+    [
+        (Settings(max_control_points=5), "too_many_control_points"),
+        (Settings(max_degree=1), "degree_too_high"),
+        (Settings(max_vertices=50), "too_many_vertices"),
+        (Settings(max_response_bytes=1024), "too_many_bytes"),
+    ],
+)
+def test_limits_are_settings(settings: Settings, code: str) -> None:
+    document = {"surface": {"control_net": [[[i, j, 0] for j in range(3)] for i in range(2)]}}
+    with client_of(create_app(settings)) as client:
+        answer = client.post("/v1/mesh", {**document, "resolution": 8})
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["code"] == code
+
+
+def test_pages_of_any_origin_may_read_answers(client: Client) -> None:
+    answer = client.get("/v1/surfaces/saddle/mesh.glb", {"Origin": "https://example.com"})
+    assert answer.headers["access-control-allow-origin"] == "*"
+    refused = client.get("/v1/surfaces/none", {"Origin": "https://example.com"})
+    assert refused.headers["access-control-allow-origin"] == "*"
+
+
+def test_preflight_of_a_posted_net(client: Client) -> None:
+    asked = {
+        "Origin": "https://example.com",
+        "Access-Control-Request-Method": "POST",
+        "Access-Control-Request-Headers": "content-type",
+    }
+    answer = client.request("OPTIONS", "/v1/mesh", headers=asked)
+    assert answer.status_code == 200
+    assert answer.headers["access-control-allow-origin"] == "*"
+    assert "POST" in answer.headers["access-control-allow-methods"]
+
+
+def test_origins_are_a_setting() -> None:
+    settings = Settings(cors_origins=("https://example.com",))
+    with client_of(create_app(settings)) as client:
+        ours = client.get("/health", {"Origin": "https://example.com"})
+        other = client.get("/health", {"Origin": "https://example.org"})
+    assert ours.headers["access-control-allow-origin"] == "https://example.com"
+    assert "access-control-allow-origin" not in other.headers
+    with client_of(create_app(Settings(cors_origins=()))) as client:
+        none = client.get("/health", {"Origin": "https://example.com"})
+    assert "access-control-allow-origin" not in none.headers

@@ -1,0 +1,83 @@
+"""Nested lists to arrays: a fast path that never differs from the slow one."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from service.schemas.arrays import CONTROL_NET, NET_WEIGHTS, PATCHES, VERTICES, NumberGrid
+from service.schemas.document import DocumentLimits
+from service.schemas.refusals import invalid_request
+
+LIMITS = DocumentLimits()
+SCALARS: st.SearchStrategy[Any] = st.sampled_from(
+    [0, 1, -2, 0.5, 1e30, True, None, "1", [], {}, 2**60]
+)
+
+
+def nested(depth: int) -> st.SearchStrategy[Any]:
+    """Lists of about the right depth, mostly of one length."""
+    if depth == 0:
+        return st.sampled_from([0, 1, 2, 0.5]) | SCALARS
+    length = st.sampled_from([3, 3, 3, 2, 0])
+    return length.flatmap(lambda n: st.lists(nested(depth - 1), min_size=n, max_size=n)) | SCALARS
+
+
+def valid(value: Any, grid: NumberGrid) -> bool:
+    """Whether a value is what the field says, checked one number at a time."""
+    lengths: dict[int, set[int]] = {}
+
+    def right(item: Any, level: int) -> bool:
+        if level == len(grid.levels):
+            if grid.whole:
+                return type(item) is int and abs(item) <= 2**53
+            return type(item) in (int, float)
+        if not isinstance(item, list) or not item:
+            return False
+        lengths.setdefault(level, set()).add(len(item))
+        return all(right(child, level + 1) for child in item)
+
+    if not right(value, 0) or any(len(found) != 1 for found in lengths.values()):
+        return False
+    return grid.width is None or lengths[len(grid.levels) - 1] == {grid.width}
+
+
+@pytest.mark.parametrize("grid", [CONTROL_NET, NET_WEIGHTS, PATCHES, VERTICES])
+@given(data=st.data())
+def test_taken_exactly_if_right(grid: NumberGrid, data: st.DataObject) -> None:
+    value = data.draw(nested(len(grid.levels)))
+    if valid(value, grid):
+        array = grid.array(value, LIMITS)
+        assert array.tolist() == value
+        assert array.dtype == (np.int64 if grid.whole else np.float64)
+    else:
+        with pytest.raises(ValidationError) as refusal:
+            grid.array(value, LIMITS)
+        assert 1 <= refusal.value.error_count() <= 20
+
+
+@given(st.lists(st.lists(st.floats(-1e300, 1e300), min_size=3, max_size=3), min_size=1))
+def test_numbers_keep_every_bit(points: list[list[float]]) -> None:
+    assert VERTICES.array(points, LIMITS).tolist() == points
+
+
+def test_too_many_control_points_are_counted_without_opening_them() -> None:
+    limits = DocumentLimits(max_control_points=9)
+    unopened = [[None] * 5, [None] * 5]
+    with pytest.raises(ValidationError) as refusal:
+        CONTROL_NET.array(unopened, limits)
+    issue = invalid_request(refusal.value).issues[0]
+    assert (issue.code, issue.got) == ("too_many_control_points", "10 control points")
+
+
+def test_first_list_sets_the_length() -> None:
+    with pytest.raises(ValidationError) as refusal:
+        NET_WEIGHTS.array([[1, 2], [1, 2, 3], [1, 2], [1]], LIMITS)
+    issues = invalid_request(refusal.value).issues
+    assert [(i.code, i.pointer, i.got, i.needed) for i in issues] == [
+        ("ragged", "/1", "3 weights", "2 weights"),
+        ("ragged", "/3", "1 weights", "2 weights"),
+    ]

@@ -1,0 +1,144 @@
+"""From bytes to values: what is refused, where, and what it may cost."""
+
+import json
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.errors import InvalidRequest, MalformedJson
+from service.schemas.document import Budget, DocumentLimits, parse_document, read_document
+from service.schemas.scan import MAX_PREFIX, pointer_at, repeated_key
+
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers(-99, 99) | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=4), inner),
+    max_leaves=20,
+)
+
+
+@given(VALUES, st.sampled_from([None, 2]))
+def test_documents_mean_what_they_say(value: Any, indent: int | None) -> None:
+    assert parse_document(json.dumps(value, indent=indent).encode()) == value
+
+
+@given(VALUES)
+def test_distinct_keys_are_never_called_repeated(value: Any) -> None:
+    assert repeated_key(json.dumps(value).encode()) is None
+
+
+@given(VALUES, st.text(max_size=4), VALUES)
+def test_repeated_keys_are_always_found(value: Any, key: str, other: Any) -> None:
+    name, escaped = json.dumps(key), "".join(f"\\u{ord(c):04x}" for c in key if ord(c) < 1 << 16)
+    body = f'{{"x":[{json.dumps(value)}],"y":{{{name}:1,{name}:{json.dumps(other)}}}}}'
+    with pytest.raises(InvalidRequest) as refusal:
+        parse_document(body.encode())
+    assert refusal.value.issues[0].code == "repeated_key"
+    assert refusal.value.issues[0].pointer.startswith("/y/")
+    if all(ord(c) < 1 << 16 for c in key):
+        body = f'{{{name}:1,"{escaped}":2}}'
+        with pytest.raises(InvalidRequest):
+            parse_document(body.encode())
+
+
+def paths(value: Any, pointer: str = "") -> dict[str, Any]:
+    """Every value of a document by its pointer (an oracle for `pointer_at`)."""
+    found = {pointer: value}
+    if isinstance(value, dict):
+        for key, child in value.items():
+            found |= paths(child, f"{pointer}/{key.replace('~', '~0').replace('/', '~1')}")
+    elif isinstance(value, list):
+        for index, child in enumerate(value):
+            found |= paths(child, f"{pointer}/{index}")
+    return found
+
+
+@given(VALUES)
+def test_pointers_lead_to_where_they_were_taken(value: Any) -> None:
+    """Each value in turn is replaced by NaN, which is then looked for in the text."""
+    for pointer, child in paths(value).items():
+        marked = json.dumps(_with_mark(value, child, pointer, "")).encode()
+        at = marked.index(b'"\\u0000mark"')
+        assert pointer_at(marked, at) == pointer
+
+
+def _with_mark(value: Any, child: Any, wanted: str, here: str) -> Any:
+    if here == wanted:
+        return "\0mark"
+    if isinstance(value, dict):
+        return {
+            k: _with_mark(v, child, wanted, f"{here}/{k.replace('~', '~0').replace('/', '~1')}")
+            for k, v in value.items()
+        }
+    if isinstance(value, list):
+        return [_with_mark(v, child, wanted, f"{here}/{i}") for i, v in enumerate(value)]
+    return value
+
+
+def test_position_of_nan_counts_bytes_behind_other_letters() -> None:
+    with pytest.raises(InvalidRequest) as refusal:
+        parse_document('{"größe":"€€€€","net":[1,NaN]}'.encode())
+    issue = refusal.value.issues[0]
+    assert (issue.code, issue.pointer) == ("not_finite", "/net/1")
+
+
+def test_malformed_text_is_located_by_line_and_column() -> None:
+    with pytest.raises(MalformedJson) as refusal:
+        parse_document(b'{"a": 1,\n "b": [1, 2;]}')
+    issue = refusal.value.issues[0]
+    assert issue.pointer == "/b/1"
+    assert "line 2, column 12" in issue.message
+
+
+def test_no_pointer_is_looked_for_out_of_sight() -> None:
+    text = b"[" + b" " * MAX_PREFIX + b"NaN]"
+    assert pointer_at(text, text.index(b"N")) == ""
+
+
+@pytest.mark.parametrize("number", ["1e308", "-1e308", "5e-324", "1e-400", "123456789012345678901"])
+def test_numbers_within_double_precision_are_taken(number: str) -> None:
+    assert parse_document(f"[{number}]".encode()) == [float(number)]
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        (b"[" * 1300, "too_many_values"),
+        (b"1," * 1700, "too_many_values"),
+        (b'""' * 50_001, "too_many_strings"),
+        (b" " * (1 << 20) + b" ", "too_sparse"),
+    ],
+)
+def test_budget_is_kept_whatever_the_pieces(text: bytes, code: str) -> None:
+    for size in (1, 7, 4096, len(text)):
+        if len(text) // size > 5000:
+            continue
+        pieces = [text[start : start + size] for start in range(0, len(text), size)]
+        with pytest.raises(InvalidRequest) as refusal:
+            _take(pieces)
+        assert refusal.value.issues[0].code == code
+
+
+def _take(pieces: list[bytes]) -> None:
+    budget = Budget(DocumentLimits(max_control_points=100))
+    for piece in pieces:
+        budget.take(piece)
+
+
+@pytest.mark.parametrize("rows", [2, 65])
+def test_largest_surface_is_within_the_budget(rows: int) -> None:
+    """Of all shapes, grids of 2 × 2 have the most brackets a point, and one part a patch most."""
+    points = 4 * rows * rows
+    patches = [[[0, 1], [2, 3]]] * (points // 4)
+    document = {
+        "surface": {
+            "type": "patches",
+            "vertices": [[0.5, 0.5, 0.5]] * points,
+            "weights": [1] * points,
+            "patches": patches,
+            "parts": {"a": list(range(len(patches)))},
+        }
+    }
+    text = json.dumps(document, indent=8).encode()
+    assert read_document(text, DocumentLimits(max_control_points=points)) == document

@@ -1,0 +1,121 @@
+"""Whole requests to surfaces and options; options as text."""
+
+from math import pi, radians
+from typing import Any, get_args
+
+import numpy as np
+import orjson
+import pytest
+
+from service.encoders import format as formats
+from service.engine.options import MAX_RESOLUTION, MeshOptions
+from service.errors import InvalidRequest
+from service.schemas import options
+from service.schemas.document import DocumentLimits
+from service.schemas.options import MeshOptionFields
+from service.schemas.query import options_from_text
+from service.schemas.request import mesh_request
+from service.schemas.surfaces import definition
+from service.surface.bezier import BezierSurface
+from service.surface.examples import EXAMPLES
+from service.surface.patches import PatchSurface
+
+LIMITS = DocumentLimits()
+NET: list[list[list[float]]] = [[[0, 0, 0], [0, 1, 1.5]], [[1, 0, 1], [1, 1, 2]]]
+GRIDS: dict[str, Any] = {
+    "type": "patches",
+    "vertices": NET[0] + NET[1],
+    "patches": [[[0, 1], [2, 3]]],
+}
+
+
+def test_a_net_alone_is_a_bezier_surface_with_all_defaults() -> None:
+    request = mesh_request({"surface": {"control_net": NET}}, LIMITS)
+    surface = request.to_surface()
+    assert isinstance(surface, BezierSurface)
+    assert surface.control_net.tolist() == NET
+    assert (surface.weights, surface.up, surface.name) == (None, "y", "surface")
+    assert request.mesh_options() == MeshOptions()
+    assert request.oogl is None
+
+
+def test_every_field_of_a_bezier_surface_arrives() -> None:
+    fields = {"control_net": NET, "weights": [[1, 2], [3, 4]], "up": "z", "name": "Segel ⛵"}
+    surface = mesh_request({"surface": {"type": "bezier", **fields}}, LIMITS).to_surface()
+    assert isinstance(surface, BezierSurface)
+    assert surface.weights is not None
+    assert surface.weights.tolist() == fields["weights"]
+    assert (surface.up, surface.name) == ("z", "Segel ⛵")
+
+
+def test_every_field_of_patches_arrives() -> None:
+    fields = {"weights": [1, 2, 3, 4], "parts": {"a": [0]}, "up": "z", "name": "n"}
+    surface = mesh_request({"surface": {**GRIDS, **fields}}, LIMITS).to_surface()
+    assert isinstance(surface, PatchSurface)
+    assert surface.vertices.tolist() == GRIDS["vertices"]
+    assert surface.patches.tolist() == GRIDS["patches"]
+    assert surface.weights is not None
+    assert surface.weights.tolist() == [1, 2, 3, 4]
+    assert (surface.parts, surface.up, surface.name) == ((("a", (0,)),), "z", "n")
+
+
+@pytest.mark.parametrize("example", EXAMPLES.values(), ids=lambda example: example.id)
+def test_definition_and_request_are_inverse(example: Any) -> None:
+    surface = example.surface()
+    text = orjson.dumps({"surface": definition(surface)}, option=orjson.OPT_SERIALIZE_NUMPY)
+    again = mesh_request(orjson.loads(text), LIMITS).to_surface()
+    assert type(again) is type(surface)
+    for name in type(surface).__dataclass_fields__:
+        ours, theirs = getattr(surface, name), getattr(again, name)
+        assert np.array_equal(theirs, ours) if isinstance(ours, np.ndarray) else theirs == ours
+
+
+def test_options_know_the_defaults_and_the_forms_of_those_who_use_them() -> None:
+    assert MeshOptionFields().mesh_options() == MeshOptions()
+    assert get_args(options.OoglForm) == get_args(formats.OoglForm)
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ({}, MeshOptions()),
+        ({"resolution": "7"}, MeshOptions(resolution=(7, 7))),
+        ({"resolution": "7,9"}, MeshOptions(resolution=(7, 9))),
+        ({"resolution": str(MAX_RESOLUTION)}, MeshOptions((MAX_RESOLUTION, MAX_RESOLUTION))),
+        ({"faces": "quads"}, MeshOptions(faces="quads")),
+        ({"normals": "false"}, MeshOptions(normals=False)),
+        ({"uvs": "true"}, MeshOptions(uvs=True)),
+        ({"weld": "false"}, MeshOptions(weld=False)),
+        ({"crease_angle": "0"}, MeshOptions(crease_angle=0.0)),
+        ({"crease_angle": "2.5e-1"}, MeshOptions(crease_angle=0.25)),
+        ({"crease_angle": str(pi)}, MeshOptions(crease_angle=pi)),
+        ({"crease_angle": str(radians(1))}, MeshOptions()),
+        ({"overlays": ""}, MeshOptions()),
+        ({"overlays": "boundary"}, MeshOptions(overlays=("boundary",))),
+        (
+            {"overlays": "boundary,control_net"},
+            MeshOptions(overlays=("boundary", "control_net")),
+        ),
+    ],
+)
+def test_options_as_text(text: dict[str, str], wanted: MeshOptions) -> None:
+    assert options_from_text(text.items()).mesh_options() == wanted
+
+
+def test_values_of_a_surface_are_located_in_the_request() -> None:
+    request = mesh_request({"surface": {"control_net": NET, "weights": [[1, 1], [1, 0]]}}, LIMITS)
+    with pytest.raises(InvalidRequest) as refusal:
+        request.to_surface()
+    assert refusal.value.issues[0].pointer == "/surface/weights/1/1"
+
+
+def test_a_field_called_surface_is_no_level_of_its_own() -> None:
+    with pytest.raises(InvalidRequest) as refusal:
+        mesh_request({"surface": {"control_net": NET, "surface": 1}}, LIMITS)
+    assert refusal.value.issues[0].pointer == "/surface/surface"
+
+
+def test_requests_do_not_change() -> None:
+    request = mesh_request({"surface": {"control_net": NET}}, LIMITS)
+    with pytest.raises(ValueError, match="frozen"):
+        request.faces = "quads"

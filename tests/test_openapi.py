@@ -1,0 +1,160 @@
+"""The OpenAPI document: valid, committed as it is, complete, and true."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
+from openapi_spec_validator import OpenAPIV31SpecValidator
+from starlette.routing import Route
+
+from service.api.app import create_app
+from service.api.openapi import document
+from service.encoders.registry import FORMATS
+from service.errors import InvalidRequest
+from service.schemas.document import DocumentLimits
+from service.schemas.request import mesh_request
+from service.settings import Settings
+from tests.api.client import Client, client_of
+from tests.api.hostile import HOSTILE
+
+COMMITTED = Path(__file__).parents[1] / "openapi" / "openapi.json"
+UNDOCUMENTED = {"/", "/docs", "/docs/{asset}", "/openapi.json"}
+DOCUMENT: dict[str, Any] = json.loads(json.dumps(document()))
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    with client_of(create_app(Settings())) as client:
+        yield client
+
+
+def operations() -> Iterator[tuple[str, dict[str, Any]]]:
+    for path, item in DOCUMENT["paths"].items():
+        for operation in item.values():
+            yield path, operation
+
+
+def validator(name: str) -> Draft202012Validator:
+    """A validator of one component schema, its references resolved within the document."""
+    return Draft202012Validator(DOCUMENT | {"$ref": f"#/components/schemas/{name}"})
+
+
+def errors(name: str, value: Any) -> list[str]:
+    return [error.message for error in validator(name).iter_errors(value)]
+
+
+def test_committed_document_is_that_of_the_code() -> None:
+    committed = COMMITTED.read_text(encoding="utf-8")
+    assert committed == json.dumps(document(), indent=2, ensure_ascii=False) + "\n", (
+        "run `make openapi`"
+    )
+
+
+def test_document_is_valid_and_served(client: Client) -> None:
+    OpenAPIV31SpecValidator(DOCUMENT).validate()
+    assert client.get("/openapi.json").json() == DOCUMENT
+
+
+def test_every_route_is_described_and_nothing_else() -> None:
+    app = create_app(Settings())
+    routes = {
+        (route.path, method.lower())
+        for route in app.routes
+        if isinstance(route, Route) and route.path not in UNDOCUMENTED
+        for method in (route.methods or set()) - {"HEAD"}
+    }
+    described = {(path, method) for path, item in DOCUMENT["paths"].items() for method in item}
+    assert described == routes
+
+
+def test_operations_are_named_once_tagged_and_explained() -> None:
+    names = [operation["operationId"] for _, operation in operations()]
+    assert len(set(names)) == len(names)
+    tags = {tag["name"] for tag in DOCUMENT["tags"]}
+    for _, operation in operations():
+        assert set(operation["tags"]) <= tags
+        assert operation["summary"]
+        for parameter in operation.get("parameters", []):
+            assert parameter["description"]
+
+
+def test_every_field_of_a_request_is_described() -> None:
+    for name in ("MeshRequest", "BezierDefinition", "PatchesDefinition"):
+        for field, schema in DOCUMENT["components"]["schemas"][name]["properties"].items():
+            assert schema["description"], f"{name}.{field}"
+
+
+def test_every_media_type_is_listed() -> None:
+    for path in ("/v1/mesh", "/v1/surfaces/{example}/mesh.{suffix}"):
+        for operation in DOCUMENT["paths"][path].values():
+            assert set(operation["responses"]["200"]["content"]) == {f.media_type for f in FORMATS}
+
+
+def test_every_problem_has_true_examples() -> None:
+    for name, response in DOCUMENT["components"]["responses"].items():
+        examples = response["content"]["application/problem+json"]["examples"]
+        assert examples, name
+        for example in examples.values():
+            assert errors("Problem", example["value"]) == []
+
+
+def test_request_examples_are_valid_and_answered(client: Client) -> None:
+    body = DOCUMENT["paths"]["/v1/mesh"]["post"]["requestBody"]["content"]["application/json"]
+    for example in body["examples"].values():
+        assert errors("MeshRequest", example["value"]) == []
+        answer = client.post("/v1/mesh", example["value"])
+        assert answer.status_code == 200
+        assert errors("Mesh", answer.json()) == []
+
+
+def test_field_examples_are_taken() -> None:
+    schemas = DOCUMENT["components"]["schemas"]
+    for name in ("BezierDefinition", "PatchesDefinition"):
+        fields = schemas[name]["properties"].items()
+        value = {field: schema["examples"][0] for field, schema in fields if "examples" in schema}
+        value["type"] = schemas[name]["properties"]["type"]["const"]
+        mesh_request({"surface": value}, DocumentLimits()).to_surface()
+    surface = {
+        "control_net": schemas["BezierDefinition"]["properties"]["control_net"]["examples"][0]
+    }
+    for field, schema in schemas["MeshRequest"]["properties"].items():
+        for example in schema.get("examples", []):
+            mesh_request({"surface": surface, field: example}, DocumentLimits())
+
+
+@pytest.mark.parametrize(
+    ("address", "name"),
+    [
+        ("/v1/surfaces", "SurfaceList"),
+        ("/v1/surfaces/utah-teapot", "SurfaceDocument"),
+        ("/v1/surfaces/sphere", "SurfaceDocument"),
+        ("/v1/surfaces/utah-teapot", "MeshRequest"),
+        ("/v1/surfaces/utah-teapot/mesh.json?resolution=2&uvs=true&overlays=boundary", "Mesh"),
+        ("/v1/surfaces/sphere/mesh.json?resolution=2&faces=quads&normals=false", "Mesh"),
+        ("/v1/formats", "FormatList"),
+        ("/health", "Health"),
+        ("/health/live", "Health"),
+        ("/health/ready", "Health"),
+        ("/v1/surfaces/none", "Problem"),
+    ],
+)
+def test_answers_are_as_described(client: Client, address: str, name: str) -> None:
+    assert errors(name, client.get(address).json()) == []
+
+
+def test_schema_of_requests_is_no_stricter_than_the_code() -> None:
+    """What the schema refuses, the code refuses: a client may trust it and check beforehand."""
+    checked = 0
+    for case in HOSTILE:
+        try:
+            value = json.loads(case.build()) if not case.name.startswith("long") else None
+        except (ValueError, RecursionError):
+            continue
+        if value is not None and errors("MeshRequest", value):
+            checked += 1
+            with pytest.raises(InvalidRequest):
+                mesh_request(value, DocumentLimits()).to_surface()
+    assert checked > 100

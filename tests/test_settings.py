@@ -1,0 +1,58 @@
+"""Settings from the environment."""
+
+import logging
+from dataclasses import fields
+
+import pytest
+from threadpoolctl import threadpool_info
+
+from service.settings import InvalidSettings, Settings, from_environment, pin_blas
+
+
+def test_an_empty_environment_gives_the_defaults() -> None:
+    settings = from_environment({"PATH": "/bin"})
+    assert settings == Settings()
+    assert settings.workers >= 1
+
+
+def test_every_setting_has_a_variable() -> None:
+    environment = {f"SURFACE_{field.name.upper()}": "1024" for field in fields(Settings)}
+    environment |= {"SURFACE_MAX_DEGREE": "5", "SURFACE_CORS_ORIGINS": "https://a, https://b"}
+    settings = from_environment(environment)
+    assert settings.max_body_bytes == settings.port == settings.threads == settings.workers == 1024
+    assert (settings.host, settings.max_degree) == ("1024", 5)
+    assert settings.cors_origins == ("https://a", "https://b")
+
+
+def test_no_origins_is_a_list_too() -> None:
+    assert from_environment({"SURFACE_CORS_ORIGINS": ""}).cors_origins == ()
+
+
+@pytest.mark.parametrize(
+    ("variable", "text"),
+    [
+        ("SURFACE_PORT", "tcp://10.0.0.1:80"),
+        ("SURFACE_PORT", "65536"),
+        ("SURFACE_PORT", ""),
+        ("SURFACE_THREADS", "-1"),
+        ("SURFACE_MAX_DEGREE", "65"),
+        ("SURFACE_MAX_BODY_BYTES", "64 MiB"),
+        ("SURFACE_BODY_TIMEOUT", "0"),
+    ],
+)
+def test_nonsense_stops_the_start_and_is_named(variable: str, text: str) -> None:
+    with pytest.raises(InvalidSettings, match=variable):
+        from_environment({variable: text})
+
+
+def test_unknown_variable_is_reported(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.WARNING):
+        assert from_environment({"SURFACE_MAX_VERTICE": "5"}) == Settings()
+    assert "SURFACE_MAX_VERTICE" in caplog.text
+
+
+def test_blas_is_pinned() -> None:
+    pin_blas()
+    pools = [pool for pool in threadpool_info() if pool["user_api"] == "blas"]
+    assert pools
+    assert {pool["num_threads"] for pool in pools} == {1}
