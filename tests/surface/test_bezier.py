@@ -6,6 +6,7 @@ from hypothesis import given
 
 from service.errors import InvalidRequest, Issue
 from service.surface.bezier import BezierSurface
+from service.surface.checks import MAX_WEIGHT_RATIO
 from service.surface.lowered import Part
 from tests.strategies import Array, weighted_nets
 
@@ -167,7 +168,7 @@ def test_refuses_weights_of_another_shape(shape: tuple[int, ...]) -> None:
 def test_refuses_weights_too_far_apart() -> None:
     """Lighter points would drown in rounding."""
     weights = np.ones((3, 4))
-    weights[0, 0] = 1e-13
+    weights[0, 0] = 0.5 / MAX_WEIGHT_RATIO
     (issue,) = issues_of(control_net=FLAT, weights=weights)
     assert (issue.code, issue.pointer) == ("weight_ratio", "/weights")
 

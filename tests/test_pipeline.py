@@ -1,0 +1,199 @@
+"""The product from end to end: what comes out, what is refused, and that refusing costs nothing."""
+
+import json
+import tracemalloc
+from dataclasses import replace
+from io import BytesIO
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.encoders.format import EncodeOptions, Format
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.options import MAX_RESOLUTION, Faces, MeshOptions
+from service.errors import SurfaceError, TooLarge, UnsupportedByFormat
+from service.pipeline import Limits, mesh, predict, predicted_size_of, render
+from service.surface.bezier import BezierSurface
+from service.surface.examples import EXAMPLES, find
+from service.surface.lowered import PatchModel
+from tests.strategies import (
+    Array,
+    cube,
+    degenerate_nets,
+    model_of,
+    resolutions,
+    split_models,
+    weighted_nets,
+)
+
+each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
+MEBIBYTE = 1 << 20
+
+
+@each_format
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_every_example_in_every_format(example: str, fmt: Format) -> None:
+    """Bytes, the same ones twice, and no more of them than were predicted."""
+    surface, options = find(example).surface(), MeshOptions(resolution=(5, 4))
+    content = render(surface, options, fmt)
+    assert content == render(surface, options, fmt)
+    assert 0 < len(content) <= fmt.byte_bound(predict(surface, options), EncodeOptions())
+
+
+@pytest.mark.parametrize("name", ["glb", "stl", "ply", "off", "obj"])
+def test_the_sphere_arrives_closed(name: str) -> None:
+    """Read by another library: watertight, and nearly the volume of a sphere."""
+    content = render(find("sphere").surface(), MeshOptions(), BY_NAME[name])
+    arrived = trimesh.load_mesh(BytesIO(content), file_type=name)
+    arrived.merge_vertices(merge_norm=True)
+    assert arrived.is_watertight
+    assert arrived.volume == pytest.approx(4 / 3 * np.pi, rel=0.005)
+
+
+def test_json_has_the_numbers_of_the_mesh() -> None:
+    """float64 to the last digit: the sphere's vertices lie on the sphere to 1e-12."""
+    content = json.loads(render(find("sphere").surface(), MeshOptions(), BY_NAME["json"]))
+    vertices = np.array(content["vertices"])
+    assert np.abs(np.linalg.norm(vertices, axis=1) - 1).max() < 1e-12
+    np.testing.assert_allclose(content["normals"], vertices, atol=1e-7)
+
+
+@each_format
+def test_a_format_gets_the_precision_it_stores(fmt: Format) -> None:
+    """float32 where files hold float32, float64 elsewhere."""
+    made = mesh(find("tveit").surface().lower(), MeshOptions(), fmt)
+    assert made.positions.dtype == (np.float32 if fmt.single else np.float64)
+
+
+def _counts(model: PatchModel, options: MeshOptions) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Predicted and true numbers of vertices, triangles, quads and patches."""
+    size = predicted_size_of(model, options)
+    made = mesh(model, options, BY_NAME["json"])
+    return (
+        (size.vertices, size.triangles, size.quads, size.patches),
+        (len(made.positions), len(made.triangles), len(made.quads), made.report.patches),
+    )
+
+
+faces: st.SearchStrategy[Faces] = st.sampled_from(["triangles", "quads"])
+
+
+@given(split_models(oriented=False), resolutions, faces, st.booleans())
+def test_predictions_are_upper_bounds(
+    pieces: tuple[Array, list[Array]], resolution: tuple[int, int], kind: Faces, weld: bool
+) -> None:
+    """Turned neighbours, hence strips where the divisions differ; welded or not."""
+    options = MeshOptions(resolution=resolution, faces=kind, weld=weld, uvs=True)
+    predicted, true = _counts(model_of(pieces[1]), options)
+    assert all(a >= b for a, b in zip(predicted, true, strict=True))
+
+
+@given(degenerate_nets(), resolutions, faces)
+def test_predictions_hold_for_degenerate_nets(
+    net: Array, resolution: tuple[int, int], kind: Faces
+) -> None:
+    """Poles turn quads into triangles."""
+    predicted, true = _counts(model_of([net]), MeshOptions(resolution=resolution, faces=kind))
+    assert all(a >= b for a, b in zip(predicted, true, strict=True))
+
+
+@given(weighted_nets(), resolutions)
+def test_predictions_are_exact_for_a_patch_alone(
+    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
+) -> None:
+    """Nothing to weld, nothing collapsed: as many vertices as samples."""
+    net, _ = weighted
+    corners = {tuple(corner) for corner in net[:: len(net) - 1, :: len(net[0]) - 1].reshape(4, 3)}
+    predicted, true = _counts(model_of([net]), MeshOptions(resolution=resolution))
+    if len(corners) == 4:
+        assert predicted == true
+
+
+def test_predictions_are_not_wasteful() -> None:
+    """A welded cube's faces are counted exactly, its vertices within those of its edges."""
+    predicted, true = _counts(model_of(cube()), MeshOptions(resolution=(10, 10)))
+    assert predicted == true
+
+
+@each_format
+@pytest.mark.parametrize("option", [{"faces": "quads"}, {"overlays": ("control_net",)}], ids=str)
+def test_what_a_format_cannot_hold_is_refused(fmt: Format, option: dict[str, object]) -> None:
+    """With the option's pointer; and it is written where the format can hold it."""
+    surface = find("tveit").surface()
+    options = MeshOptions(**option)  # type: ignore[arg-type]
+    (name,) = option
+    if fmt.quads if name == "faces" else fmt.overlays:
+        assert render(surface, options, fmt)
+        return
+    with pytest.raises(UnsupportedByFormat) as caught:
+        render(surface, options, fmt)
+    (issue,) = caught.value.issues
+    assert issue.pointer == f"/{name}"
+    assert fmt.title in issue.message
+
+
+def refused(options: MeshOptions, fmt: Format, limits: Limits) -> SurfaceError:
+    """The refusal of a teapot, made without allocating what was asked for."""
+    surface = find("utah-teapot").surface()
+    tracemalloc.start()
+    try:
+        with pytest.raises(TooLarge) as caught:
+            render(surface, options, fmt, limits=limits)
+        assert tracemalloc.get_traced_memory()[1] < 2 * MEBIBYTE
+    finally:
+        tracemalloc.stop()
+    return caught.value
+
+
+@each_format
+@pytest.mark.parametrize("resolution", [(400, 400), (MAX_RESOLUTION,) * 2, (3, MAX_RESOLUTION)])
+def test_too_many_vertices_are_refused_before_anything_is_computed(
+    fmt: Format, resolution: tuple[int, int]
+) -> None:
+    """Knowing the shapes is enough."""
+    (issue,) = refused(MeshOptions(resolution=resolution), fmt, Limits()).issues
+    assert (issue.code, issue.pointer) == ("too_many_vertices", "/resolution")
+    assert "4500000" in issue.needed
+
+
+@each_format
+def test_too_many_bytes_are_refused_before_anything_is_computed(fmt: Format) -> None:
+    """The limit on the answer counts in the format's own bytes."""
+    options, limits = MeshOptions(resolution=(64, 64)), Limits(max_bytes=50_000)
+    (issue,) = refused(options, fmt, limits).issues
+    assert issue.code == "too_many_bytes"
+    assert "50000" in issue.needed
+
+
+def test_the_limits_themselves_are_allowed() -> None:
+    """Exactly as many vertices and bytes as are permitted."""
+    surface, options, fmt = find("tveit").surface(), MeshOptions(resolution=(9, 9)), BY_NAME["stl"]
+    size = predict(surface, options)
+    limits = Limits(size.vertices, fmt.byte_bound(size, EncodeOptions()))
+    assert render(surface, options, fmt, limits=limits)
+    for less in (
+        replace(limits, max_vertices=limits.max_vertices - 1),
+        replace(limits, max_bytes=limits.max_bytes - 1),
+    ):
+        with pytest.raises(TooLarge):
+            render(surface, options, fmt, limits=less)
+
+
+def test_exact_patches_need_no_mesh() -> None:
+    """OOGL's `bez` form does not depend on the resolution."""
+    surface, oogl = find("utah-teapot").surface(), BY_NAME["oogl"]
+    coarse, fine = (
+        render(surface, MeshOptions(resolution=(r, r)), oogl, EncodeOptions("bez")) for r in (2, 9)
+    )
+    assert coarse == fine
+
+
+def test_a_high_degree_is_refused_where_the_format_ends() -> None:
+    """Geomview's patches end at degree 12, whatever the service can do."""
+    surface = BezierSurface(np.random.default_rng(1).random((14, 3, 3)))
+    with pytest.raises(UnsupportedByFormat):
+        render(surface, MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
+    assert render(surface, MeshOptions(), BY_NAME["oogl"])
