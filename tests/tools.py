@@ -23,6 +23,11 @@ def program(*names: str) -> str:
     pytest.skip(f"not installed: {' or '.join(names)}")
 
 
+def chromium() -> str:
+    """Path of Chromium; else the test is skipped."""
+    return program("chromium", "chromium-browser", "google-chrome")
+
+
 def node_package(name: str) -> Path:
     """Folder of a package of `tests/web/package.json`; else the test is skipped."""
     folder = NODE_MODULES / name

@@ -1,4 +1,4 @@
-"""A browser that draws a model with three.js: headless Chromium on pages served from here."""
+"""Headless Chromium: any page, and the one here that draws a model with three.js."""
 
 import threading
 from collections.abc import Iterator
@@ -46,11 +46,10 @@ def serve_folder(folder: Path) -> Iterator[str]:
 
 
 @contextmanager
-def viewer(chromium: str, model_url: str) -> Iterator[tuple[Page, list[str]]]:
-    """The page that shows the model, drawn, and what the browser's console complained of."""
+def open_page(chromium: str) -> Iterator[tuple[Page, list[str]]]:
+    """A blank page, and the list that what its console complains of is added to."""
     complaints: list[str] = []
     with (
-        serve_folder(FOLDER) as pages,
         sync_playwright() as playwright,
         playwright.chromium.launch(executable_path=chromium, args=[*CHROMIUM_FLAGS]) as browser,
     ):
@@ -62,6 +61,13 @@ def viewer(chromium: str, model_url: str) -> Iterator[tuple[Page, list[str]]]:
                 complaints.append(message.text) if message.type in ("error", "warning") else None
             ),
         )
+        yield page, complaints
+
+
+@contextmanager
+def viewer(chromium: str, model_url: str) -> Iterator[tuple[Page, list[str]]]:
+    """The page that shows the model, drawn, and what the browser's console complained of."""
+    with serve_folder(FOLDER) as pages, open_page(chromium) as (page, complaints):
         page.goto(f"{pages}/viewer.html?model={quote(model_url, safe='')}")
         page.wait_for_function("window.viewer || window.viewerError")
         yield page, complaints

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page
 
-from tests.tools import node_package, program
+from tests.tools import chromium, node_package
 from tests.web.browser import viewer
 
 PARTS = ["rim", "body", "handle", "spout", "lid", "bottom"]
@@ -16,10 +16,9 @@ PARTS = ["rim", "body", "handle", "spout", "lid", "bottom"]
 @pytest.fixture(scope="module")
 def drawn(server: str) -> Iterator[tuple[Page, list[str]]]:
     """The teapot's page, drawn, and what the console complained of."""
-    chromium = program("chromium", "chromium-browser", "google-chrome")
     node_package("three")
     model = f"{server}/v1/surfaces/utah-teapot/mesh.glb?resolution=16"
-    with viewer(chromium, model) as (page, complaints):
+    with viewer(chromium(), model) as (page, complaints):
         yield page, complaints
 
 
