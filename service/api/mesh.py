@@ -48,9 +48,9 @@ async def post_mesh(request: Request) -> Response:
     body = await read_body(request, settings)
     parse = partial(_parse, body, document_limits(settings))
     long = len(body) > INLINE_BYTES
-    wanted, surface = await _run(request, parse, in_thread=long)
+    wanted, surface, vertices = await _run(request, parse, in_thread=long)
     del body, parse  # half of the memory of a large request
-    content = await _render(request, surface, wanted, fmt)
+    content = await _render(request, surface, wanted, fmt, vertices)
     return _answer(content, fmt, surface.name, POST_HEADERS)
 
 
@@ -59,7 +59,8 @@ async def get_example_mesh(request: Request) -> Response:
     surface = find_example(request).surface()
     fmt = by_suffix(request.path_params["suffix"])
     wanted = options_from_text(request.query_params.multi_items())
-    content = await _render(request, surface, wanted, fmt)
+    vertices = pipeline.predict(surface, wanted.mesh_options()).vertices
+    content = await _render(request, surface, wanted, fmt, vertices)
     return _answer(content, fmt, request.path_params["example"], GET_HEADERS)
 
 
@@ -104,21 +105,21 @@ def _unknown_parameter(name: str, needed: str) -> Issue:
     )
 
 
-def _parse(body: bytes, limits: DocumentLimits) -> tuple[MeshRequest, Surface]:
+def _parse(body: bytes, limits: DocumentLimits) -> tuple[MeshRequest, Surface, int]:
+    """The request in a body, its surface, and the number of vertices that it asks for."""
     wanted = mesh_request(parse_document(body), limits)
-    return wanted, wanted.to_surface()
+    surface = wanted.to_surface()
+    return wanted, surface, pipeline.predict(surface, wanted.mesh_options()).vertices
 
 
 async def _render(
-    request: Request, surface: Surface, wanted: MeshOptionFields, fmt: Format
+    request: Request, surface: Surface, wanted: MeshOptionFields, fmt: Format, vertices: int
 ) -> bytes:
     """The file, computed here when that is quick and in a thread when it is not."""
-    settings: Settings = request.app.state.settings
-    options = wanted.mesh_options()
-    limits = result_limits(settings)
-    long = pipeline.predict(surface, options).vertices > INLINE_VERTICES
-    render = partial(pipeline.render, surface, options, fmt, EncodeOptions(wanted.oogl), limits)
-    return await _run(request, render, in_thread=long)
+    limits = result_limits(request.app.state.settings)
+    options, encode = wanted.mesh_options(), EncodeOptions(wanted.oogl)
+    render = partial(pipeline.render, surface, options, fmt, encode, limits)
+    return await _run(request, render, in_thread=vertices > INLINE_VERTICES)
 
 
 async def _run(request: Request, work: Callable[[], Result], *, in_thread: bool) -> Result:

@@ -111,12 +111,26 @@ _REPORT = _object(
 
 _MESH = _object(
     {
-        "vertices": _numbers(3, "Positions [x, y, z], float64, shortest digits that round-trip."),
+        "vertices": _numbers(
+            3, "Positions [x, y, z], each once; float64, shortest digits that round-trip."
+        ),
         "faces": _indices(
             3, 4, "Vertices of each face, counter-clockwise seen from the normal's tip."
         ),
-        "normals": _numbers(3, "Unit normals, float32; unless `normals` is false."),
-        "uvs": _numbers(2, "Parameters (u, v), float32; if `uvs` is true."),
+        "normals": _numbers(
+            3,
+            "Unit normals, float32, row by row with the vertices; more of them "
+            "where a position has several. Left out if `normals` is false.",
+        ),
+        "uvs": _numbers(
+            2, "Parameters (u, v), float32, in the rows of the normals; if `uvs` is true."
+        ),
+        "attribute_faces": _indices(
+            3,
+            4,
+            "Rows of `normals` and `uvs` for each corner of each face, in the shape of "
+            "`faces`; left out where they are the same numbers.",
+        ),
         "parts": {
             "type": "array",
             "description": "Named runs [first, last) of `faces`.",
@@ -143,12 +157,6 @@ _MESH = _object(
                     "segments": _indices(2, 2, "Pairs of rows of its `vertices`."),
                 }
             ),
-        },
-        "welds": {
-            "type": "array",
-            "items": {"type": "integer", "minimum": 0},
-            "description": "For each vertex the first one at the same position; left out where "
-            "that is always the vertex itself.",
         },
         "report": ref("MeshReport"),
     },
