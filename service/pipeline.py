@@ -35,6 +35,44 @@ PLAIN = EncodeOptions()
 DEFAULT_LIMITS = Limits()
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Work:
+    """A file that may be computed: everything is known of it but its bytes."""
+
+    model: PatchModel
+    options: MeshOptions
+    fmt: Format
+    encode: EncodeOptions
+    size: MeshSize
+
+    def run(self) -> bytes:
+        """The file."""
+        if self.fmt.name == "oogl" and self.encode.oogl == "bez":
+            return encode_patches(self.model, overlays_of(self.model, self.options))
+        return self.fmt.encode(mesh(self.model, self.options, self.fmt), self.encode)
+
+
+def plan(
+    surface: Surface,
+    options: MeshOptions,
+    fmt: Format,
+    encode: EncodeOptions = PLAIN,
+    limits: Limits = DEFAULT_LIMITS,
+) -> Work:
+    """What is to be computed, after it was found possible and affordable.
+
+    Raises
+    ------
+    TooLarge, UnsupportedByFormat
+        From the shapes alone: nothing large has been allocated.
+    """
+    model = surface.lower()
+    size = predict(model, options)
+    _check_format(options, fmt)
+    _check_limits(size, fmt, encode, limits)
+    return Work(model, options, fmt, encode, size)
+
+
 def render(
     surface: Surface,
     options: MeshOptions,
@@ -42,18 +80,8 @@ def render(
     encode: EncodeOptions = PLAIN,
     limits: Limits = DEFAULT_LIMITS,
 ) -> bytes:
-    """The surface as a file of this format.
-
-    Raises
-    ------
-    TooLarge, UnsupportedByFormat
-        Before anything is computed.
-    """
-    model = surface.lower()
-    check(model, options, fmt, encode, limits)
-    if fmt.name == "oogl" and encode.oogl == "bez":
-        return encode_patches(model, overlays_of(model, options))
-    return fmt.encode(mesh(model, options, fmt), encode)
+    """The surface as a file of this format; raises what `plan` raises."""
+    return plan(surface, options, fmt, encode, limits).run()
 
 
 def mesh(model: PatchModel, options: MeshOptions, fmt: Format) -> Mesh:
@@ -61,13 +89,8 @@ def mesh(model: PatchModel, options: MeshOptions, fmt: Format) -> Mesh:
     return tessellate(model, options, single=fmt.single)
 
 
-def predict(surface: Surface, options: MeshOptions) -> MeshSize:
-    """Counts of the mesh from the shapes alone; upper bounds where welding will take some away."""
-    return predicted_size_of(surface.lower(), options)
-
-
-def predicted_size_of(model: PatchModel, options: MeshOptions) -> MeshSize:
-    """The same for a surface that is lowered already."""
+def predict(model: PatchModel, options: MeshOptions) -> MeshSize:
+    """Counts of the mesh from the shapes alone; upper bounds where welding takes some away."""
     vertices, triangles, quads = predicted_size(model, options)
     points = segments = cells = 0
     control_points = sum(batch.points.size // 3 for batch in model.batches)
@@ -94,14 +117,8 @@ def predicted_size_of(model: PatchModel, options: MeshOptions) -> MeshSize:
     )
 
 
-def check(
-    model: PatchModel,
-    options: MeshOptions,
-    fmt: Format,
-    encode: EncodeOptions,
-    limits: Limits,
-) -> None:
-    """Refuses what the format cannot hold and what would be too large, from shapes alone."""
+def _check_format(options: MeshOptions, fmt: Format) -> None:
+    """Refuses what the format cannot hold."""
     if options.faces == "quads" and not fmt.quads:
         raise UnsupportedByFormat(
             Issue(
@@ -122,7 +139,10 @@ def check(
                 "none, or another format",
             )
         )
-    size = predicted_size_of(model, options)
+
+
+def _check_limits(size: MeshSize, fmt: Format, encode: EncodeOptions, limits: Limits) -> None:
+    """Refuses what would be too large."""
     if size.vertices > limits.max_vertices:
         raise TooLarge(
             Issue(
@@ -133,14 +153,14 @@ def check(
                 f"at most {limits.max_vertices}",
             )
         )
-    least = fmt.byte_bound(size, encode)
-    if least > limits.max_bytes:
+    most = fmt.byte_bound(size, encode)
+    if most > limits.max_bytes:
         raise TooLarge(
             Issue(
                 "too_many_bytes",
                 f"The answer as {fmt.title} could become too large.",
                 "/resolution",
-                f"up to {least} bytes",
+                f"up to {most} bytes",
                 f"at most {limits.max_bytes}",
             )
         )

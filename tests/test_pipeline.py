@@ -15,7 +15,7 @@ from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MAX_RESOLUTION, Faces, MeshOptions
 from service.errors import SurfaceError, TooLarge, UnsupportedByFormat
-from service.pipeline import Limits, mesh, predict, predicted_size_of, render
+from service.pipeline import Limits, mesh, predict, render
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
 from service.surface.lowered import PatchModel
@@ -40,7 +40,7 @@ def test_every_example_in_every_format(example: str, fmt: Format) -> None:
     surface, options = find(example).surface(), MeshOptions(resolution=(5, 4))
     content = render(surface, options, fmt)
     assert content == render(surface, options, fmt)
-    assert 0 < len(content) <= fmt.byte_bound(predict(surface, options), EncodeOptions())
+    assert 0 < len(content) <= fmt.byte_bound(predict(surface.lower(), options), EncodeOptions())
 
 
 @pytest.mark.parametrize("name", ["glb", "stl", "ply", "off", "obj"])
@@ -70,7 +70,7 @@ def test_a_format_gets_the_precision_it_stores(fmt: Format) -> None:
 
 def _counts(model: PatchModel, options: MeshOptions) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Predicted and true numbers of vertices, triangles, quads and patches."""
-    size = predicted_size_of(model, options)
+    size = predict(model, options)
     made = mesh(model, options, BY_NAME["json"])
     return (
         (size.vertices, size.triangles, size.quads, size.patches),
@@ -171,7 +171,7 @@ def test_too_many_bytes_are_refused_before_anything_is_computed(fmt: Format) -> 
 def test_the_limits_themselves_are_allowed() -> None:
     """Exactly as many vertices and bytes as are permitted."""
     surface, options, fmt = find("tveit").surface(), MeshOptions(resolution=(9, 9)), BY_NAME["stl"]
-    size = predict(surface, options)
+    size = predict(surface.lower(), options)
     limits = Limits(size.vertices, fmt.byte_bound(size, EncodeOptions()))
     assert render(surface, options, fmt, limits=limits)
     for less in (

@@ -9,17 +9,17 @@ from anyio import CapacityLimiter, to_thread
 from starlette.requests import Request
 from starlette.responses import Response
 
-from service import pipeline
 from service.api.answers import HEADERS, ChunkedResponse
 from service.api.body import read_body
 from service.api.negotiation import by_accept, by_name, by_suffix
 from service.api.problems import InvalidQuery
 from service.encoders.format import EncodeOptions, Format
 from service.errors import InvalidRequest, Issue, UnknownSurface, pointer
-from service.schemas.document import DocumentLimits, parse_document
+from service.pipeline import Work, plan
+from service.schemas.document import parse_document
 from service.schemas.options import MeshOptionFields
 from service.schemas.query import options_from_text, values_from_text
-from service.schemas.request import MeshRequest, mesh_request
+from service.schemas.request import mesh_request
 from service.schemas.scan import shortened
 from service.settings import Settings, document_limits, result_limits
 from service.surface import examples
@@ -46,12 +46,10 @@ async def post_mesh(request: Request) -> Response:
     fmt = only_format(request.query_params.multi_items())
     fmt = fmt or by_accept(request.headers.get("accept"))
     body = await read_body(request, settings)
-    parse = partial(_parse, body, document_limits(settings))
-    long = len(body) > INLINE_BYTES
-    wanted, surface, vertices = await _run(request, parse, in_thread=long)
+    parse = partial(_parse, body, fmt, settings)
+    work = await _run(request, parse, in_thread=len(body) > INLINE_BYTES)
     del body, parse  # half of the memory of a large request
-    content = await _render(request, surface, wanted, fmt, vertices)
-    return _answer(content, fmt, surface.name, POST_HEADERS)
+    return _answer(await _content(request, work), fmt, work.model.name, POST_HEADERS)
 
 
 async def get_example_mesh(request: Request) -> Response:
@@ -59,9 +57,8 @@ async def get_example_mesh(request: Request) -> Response:
     surface = find_example(request).surface()
     fmt = by_suffix(request.path_params["suffix"])
     wanted = options_from_text(request.query_params.multi_items())
-    vertices = pipeline.predict(surface, wanted.mesh_options()).vertices
-    content = await _render(request, surface, wanted, fmt, vertices)
-    return _answer(content, fmt, request.path_params["example"], GET_HEADERS)
+    work = _planned(surface, wanted, fmt, request.app.state.settings)
+    return _answer(await _content(request, work), fmt, request.path_params["example"], GET_HEADERS)
 
 
 def find_example(request: Request) -> examples.Example:
@@ -105,21 +102,20 @@ def _unknown_parameter(name: str, needed: str) -> Issue:
     )
 
 
-def _parse(body: bytes, limits: DocumentLimits) -> tuple[MeshRequest, Surface, int]:
-    """The request in a body, its surface, and the number of vertices that it asks for."""
-    wanted = mesh_request(parse_document(body), limits)
-    surface = wanted.to_surface()
-    return wanted, surface, pipeline.predict(surface, wanted.mesh_options()).vertices
+def _parse(body: bytes, fmt: Format, settings: Settings) -> Work:
+    """What a body asks for, found possible and affordable."""
+    wanted = mesh_request(parse_document(body), document_limits(settings))
+    return _planned(wanted.to_surface(), wanted, fmt, settings)
 
 
-async def _render(
-    request: Request, surface: Surface, wanted: MeshOptionFields, fmt: Format, vertices: int
-) -> bytes:
+def _planned(surface: Surface, wanted: MeshOptionFields, fmt: Format, settings: Settings) -> Work:
+    encode = EncodeOptions(wanted.oogl)
+    return plan(surface, wanted.mesh_options(), fmt, encode, result_limits(settings))
+
+
+async def _content(request: Request, work: Work) -> bytes:
     """The file, computed here when that is quick and in a thread when it is not."""
-    limits = result_limits(request.app.state.settings)
-    options, encode = wanted.mesh_options(), EncodeOptions(wanted.oogl)
-    render = partial(pipeline.render, surface, options, fmt, encode, limits)
-    return await _run(request, render, in_thread=vertices > INLINE_VERTICES)
+    return await _run(request, work.run, in_thread=work.size.vertices > INLINE_VERTICES)
 
 
 async def _run(request: Request, work: Callable[[], Result], *, in_thread: bool) -> Result:

@@ -4,6 +4,9 @@ Eighty bytes of header (zeros), the number of triangles, then for each triangle 
 three corners as little-endian float32, and two bytes of nothing.
 """
 
+from trimesh import Trimesh
+from trimesh.exchange.stl import export_stl
+
 from service.encoders.content import absolute, refuse_quads
 from service.encoders.format import EncodeOptions, MeshSize
 from service.engine.mesh import Mesh
@@ -20,10 +23,6 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     UnsupportedByFormat
         If the mesh holds quads.
     """
-    # Most of a second, and only this format needs it: start quickly, pay on first use.
-    from trimesh import Trimesh  # noqa: PLC0415
-    from trimesh.exchange.stl import export_stl  # noqa: PLC0415
-
     refuse_quads(mesh, "STL")
     # `process` would merge vertices and drop faces.
     return export_stl(Trimesh(absolute(mesh.positions, mesh), mesh.triangles, process=False))

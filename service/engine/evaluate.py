@@ -29,7 +29,7 @@ from service.surface.lowered import FloatArray, TensorPatches
 
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
 
-CHUNK_SAMPLES = 16_384
+CHUNK_SAMPLES = 24_576
 """Samples worked on at a time: a dozen planes of them fit the second-level cache."""
 
 ORDINARY = 16
@@ -168,12 +168,15 @@ class _Batch:
             net[:, :, :3] *= self.scale
             net[:, :, :3] *= net[:, :, 3:]
         if self.normals is None:
-            return _ChunkNets(at.astype(self.dtype), None, None, None)
-        du = net[1:] - net[:-1]
-        dv = net[:, 1:] - net[:, :-1]
-        trust = TRUSTED[self.dtype] ** 2 * _mean_square(du) * _mean_square(dv)
+            return _ChunkNets(at, None, None, None)
+        du = scratch("net du", (p, q + 1, *net.shape[2:]), np.float64)
+        dv = scratch("net dv", (p + 1, q, *net.shape[2:]), np.float64)
+        np.subtract(net[1:], net[:-1], out=du)
+        np.subtract(net[:, 1:], net[:, :-1], out=dv)
+        trust = _square_sums(du) * _square_sums(dv)
+        trust *= TRUSTED[self.dtype] ** 2 / (p * (q + 1) * (p + 1) * q)
         np.maximum(trust, SUBNORMAL[self.dtype], out=trust)
-        return _ChunkNets(at.astype(self.dtype), du, dv, trust)
+        return _ChunkNets(at, du, dv, trust)
 
     def write_positions(self, planes: RealArray, out: RealArray) -> None:
         """Writes S from the planes of its homogeneous coordinates; projects them in place."""
@@ -197,28 +200,31 @@ class _Batch:
     ) -> None:
         """Writes unit vectors, and notes which samples, counted from `first`, are doubtful."""
         square, term = scratch("square", (2, *vectors.shape[1:]), self.dtype)
-        np.multiply(vectors[0], vectors[0], out=square)
-        for axis in (1, 2):
-            np.multiply(vectors[axis], vectors[axis], out=term)
-            np.add(square, term, out=square)
-        doubtful = square <= trust
-        if doubtful.any():
-            self._doubtful.append(np.flatnonzero(doubtful) + first)
-            square[doubtful] = 1
+        x, y, z = vectors
+        np.multiply(x, x, out=square)
+        np.multiply(y, y, out=term)
+        np.add(square, term, out=square)
+        np.multiply(z, z, out=term)
+        np.add(square, term, out=square)
+        found = np.flatnonzero(square <= trust)
+        if len(found):
+            square.reshape(-1)[found] = 1
+            self._doubtful.append(found + first)
         np.sqrt(square, out=square)
-        np.divide(1, square, out=square)
+        np.divide(vectors, square, out=vectors)
         for axis in range(3):
-            np.multiply(vectors[axis], square, out=out[..., axis])
+            out[..., axis] = vectors[axis]
 
     def partials_to_vectors(self, at: RealArray, du: RealArray, dv: RealArray) -> RealArray:
         """Planes of S_u × S_v up to a positive factor; `at` holds S already if rational."""
-        vectors = scratch("vectors", (3, *du.shape[1:]), self.dtype)
-        term = scratch("term", du.shape[1:], self.dtype)
+        term = scratch("square", (2, *du.shape[1:]), self.dtype)[1]
         if self.rational:
             for partial in (du, dv):
                 for axis in range(3):
                     np.multiply(at[axis], partial[3], out=term)
                     np.subtract(partial[axis], term, out=partial[axis])
+        # S is not needed any more: its memory takes the vectors, so that a chunk stays small.
+        vectors = scratch("at", (3, *du.shape[1:]), self.dtype)
         for axis, (b, c) in enumerate(((1, 2), (2, 0), (0, 1))):
             np.multiply(du[b], dv[c], out=vectors[axis])
             np.multiply(du[c], dv[b], out=term)
@@ -230,11 +236,10 @@ class _Batch:
         if self.normals is None or not self._doubtful:
             return Samples(self.positions, self.normals, 0)
         # NaN marks what is still owed: first the poles are paid, then the rest.
-        doubtful = np.concatenate(self._doubtful)
+        doubtful = self._doubtful[0] if len(self._doubtful) == 1 else np.concatenate(self._doubtful)
         normals = self.normals.reshape(-1, 3)
         normals[doubtful] = np.nan
-        if self.patches.collapsed.any():
-            self._write_poles(self.normals)
+        self._write_poles(self.normals)
         rest = doubtful[np.isnan(normals[doubtful, 0])]
         poles = len(doubtful) - len(rest)
         if len(rest):
@@ -247,10 +252,7 @@ class _Batch:
 
     def _write_poles(self, normals: RealArray) -> None:
         """Limits along collapsed sides; NaN where only the general way is left."""
-        for side in range(4):
-            index = np.flatnonzero(self.patches.collapsed[:, side])
-            if not len(index):
-                continue
+        for side, index in self.patches.poles:
             along = 1 if side < 2 else 0
             degree, divisions = self.patches.degree[along], self.resolution[along]
             basis = sampled(degree, divisions), sampled(degree - 1, divisions)
@@ -261,12 +263,12 @@ class _Batch:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _ChunkNets:
-    """Nets (p+1, q+1, d, r): S rounded to the working precision, differences still float64.
+    """Nets (p+1, q+1, d, r) of S and of its partials, in float64.
 
     `trust` (r,) is the least |S_u × S_v|² that is good enough.
     """
 
-    at: RealArray
+    at: FloatArray
     du: FloatArray | None
     dv: FloatArray | None
     trust: FloatArray | None
@@ -281,13 +283,16 @@ class _ChunkNets:
 
     def least(self, dtype: Real) -> RealArray:
         """`trust` in the working precision, to compare (r, samples) with."""
-        trust = np.empty(0, dtype) if self.trust is None else self.trust.astype(dtype)
-        return trust[:, None]
+        if self.trust is None:
+            raise ValueError("nets without partials have no normals to trust")
+        least: RealArray = self.trust.astype(dtype)
+        return least[:, None]
 
 
 def _kronecker(batch: _Batch) -> None:
     p, q = batch.patches.degree
-    step = max(1, CHUNK_SAMPLES // batch.count)
+    # Sixteen numbers are a cache line: every plane of a chunk begins at one.
+    step = max(16, CHUNK_SAMPLES // batch.count // 16 * 16)
     out = batch.positions.reshape(batch.patches.count, batch.count, 3)
     normals = None if batch.normals is None else batch.normals.reshape(out.shape)
     for first, last in _runs(batch.patches.count, step):
@@ -311,8 +316,9 @@ def _product(
     grid = sampled_grid(degree, batch.resolution, batch.dtype)
     planes, patches = nets.shape[2:]
     out = scratch(name, (planes, patches, batch.count), batch.dtype)
-    flat = nets.astype(batch.dtype, copy=False).reshape(-1, planes * patches)
-    np.matmul(flat.T, grid, out=out.reshape(planes * patches, batch.count))
+    rounded = scratch("rounded", (grid.shape[0], planes * patches), batch.dtype)
+    np.copyto(rounded, nets.reshape(rounded.shape), casting="same_kind")
+    np.matmul(rounded.T, grid, out=out.reshape(planes * patches, batch.count))
     return out
 
 
@@ -403,12 +409,11 @@ def _runs(count: int, step: int) -> Iterator[tuple[int, int]]:
         yield first, min(first + step, count)
 
 
-def _mean_square(nets: FloatArray) -> FloatArray:
-    """Mean squared length of the vectors of each net: (m, n, d, r) to (r,)."""
-    vectors = nets[:, :, :3]
-    total: FloatArray = np.einsum("ijdr,ijdr->r", vectors, vectors)
-    mean: FloatArray = total / (nets.shape[0] * nets.shape[1])
-    return mean
+def _square_sums(nets: FloatArray) -> FloatArray:
+    """Sum of the squared lengths of the vectors of each net: (m, n, d, r) to (r,)."""
+    rows = nets[:, :, :3].reshape(-1, nets.shape[3])
+    sums: FloatArray = np.einsum("kr,kr->r", rows, rows)
+    return sums
 
 
 _FORMULATIONS: dict[Formulation, Callable[[_Batch], None]] = {

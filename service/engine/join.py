@@ -1,5 +1,7 @@
 """Vertices joined to faces: the pattern of every patch, read through its vertices."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from service.engine.layout import Layout
@@ -35,17 +37,23 @@ def join(
             samples = layout.patch_samples(patches, shape)
             vertices = samples if welding is None else welding.vertex[samples]
             # Gathering through the pattern writes all faces of all these patches in one go.
-            whole = vertices.astype(np.uint32)[:, local]
-            if len(patches) == model.patch_count:
-                out = whole.reshape(-1, corners)
-            else:
-                rows = ends[patches] - len(local)
-                out[rows[:, None] + np.arange(len(local))] = whole
+            whole = np.take(vertices.astype(np.uint32), local, axis=1)
+            for run in _runs(patches):
+                first = ends[patches[run.start]] - len(local)
+                rows = slice(first, first + (run.stop - run.start) * len(local))
+                out[rows] = whole[run].reshape(-1, corners)
         found.append(out)
     triangles, quads = found
     if welding is not None and layout.divisions.min() < 2:
         triangles, quads, counts = _without_slivers(triangles, quads, counts, welding.welds)
     return triangles, quads, _parts(model, counts)
+
+
+def _runs(numbers: Ints) -> list[slice]:
+    """Where ascending numbers follow one another without a gap."""
+    breaks = np.flatnonzero(np.diff(numbers) != 1) + 1
+    ends = [0, *breaks.tolist(), len(numbers)]
+    return [slice(first, last) for first, last in pairwise(ends)]
 
 
 def _parts(model: PatchModel, counts: Ints) -> tuple[MeshPart, ...]:

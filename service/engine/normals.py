@@ -18,8 +18,9 @@ from service.engine.mesh import RealArray
 from service.surface.lowered import FloatArray, TensorPatches
 
 VANISHING = 2.0**-40
-"""|S_u × S_v| below this part of the net's own measure counts as zero: differences of a net are
-exact to 2^-52 of it, so what is larger still has twelve binary digits."""
+"""S_u below this part of the longest difference in the net counts as zero, so does S_v, and so does
+S_u × S_v below this part of |S_u| |S_v|: all are exact to some 2^-52 of these measures, so what is
+larger still has a dozen binary digits."""
 
 NEGLIGIBLE = 2.0**-36
 """Coefficients of N below this part of the largest are rounding of what should be zero."""
@@ -94,13 +95,16 @@ def pole_normals(
     at = 0 if side % 2 == 0 else -1
     beside = 1 if side % 2 == 0 else -2
     points = patches.points if side >= 2 else patches.points.swapaxes(1, 2)
-    rows = points[index, :, beside] - points[index, :1, at]
+    rows = points[:, :, beside][index]
+    rows -= points[:, :1, at][index]
     if patches.weights is not None:
         weights = patches.weights if side >= 2 else patches.weights.swapaxes(1, 2)
         rows *= weights[index, :, beside, None]
     normals = _cone_normals(rows, *basis)
     # du × dv turns with C on the sides u = 0 and v = 1, against it on the other two.
-    return normals + 0.0 if side in (0, 3) else 0.0 - normals
+    if side in {0, 3}:
+        return np.add(normals, 0.0, out=normals)
+    return np.subtract(0.0, normals, out=normals)
 
 
 def _cone_normals(rows: FloatArray, basis: RealArray, basis_below: RealArray) -> FloatArray:
@@ -108,7 +112,7 @@ def _cone_normals(rows: FloatArray, basis: RealArray, basis_below: RealArray) ->
     steps = rows[:, 1:] - rows[:, :-1]
     vectors = _cross(np.matmul(basis, rows), np.matmul(basis_below, steps))
     length = np.sqrt(np.einsum("mkd,mkd->mk", vectors, vectors))
-    measure = np.abs(rows).max(axis=(1, 2)) ** 2
+    measure = np.einsum("mid,mid->m", rows, rows)
     length[length <= NEGLIGIBLE * measure[:, None]] = np.nan
     vectors /= length[:, :, None]
     return vectors
@@ -126,11 +130,15 @@ def _chunk(
     used, which = np.unique(index, return_inverse=True)
     nets = _Nets(patches, used)
     p, q = patches.degree
-    vectors = nets.cross(
+    du, dv = nets.partials(
         which, (bernstein(p, u), bernstein(p - 1, u)), (bernstein(q, v), bernstein(q - 1, v))
     )
-    lengths = np.linalg.norm(vectors, axis=-1)
-    zero = np.flatnonzero(lengths <= VANISHING * nets.measure[which])
+    vectors = _cross(du, dv)
+    lengths, length_u, length_v = (np.linalg.norm(rows, axis=-1) for rows in (vectors, du, dv))
+    vanishes = lengths <= VANISHING * length_u * length_v
+    vanishes |= length_u <= VANISHING * nets.longest_u[which]
+    vanishes |= length_v <= VANISHING * nets.longest_v[which]
+    zero = np.flatnonzero(vanishes)
     lengths[zero] = 1.0
     normals = vectors / lengths[:, None]
     if len(zero):
@@ -141,8 +149,8 @@ def _chunk(
 class _Nets:
     """Homogeneous nets of some patches, about their own middle and in their own scale.
 
-    `point`, `du`, `dv` have shape (K, d, …) with d = 3, or 4 if rational; `measure` (K,) bounds
-    |S_u| |S_v| to within the weights.
+    `point`, `du`, `dv` have shape (K, d, …) with d = 3, or 4 if rational; `longest_u`, `longest_v`
+    (K,) are the lengths of the longest differences.
     """
 
     def __init__(self, patches: TensorPatches, used: NDArray[np.intp]) -> None:
@@ -160,17 +168,23 @@ class _Nets:
         self.point: FloatArray = local
         self.du: FloatArray = np.diff(local, axis=2)
         self.dv: FloatArray = np.diff(local, axis=3)
-        self.measure: FloatArray = _largest(self.du[:, :3]) * _largest(self.dv[:, :3])
+        self.longest_u: FloatArray = _largest(self.du[:, :3])
+        self.longest_v: FloatArray = _largest(self.dv[:, :3])
 
-    def cross(
+    @property
+    def measure(self) -> FloatArray:
+        """Upper bound of |S_u| |S_v| for each patch, as far as weights do not lessen it."""
+        return self.longest_u * self.longest_v
+
+    def partials(
         self,
         which: NDArray[np.intp],
         along_u: tuple[FloatArray, FloatArray],
         along_v: tuple[FloatArray, FloatArray],
-    ) -> FloatArray:
-        """S_u × S_v up to a positive factor at one parameter each, shape (m, 3).
+    ) -> tuple[FloatArray, FloatArray]:
+        """S_u and S_v up to positive factors at one parameter each, shapes (m, 3).
 
-        For a rational patch (X_u − S w_u) × (X_v − S w_v), which needs no second division.
+        For a rational patch X_u − S w_u and X_v − S w_v, which need no second division.
         """
         du = np.einsum("mi,mdij,mj->md", along_u[1], self.du[which], along_v[0], optimize=True)
         dv = np.einsum("mi,mdij,mj->md", along_u[0], self.dv[which], along_v[1], optimize=True)
@@ -181,7 +195,7 @@ class _Nets:
             place = at[:, :3] / at[:, 3:]
             du = du[:, :3] - place * du[:, 3:]
             dv = dv[:, :3] - place * dv[:, 3:]
-        return _cross(du, dv)
+        return du, dv
 
     def normal_net(self) -> FloatArray:
         """N = S_u × S_v in the Bernstein basis, up to a positive factor; shape (K, 3, …).
@@ -307,14 +321,13 @@ def _largest(nets: FloatArray) -> FloatArray:
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """Cross product a × b along the last axis; plainer and faster than numpy.cross."""
-    return np.stack(
-        [
-            a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1],
-            a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2],
-            a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0],
-        ],
-        axis=-1,
-    )
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    product = np.empty(a.shape)
+    np.subtract(ay * bz, az * by, out=product[..., 0])
+    np.subtract(az * bx, ax * bz, out=product[..., 1])
+    np.subtract(ax * by, ay * bx, out=product[..., 2])
+    return product
 
 
 def _cross_product(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ import numpy as np
 from service.engine.basis import samples as parameters
 from service.engine.evaluate import evaluate
 from service.engine.layout import Block, Layout
-from service.engine.mesh import RealArray
+from service.engine.mesh import Ints, RealArray
 from service.engine.normals import unit_normals
 from service.engine.options import MeshOptions
 from service.engine.scratch import Real
@@ -27,6 +27,15 @@ class Grid:
     normals: RealArray | None
     uvs: RealArray | None
     poles: int
+
+    def take(self, chosen: Ints) -> "Grid":
+        """Some of the rows, in this order."""
+        return Grid(
+            self.positions.take(chosen, axis=0),
+            None if self.normals is None else self.normals.take(chosen, axis=0),
+            None if self.uvs is None else self.uvs.take(chosen, axis=0),
+            self.poles,
+        )
 
 
 def sample(layout: Layout, options: MeshOptions, dtype: Real, origin: FloatArray) -> Grid:

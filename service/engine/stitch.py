@@ -82,7 +82,8 @@ def find_seams(batches: Sequence[TensorPatches]) -> Seams:
         if weights is not None:
             # Of weights that differ in rounding the least stand for all, not the first to come.
             order = np.lexsort(weights.T)
-            place, turned, points, weights = (a[order] for a in (place, turned, points, weights))
+            place, turned = place[order], turned[order]
+            points, weights = points[order], weights[order]
         distinct, number = distinct_rows(points.reshape(len(points), -1))
         if weights is not None:
             leader = leaders(distinct[number], weights, SAME_WEIGHT)

@@ -42,20 +42,17 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     origin = _origin(model, single)
     grid = sample(layout, options, dtype, origin)
     welding = _weld(layout, grid, options)
-    positions, normals, uvs = grid.positions, grid.normals, grid.uvs
     if welding is not None:
-        positions = positions[welding.samples]
-        normals = None if normals is None else normals[welding.samples]
-        uvs = None if uvs is None else uvs[welding.samples]
+        grid = grid.take(welding.samples)
     welds = _welds(welding) if options.weld else None
     triangles, quads, parts = join(model, layout, welding, options.faces)
     boundary, watertight = borders(layout, options, (triangles, quads), welds)
-    low, high = _bounds(positions, origin)
+    low, high = _bounds(grid.positions, origin)
     return Mesh(
         name=model.name,
-        positions=positions,
-        normals=normals,
-        uvs=uvs,
+        positions=grid.positions,
+        normals=grid.normals,
+        uvs=grid.uvs,
         triangles=triangles,
         quads=quads,
         parts=parts,
@@ -65,7 +62,9 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         origin=origin,
         up=model.up,
         report=MeshReport(
-            vertices=len(positions) if welds is None else len(np.unique(welds)),
+            vertices=len(grid.positions)
+            if welds is None
+            else int(np.count_nonzero(welds == np.arange(len(welds)))),
             triangles=len(triangles),
             quads=len(quads),
             patches=model.patch_count,
@@ -165,6 +164,12 @@ def _welds(welding: Welding | None) -> IndexArray | None:
     if welding is None or bool((welding.welds == np.arange(len(welding.welds))).all()):
         return None
     return welding.welds.astype(np.uint32)
+
+
+def _count_positions(positions: RealArray, welds: IndexArray | None) -> int:
+    if welds is None:
+        return len(positions)
+    return int(np.count_nonzero(welds == np.arange(len(welds))))
 
 
 def _origin(model: PatchModel, single: bool) -> FloatArray:

@@ -63,6 +63,12 @@ class TensorPatches:
         sides = (points[:, 0], points[:, -1], points[:, :, 0], points[:, :, -1])
         return np.stack([(s == s[:, :1]).all(axis=(1, 2)) for s in sides], axis=1)
 
+    @cached_property
+    def poles(self) -> tuple[tuple[int, NDArray[np.intp]], ...]:
+        """Sides that are one point: number of the side, and the patches of which it is."""
+        found = ((side, np.flatnonzero(self.collapsed[:, side])) for side in range(4))
+        return tuple((side, index) for side, index in found if len(index))
+
 
 @dataclass(frozen=True, slots=True)
 class Part:

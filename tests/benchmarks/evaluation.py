@@ -5,11 +5,12 @@ shown, the one that `evaluate` chooses is marked. The last column is the figure 
 much again as the best that was reached on the machine on which the formulations were found.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from service.engine.evaluate import Formulation, Samples, choose, evaluate
+from service.engine.evaluate import Formulation, choose, evaluate
 from service.surface.examples import find
 from service.surface.lowered import TensorPatches
 from tests.benchmarks.alternately import alternately
@@ -64,40 +65,38 @@ def run() -> None:
     print("Evaluation, float32 positions and normals; CPU time, medians of alternating rounds")
     print(f"{'work':38}{'formulation':20}{'ns/vertex':>10}{'x copy':>9}{'allowed':>9}")
     for work in works():
-        resolution = (work.divisions, work.divisions)
-        result = evaluate(work.patches, resolution, dtype=np.float32)
-        assert result.normals is not None
-        sources = (result.positions, result.normals)
-        copies = tuple(np.empty_like(source) for source in sources)
+        measure(work)
 
-        def copy(
-            copies: tuple[np.ndarray, ...] = copies, sources: tuple[np.ndarray, ...] = sources
-        ) -> None:
-            for target, source in zip(copies, sources, strict=True):
-                np.copyto(target, source)
 
-        def evaluation(
-            formulation: Formulation,
-            work: Work = work,
-            resolution: tuple[int, int] = resolution,
-            result: Samples = result,
-        ) -> object:
-            return evaluate(
-                work.patches, resolution, dtype=np.float32, formulation=formulation, out=result
-            )
+def measure(work: Work) -> None:
+    """Prints the lines of one work."""
+    resolution = (work.divisions, work.divisions)
+    result = evaluate(work.patches, resolution, dtype=np.float32)
+    assert result.normals is not None
+    sources = (result.positions, result.normals)
+    copies = tuple(np.empty_like(source) for source in sources)
 
-        chosen = choose(work.patches, resolution, True)
-        calls = {name: (lambda name=name, e=evaluation: e(name)) for name in rivals(work)}
-        times = alternately({"copy": copy, **calls}, rounds=9)
-        for name in calls:
-            vertices = result.positions.size / 3
-            ratio = times[name] / times["copy"]
-            mark = " *" if name == chosen else ""
-            allowed = f"{work.allowed:9.1f}" if name == chosen else ""
-            print(
-                f"{work.title:38}{name + mark:20}{times[name] / vertices * 1e9:10.1f}"
-                f"{ratio:9.1f}{allowed}"
-            )
+    def copy() -> None:
+        for target, source in zip(copies, sources, strict=True):
+            np.copyto(target, source)
+
+    def evaluation(formulation: Formulation) -> Callable[[], object]:
+        return lambda: evaluate(
+            work.patches, resolution, dtype=np.float32, formulation=formulation, out=result
+        )
+
+    chosen = choose(work.patches, resolution, True)
+    calls: dict[str, Callable[[], object]] = {name: evaluation(name) for name in rivals(work)}
+    times = alternately({"copy": copy, **calls}, rounds=9)
+    vertices = result.positions.size / 3
+    for name in calls:
+        ratio = times[name] / times["copy"]
+        mark = " *" if name == chosen else ""
+        allowed = f"{work.allowed:9.1f}" if name == chosen else ""
+        print(
+            f"{work.title:38}{name + mark:20}{times[name] / vertices * 1e9:10.1f}"
+            f"{ratio:9.1f}{allowed}"
+        )
 
 
 if __name__ == "__main__":
