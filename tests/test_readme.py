@@ -1,0 +1,124 @@
+"""Whatever the README shows is run, and gives what it shows."""
+
+import json
+import re
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from service.encoders.registry import FORMATS
+from service.surface.examples import EXAMPLES
+from tests.tools import program
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+SERVED_AT = "http://127.0.0.1:8000"
+
+
+class Block(NamedTuple):
+    """A fenced block: its language and its text."""
+
+    language: str
+    text: str
+
+
+BLOCKS = [Block(*found) for found in re.findall(r"^```(\w+)\n(.*?)^```$", README, re.M | re.S)]
+SHOWN = [pair for pair in pairwise(BLOCKS) if pair[1].language in {"json", "text"}]
+REQUESTS = [block for block in BLOCKS if block.language == "sh" and "curl" in block.text]
+
+
+def section(title: str) -> str:
+    """The text under a heading, up to the next one."""
+    return re.split(rf"^#+ {re.escape(title)}$", README, flags=re.M)[1].split("\n#")[0]
+
+
+def run_shell(command: str, folder: Path) -> str:
+    done = subprocess.run(
+        [program("bash"), "-euc", command], cwd=folder, capture_output=True, text=True, check=True
+    )
+    return done.stdout
+
+
+def test_there_are_three_requests_and_their_answers_are_shown() -> None:
+    assert len(REQUESTS) == 3
+    assert len([pair for pair in SHOWN if pair[0].language == "sh"]) == 2
+
+
+@pytest.mark.parametrize("request_", REQUESTS, ids=["example", "net", "mistake"])
+def test_requests_are_answered_as_shown(request_: Block, server: str, tmp_path: Path) -> None:
+    program("curl")
+    answer = run_shell(request_.text.replace(SERVED_AT, server), tmp_path)
+    shown = [after.text for before, after in SHOWN if before is request_]
+    if shown:
+        assert json.loads(answer) == json.loads(shown[0])
+    else:
+        assert (tmp_path / "teapot.glb").read_bytes()[:4] == b"glTF"
+
+
+def test_programs_print_what_is_shown() -> None:
+    programs = [pair for pair in SHOWN if pair[0].language == "python"]
+    assert len(programs) == 2
+    for source, shown in programs:
+        done = subprocess.run(
+            [sys.executable, "-W", "error", "-c", source.text],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert done.stdout.strip() == shown.text.strip()
+
+
+def test_commands_without_a_server_work(tmp_path: Path) -> None:
+    """Those that stand in the running text."""
+    (tmp_path / "net.json").write_text('{"control_net": [[[0,0,0],[0,1,1]],[[1,0,1],[1,1,0]]]}')
+    commands = re.findall(r"`(surface mesh [^`]+)`", section("Three requests"))
+    assert len(commands) == 2
+    for command in commands:
+        from_here = command.replace("surface", f"{sys.executable} -m service", 1)
+        run_shell(f"PYTHONPATH={ROOT} {from_here}", tmp_path)
+    assert (tmp_path / "teapot.glb").read_bytes()[:4] == b"glTF"
+
+
+def test_formats_are_those_of_the_registry() -> None:
+    rows = re.findall(r"^\| (.*?) \| `\.(\w+)` \| `(.*?)` \| (.*?) \|$", README, re.M)
+    expected = [
+        (
+            fmt.title,
+            fmt.suffix,
+            fmt.media_type,
+            ", ".join(
+                ["triangles", *["quads"] * fmt.quads, *["lines"] * fmt.overlays],
+            ),
+        )
+        for fmt in FORMATS
+    ]
+    assert rows == expected
+
+
+def test_examples_are_those_that_are_built_in() -> None:
+    listed = section("What goes in").partition("Built in: ")[2].partition(";")[0]
+    assert re.findall(r"`([\w-]+)`", listed) == list(EXAMPLES)
+
+
+def test_the_map_of_the_house_shows_every_room() -> None:
+    rooms = re.findall(r"^\| `([\w/.]+)` \|", section("The house"), re.M)
+    for room in rooms:
+        assert (ROOT / room).exists(), room
+    served = {
+        path.relative_to(ROOT).as_posix() + ("/" if path.is_dir() else "")
+        for path in (ROOT / "service").iterdir()
+        if not path.name.startswith("__")
+    }
+    assert served == {room for room in rooms if room.startswith("service/")}
+
+
+def test_files_that_are_linked_exist() -> None:
+    for target in re.findall(r"\]\(([^)#]+)\)", README):
+        assert (ROOT / target).is_file(), target
+    for target in re.findall(r"(?:--file|--kustomize) (\S+)", README):
+        assert (ROOT / target).exists(), target
