@@ -124,7 +124,7 @@ def multiply(first: FloatArray, second: FloatArray) -> FloatArray:
 
     References
     ----------
-    Farouki and Rajan, Algorithms for polynomials in Bernstein form, CAGD 5 (1988), section 4.2.
+    Farouki and Rajan, Algorithms for polynomials in Bernstein form, CAGD 5 (1988).
     """
     (m, n), (r, s) = first.shape[-2:], second.shape[-2:]
     if m * n > r * s:

@@ -30,7 +30,7 @@ class BezierSurface:
 
     References
     ----------
-    Piegl and Tiller, The NURBS Book, 2nd ed., equations 1.21 (p. 35) and 1.25.
+    Piegl and Tiller, The NURBS Book, 2nd ed., sections 1.4 and 1.5.
     """
 
     control_net: FloatArray

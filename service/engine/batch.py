@@ -1,0 +1,225 @@
+"""One evaluation under way: nets on the way in, points and normals on the way out.
+
+What all formulations share. Nets are differenced, centred and scaled in float64; what comes of
+them is computed in the precision of the result, and a normal that this precision cannot vouch for
+is computed anew (`service.engine.normals`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.engine.basis import sampled, samples
+from service.engine.mesh import RealArray
+from service.engine.normals import unit_normals
+from service.engine.poles import pole_normals
+from service.engine.scratch import Real, scratch
+from service.surface.lowered import FloatArray, TensorPatches
+
+ORDINARY = 16
+"""Models larger than 2^-16 and smaller than 2^16 are not scaled: fourth powers of such lengths are
+far from float32's limits."""
+
+TRUSTED: dict[Real, float] = {np.float32: 2.0**-6, np.float64: 2.0**-20}
+"""|S_u × S_v| ÷ (mean |Δ_u P| · mean |Δ_v P|) above which the working precision is good enough: the
+direction is then wrong by at most about 1e-5 (float32, usually 2e-7) or 1e-10 (float64)."""
+
+SUBNORMAL: dict[Real, float] = {np.float32: 2.0**-100, np.float64: 2.0**-900}
+"""|S_u × S_v|² below which squares of its coordinates have lost digits to underflow."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Samples:
+    """Points and unit normals at all samples of a batch, shapes (P, Ru+1, Rv+1, 3).
+
+    `poles` counts the samples at which S_u × S_v vanishes.
+    """
+
+    positions: RealArray
+    normals: RealArray | None
+    poles: int
+
+
+class Batch:
+    """One evaluation under way: its inputs, its outputs, and what the formulations share."""
+
+    def __init__(
+        self,
+        patches: TensorPatches,
+        resolution: tuple[int, int],
+        dtype: Real,
+        out: Samples,
+        origin: FloatArray | None,
+    ) -> None:
+        self.patches = patches
+        self.resolution = resolution
+        self.dtype = dtype
+        self.shape = (resolution[0] + 1, resolution[1] + 1)
+        self.count = self.shape[0] * self.shape[1]
+        self.rational = patches.weights is not None
+        self.positions = out.positions
+        self.normals = out.normals
+        self.origin = np.zeros(3) if origin is None else origin
+        # Rational nets are evaluated about the batch's middle, where S_u = (X_u − w_u S)/w loses
+        # least; their points are moved back when they are written. A power of two scales exactly.
+        low, high = patches.bounds
+        self.middle = low + (high - low) / 2
+        extent = float((high - low).max())
+        self.scale = 1.0
+        if not 2.0**-ORDINARY <= extent <= 2.0**ORDINARY and extent > 0:
+            self.scale = float(np.exp2(min(ORDINARY - np.frexp(extent)[1], 1000)))
+        self.heaviest = 1.0 if patches.weights is None else float(patches.weights.max())
+        self._doubtful: list[NDArray[np.intp]] = []
+
+    def nets(self, first: int, last: int) -> "ChunkNets":
+        """Planes of the nets of patches [first, last), ready for products.
+
+        The patches are the innermost axis: differences between neighbours in a net then run over
+        long contiguous rows.
+        """
+        p, q = self.patches.degree
+        planes = 4 if self.rational else 3
+        net = scratch("net", (p + 1, q + 1, planes, last - first), np.float64)
+        np.copyto(net[:, :, :3], self.patches.points[first:last].transpose(1, 2, 3, 0))
+        at = net
+        if self.patches.weights is None:
+            # Positions about the origin asked for, partials from differences of the points
+            # themselves: neither loses digits to the other's needs.
+            if self.origin.any():
+                at = net - self.origin[:, None]
+            if self.scale != 1.0:
+                net = net * self.scale
+        else:
+            weights = self.patches.weights[first:last].transpose(1, 2, 0)
+            np.multiply(weights, 1 / self.heaviest, out=net[:, :, 3])
+            net[:, :, :3] -= self.middle[:, None]
+            net[:, :, :3] *= self.scale
+            net[:, :, :3] *= net[:, :, 3:]
+        if self.normals is None:
+            return ChunkNets(at, None, None, None)
+        du = scratch("net du", (p, q + 1, *net.shape[2:]), np.float64)
+        dv = scratch("net dv", (p + 1, q, *net.shape[2:]), np.float64)
+        np.subtract(net[1:], net[:-1], out=du)
+        np.subtract(net[:, 1:], net[:, :-1], out=dv)
+        trust = _square_sums(du) * _square_sums(dv)
+        trust *= TRUSTED[self.dtype] ** 2 / (p * (q + 1) * (p + 1) * q)
+        np.maximum(trust, SUBNORMAL[self.dtype], out=trust)
+        return ChunkNets(at, du, dv, trust)
+
+    def write_positions(self, planes: RealArray, out: RealArray) -> None:
+        """Writes S from the planes of its homogeneous coordinates; projects them in place."""
+        if self.rational:
+            planes[:3] /= planes[3]
+            for axis in range(3):
+                shift = float(self.middle[axis] - self.origin[axis])
+                np.multiply(planes[axis], self.dtype(1 / self.scale), out=out[..., axis])
+                if shift:
+                    out[..., axis] += self.dtype(shift)
+        else:
+            for axis in range(3):
+                out[..., axis] = planes[axis]
+
+    def write_normals(
+        self,
+        vectors: RealArray,
+        out: RealArray,
+        trust: RealArray | float,
+        first: int,
+    ) -> None:
+        """Writes unit vectors, and notes which samples, counted from `first`, are doubtful."""
+        square, term = scratch("square", (2, *vectors.shape[1:]), self.dtype)
+        x, y, z = vectors
+        np.multiply(x, x, out=square)
+        np.multiply(y, y, out=term)
+        np.add(square, term, out=square)
+        np.multiply(z, z, out=term)
+        np.add(square, term, out=square)
+        found = np.flatnonzero(square <= trust)
+        if len(found):
+            square.reshape(-1)[found] = 1
+            self._doubtful.append(found + first)
+        np.sqrt(square, out=square)
+        np.divide(vectors, square, out=vectors)
+        for axis in range(3):
+            out[..., axis] = vectors[axis]
+
+    def partials_to_vectors(self, at: RealArray, du: RealArray, dv: RealArray) -> RealArray:
+        """Planes of S_u × S_v up to a positive factor; `at` holds S already if rational."""
+        term = scratch("square", (2, *du.shape[1:]), self.dtype)[1]
+        if self.rational:
+            for partial in (du, dv):
+                for axis in range(3):
+                    np.multiply(at[axis], partial[3], out=term)
+                    np.subtract(partial[axis], term, out=partial[axis])
+        # S is not needed any more: its memory takes the vectors, so that a chunk stays small.
+        vectors = scratch("at", (3, *du.shape[1:]), self.dtype)
+        for axis, (b, c) in enumerate(((1, 2), (2, 0), (0, 1))):
+            np.multiply(du[b], dv[c], out=vectors[axis])
+            np.multiply(du[c], dv[b], out=term)
+            np.subtract(vectors[axis], term, out=vectors[axis])
+        return vectors
+
+    def finished(self) -> Samples:
+        """The result, after the doubtful normals have been computed anew."""
+        if self.normals is None or not self._doubtful:
+            return Samples(self.positions, self.normals, 0)
+        # NaN marks what is still owed: first the poles are paid, then the rest.
+        doubtful = self._doubtful[0] if len(self._doubtful) == 1 else np.concatenate(self._doubtful)
+        normals = self.normals.reshape(-1, 3)
+        normals[doubtful] = np.nan
+        self._write_poles(self.normals)
+        rest = doubtful[np.isnan(normals[doubtful, 0])]
+        poles = len(doubtful) - len(rest)
+        if len(rest):
+            patch, sample = np.divmod(rest, self.count)
+            i, j = np.divmod(sample, self.shape[1])
+            u, v = (samples(r) for r in self.resolution)
+            normals[rest], limits = unit_normals(self.patches, patch, u[i], v[j])
+            poles += limits
+        return Samples(self.positions, self.normals, poles)
+
+    def _write_poles(self, normals: RealArray) -> None:
+        """Limits along collapsed sides; NaN where only the general way is left."""
+        for side, index in self.patches.poles:
+            along = 1 if side < 2 else 0
+            degree, divisions = self.patches.degree[along], self.resolution[along]
+            basis = sampled(degree, divisions), sampled(degree - 1, divisions)
+            end = 0 if side % 2 == 0 else -1
+            rows = normals[:, end] if side < 2 else normals[:, :, end]
+            rows[index] = pole_normals(self.patches, side, index, basis)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ChunkNets:
+    """Nets (p+1, q+1, d, r) of S and of its partials, in float64.
+
+    `trust` (r,) is the least |S_u × S_v|² that is good enough.
+    """
+
+    at: FloatArray
+    du: FloatArray | None
+    dv: FloatArray | None
+    trust: FloatArray | None
+
+    def single(self, k: int) -> "ChunkNets":
+        """The nets of patch k alone, its coordinates as planes (d, p+1, q+1)."""
+        at = self.at[..., k].transpose(2, 0, 1)
+        if self.du is None or self.dv is None or self.trust is None:
+            return ChunkNets(at, None, None, None)
+        du, dv = (net[..., k].transpose(2, 0, 1) for net in (self.du, self.dv))
+        return ChunkNets(at, du, dv, self.trust[k : k + 1])
+
+    def least(self, dtype: Real) -> RealArray:
+        """`trust` in the working precision, to compare (r, samples) with."""
+        if self.trust is None:
+            raise ValueError("nets without partials have no normals to trust")
+        least: RealArray = self.trust.astype(dtype)
+        return least[:, None]
+
+
+def _square_sums(nets: FloatArray) -> FloatArray:
+    """Sum of the squared lengths of the vectors of each net: (m, n, d, r) to (r,)."""
+    rows = nets[:, :, :3].reshape(-1, nets.shape[3])
+    sums: FloatArray = np.einsum("kr,kr->r", rows, rows)
+    return sums

@@ -1,0 +1,89 @@
+"""Nets of single patches, about their own middle and in their own scale, and their normal net."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.engine.basis import multiply
+from service.engine.vectors import cross_polynomial
+from service.surface.lowered import FloatArray, TensorPatches
+
+
+class PatchNets:
+    """Homogeneous nets of some patches, about their own middle and in their own scale.
+
+    `point`, `du`, `dv` have shape (K, d, …) with d = 3, or 4 if rational; `longest_u`, `longest_v`
+    (K,) are the lengths of the longest differences.
+    """
+
+    def __init__(self, patches: TensorPatches, used: NDArray[np.intp]) -> None:
+        points = patches.points[used]
+        middle = points.mean(axis=(1, 2), keepdims=True)
+        local = np.moveaxis(points - middle, -1, 1)
+        # A power of two scales without rounding; a patch that is one point keeps scale 1.
+        size = np.abs(local).max(axis=(1, 2, 3))
+        local = local * _powers_of_two(size)[:, None, None, None]
+        self.rational = patches.weights is not None
+        if patches.weights is not None:
+            weights = patches.weights[used][:, None]
+            weights = weights / weights.max(axis=(2, 3), keepdims=True)
+            local = np.concatenate([local * weights, weights], axis=1)
+        self.point: FloatArray = local
+        self.du: FloatArray = np.diff(local, axis=2)
+        self.dv: FloatArray = np.diff(local, axis=3)
+        self.longest_u: FloatArray = longest(self.du[:, :3])
+        self.longest_v: FloatArray = longest(self.dv[:, :3])
+
+    @property
+    def measure(self) -> FloatArray:
+        """Upper bound of |S_u| |S_v| for each patch, as far as weights do not lessen it."""
+        return self.longest_u * self.longest_v
+
+    def partials(
+        self,
+        which: NDArray[np.intp],
+        along_u: tuple[FloatArray, FloatArray],
+        along_v: tuple[FloatArray, FloatArray],
+    ) -> tuple[FloatArray, FloatArray]:
+        """S_u and S_v up to positive factors at one parameter each, shapes (m, 3).
+
+        For a rational patch X_u − S w_u and X_v − S w_v, which need no second division.
+        """
+        du = np.einsum("mi,mdij,mj->md", along_u[1], self.du[which], along_v[0], optimize=True)
+        dv = np.einsum("mi,mdij,mj->md", along_u[0], self.dv[which], along_v[1], optimize=True)
+        if self.rational:
+            at = np.einsum(
+                "mi,mdij,mj->md", along_u[0], self.point[which], along_v[0], optimize=True
+            )
+            place = at[:, :3] / at[:, 3:]
+            du = du[:, :3] - place * du[:, 3:]
+            dv = dv[:, :3] - place * dv[:, 3:]
+        return du, dv
+
+    def normal_net(self) -> FloatArray:
+        """N = S_u × S_v in the Bernstein basis, up to a positive factor; shape (K, 3, …).
+
+        Polynomial: degree (2p−1, 2q−1). Rational: degree (3p−1, 3q−1), and times w³
+
+            w X_u × X_v + w_u X_v × X + w_v X × X_u
+        """
+        if not self.rational:
+            return cross_polynomial(self.du, self.dv)
+        x, w = self.point[:, :3], self.point[:, 3:]
+        (xu, wu), (xv, wv) = (self.du[:, :3], self.du[:, 3:]), (self.dv[:, :3], self.dv[:, 3:])
+        return (
+            multiply(w, cross_polynomial(xu, xv))
+            + multiply(wu, cross_polynomial(xv, x))
+            + multiply(wv, cross_polynomial(x, xu))
+        )
+
+
+def longest(nets: FloatArray) -> FloatArray:
+    """Longest length among the vectors of each net (K, 3, …): shape (K,)."""
+    lengths: FloatArray = np.sqrt(np.square(nets).sum(axis=1).max(axis=(1, 2)))
+    return lengths
+
+
+def _powers_of_two(sizes: FloatArray) -> FloatArray:
+    """Factors that bring sizes near 1 without rounding, as far as there are such factors."""
+    factors: FloatArray = np.exp2(np.minimum(-np.frexp(sizes)[1].astype(np.float64), 1000.0))
+    return factors

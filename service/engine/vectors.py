@@ -1,0 +1,24 @@
+"""Products of vectors and of vector polynomials."""
+
+import numpy as np
+
+from service.engine.basis import multiply
+from service.surface.lowered import FloatArray
+
+
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Cross product a × b along the last axis; plainer and faster than numpy.cross."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    product = np.empty(a.shape)
+    np.subtract(ay * bz, az * by, out=product[..., 0])
+    np.subtract(az * bx, ax * bz, out=product[..., 1])
+    np.subtract(ax * by, ay * bx, out=product[..., 2])
+    return product
+
+
+def cross_polynomial(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Cross product a × b of vector polynomials (K, 3, …) in the Bernstein basis."""
+    first = multiply(a[:, (1, 2, 0)], b[:, (2, 0, 1)])
+    first -= multiply(a[:, (2, 0, 1)], b[:, (1, 2, 0)])
+    return first
