@@ -135,7 +135,7 @@ class Batch:
         np.add(square, term, out=square)
         np.multiply(z, z, out=term)
         np.add(square, term, out=square)
-        found = np.flatnonzero(square <= trust)
+        found = (square <= trust).reshape(-1).nonzero()[0]
         if len(found):
             square.reshape(-1)[found] = 1
             self._doubtful.append(found + first)
