@@ -62,9 +62,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         origin=origin,
         up=model.up,
         report=MeshReport(
-            vertices=len(grid.positions)
-            if welds is None
-            else int(np.count_nonzero(welds == np.arange(len(welds)))),
+            vertices=_count(grid.positions, welds),
             triangles=len(triangles),
             quads=len(quads),
             patches=model.patch_count,
@@ -185,6 +183,13 @@ def _origin(model: PatchModel, single: bool) -> FloatArray:
     # A float32 itself, so that viewers that compute in float32 place it exactly.
     rounded: FloatArray = middle.astype(np.float32).astype(np.float64)
     return rounded
+
+
+def _count(positions: RealArray, welds: IndexArray | None) -> int:
+    """How many different positions there are."""
+    if welds is None:
+        return len(positions)
+    return int(np.count_nonzero(welds == np.arange(len(welds))))
 
 
 def _bounds(
