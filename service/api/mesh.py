@@ -22,8 +22,7 @@ from service.schemas.query import options_from_text, values_from_text
 from service.schemas.request import mesh_request
 from service.schemas.scan import shortened
 from service.settings import Settings, document_limits, result_limits
-from service.surface import examples
-from service.surface.examples import Surface
+from service.surface import Surface, examples
 
 INLINE_VERTICES = 10_000
 """Up to here a mesh takes 10 ms at most, in any format. Handing it to a thread would cost the

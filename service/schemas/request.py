@@ -9,7 +9,7 @@ from service.schemas.document import DocumentLimits
 from service.schemas.options import MeshOptionFields
 from service.schemas.refusals import invalid_request
 from service.schemas.surfaces import SurfaceDefinition
-from service.surface.examples import Surface
+from service.surface import Surface
 
 
 class MeshRequest(MeshOptionFields):

@@ -13,8 +13,8 @@ from service.errors import Issue
 from service.schemas.arrays import CONTROL_NET, NET_WEIGHTS, PATCHES, VERTEX_WEIGHTS, VERTICES
 from service.schemas.fields import Name, Parts, StrictModel
 from service.schemas.refusals import refusal, wrong_type
+from service.surface import Surface
 from service.surface.bezier import BezierSurface
-from service.surface.examples import Surface
 from service.surface.lowered import FloatArray, Up
 from service.surface.patches import PatchSurface
 

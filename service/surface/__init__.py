@@ -1,0 +1,9 @@
+"""What a surface is: frozen values, checked at birth, and their lowering to Bézier patches."""
+
+from typing import TypeAlias
+
+from service.surface.bezier import BezierSurface
+from service.surface.patches import PatchSurface
+
+Surface: TypeAlias = BezierSurface | PatchSurface
+"""Every kind of surface there is."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.surface.checks import check_grid, checked_points, checked_up, checked_weights
+from service.surface.checks import check_grid, check_up, checked_points, checked_weights
 from service.surface.lowered import FloatArray, Part, PatchModel, TensorPatches, Up
 
 
@@ -39,16 +39,13 @@ class BezierSurface:
     name: str = "surface"
 
     def __post_init__(self) -> None:
-        points = checked_points(self.control_net, "control_net")
-        rows, columns = points.shape[0], points.shape[1] if points.ndim == 3 else 0
+        points = checked_points(self.control_net, "control_net", axes=3)
+        rows, columns, _ = points.shape
         check_grid(rows, columns, "control_net")
-        points.flags.writeable = False
         object.__setattr__(self, "control_net", points)
         if self.weights is not None:
-            weights = checked_weights(self.weights, (rows, columns))
-            weights.flags.writeable = False
-            object.__setattr__(self, "weights", weights)
-        checked_up(self.up)
+            object.__setattr__(self, "weights", checked_weights(self.weights, (rows, columns)))
+        check_up(self.up)
 
     @property
     def degree(self) -> tuple[int, int]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
-from service.surface.lowered import FloatArray, Up
+from service.surface.lowered import FloatArray
 
 MAX_DEGREE = 64
 """Above this a Bézier patch is of no use: control points hardly pull on the surface any more,
@@ -24,10 +24,20 @@ MAX_WEIGHT_RATIO = 1e8
 for the lightest control points, and with them for normals near these."""
 
 
-def checked_points(values: ArrayLike, name: str) -> FloatArray:
-    """`values` as a float64 array of points, every coordinate finite and within float32.
+def checked_points(values: ArrayLike, name: str, axes: int) -> FloatArray:
+    """`values` as a read-only array of points, every coordinate finite and within float32.
 
-    The last axis has length 3. `name` is the field, for the pointers.
+    Parameters
+    ----------
+    values : array_like, shape (…, 3)
+    name : str
+        The field, for the pointers.
+    axes : int
+        Number of axes, the coordinates' included: 2 for a list of points, 3 for a net.
+
+    Returns
+    -------
+    ndarray of float64, a copy
 
     Raises
     ------
@@ -35,29 +45,32 @@ def checked_points(values: ArrayLike, name: str) -> FloatArray:
         `wrong_dimension`, `not_finite` or `coordinate_too_large`, one issue a coordinate.
     """
     points = np.array(values, dtype=np.float64, order="C")
-    if points.ndim < 2 or points.shape[-1] != 3:
+    if points.ndim != axes or points.shape[-1] != 3:
         raise InvalidRequest(
             Issue(
                 "wrong_dimension",
                 "A control point has exactly three coordinates.",
                 f"/{name}",
-                f"points of shape {points.shape}",
-                "three numbers [x, y, z]",
+                f"an array of shape {_shape_text(points.shape)}",
+                f"{axes} axes, three numbers [x, y, z] in the last",
             )
         )
-    if points.size == 0:
-        return points
     # One reduction decides the usual case: NaN fails the comparison as well.
-    if not bool(np.abs(points).max() <= MAX_COORDINATE):
+    if not bool(np.abs(points).max(initial=0) <= MAX_COORDINATE):
         _refuse(points, name, ~np.isfinite(points), _not_finite)
         _refuse(points, name, np.abs(points) > MAX_COORDINATE, _too_large)
     # -0 and 0 are one number: equal surfaces shall have equal bytes.
     points += 0.0
+    points.flags.writeable = False
     return points
 
 
-def checked_weights(values: ArrayLike, shape: tuple[int, ...], name: str = "weights") -> FloatArray:
-    """`values` as a float64 array of weights of the given shape, finite and positive.
+def checked_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+    """`values` as a read-only array of weights of the given shape, finite and positive.
+
+    Returns
+    -------
+    ndarray of float64, a copy
 
     Raises
     ------
@@ -70,24 +83,25 @@ def checked_weights(values: ArrayLike, shape: tuple[int, ...], name: str = "weig
             Issue(
                 "weights_shape",
                 "There must be exactly one weight for every control point.",
-                f"/{name}",
-                f"weights of shape {_shape_text(weights.shape)}",
+                "/weights",
+                f"an array of shape {_shape_text(weights.shape)}",
                 f"shape {_shape_text(shape)}",
             )
         )
-    _refuse(weights, name, ~np.isfinite(weights), _not_finite)
-    _refuse(weights, name, weights <= 0, _not_positive)
+    _refuse(weights, "weights", ~np.isfinite(weights), _not_finite)
+    _refuse(weights, "weights", weights <= 0, _not_positive)
     low, high = float(weights.min()), float(weights.max())
     if high > MAX_WEIGHT_RATIO * low:
         raise InvalidRequest(
             Issue(
                 "weight_ratio",
                 "The weights differ so much that the lighter control points would be lost.",
-                f"/{name}",
+                "/weights",
                 f"a largest weight {high / low:.3g} times the smallest",
                 f"at most {MAX_WEIGHT_RATIO:.0e} times",
             )
         )
+    weights.flags.writeable = False
     return weights
 
 
@@ -116,17 +130,12 @@ def check_grid(rows: int, columns: int, name: str) -> None:
         )
 
 
-def checked_up(up: str) -> Up:
-    """`up`, if it names an axis we can turn upright."""
-    if up == "y":
-        return "y"
-    if up == "z":
-        return "z"
-    raise InvalidRequest(
-        Issue(
-            "wrong_value", "`up` is the model's vertical axis.", "/up", "another text", '"y" or "z"'
+def check_up(up: str) -> None:
+    """Refuses what names no axis that we can turn upright."""
+    if up not in ("y", "z"):
+        raise InvalidRequest(
+            Issue("wrong_value", "`up` is the vertical axis.", "/up", "another text", '"y" or "z"')
         )
-    )
 
 
 def _refuse(
@@ -172,4 +181,4 @@ def _not_positive(where: str, value: float) -> Issue:
 
 
 def _shape_text(shape: tuple[int, ...]) -> str:
-    return " × ".join(str(n) for n in shape) if shape else "a single number"
+    return " × ".join(str(n) for n in shape) if shape else "() (a single number)"

@@ -6,21 +6,20 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from service.errors import Issue, UnknownSurface
-from service.surface import quadrics
+from service.surface import Surface, quadrics
 from service.surface.bezier import BezierSurface
+from service.surface.lowered import Up
 from service.surface.patches import PatchSurface
-
-Surface: TypeAlias = BezierSurface | PatchSurface
 
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """A surface that answers without having been posted."""
+    """A surface that answers without having been posted. `build` makes it; ask for `surface()`."""
 
     id: str
     title: str
@@ -64,10 +63,8 @@ def _data(name: str) -> dict[str, Any]:
     return content
 
 
-def _net(name: str, up: str) -> BezierSurface:
-    return BezierSurface(
-        np.array(_data(name)["control_net"]), up="z" if up == "z" else "y", name=name
-    )
+def _net(name: str, up: Up) -> BezierSurface:
+    return BezierSurface(np.array(_data(name)["control_net"]), up=up, name=name)
 
 
 def _teapot(name: str, height: float) -> PatchSurface:

@@ -57,6 +57,18 @@ class TensorPatches:
         return flat.min(axis=0), flat.max(axis=0)
 
     @cached_property
+    def middle(self) -> FloatArray:
+        """Middle of the bounds, shape (3,)."""
+        low, high = self.bounds
+        return low + (high - low) / 2
+
+    @cached_property
+    def extent(self) -> float:
+        """Longest side of the bounds."""
+        low, high = self.bounds
+        return float((high - low).max())
+
+    @cached_property
     def collapsed(self) -> NDArray[np.bool_]:
         """Which sides are one point, shape (P, 4): u = 0, u = 1, v = 0, v = 1."""
         points = self.points

@@ -1,15 +1,17 @@
 """Many Bézier patches of one degree over shared vertices, as the files of the teapot are."""
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
-from service.surface.checks import check_grid, checked_points, checked_up, checked_weights
+from service.surface.checks import check_grid, check_up, checked_points, checked_weights
 from service.surface.lowered import FloatArray, Part, PatchModel, TensorPatches, Up
 
-PartNames = tuple[tuple[str, tuple[int, ...]], ...]
+PartMembers: TypeAlias = tuple[tuple[str, tuple[int, ...]], ...]
+"""Names of parts, each with the numbers of its patches."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -27,6 +29,10 @@ class PatchSurface:
     parts : tuple of (name, patch numbers)
         Named groups of patches. A patch belongs to at most one; those in none form a last part
         of the surface's own name.
+    up : "y" or "z"
+        The model's vertical axis.
+    name : str
+        Name of the model.
 
     Raises
     ------
@@ -37,12 +43,12 @@ class PatchSurface:
     vertices: FloatArray
     patches: NDArray[np.int64]
     weights: FloatArray | None = None
-    parts: PartNames = ()
+    parts: PartMembers = ()
     up: Up = "y"
     name: str = "surface"
 
     def __post_init__(self) -> None:
-        vertices = checked_points(self.vertices, "vertices")
+        vertices = checked_points(self.vertices, "vertices", axes=2)
         patches = np.array(self.patches, dtype=np.int64, order="C")
         if patches.ndim != 3 or len(patches) == 0:
             raise InvalidRequest(
@@ -56,15 +62,13 @@ class PatchSurface:
             )
         check_grid(patches.shape[1], patches.shape[2], "patches")
         _check_indices(patches, len(vertices))
-        vertices.flags.writeable = patches.flags.writeable = False
+        patches.flags.writeable = False
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "patches", patches)
         if self.weights is not None:
-            weights = checked_weights(self.weights, (len(vertices),))
-            weights.flags.writeable = False
-            object.__setattr__(self, "weights", weights)
+            object.__setattr__(self, "weights", checked_weights(self.weights, (len(vertices),)))
         _check_parts(self.parts, len(patches))
-        checked_up(self.up)
+        check_up(self.up)
 
     @property
     def degree(self) -> tuple[int, int]:
@@ -81,7 +85,7 @@ class PatchSurface:
 
 
 def _ordered(
-    parts: PartNames, count: int, name: str
+    parts: PartMembers, count: int, name: str
 ) -> tuple[NDArray[np.intp] | None, tuple[Part, ...]]:
     """Order of the patches that makes each part a run, and the runs."""
     if not parts:
@@ -95,7 +99,7 @@ def _ordered(
         if len(members):
             runs.append(Part(title, first, first + len(members)))
             first += len(members)
-    return np.concatenate([members for _, members in groups]), tuple(runs)
+    return np.concatenate([*named, rest]), tuple(runs)
 
 
 def _check_indices(patches: NDArray[np.int64], count: int) -> None:
@@ -117,7 +121,7 @@ def _check_indices(patches: NDArray[np.int64], count: int) -> None:
     )
 
 
-def _check_parts(parts: PartNames, count: int) -> None:
+def _check_parts(parts: PartMembers, count: int) -> None:
     """Refuses parts that name a patch that is not there, or one patch twice."""
     issues: list[Issue] = []
     owner: set[int] = set()

@@ -2,18 +2,22 @@
 
 No polynomial patch is a piece of a circle, but a rational quadratic is: the quarter arc has the
 control points (1, 0), (1, 1), (0, 1) and the weights 1, √½, 1 (Piegl and Tiller, The NURBS Book,
-2nd ed., section 7.3; surfaces of revolution: section 8.5). All surfaces here are closed, stand on
-the z axis and have outward normals du × dv.
+2nd ed., section 7.3; surfaces of revolution: section 8.5). All surfaces here are closed, turned
+about the z axis, and have outward normals du × dv.
 """
 
 from math import sqrt
+from typing import TypeAlias
 
 import numpy as np
 
 from service.surface.patches import PatchSurface
 
-Point = tuple[float, float, float, float]
+Point: TypeAlias = tuple[float, float, float, float]
 """x, y, z, weight."""
+
+Patch: TypeAlias = list[list[Point]]
+"""Rows of control points, rows along u."""
 
 ARC = ((1.0, 0.0, 1.0), (1.0, 1.0, sqrt(0.5)), (0.0, 1.0, 1.0))
 """Quarter of the unit circle, counter-clockwise from (1, 0): x, y, weight."""
@@ -28,7 +32,7 @@ def sphere(radius: float = 1.0) -> PatchSurface:
 
 def torus(radius: float = 1.0, tube: float = 0.4) -> PatchSurface:
     """Ring torus, radius of its centre line and of its tube: 4 × 4 patches of degree (2, 2)."""
-    patches: list[list[list[Point]]] = []
+    patches: list[Patch] = []
     for quarter in range(4):
         turned = [_turn(x, y, w, quarter) for x, y, w in ARC]
         patches += _revolve([(radius + tube * x, tube * z, w) for x, z, w in turned])
@@ -59,7 +63,7 @@ def _turn(x: float, y: float, w: float, quarter: int) -> tuple[float, float, flo
     return x, y, w
 
 
-def _revolve(profile: list[tuple[float, float, float]]) -> list[list[list[Point]]]:
+def _revolve(profile: list[tuple[float, float, float]]) -> list[Patch]:
     """Four patches: the profile (distance from the axis, z, weight) along v, turned along u."""
     patches = []
     for quarter in range(4):
@@ -68,26 +72,18 @@ def _revolve(profile: list[tuple[float, float, float]]) -> list[list[list[Point]
     return patches
 
 
-def _assemble(name: str, parts: list[tuple[str, list[list[list[Point]]]]]) -> PatchSurface:
+def _assemble(name: str, parts: list[tuple[str, list[Patch]]]) -> PatchSurface:
     """One surface of named parts over shared vertices."""
     number: dict[Point, int] = {}
     grids: list[list[list[int]]] = []
     members: list[tuple[str, tuple[int, ...]]] = []
     for title, patches in parts:
         first = len(grids)
-        # Adding 0.0 makes -0.0 the same key as 0.0.
+        # −0 and 0 are equal keys: the points that patches share get one number.
         grids += [
-            [
-                [
-                    number.setdefault((x + 0.0, y + 0.0, z + 0.0, w), len(number))
-                    for x, y, z, w in row
-                ]
-                for row in patch
-            ]
+            [[number.setdefault(point, len(number)) for point in row] for row in patch]
             for patch in patches
         ]
         members.append((title, tuple(range(first, len(grids)))))
     table = np.array(list(number))
-    return PatchSurface(
-        table[:, :3], np.array(grids), table[:, 3], tuple(members), up="z", name=name
-    )
+    return PatchSurface(table[:, :3], np.array(grids), table[:, 3], tuple(members), "z", name)

@@ -117,7 +117,7 @@ def test_refuses_fewer_than_two_by_two_points(shape: tuple[int, int]) -> None:
     assert "2 × 2" in issue.needed
 
 
-@pytest.mark.parametrize("shape", [(3, 4, 2), (3, 4, 4), (3, 4, 0), (3, 4), (4,), ()])
+@pytest.mark.parametrize("shape", [(3, 4, 2), (3, 4, 4), (3, 4, 0), (3, 3), (1, 3, 4, 3), (4,), ()])
 def test_refuses_points_of_another_dimension(shape: tuple[int, ...]) -> None:
     """A control point has exactly three coordinates."""
     (issue,) = issues_of(control_net=np.zeros(shape))

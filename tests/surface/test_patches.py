@@ -109,6 +109,8 @@ def test_refuses_vertices_that_are_not_finite_or_not_points() -> None:
     assert (issue.code, issue.pointer) == ("not_finite", "/vertices/3/1")
     (issue,) = issues_of(vertices=STRIP[:, :2])
     assert (issue.code, issue.pointer) == ("wrong_dimension", "/vertices")
+    (issue,) = issues_of(vertices=STRIP.reshape(4, 2, 3))
+    assert (issue.code, issue.got) == ("wrong_dimension", "an array of shape 4 × 2 × 3")
 
 
 def test_refuses_weights_of_another_count_or_sign() -> None:
