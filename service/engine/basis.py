@@ -62,6 +62,15 @@ def sampled(degree: int, divisions: int, dtype: type[np.floating] = np.float64) 
     )
 
 
+def sampled_columns(
+    degree: int, divisions: int, dtype: type[np.floating] = np.float64
+) -> RealArray:
+    """The same with the samples along the rows, shape (n+1, R+1): the right factor of a product."""
+    return PLANS.get(
+        ("columns", degree, divisions, dtype), lambda: sampled(degree, divisions, dtype).T
+    )
+
+
 def sampled_grid(
     degree: tuple[int, int], resolution: tuple[int, int], dtype: type[np.floating] = np.float64
 ) -> RealArray:

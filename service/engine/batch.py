@@ -60,15 +60,12 @@ class Batch:
         self.rational = patches.weights is not None
         self.positions = out.positions
         self.normals = out.normals
-        self.origin = np.zeros(3) if origin is None else origin
+        self.origin = None if origin is None or not origin.any() else origin
         # Rational nets are evaluated about the batch's middle, where S_u = (X_u − w_u S)/w loses
         # least; their points are moved back when they are written. A power of two scales exactly.
-        low, high = patches.bounds
-        self.middle = low + (high - low) / 2
-        extent = float((high - low).max())
         self.scale = 1.0
-        if not 2.0**-ORDINARY <= extent <= 2.0**ORDINARY and extent > 0:
-            self.scale = float(np.exp2(min(ORDINARY - np.frexp(extent)[1], 1000)))
+        if not 2.0**-ORDINARY <= patches.extent <= 2.0**ORDINARY and patches.extent > 0:
+            self.scale = float(np.exp2(min(ORDINARY - np.frexp(patches.extent)[1], 1000)))
         self.heaviest = 1.0 if patches.weights is None else float(patches.weights.max())
         self._doubtful: list[NDArray[np.intp]] = []
 
@@ -86,14 +83,14 @@ class Batch:
         if self.patches.weights is None:
             # Positions about the origin asked for, partials from differences of the points
             # themselves: neither loses digits to the other's needs.
-            if self.origin.any():
+            if self.origin is not None:
                 at = net - self.origin[:, None]
             if self.scale != 1.0:
                 net = net * self.scale
         else:
             weights = self.patches.weights[first:last].transpose(1, 2, 0)
             np.multiply(weights, 1 / self.heaviest, out=net[:, :, 3])
-            net[:, :, :3] -= self.middle[:, None]
+            net[:, :, :3] -= self.patches.middle[:, None]
             net[:, :, :3] *= self.scale
             net[:, :, :3] *= net[:, :, 3:]
         if self.normals is None:
@@ -111,11 +108,13 @@ class Batch:
         """Writes S from the planes of its homogeneous coordinates; projects them in place."""
         if self.rational:
             planes[:3] /= planes[3]
+            shift = (
+                self.patches.middle if self.origin is None else self.patches.middle - self.origin
+            )
             for axis in range(3):
-                shift = float(self.middle[axis] - self.origin[axis])
                 np.multiply(planes[axis], self.dtype(1 / self.scale), out=out[..., axis])
-                if shift:
-                    out[..., axis] += self.dtype(shift)
+                if shift[axis]:
+                    out[..., axis] += self.dtype(shift[axis])
         else:
             for axis in range(3):
                 out[..., axis] = planes[axis]
@@ -141,8 +140,9 @@ class Batch:
             self._doubtful.append(found + first)
         np.sqrt(square, out=square)
         np.divide(vectors, square, out=vectors)
-        for axis in range(3):
-            out[..., axis] = vectors[axis]
+        out[..., 0] = x
+        out[..., 1] = y
+        out[..., 2] = z
 
     def partials_to_vectors(self, at: RealArray, du: RealArray, dv: RealArray) -> RealArray:
         """Planes of S_u × S_v up to a positive factor; `at` holds S already if rational."""
@@ -154,10 +154,18 @@ class Batch:
                     np.subtract(partial[axis], term, out=partial[axis])
         # S is not needed any more: its memory takes the vectors, so that a chunk stays small.
         vectors = scratch("at", (3, *du.shape[1:]), self.dtype)
-        for axis, (b, c) in enumerate(((1, 2), (2, 0), (0, 1))):
-            np.multiply(du[b], dv[c], out=vectors[axis])
-            np.multiply(du[c], dv[b], out=term)
-            np.subtract(vectors[axis], term, out=vectors[axis])
+        x, y, z = vectors
+        ax, ay, az = du[0], du[1], du[2]
+        bx, by, bz = dv[0], dv[1], dv[2]
+        np.multiply(ay, bz, out=x)
+        np.multiply(az, by, out=term)
+        np.subtract(x, term, out=x)
+        np.multiply(az, bx, out=y)
+        np.multiply(ax, bz, out=term)
+        np.subtract(y, term, out=y)
+        np.multiply(ax, by, out=z)
+        np.multiply(ay, bx, out=term)
+        np.subtract(z, term, out=z)
         return vectors
 
     def finished(self) -> Samples:
@@ -220,6 +228,7 @@ class ChunkNets:
 
 def _square_sums(nets: FloatArray) -> FloatArray:
     """Sum of the squared lengths of the vectors of each net: (m, n, d, r) to (r,)."""
-    rows = nets[:, :, :3].reshape(-1, nets.shape[3])
+    rows = nets[:, :, :3] if nets.shape[2] > 3 else nets
+    rows = rows.reshape(-1, nets.shape[3])
     sums: FloatArray = np.einsum("kr,kr->r", rows, rows)
     return sums

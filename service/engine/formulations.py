@@ -13,7 +13,13 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.basis import multiply, sampled, sampled_grid, sampled_interleaved
+from service.engine.basis import (
+    multiply,
+    sampled,
+    sampled_columns,
+    sampled_grid,
+    sampled_interleaved,
+)
 from service.engine.batch import Batch, ChunkNets
 from service.engine.mesh import RealArray
 from service.engine.scratch import scratch
@@ -108,10 +114,10 @@ def _rows(net: RealArray, batch: Batch) -> RealArray:
 
 def _columns(name: str, along_u: RealArray, rows: slice, batch: Batch) -> RealArray:
     """Planes (d, rows, Rv+1): some rows sampled along v as well."""
-    basis = sampled(along_u.shape[2] - 1, batch.resolution[1], batch.dtype)
+    basis = sampled_columns(along_u.shape[2] - 1, batch.resolution[1], batch.dtype)
     part = along_u[:, rows]
     out = scratch(name, (*part.shape[:2], batch.shape[1]), batch.dtype)
-    return np.matmul(part, basis.T, out=out)
+    return np.matmul(part, basis, out=out)
 
 
 def _write_row_positions(
