@@ -182,6 +182,7 @@ def size_of(mesh: Mesh) -> MeshSize:
         triangles=len(mesh.triangles),
         quads=len(mesh.quads),
         patches=mesh.report.patches,
+        control_points=0,
         named=len(mesh.parts) + len(mesh.overlays),
         name_bytes=sum(len(name.encode()) for name in names),
         overlay_points=sum(len(o.positions) for o in mesh.overlays),

@@ -15,12 +15,13 @@ def absolute(positions: RealArray, mesh: Mesh) -> FloatArray:
 
 
 def shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray]:
-    """Each position once, for formats that give a position no normal or index it separately.
+    """The positions that faces index where normals are indexed apart, or not written at all.
 
     Returns
     -------
     positions : ndarray of float64, shape (W, 3), W <= V
-        Model coordinates; vertices that differ in their normal alone are one.
+        Model coordinates, in the order of the vertices; those that differ in their normal or
+        their (u, v) alone are one.
     rows : ndarray of uint32, shape (V,)
         The row of `positions` that each vertex of the mesh uses.
     """
@@ -38,21 +39,21 @@ def drawn(overlays: tuple[Overlay, ...]) -> tuple[Overlay, ...]:
 
 
 def refuse_quads(mesh: Mesh, title: str) -> None:
-    """Raise `UnsupportedByFormat` if the mesh holds quads, which the format `title` does not."""
+    """Refuses a mesh with quads, which the format `title` does not have."""
     if len(mesh.quads):
         raise UnsupportedByFormat(
             Issue(
-                code="unsupported_by_format",
-                message=f"{title} has only triangles.",
-                pointer="/faces",
-                got="quads",
-                needed="triangles, or another format",
+                "unsupported_by_format",
+                f"{title} has only triangles.",
+                "/faces",
+                "quads",
+                "triangles, or another format",
             )
         )
 
 
 def report_object(report: MeshReport) -> dict[str, object]:
-    """Return the report as the JSON object that every format with a place for it carries."""
+    """The report as the JSON object that every format with a place for it carries."""
     return {
         "vertices": report.vertices,
         "triangles": report.triangles,

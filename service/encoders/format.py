@@ -22,30 +22,20 @@ class MeshSize:
     """Counts known from the shapes alone: enough to predict how many bytes a format will need.
 
     `vertices` counts the samples of every patch by itself: welding only makes them fewer.
-    `named` counts what carries a name, parts and overlays; None allows a part for every patch.
-    `name_bytes` are the UTF-8 bytes of all names together, the mesh's own included.
-    `control_points` counts those of all lowered patches; None allows the most OOGL can hold.
+    `named` counts what carries a name, parts and overlays; `name_bytes` are the UTF-8 bytes of all
+    names together, the mesh's own included. `control_points` counts those of all lowered patches.
     """
 
     vertices: int
     triangles: int
     quads: int
     patches: int
-    named: int | None = None
-    name_bytes: int = 256
+    control_points: int
+    named: int
+    name_bytes: int
     overlay_points: int = 0
     overlay_segments: int = 0
     overlay_cells: int = 0
-    control_points: int | None = None
-
-    @property
-    def nodes(self) -> int:
-        """How many parts and overlays there are at most."""
-        return self.patches + MAX_OVERLAYS if self.named is None else self.named
-
-
-MAX_OVERLAYS = 8
-"""More overlays than there are kinds of them: used where their number was not told."""
 
 
 @dataclass(frozen=True, slots=True)

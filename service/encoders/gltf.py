@@ -20,8 +20,8 @@ from service import __version__
 from service.encoders.content import drawn, refuse_quads, report_object
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.gltf_buffer import BufferBuilder, JsonObject
-from service.encoders.text import FLOAT64_CHARS, json_text
-from service.engine.mesh import IndexArray, Mesh, Overlay
+from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE, json_text
+from service.engine.mesh import Bools, IndexArray, Mesh, Overlay
 
 GENERATOR = f"Surface Service {__version__}"
 
@@ -58,7 +58,7 @@ DATA_URI = "data:application/gltf-buffer;base64,"
 
 
 def encode_glb(mesh: Mesh, _options: EncodeOptions) -> bytes:
-    """Return the binary form: header, JSON chunk padded with blanks, binary chunk (4.4).
+    """The binary form: header, JSON chunk padded with blanks, binary chunk (4.4).
 
     Raises
     ------
@@ -78,7 +78,7 @@ def encode_glb(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def encode_gltf(mesh: Mesh, _options: EncodeOptions) -> bytes:
-    """Return the JSON form, its buffer inside it as base64.
+    """The JSON form, its buffer inside it as base64.
 
     Raises
     ------
@@ -94,8 +94,8 @@ def encode_gltf(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def glb_byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """Bytes at most of the binary form."""
-    return 28 + 3 + _json_bound(size) + _buffer_bound(size)
+    """Bytes at most of the binary form: its header, those of its two chunks, and padding."""
+    return 12 + 2 * 8 + 3 + _json_bound(size) + _buffer_bound(size)
 
 
 def gltf_byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
@@ -106,24 +106,17 @@ def gltf_byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
 def _document(mesh: Mesh, buffer: BufferBuilder) -> JsonObject:
     """Everything but the buffer itself, whose chunks are left in `buffer`."""
     refuse_quads(mesh, "glTF")
-    materials: list[JsonObject] = []
-    nodes: list[JsonObject] = []
-    meshes: list[JsonObject] = []
-
-    def add_node(name: str, primitive: JsonObject, material: JsonObject) -> None:
-        if material not in materials:
-            materials.append(material)
-        primitive["material"] = materials.index(material)
-        node: JsonObject = {"name": name, "mesh": len(meshes)}
-        if mesh.origin.any():
-            node["translation"] = mesh.origin.tolist()
-        nodes.append(node)
-        meshes.append({"name": name, "primitives": [primitive]})
-
-    for name, primitive in _part_primitives(mesh, buffer):
-        add_node(name, primitive, SURFACE_MATERIAL)
-    for overlay in drawn(mesh.overlays):
-        add_node(overlay.name, _line_primitive(overlay, buffer), LINE_MATERIAL)
+    parts = list(_part_primitives(mesh, buffer))
+    lines = [(overlay.name, _line_primitive(overlay, buffer)) for overlay in drawn(mesh.overlays)]
+    groups = ((SURFACE_MATERIAL, parts), (LINE_MATERIAL, lines))
+    materials = [material for material, primitives in groups if primitives]
+    meshes: list[JsonObject] = [
+        {"name": name, "primitives": [primitive | {"material": materials.index(material)}]}
+        for material, primitives in groups
+        for name, primitive in primitives
+    ]
+    place: JsonObject = {"translation": mesh.origin.tolist()} if mesh.origin.any() else {}
+    nodes = [{"name": m["name"], "mesh": k, **place} for k, m in enumerate(meshes)]
 
     root: JsonObject = {"name": mesh.name, "children": list(range(1, len(nodes) + 1))}
     if mesh.up == "z":
@@ -134,7 +127,7 @@ def _document(mesh: Mesh, buffer: BufferBuilder) -> JsonObject:
             "generator": GENERATOR,
             "extras": {"report": report_object(mesh.report)},
         },
-        "extensionsUsed": ["KHR_materials_unlit"] if LINE_MATERIAL in materials else [],
+        "extensionsUsed": ["KHR_materials_unlit"] if lines else [],
         "scene": 0,
         "scenes": [{"name": mesh.name, "nodes": [0]} if nodes else {"name": mesh.name}],
         "nodes": [root, *nodes] if nodes else [],
@@ -185,7 +178,7 @@ def _line_primitive(overlay: Overlay, buffer: BufferBuilder) -> JsonObject:
 
 
 def _own_vertices(
-    triangles: IndexArray, used: np.ndarray[tuple[int], np.dtype[np.bool_]], lookup: IndexArray
+    triangles: IndexArray, used: Bools, lookup: IndexArray
 ) -> tuple[IndexArray | slice, IndexArray]:
     """The vertices that these triangles use, and the triangles counted among those.
 
@@ -207,11 +200,12 @@ def _json_bound(size: MeshSize) -> int:
 
     A node with its mesh, accessors and buffer views is below 1200 characters of keys and small
     numbers, nine float64 (translation, minimum, maximum) and its name twice; the name of the
-    whole is written twice, too, and a control character as six bytes. The constant part holds
-    the asset with the report, two materials, the root and the scene.
+    whole is written twice, too. The constant part holds the asset with the report, two materials,
+    the root and the scene.
     """
     node = 1200 + 9 * (FLOAT64_CHARS + 1)
-    return 2048 + 6 * FLOAT64_CHARS + size.nodes * node + 2 * 6 * size.name_bytes
+    names = 2 * LONGEST_ESCAPE * size.name_bytes
+    return 2048 + 6 * FLOAT64_CHARS + size.named * node + names
 
 
 def _buffer_bound(size: MeshSize) -> int:
@@ -219,4 +213,4 @@ def _buffer_bound(size: MeshSize) -> int:
     vertex = 12 + 12 + 8
     index = 2 if max(size.vertices, size.overlay_points) <= 65535 else 4
     corners = 3 * (size.triangles + 2 * size.quads) + 2 * size.overlay_segments
-    return size.vertices * vertex + size.overlay_points * 12 + corners * index + 3 * size.nodes
+    return size.vertices * vertex + size.overlay_points * 12 + corners * index + 3 * size.named

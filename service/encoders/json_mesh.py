@@ -1,13 +1,13 @@
 """The mesh as one JSON object: for scripts, and for looking at.
 
-Positions are float64 in the fewest digits that read back as the same number; normals, uvs and
-nothing else are float32. A key whose value the mesh does not have is left out. Where there are
-quads and triangles, `faces` holds, part by part, the quads and then the triangles of that part.
+`vertices` are positions, float64 in the fewest digits that read back as the same number; `normals`
+and `uvs` are float32. A key whose value the mesh does not have is left out. `faces` holds, part by
+part, the quads of that part and then its triangles.
 
-Every position is written once, so that a closed surface is closed by its indices. Normals and uvs
-go with the vertices row by row; only where one position has several (at creases, at the apex of a
-cone, along seams with uvs) there are more of them, and `attribute_faces`, of the same shape as
-`faces`, tells which of them each corner of each face has.
+Positions that are welded are written once, so that a closed surface is closed by its indices. Row
+k of `normals` and `uvs` then belongs to row k of `vertices`, unless some position has several (at
+creases, at the apex of a cone, along seams with uvs): their rows are counted by themselves then,
+and `attribute_faces`, of the same shape as `faces`, names them for each corner of each face.
 """
 
 from collections.abc import Iterator
@@ -17,12 +17,19 @@ import orjson
 
 from service.encoders.content import absolute, drawn, report_object, shared_positions
 from service.encoders.format import EncodeOptions, MeshSize
-from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, digits, json_array, json_text
+from service.encoders.text import (
+    FLOAT32_CHARS,
+    FLOAT64_CHARS,
+    LONGEST_ESCAPE,
+    digits,
+    json_array,
+    json_text,
+)
 from service.engine.mesh import IndexArray, Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
-    """Return the JSON document, UTF-8."""
+    """The JSON document, UTF-8."""
     positions, row = shared_positions(mesh)
     document: dict[str, object] = {
         "vertices": np.ascontiguousarray(positions),
@@ -61,14 +68,10 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.quads * 2 * (4 * index + 2)
         + size.overlay_points * position
         + size.overlay_segments * (2 * index + 2)
-        + size.nodes * named
+        + size.named * named
         + size.name_bytes * LONGEST_ESCAPE
         + report
     )
-
-
-LONGEST_ESCAPE = 6
-"""A control character, one byte of UTF-8, is written as six: `\\u0001`."""
 
 
 def _faces(mesh: Mesh, row: IndexArray | None = None) -> bytes:

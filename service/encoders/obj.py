@@ -16,7 +16,7 @@ from service.engine.mesh import IndexArray, Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
-    """Return the OBJ file, UTF-8: one object, a group for each part, an object for each overlay."""
+    """The OBJ file, UTF-8: one object, a group for each part, an object for each overlay."""
     positions, row = shared_positions(mesh)
     own = np.arange(len(row), dtype=np.uint32)
     chunks = [b"o " + _identifier(mesh.name) + b"\n", rows(positions, b"v ")]
@@ -59,7 +59,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.quads * (2 + 4 * 3 * index)
         + size.overlay_points * position
         + size.overlay_segments * (2 + 2 * index)
-        + (size.nodes + 1) * len("o _\n")
+        + (size.named + 1) * len("o _\n")
         + size.name_bytes
     )
 

@@ -13,7 +13,7 @@ from service.engine.mesh import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
-    """Return the OFF file, ASCII: header, counts (of edges: 0, not told), vertices, faces."""
+    """The OFF file, ASCII: header, counts (of edges: 0, not told), vertices, faces."""
     positions, row = shared_positions(mesh)
     counts = f"OFF\n{len(positions)} {len(mesh.quads) + len(mesh.triangles)} 0\n"
     return b"".join(

@@ -41,12 +41,9 @@ SEED_POINT, SEED_CHARS = "%g %g %g", 13
 BLOCK = 1 << 16
 """Samples that are turned into text at a time: what bounds the memory."""
 
-MOST_CONTROL_POINTS = 13 * 13
-"""Control points of a patch of the highest degree that the exact form can hold."""
-
 
 def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
-    """Return the OOGL file, ASCII.
+    """The OOGL file, ASCII.
 
     Raises
     ------
@@ -72,8 +69,6 @@ def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
     """Bytes at most of the form asked for, normals counted; of the larger default where none is."""
     index = digits(size.vertices + size.triangles + size.quads) + 1
     vertex = 3 * (FLOAT64_CHARS + 1) + 3 * (FLOAT32_CHARS + 1)
-    points = size.control_points
-    points = MOST_CONTROL_POINTS * size.patches if points is None else points
     bounds = {
         # A patch has fewer quads than samples.
         "cquad": size.vertices * 4 * (3 * (SEED_CHARS + 1) + 8),
@@ -81,7 +76,7 @@ def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
         "off": size.vertices * vertex
         + size.triangles * (2 + 3 * index)
         + size.quads * (2 + 4 * index),
-        "bez": points * 4 * (FLOAT64_CHARS + 1) + size.patches * 32,
+        "bez": size.control_points * 4 * (FLOAT64_CHARS + 1) + size.patches * 32,
     }
     form = bounds[options.oogl] if options.oogl else max(bounds["cquad"], bounds["off"])
     return 64 + 3 * index + form + _overlay_bound(size)
@@ -167,7 +162,7 @@ def _overlay_bound(size: MeshSize) -> int:
     index = digits(size.overlay_points + size.overlay_segments) + 1
     point = 3 * (FLOAT64_CHARS + 1)
     cell = 30 + 4 * 3 * (SEED_CHARS + 1)
-    skeletons = size.nodes * (16 + 2 * index)
+    skeletons = size.named * (16 + 2 * index)
     segments = size.overlay_segments * (2 + 2 * index)
     return skeletons + size.overlay_points * point + segments + size.overlay_cells * cell
 

@@ -24,7 +24,7 @@ HIGHEST_DEGREE = 12
 
 
 def encode_patches(model: PatchModel, overlays: tuple[Overlay, ...] = ()) -> bytes:
-    """Return the exact surface as an OOGL list of BEZ members, one a batch, ASCII.
+    """The exact surface as an OOGL list of BEZ members, one a batch, ASCII.
 
     Parameters
     ----------
@@ -48,11 +48,11 @@ def _bez(batch: TensorPatches) -> Iterator[bytes]:
     if max(p, q) > HIGHEST_DEGREE:
         raise UnsupportedByFormat(
             Issue(
-                code="unsupported_by_format",
-                message="The exact OOGL form holds patches of degree 12 at most.",
-                pointer="/oogl",
-                got=f"degree ({p}, {q})",
-                needed=f"degrees up to {HIGHEST_DEGREE}, or another form",
+                "unsupported_by_format",
+                f"The exact OOGL form holds patches of degree {HIGHEST_DEGREE} at most.",
+                "/oogl",
+                f"degree ({p}, {q})",
+                f"degrees up to {HIGHEST_DEGREE}, or another form",
             )
         )
     points = batch.points

@@ -19,7 +19,7 @@ VERTEX_BYTES = 3 * 8 + 3 * 4 + 2 * 4
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
-    """Return the binary little-endian PLY file, in model coordinates."""
+    """The binary little-endian PLY file, in model coordinates."""
     fields: list[tuple[str, str, NDArray[np.generic]]] = [
         (axis, "<f8", column)
         for axis, column in zip("xyz", absolute(mesh.positions, mesh).T, strict=True)

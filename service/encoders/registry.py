@@ -100,8 +100,7 @@ FORMATS: tuple[Format, ...] = (
         byte_bound=off.byte_bound,
     ),
 )
-"""In the order in which they are listed; the text formats' charset is UTF-8."""
+"""In the order in which they are listed; texts are UTF-8."""
 
 BY_NAME: Mapping[str, Format] = MappingProxyType({f.name: f for f in FORMATS})
 BY_SUFFIX: Mapping[str, Format] = MappingProxyType({f.suffix: f for f in FORMATS})
-BY_MEDIA_TYPE: Mapping[str, Format] = MappingProxyType({f.media_type: f for f in FORMATS})

@@ -16,7 +16,7 @@ TRIANGLE_BYTES = 50
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
-    """Return the binary STL file, in model coordinates.
+    """The binary STL file, in model coordinates.
 
     Raises
     ------

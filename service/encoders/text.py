@@ -14,6 +14,8 @@ FLOAT64_CHARS = 24
 """Longest shortest-round-trip float64: sign, 17 digits, point, and e-308 or 0.0000 in front."""
 FLOAT32_CHARS = 16
 """The same for float32, which needs at most 9 digits."""
+LONGEST_ESCAPE = 6
+"""A control character, one byte of UTF-8, is six in JSON: `\\u0001`."""
 
 
 def json_text(value: object) -> bytes:

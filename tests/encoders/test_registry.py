@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from service.encoders.format import EncodeOptions, Format
-from service.encoders.registry import BY_MEDIA_TYPE, BY_NAME, BY_SUFFIX, FORMATS
+from service.encoders.registry import BY_NAME, BY_SUFFIX, FORMATS
 from service.errors import UnsupportedByFormat
 from tests.meshes import silo, single, with_overlays, without_faces
 
@@ -18,11 +18,15 @@ def test_names_in_their_order() -> None:
 
 
 @each_format
-def test_found_by_name_suffix_and_media_type(known: Format) -> None:
+def test_found_by_name_and_suffix(known: Format) -> None:
     assert BY_NAME[known.name] is known
     assert BY_SUFFIX[known.suffix] is known
-    assert BY_MEDIA_TYPE[known.media_type] is known
-    assert ";" not in known.media_type
+
+
+def test_media_types_tell_formats_apart_and_have_no_parameters() -> None:
+    media_types = [known.media_type for known in FORMATS]
+    assert len(set(media_types)) == len(media_types)
+    assert not any(";" in media_type for media_type in media_types)
 
 
 @each_format
