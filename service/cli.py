@@ -10,14 +10,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from service.errors import SurfaceError
+
 if TYPE_CHECKING:
     import httpx
 
     from service.encoders.format import Format
 
-_OPTIONS = (
+OPTIONS = (
     "resolution", "faces", "normals", "uvs", "weld", "crease_angle", "overlays", "oogl",
 )  # fmt: skip
+"""The options of a mesh, by name; their models would take too long to import for `--help`."""
 
 _PATIENCE = 600.0
 """Seconds to wait for the service's answer."""
@@ -56,7 +59,6 @@ class Refused(Exception):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and returns its exit code."""
     options = _parser().parse_args(arguments)
-    from service.errors import SurfaceError
     from service.settings import InvalidSettings
 
     try:
@@ -182,15 +184,15 @@ def _source(source: str) -> str | dict[str, Any]:
 
     A file that holds a bare surface makes a request without options.
     """
-    from service.schemas.document import read_document
+    from service.schemas.document import parse_document
     from service.surface.examples import EXAMPLES
 
     if source in EXAMPLES and not Path(source).exists():
         return source
     if source == "-":
-        document = read_document(sys.stdin.buffer.read())
+        document = parse_document(sys.stdin.buffer.read())
     elif Path(source).exists():
-        document = read_document(Path(source).read_bytes())
+        document = parse_document(Path(source).read_bytes())
     else:
         raise UsageError(f"no such file and no such example; examples: {', '.join(EXAMPLES)}")
     if isinstance(document, dict) and "surface" in document:
@@ -201,7 +203,7 @@ def _source(source: str) -> str | dict[str, Any]:
 def _chosen(arguments: argparse.Namespace) -> dict[str, str]:
     """The options that the command line gives, as a query would give them."""
     chosen: dict[str, str] = {}
-    for name in _OPTIONS:
+    for name in OPTIONS:
         value = getattr(arguments, name)
         if value is not None:
             chosen[name] = str(value).lower() if isinstance(value, bool) else value

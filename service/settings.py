@@ -5,6 +5,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np  # noqa: F401  (its BLAS must be loaded before it can be told anything)
 from threadpoolctl import threadpool_limits
@@ -29,10 +30,10 @@ class Settings:
     port: int = 8000
     max_body_bytes: int = 64 << 20
     body_timeout: int = 60
-    max_control_points: int = 1_000_000
-    max_degree: int = MAX_DEGREE
-    max_vertices: int = 4_500_000
-    max_response_bytes: int = 256 << 20
+    max_control_points: int = DocumentLimits().max_control_points
+    max_degree: int = DocumentLimits().max_degree
+    max_vertices: int = Limits().max_vertices
+    max_response_bytes: int = Limits().max_bytes
     threads: int = 0
     """Surfaces evaluated at the same time off the event loop; 0 takes the number of cores."""
     cors_origins: tuple[str, ...] = ("*",)
@@ -77,7 +78,7 @@ def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
     InvalidSettings
         Naming the variable, what it holds and what it may hold.
     """
-    chosen: dict[str, object] = {}
+    chosen: dict[str, Any] = {}
     known = {PREFIX + field.name.upper(): field for field in fields(Settings)}
     for variable, text in sorted(environment.items()):
         if not variable.startswith(PREFIX):
@@ -87,10 +88,10 @@ def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
             continue
         field = known[variable]
         chosen[field.name] = _parsed(variable, text, field.type)
-    return Settings(**chosen)  # type: ignore[arg-type]
+    return Settings(**chosen)
 
 
-def _parsed(variable: str, text: str, kind: object) -> object:
+def _parsed(variable: str, text: str, kind: object) -> int | str | tuple[str, ...]:
     if kind is int:
         try:
             return int(text)

@@ -15,11 +15,12 @@ from threading import Thread
 import httpx
 import pytest
 
-from service import pipeline
+from service import cli, pipeline
 from service.cli import main
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions
+from service.schemas.options import MeshOptionFields
 from service.surface.examples import EXAMPLES, find
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]], "name": "sail"}
@@ -166,6 +167,16 @@ def test_lists(capsys: pytest.CaptureFixture[str]) -> None:
 def test_openapi_is_printed(capsysbinary: pytest.CaptureFixture[bytes]) -> None:
     assert main(["openapi"]) == 0
     assert json.loads(capsysbinary.readouterr().out)["openapi"] == "3.1.0"
+
+
+def test_every_option_has_its_flag(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["mesh", "--help"])
+    flags = capsys.readouterr().out.split()
+    assert {f"--{name.replace('_', '-')}" for name in MeshOptionFields.model_fields} <= {
+        flag.rstrip(",") for flag in flags
+    }
+    assert set(MeshOptionFields.model_fields) == set(cli.OPTIONS)
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["mesh", "--help"]])

@@ -110,6 +110,17 @@ def test_request_examples_are_valid_and_answered(client: Client) -> None:
         assert errors("Mesh", answer.json()) == []
 
 
+def test_examples_of_meshes_show_both_kinds_of_normals() -> None:
+    examples = DOCUMENT["components"]["examples"]
+    patch, crease = (examples[name]["value"] for name in ("MeshOfPatch", "MeshWithCrease"))
+    assert errors("Mesh", patch) == errors("Mesh", crease) == []
+    assert "attribute_faces" not in patch
+    assert len(patch["normals"]) == len(patch["vertices"]) == 4
+    assert (len(crease["vertices"]), len(crease["normals"])) == (6, 8)
+    corners = [len(face) for face in crease["attribute_faces"]]
+    assert corners == [len(face) for face in crease["faces"]] == [4, 4]
+
+
 def test_field_examples_are_taken() -> None:
     schemas = DOCUMENT["components"]["schemas"]
     for name in ("BezierDefinition", "PatchesDefinition"):

@@ -1,14 +1,15 @@
 """The OpenAPI document: every call, every media type, every error, with examples that are true.
 
 Routes read the raw request, so nothing could be derived from their signatures. The language comes
-from the pydantic models, formats and ids from their registries, and the examples of errors from
-the code that raises them.
+from the pydantic models, formats and ids from their registries, and the examples of meshes and
+errors from the code that makes them.
 """
 
 from functools import cache
 from typing import Any
 
 from service import __version__
+from service.api.openapi_examples import REQUESTS, meshes
 from service.api.openapi_problems import responses, status_of
 from service.api.openapi_schemas import Json, option_parameters, ref, schemas
 from service.encoders.format import Format
@@ -32,43 +33,6 @@ _TAGS = [
     {"name": "operations", "description": "Whether the service is well."},
 ]
 
-_NET = [[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]
-
-_REQUESTS: Json = {
-    "patch": {
-        "summary": "One patch of degree (1, 2)",
-        "value": {"surface": {"type": "bezier", "control_net": _NET}, "resolution": [16, 32]},
-    },
-    "rational": {
-        "summary": "A quarter of a cylinder, exactly",
-        "value": {
-            "surface": {
-                "control_net": [
-                    [[1, 0, 0], [1, 1, 0], [0, 1, 0]],
-                    [[1, 0, 1], [1, 1, 1], [0, 1, 1]],
-                ],
-                "weights": [[1, 0.7071067811865476, 1], [1, 0.7071067811865476, 1]],
-                "up": "z",
-                "name": "quarter",
-            },
-            "resolution": 8,
-        },
-    },
-    "patches": {
-        "summary": "Two patches that share an edge, with their boundary",
-        "value": {
-            "surface": {
-                "type": "patches",
-                "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1], [2, 0, 0], [2, 1, 0]],
-                "patches": [[[0, 1], [2, 3]], [[2, 3], [4, 5]]],
-                "parts": {"left": [0], "right": [1]},
-            },
-            "faces": "quads",
-            "overlays": ["boundary"],
-        },
-    },
-}
-
 _EXAMPLE = {
     "name": "example",
     "in": "path",
@@ -87,7 +51,7 @@ def document() -> Json:
         "info": {"title": "Surface Service", "version": __version__, "description": _DESCRIPTION},
         "tags": _TAGS,
         "paths": _paths(),
-        "components": {"schemas": schemas(), "responses": responses()},
+        "components": {"schemas": schemas(), "responses": responses(), "examples": meshes()},
     }
 
 
@@ -145,7 +109,7 @@ def _post_mesh() -> Json:
         ],
         "requestBody": {
             "required": True,
-            "content": {"application/json": {"schema": ref("MeshRequest"), "examples": _REQUESTS}},
+            "content": {"application/json": {"schema": ref("MeshRequest"), "examples": REQUESTS}},
         },
         "responses": {
             "200": _mesh_response(),
@@ -199,7 +163,8 @@ def _mesh_response() -> Json:
 
 def _mesh_content(fmt: Format) -> Json:
     if fmt.name == "json":
-        return {"schema": ref("Mesh")}
+        examples = {name: {"$ref": f"#/components/examples/{name}"} for name in meshes()}
+        return {"schema": ref("Mesh"), "examples": examples}
     return {"schema": {"description": f"{fmt.title}."}}
 
 

@@ -3,24 +3,22 @@
 from collections.abc import Callable, Mapping
 from functools import cache
 from types import MappingProxyType
-from typing import Any, TypeAlias
 
 from service import pipeline
 from service.api import problems
 from service.api.body import body_too_large, body_too_slow, check_media_type
 from service.api.mesh import only_format
 from service.api.negotiation import by_accept, by_suffix
+from service.api.openapi_schemas import Json, ref
 from service.api.problems import MEDIA_TYPE, Place, problem_document, problem_of
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.errors import SurfaceError, UnknownSurface
-from service.schemas.document import DocumentLimits, read_document
+from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.query import options_from_text
 from service.schemas.request import mesh_request
 from service.settings import Settings
 from service.surface.examples import find
-
-Json: TypeAlias = dict[str, Any]
 
 
 def _refused(call: Callable[[], object], place: Place | None = None) -> Json:
@@ -38,7 +36,7 @@ def _raised(error: SurfaceError) -> Json:
 
 
 def _post(text: bytes) -> Callable[[], object]:
-    return lambda: mesh_request(read_document(text), DocumentLimits()).to_surface()
+    return lambda: mesh_request(parse_document(text), DocumentLimits()).to_surface()
 
 
 def _unknown_surface() -> object:
@@ -107,7 +105,7 @@ def _response(examples: Mapping[str, Callable[[], Json]]) -> Json:
         "description": " ".join(dict.fromkeys(value["detail"] for value in values.values())),
         "content": {
             MEDIA_TYPE: {
-                "schema": {"$ref": "#/components/schemas/Problem"},
+                "schema": ref("Problem"),
                 "examples": {name: {"value": value} for name, value in values.items()},
             }
         },

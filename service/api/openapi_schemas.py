@@ -1,14 +1,16 @@
 """The schemas of the OpenAPI document: requests from the models, answers by hand."""
 
-from typing import Any
+from typing import Any, TypeAlias
 
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue, models_json_schema
 from pydantic_core import core_schema
 
+from service.errors import MAX_ISSUES
 from service.schemas.options import MeshOptionFields
+from service.schemas.query import LIST_NAMES
 from service.schemas.request import MeshRequest
 
-Json = dict[str, Any]
+Json: TypeAlias = dict[str, Any]
 
 
 class _WithoutNull(GenerateJsonSchema):
@@ -50,7 +52,7 @@ def option_parameters() -> list[Json]:
             "description": schema["description"],
             "schema": content,
         }
-        if name in ("resolution", "overlays"):
+        if name in LIST_NAMES:
             parameter |= {"style": "form", "explode": False}
         if "examples" in schema:
             parameter["example"] = schema["examples"][0]
@@ -93,7 +95,7 @@ _BOUND = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems
 
 _REPORT = _object(
     {
-        "vertices": _count("Number of vertices."),
+        "vertices": _count("Number of positions: one with several normals counts once."),
         "triangles": _count("Number of triangles."),
         "quads": _count("Number of quads."),
         "patches": _count("Number of Bézier patches."),
@@ -112,24 +114,29 @@ _REPORT = _object(
 _MESH = _object(
     {
         "vertices": _numbers(
-            3, "Positions [x, y, z], each once; float64, shortest digits that round-trip."
+            3,
+            "Positions [x, y, z], welded ones once; float64, shortest digits that round-trip.",
         ),
         "faces": _indices(
-            3, 4, "Vertices of each face, counter-clockwise seen from the normal's tip."
+            3,
+            4,
+            "Rows of `vertices` for each corner of each face, counter-clockwise seen from the "
+            "normal's tip; part by part, the quads of a part before its triangles.",
         ),
         "normals": _numbers(
             3,
-            "Unit normals, float32, row by row with the vertices; more of them "
-            "where a position has several. Left out if `normals` is false.",
+            "Unit normals, float32; left out if `normals` is false. Row by row those of "
+            "`vertices`, unless there are `attribute_faces`.",
         ),
         "uvs": _numbers(
-            2, "Parameters (u, v), float32, in the rows of the normals; if `uvs` is true."
+            2,
+            "Parameters (u, v), float32; there if `uvs` is true. In the rows of `normals`.",
         ),
         "attribute_faces": _indices(
             3,
             4,
-            "Rows of `normals` and `uvs` for each corner of each face, in the shape of "
-            "`faces`; left out where they are the same numbers.",
+            "There if a position has several normals or parameters, as at a crease: in the shape "
+            "of `faces`, the rows of `normals` and `uvs` for each corner of each face.",
         ),
         "parts": {
             "type": "array",
@@ -186,9 +193,9 @@ _PROBLEM = _object(
         "detail": _text("Kind of problem, for people."),
         "errors": {
             "type": "array",
-            "maxItems": 20,
+            "maxItems": MAX_ISSUES,
             "items": ref("Error"),
-            "description": "What is wrong, place by place; at most 20 of them.",
+            "description": f"What is wrong, place by place; at most {MAX_ISSUES} of them.",
         },
     },
     description="An error answer (RFC 9457).",

@@ -1,8 +1,8 @@
 """Nested lists of numbers to arrays: the only place where that happens.
 
 Python's JSON values are checked by type, not by what NumPy can make of them: it would take true
-for 1, "1.5" for 1.5 and null for NaN. The fast path asks four questions of whole levels at once;
-only when an answer is no does a second pass walk through the lists to say where.
+for 1, "1.5" for 1.5 and null for NaN. The fast path looks at whole levels at once; only when
+something is wrong does a second pass walk through the lists to say where.
 """
 
 from collections.abc import Iterator
@@ -67,7 +67,7 @@ class NumberGrid:
                 raise refusal(self._faults(value))
             lengths = set(map(len, scalars))
             self._check_size(level, sum(map(len, scalars)), max(lengths), limits)
-            if len(lengths) != 1 or 0 in lengths or (self._is_last(level) and self._bad(lengths)):
+            if len(lengths) != 1 or 0 in lengths or self._has_other_width(level, lengths):
                 raise refusal(self._faults(value))
             shape.append(lengths.pop())
             scalars = list(chain.from_iterable(scalars))
@@ -90,8 +90,8 @@ class NumberGrid:
     def _is_last(self, level: int) -> bool:
         return level == len(self.levels) - 1
 
-    def _bad(self, lengths: set[int]) -> bool:
-        return self.width is not None and lengths != {self.width}
+    def _has_other_width(self, level: int, lengths: set[int]) -> bool:
+        return self._is_last(level) and self.width is not None and lengths != {self.width}
 
     def _check_size(self, level: int, total: int, longest: int, limits: DocumentLimits) -> None:
         """Refuses what is too large from the lengths alone, before the next level is opened."""

@@ -7,7 +7,6 @@ text can mean many objects in memory, a `Budget` counts them while the text is s
 
 import re
 from dataclasses import dataclass, field
-from typing import Final
 
 import orjson
 
@@ -15,14 +14,14 @@ from service.errors import InvalidRequest, Issue, MalformedJson, pointer
 from service.schemas.scan import MAX_PREFIX, pointer_at, repeated_key, shortened
 from service.surface.checks import MAX_DEGREE
 
-MAX_STRINGS: Final = 50_000
+MAX_STRINGS = 50_000
 """Strings in a document, keys included; a request has some twenty, and two a named part."""
 
-BYTES_PER_VALUE: Final = 256
+BYTES_PER_VALUE = 256
 """Bytes that a number may take with its indentation; all its digits need 25."""
 
-FREE_BYTES: Final = 1 << 20
-FREE_VALUES: Final = 1000
+FREE_BYTES = 1 << 20
+FREE_VALUES = 1000
 """What every document may have, however little it asks for."""
 
 _NOT_FINITE = re.compile(r"[-+]?(?:nan|inf(?:inity)?)\b", re.IGNORECASE)
@@ -90,12 +89,6 @@ class Budget:
                     needed=f"at most {BYTES_PER_VALUE} bytes a value beyond the first MiB",
                 )
             )
-
-
-def read_document(body: bytes, limits: DocumentLimits | None = None) -> object:
-    """The value of a whole JSON text: the budget, then `parse_document`."""
-    Budget(limits or DocumentLimits()).take(body)
-    return parse_document(body)
 
 
 def parse_document(body: bytes) -> object:

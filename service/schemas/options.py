@@ -1,6 +1,6 @@
 """How a surface shall be meshed and written: one model, behind the body and the query alike."""
 
-from math import pi, radians
+from math import pi
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
@@ -9,36 +9,43 @@ from service.engine.options import Faces, MeshOptions
 from service.schemas.fields import Omittable, Overlays, Resolution, StrictModel
 
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
+"""As `service.encoders.format` has it: languages and formats do not know each other."""
+
+_DEFAULTS = MeshOptions()
 
 
 class MeshOptionFields(StrictModel):
     """The options of a mesh. All may be left out."""
 
     resolution: Resolution = Field(
-        default=(16, 16),
+        default=_DEFAULTS.resolution,
         description="Divisions of every patch: one number, or [u, v]. A patch has "
         "(u + 1) × (v + 1) vertices.",
         examples=[16, [16, 32]],
     )
     faces: Faces = Field(
-        default="triangles",
+        default=_DEFAULTS.faces,
         description="Kind of faces. `quads` only where the format has them.",
         examples=["quads"],
     )
-    normals: bool = Field(default=True, description="Whether vertices carry analytic unit normals.")
+    normals: bool = Field(
+        default=_DEFAULTS.normals, description="Whether vertices carry analytic unit normals."
+    )
     uvs: bool = Field(
-        default=False, description="Whether vertices carry their parameters (u, v) in their patch."
+        default=_DEFAULTS.uvs,
+        description="Whether vertices carry their parameters (u, v) in their patch.",
     )
     weld: bool = Field(
-        default=True, description="Whether patches share the vertices of the edges that they share."
+        default=_DEFAULTS.weld,
+        description="Whether patches share the vertices of the edges that they share.",
     )
     crease_angle: Annotated[float, Field(ge=0, le=pi)] = Field(
-        default=radians(1.0),
+        default=_DEFAULTS.crease_angle,
         description="Radians. Where patches meet at a larger angle their normals stay apart.",
         examples=[0.5],
     )
     overlays: Overlays = Field(
-        default=(),
+        default=_DEFAULTS.overlays,
         description="Lines to draw beside the faces, where the format has lines.",
         examples=[["control_net", "boundary"]],
     )

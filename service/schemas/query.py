@@ -18,8 +18,11 @@ _FLAGS = MappingProxyType({"true": True, "false": False})
 _FLAG_NAMES = frozenset(
     name for name, field in MeshOptionFields.model_fields.items() if field.annotation is bool
 )
+LIST_NAMES = frozenset({"resolution", "overlays"})
+"""Options that may be lists."""
 
 MAX_PARAMETERS = 50
+"""More than there are options; a query that has more is not worth reading to its end."""
 
 
 def options_from_text(pairs: Iterable[tuple[str, str]]) -> MeshOptionFields:
@@ -39,18 +42,28 @@ def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
     Raises
     ------
     InvalidRequest
-        `repeated_key`. Unknown names are left for the model to refuse.
+        `repeated_key` or `too_many_parameters`. Unknown names are left for the model to refuse.
     """
     values: dict[str, object] = {}
-    for count, (name, text) in enumerate(pairs, start=1):
-        if name in values or count > MAX_PARAMETERS:
+    for name, text in pairs:
+        if name in values:
             raise InvalidRequest(
                 Issue(
-                    "repeated_key" if name in values else "too_many_parameters",
-                    "Each parameter may be given once.",
+                    "repeated_key",
+                    "A parameter is given more than once.",
                     pointer([shortened(name)]),
-                    "it once more",
+                    "the parameter again",
                     "each parameter once",
+                )
+            )
+        if len(values) == MAX_PARAMETERS:
+            raise InvalidRequest(
+                Issue(
+                    "too_many_parameters",
+                    "There are more parameters than any request needs.",
+                    pointer([shortened(name)]),
+                    f"more than {MAX_PARAMETERS} parameters",
+                    f"at most {MAX_PARAMETERS}",
                 )
             )
         values[name] = _value(name, text)
@@ -65,10 +78,7 @@ def _value(name: str, text: str) -> object:
         return text.split(",") if text else []
     if name == "crease_angle":
         return float(text) if _NUMBER.fullmatch(text) else text
-    if (
-        name in MeshOptionFields.model_fields
-        and MeshOptionFields.model_fields[name].annotation is bool
-    ):
+    if name in _FLAG_NAMES:
         return _FLAGS.get(text, text)
     return text
 

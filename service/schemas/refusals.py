@@ -1,6 +1,6 @@
 """From pydantic's errors to ours: code, pointer, what was got and needed; never the input."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sized
 from dataclasses import replace
 from itertools import islice
 from typing import Any, TypeAlias
@@ -70,7 +70,7 @@ def wrong_type(value: object, needed: str) -> Issue:
     """
     if value is None:
         return Issue("null_value", "null is not a value here.", got="null", needed=needed)
-    return Issue("wrong_type", "The type is wrong.", got=kind(value), needed=needed)
+    return Issue("wrong_type", f"This must be {needed}.", got=kind(value), needed=needed)
 
 
 def _issue(detail: ErrorDetails) -> Issue:
@@ -103,10 +103,10 @@ def _translated(name: str, value: object, context: dict[str, Any]) -> Issue:
             needed = f"at most {context['le']:.6g}"
             issue = Issue("out_of_range", "The number is too large.", "", f"{value:.6g}", needed)
         case "string_too_short" | "too_short":
-            needed = f"a length of at least {context['min_length']}"
+            got, needed = _length(value), f"a length of at least {context['min_length']}"
             issue = Issue("wrong_length", "The value is too short.", "", got, needed)
         case "string_too_long" | "too_long":
-            needed = f"a length of at most {context['max_length']}"
+            got, needed = _length(value), f"a length of at most {context['max_length']}"
             issue = Issue("wrong_length", "The value is too long.", "", got, needed)
         case "string_pattern_mismatch":
             needed = "printable characters"
@@ -114,6 +114,10 @@ def _translated(name: str, value: object, context: dict[str, Any]) -> Issue:
         case _:
             issue = Issue("wrong_value", "The value is not allowed.", "", got)
     return issue
+
+
+def _length(value: object) -> str:
+    return f"a length of {len(value)}" if isinstance(value, Sized) else kind(value)
 
 
 def _pointer(path: Path) -> str:

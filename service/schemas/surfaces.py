@@ -1,12 +1,14 @@
 """The kinds of surface as a document says them: one model a kind, one union of them all.
 
-To add a kind: a model with its own `type` and a `to_surface`, a line in `SurfaceDefinition`, and
-a case in `definition`.
+To add a kind: a model with its own `type` and a `to_surface`, its name in `KINDS`, a line in
+`SurfaceDefinition`, and a case in `definition`.
 """
 
 from dataclasses import replace
 from typing import Annotated, Any, Literal, TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from service.errors import Issue
@@ -75,7 +77,7 @@ class PatchesDefinition(StrictModel):
         description="One positive weight for every vertex.",
         examples=[[1, 1, 0.5, 0.5, 1, 1]],
     )
-    patches: Annotated[Any, PATCHES] = Field(
+    patches: Annotated[NDArray[np.int64], PATCHES] = Field(
         description="One grid of vertex numbers (from 0) a patch, rows along u: 4 × 4 numbers for "
         "a bicubic patch. All grids have one shape.",
         examples=[[[[0, 1], [2, 3]], [[2, 3], [4, 5]]]],
@@ -96,6 +98,7 @@ class PatchesDefinition(StrictModel):
 
 
 KINDS = ("bezier", "patches")
+"""Names of the kinds of surface; the first is meant where none is said."""
 
 
 def _kind_of(value: object) -> str | None:
@@ -126,7 +129,7 @@ SurfaceDefinition: TypeAlias = Annotated[
 
 
 def definition(surface: Surface) -> dict[str, Any]:
-    """A surface in the language of requests, its arrays as they are; defaults left out."""
+    """A surface in the language of requests, its arrays as they are; what it lacks left out."""
     if isinstance(surface, BezierSurface):
         content: dict[str, Any] = {"type": "bezier", "control_net": surface.control_net}
     else:

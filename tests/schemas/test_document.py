@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.errors import InvalidRequest, MalformedJson
-from service.schemas.document import Budget, DocumentLimits, parse_document, read_document
+from service.schemas.document import Budget, DocumentLimits, parse_document
 from service.schemas.scan import MAX_PREFIX, pointer_at, repeated_key
 
 VALUES = st.recursive(
@@ -141,4 +141,5 @@ def test_largest_surface_is_within_the_budget(rows: int) -> None:
         }
     }
     text = json.dumps(document, indent=8).encode()
-    assert read_document(text, DocumentLimits(max_control_points=points)) == document
+    Budget(DocumentLimits(max_control_points=points)).take(text)
+    assert parse_document(text) == document

@@ -1,0 +1,93 @@
+"""Examples of requests, and of the meshes that they give: computed, hence true."""
+
+from functools import cache
+from typing import Any
+
+import orjson
+
+from service import pipeline
+from service.api.openapi_schemas import Json
+from service.encoders.registry import BY_NAME
+from service.schemas.document import DocumentLimits
+from service.schemas.request import mesh_request
+
+_STRIP = [[[0, 1], [2, 3]], [[2, 3], [4, 5]]]
+"""Two patches of degree (1, 1) over six vertices; they share the edge of the two in the middle."""
+
+REQUESTS: Json = {
+    "patch": {
+        "summary": "One patch of degree (1, 2)",
+        "value": {
+            "surface": {
+                "type": "bezier",
+                "control_net": [
+                    [[0, 0, 0], [0, 1, 1], [0, 2, 0]],
+                    [[1, 0, 1], [1, 1, 2], [1, 2, 1]],
+                ],
+            },
+            "resolution": [16, 32],
+        },
+    },
+    "rational": {
+        "summary": "A quarter of a cylinder, exactly",
+        "value": {
+            "surface": {
+                "control_net": [
+                    [[1, 0, 0], [1, 1, 0], [0, 1, 0]],
+                    [[1, 0, 1], [1, 1, 1], [0, 1, 1]],
+                ],
+                "weights": [[1, 0.7071067811865476, 1], [1, 0.7071067811865476, 1]],
+                "up": "z",
+                "name": "quarter",
+            },
+            "resolution": 8,
+        },
+    },
+    "patches": {
+        "summary": "Two patches that share an edge, with their boundary",
+        "value": {
+            "surface": {
+                "type": "patches",
+                "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1], [2, 0, 0], [2, 1, 0]],
+                "patches": _STRIP,
+                "parts": {"left": [0], "right": [1]},
+            },
+            "faces": "quads",
+            "overlays": ["boundary"],
+        },
+    },
+}
+
+_MESHES: dict[str, tuple[str, Json]] = {
+    "MeshOfPatch": (
+        "A patch: row k of the normals belongs to row k of the vertices",
+        {"surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}},
+    ),
+    "MeshWithCrease": (
+        "Two patches that meet at an angle: `attribute_faces` name the normals",
+        {
+            "surface": {
+                "type": "patches",
+                "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 1], [2, 1, 1]],
+                "patches": _STRIP,
+                "name": "ramp",
+            },
+            "faces": "quads",
+        },
+    ),
+}
+
+
+@cache
+def meshes() -> Json:
+    """Examples of the JSON mesh by name: patches of one division."""
+    return {
+        name: {"summary": summary, "value": _mesh(request | {"resolution": 1})}
+        for name, (summary, request) in _MESHES.items()
+    }
+
+
+def _mesh(request: Json) -> Any:
+    wanted = mesh_request(request, DocumentLimits())
+    mesh = pipeline.render(wanted.to_surface(), wanted.mesh_options(), BY_NAME["json"])
+    return orjson.loads(mesh)
