@@ -65,3 +65,8 @@ class TooLarge(SurfaceError):
 def pointer(parts: Iterable[str | int]) -> str:
     """JSON pointer of a path (RFC 6901, section 3), `~` and `/` escaped."""
     return "".join("/" + str(part).replace("~", "~0").replace("/", "~1") for part in parts)
+
+
+def first_part(where: str) -> str:
+    """First part of the path that a JSON pointer is, unescaped; empty for the whole document."""
+    return where[1:].partition("/")[0].replace("~1", "/").replace("~0", "~")

@@ -62,6 +62,13 @@ def test_options_of_the_command_are_stronger_than_those_of_the_file(tmp_path: Pa
     assert "normals" not in mesh
 
 
+def test_a_file_of_ones_own_may_be_as_loose_as_one_likes(tmp_path: Path) -> None:
+    """The budget of a body guards a server; the command line serves who runs it."""
+    file, output = tmp_path / "net.json", tmp_path / "net.off"
+    file.write_text(json.dumps(SURFACE) + " " * (3 << 20), encoding="utf-8")
+    assert main(["mesh", str(file), "-o", str(output), "--resolution", "1"]) == 0
+
+
 def test_standard_input_to_standard_output(
     net: Path, monkeypatch: pytest.MonkeyPatch, capsysbinary: pytest.CaptureFixture[bytes]
 ) -> None:

@@ -10,7 +10,6 @@ from starlette.types import Receive, Scope, Send
 CHUNK = 1 << 20
 """Bytes handed to the server at a time: it waits for a slow client after each, holding no more."""
 
-
 HEADERS = {"X-Content-Type-Options": "nosniff"}
 """On every answer: a browser shall not guess another type than the one that is said."""
 
@@ -21,7 +20,7 @@ class ChunkedResponse(Response):
     async def __call__(
         self,
         scope: Scope,
-        receive: Receive,  # noqa: ARG002
+        _receive: Receive,
         send: Send,
     ) -> None:
         """Sends the head, then the body from one buffer without joining or copying the whole."""
@@ -40,8 +39,11 @@ class ChunkedResponse(Response):
 
 
 def json_response(
-    content: Mapping[str, Any], status: int = 200, media_type: str = "application/json"
+    content: Mapping[str, Any],
+    status: int = 200,
+    headers: Mapping[str, str] = HEADERS,
+    media_type: str = "application/json",
 ) -> Response:
     """A JSON document; arrays may be NumPy's."""
     body = orjson.dumps(content, option=orjson.OPT_SERIALIZE_NUMPY)
-    return ChunkedResponse(body, status, HEADERS, media_type)
+    return ChunkedResponse(body, status, headers, media_type)

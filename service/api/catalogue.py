@@ -7,7 +7,7 @@ from starlette.responses import Response
 
 from service import __version__
 from service.api.answers import json_response
-from service.api.mesh import find_example, refuse_parameters
+from service.api.parameters import named_example, no_parameters
 from service.encoders.registry import FORMATS
 from service.engine.mesh import ENGINE
 from service.schemas.surfaces import definition
@@ -16,20 +16,21 @@ from service.surface.examples import EXAMPLES, Example
 
 async def list_surfaces(request: Request) -> Response:
     """GET /v1/surfaces: the built-in examples."""
-    refuse_parameters(request)
+    no_parameters(request.query_params)
     root = request.scope.get("root_path", "")
     return json_response({"surfaces": [_summary(e, root) for e in EXAMPLES.values()]})
 
 
 async def get_surface(request: Request) -> Response:
     """GET /v1/surfaces/{example}: the definition, as a body for POST /v1/mesh."""
-    refuse_parameters(request)
-    return json_response({"surface": definition(find_example(request).surface())})
+    no_parameters(request.query_params)
+    example = named_example(request.path_params["example"])
+    return json_response({"surface": definition(example.surface())})
 
 
 async def list_formats(request: Request) -> Response:
     """GET /v1/formats."""
-    refuse_parameters(request)
+    no_parameters(request.query_params)
     return json_response({"formats": formats()})
 
 

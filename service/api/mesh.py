@@ -1,7 +1,7 @@
 """Meshes: of a surface that is posted, and of an example by its URL."""
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
 from typing import TypeVar
 
@@ -11,18 +11,16 @@ from starlette.responses import Response
 
 from service.api.answers import HEADERS, ChunkedResponse
 from service.api.body import read_body
-from service.api.negotiation import by_accept, by_name, by_suffix
-from service.api.problems import InvalidQuery
+from service.api.negotiation import by_accept, by_suffix
+from service.api.parameters import named_example, only_format
 from service.encoders.format import EncodeOptions, Format
-from service.errors import InvalidRequest, Issue, UnknownSurface, pointer
 from service.pipeline import Work, plan
 from service.schemas.document import parse_document
 from service.schemas.options import MeshOptionFields
-from service.schemas.query import options_from_text, values_from_text
+from service.schemas.query import options_from_text
 from service.schemas.request import mesh_request
-from service.schemas.scan import shortened
 from service.settings import Settings, document_limits, result_limits
-from service.surface import Surface, examples
+from service.surface import Surface
 
 INLINE_VERTICES = 10_000
 """Up to here a mesh takes 10 ms at most, in any format. Handing it to a thread would cost the
@@ -42,8 +40,8 @@ Result = TypeVar("Result")
 async def post_mesh(request: Request) -> Response:
     """POST /v1/mesh: the surface and the options in the body."""
     settings: Settings = request.app.state.settings
-    fmt = only_format(request.query_params.multi_items())
-    fmt = fmt or by_accept(request.headers.get("accept"))
+    named = only_format(request.query_params.multi_items())
+    fmt = named or by_accept(request.headers.get("accept"))
     body = await read_body(request, settings)
     parse = partial(_parse, body, fmt, settings)
     work = await _run(request, parse, in_thread=len(body) > INLINE_BYTES)
@@ -53,52 +51,11 @@ async def post_mesh(request: Request) -> Response:
 
 async def get_example_mesh(request: Request) -> Response:
     """GET /v1/surfaces/{example}/mesh.{suffix}: the options in the query."""
-    surface = find_example(request).surface()
+    example = named_example(request.path_params["example"])
     fmt = by_suffix(request.path_params["suffix"])
     wanted = options_from_text(request.query_params.multi_items())
-    work = _planned(surface, wanted, fmt, request.app.state.settings)
-    return _answer(await _content(request, work), fmt, request.path_params["example"], GET_HEADERS)
-
-
-def find_example(request: Request) -> examples.Example:
-    """The example that the path names."""
-    try:
-        return examples.find(request.path_params["example"])
-    except UnknownSurface as error:
-        raise error.within("/example") from None
-
-
-def refuse_parameters(request: Request) -> None:
-    """Refuses every query parameter, where there is nothing to choose."""
-    for name in request.query_params:
-        raise InvalidQuery(_unknown_parameter(name, "no parameters"))
-
-
-def only_format(query: Iterable[tuple[str, str]]) -> Format | None:
-    """The format that the query of a POST names, if it does; it has no other parameter.
-
-    Raises
-    ------
-    InvalidQuery
-    """
-    try:
-        values = values_from_text(query)
-    except InvalidRequest as error:
-        raise InvalidQuery(*error.issues) from None
-    for name in values:
-        if name != "format":
-            raise InvalidQuery(_unknown_parameter(name, "only `format`; options go into the body"))
-    return by_name(str(values["format"])) if values else None
-
-
-def _unknown_parameter(name: str, needed: str) -> Issue:
-    return Issue(
-        "unknown_field",
-        "There is no parameter of this name.",
-        pointer([shortened(name)]),
-        "an unknown parameter",
-        needed,
-    )
+    work = _planned(example.surface(), wanted, fmt, request.app.state.settings)
+    return _answer(await _content(request, work), fmt, example.id, GET_HEADERS)
 
 
 def _parse(body: bytes, fmt: Format, settings: Settings) -> Work:

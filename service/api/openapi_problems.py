@@ -7,13 +7,13 @@ from types import MappingProxyType
 from service import pipeline
 from service.api import problems
 from service.api.body import body_too_large, body_too_slow, check_media_type
-from service.api.mesh import only_format
 from service.api.negotiation import by_accept, by_suffix
 from service.api.openapi_schemas import Json, ref
+from service.api.parameters import named_example, only_format
 from service.api.problems import MEDIA_TYPE, Place, problem_document, problem_of
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
-from service.errors import SurfaceError, UnknownSurface
+from service.errors import SurfaceError
 from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.query import options_from_text
 from service.schemas.request import mesh_request
@@ -39,13 +39,6 @@ def _post(text: bytes) -> Callable[[], object]:
     return lambda: mesh_request(parse_document(text), DocumentLimits()).to_surface()
 
 
-def _unknown_surface() -> object:
-    try:
-        return find("teapot")
-    except UnknownSurface as error:
-        raise error.within("/example") from None
-
-
 def _render(fmt: str, options: MeshOptions) -> Callable[[], object]:
     return lambda: pipeline.render(find("saddle").surface(), options, BY_NAME[fmt])
 
@@ -60,7 +53,7 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
         "MalformedJson": {"truncated": lambda: _refused(_post(b'{"surface": {'))},
         "NotFound": {"no such path": lambda: problem_document(problems.NOT_FOUND)},
         "UnknownSurface": {
-            "id": lambda: _refused(_unknown_surface),
+            "id": lambda: _refused(lambda: named_example("teapot")),
             "suffix": lambda: _refused(lambda: by_suffix("fbx")),
         },
         "MethodNotAllowed": {"method": lambda: problem_document(problems.METHOD_NOT_ALLOWED)},

@@ -6,13 +6,12 @@ The text of an exception that is not a `SurfaceError` never leaves the process.
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
-import orjson
 from fastapi import FastAPI
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
-from service.api.answers import HEADERS
+from service.api.answers import HEADERS, json_response
 from service.errors import (
     InvalidRequest,
     Issue,
@@ -21,10 +20,10 @@ from service.errors import (
     TooLarge,
     UnknownSurface,
     UnsupportedByFormat,
+    first_part,
 )
 
 MEDIA_TYPE = "application/problem+json"
-
 
 Place: TypeAlias = Literal["pointer", "parameter", "header"]
 
@@ -154,13 +153,14 @@ def problem_document(
 
 
 def _error(issue: Issue, place: Place) -> dict[str, str]:
-    # A parameter or a header has a name and no inside; the path into a list is of no use there.
-    name = issue.pointer if place == "pointer" else issue.pointer.split("/")[1:2]
-    where = {place: name if isinstance(name, str) else "".join(name)}
+    where = issue.pointer
+    if place != "pointer":
+        # A parameter or a header has a name and no inside; the path into a list is of no use there.
+        where = first_part(where)
     texts = {"got": issue.got, "needed": issue.needed}
     return {
         "code": issue.code,
-        **where,
+        place: where,
         "detail": issue.message,
         **{key: text for key, text in texts.items() if text},
     }
@@ -173,8 +173,8 @@ def problem_response(
     headers: dict[str, str] | None = None,
 ) -> Response:
     """An answer that is a problem."""
-    content = orjson.dumps(problem_document(problem, issues, place))
-    return Response(content, problem.status, HEADERS | (headers or {}), MEDIA_TYPE)
+    content = problem_document(problem, issues, place)
+    return json_response(content, problem.status, HEADERS | (headers or {}), MEDIA_TYPE)
 
 
 def problem_of(error: SurfaceError) -> Problem:
