@@ -7,6 +7,7 @@ of those of the sides u = 0, u = 1, v = 0, v = 1 that have other divisions than 
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +16,12 @@ from service.engine.cache import PLANS
 from service.engine.mesh import IndexArray
 from service.engine.options import Faces
 
+Index = TypeVar("Index", np.uint32, np.intp)
+
 Divisions = tuple[int, int, int, int]
 """Numbers of divisions of the four sides."""
 
+NO_TRIANGLES: IndexArray = np.empty((0, 3), dtype=np.uint32)
 NO_QUADS: IndexArray = np.empty((0, 4), dtype=np.uint32)
 
 
@@ -69,21 +73,42 @@ def used_samples(shape: Shape, kind: Faces) -> NDArray[np.intp]:
 
 def _build(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     ru, rv = shape.resolution
+    if not shape.framed and not any(shape.collapsed):
+        if kind == "quads":
+            return NO_TRIANGLES, _over_rows(_row_of_cells(rv), ru, rv + 1)
+        return _over_rows(_halves(_row_of_cells(rv)), ru, rv + 1), NO_QUADS
     number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
-    strips = _frame(shape, number) if shape.framed else []
-    grid = number[1:-1, 1:-1] if shape.framed else number
-    cells = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=-1)
-    cells = cells.reshape(-1, 4)
+    strips: list[NDArray[np.intp]] = []
+    cells = _over_rows(_row_of_cells(rv), ru, rv + 1).astype(np.intp)
+    if shape.framed:
+        strips = _frame(shape, number)
+        cells = cells.reshape(ru, rv, 4)[1:-1, 1:-1].reshape(-1, 4)
     merged = _merged(shape, number)
+    quads = cells[:0]
     if kind == "quads":
         whole = _distinct(merged[cells])
         quads, cells = cells[whole], cells[~whole]
-    else:
-        quads = cells[:0]
-    halves = np.stack([cells[:, [0, 1, 3]], cells[:, [1, 2, 3]]], axis=1).reshape(-1, 3)
-    triangles = np.concatenate([halves, *strips]) if strips else halves
+    triangles = np.concatenate([_halves(cells), *strips])
     triangles = triangles[_distinct(merged[triangles])]
     return triangles.astype(np.uint32), quads.astype(np.uint32)
+
+
+def _row_of_cells(columns: int) -> IndexArray:
+    """The quads between the first two lines of samples, shape (Rv, 4)."""
+    j = np.arange(columns, dtype=np.uint32)
+    below = np.uint32(columns + 1)
+    return np.stack([j, j + below, j + below + np.uint32(1), j + np.uint32(1)], axis=1)
+
+
+def _over_rows(row: IndexArray, rows: int, step: int) -> IndexArray:
+    """A row of faces, once for every line of cells: the whole index buffer in one addition."""
+    offsets = np.arange(rows, dtype=np.uint32) * np.uint32(step)
+    return (row + offsets[:, None, None]).reshape(-1, row.shape[1])
+
+
+def _halves(cells: NDArray[Index]) -> NDArray[Index]:
+    """Two triangles of every quad, split along (1, 0)–(0, 1)."""
+    return cells[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
 
 
 def _merged(shape: Shape, number: NDArray[np.intp]) -> NDArray[np.intp]:

@@ -148,12 +148,12 @@ def _grids(layout: Layout, welding: Welding | None) -> tuple[IndexArray, ...]:
     grids = []
     for block in layout.blocks:
         size = block.count * len(block.patches)
-        samples = slice(block.base, block.base + size)
-        vertex = (
-            np.arange(samples.start, samples.stop) if welding is None else welding.vertex[samples]
-        )
-        shape = (len(block.patches), block.resolution[0] + 1, block.resolution[1] + 1)
-        grids.append(vertex.astype(np.uint32).reshape(shape))
+        rows = slice(block.base, block.base + size)
+        if welding is None:
+            vertex = np.arange(rows.start, rows.stop, dtype=np.uint32)
+        else:
+            vertex = welding.vertex[rows].astype(np.uint32)
+        grids.append(vertex.reshape(-1, block.resolution[0] + 1, block.resolution[1] + 1))
     return tuple(grids)
 
 
