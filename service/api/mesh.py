@@ -22,9 +22,10 @@ from service.schemas.request import mesh_request
 from service.settings import Settings, document_limits, result_limits
 from service.surface import Surface
 
-INLINE_VERTICES = 10_000
-"""Up to here a mesh takes 10 ms at most, in any format. Handing it to a thread would cost the
-others as much: Python's threads take turns of 5 ms."""
+INLINE_VERTICES, INLINE_DEGREE = 10_000, 8
+"""Up to here a mesh takes some 10 ms, as OBJ or of thousands of patches up to 30. Handing it to a
+thread would cost the others as much: Python's threads take turns of 5 ms. Patches of high degree
+may need their normals computed one by one, which takes longer."""
 
 INLINE_BYTES = 1 << 18
 """Bodies up to this size are parsed in some 5 ms."""
@@ -71,7 +72,9 @@ def _planned(surface: Surface, wanted: MeshOptionFields, fmt: Format, settings: 
 
 async def _content(request: Request, work: Work) -> bytes:
     """The file, computed here when that is quick and in a thread when it is not."""
-    return await _run(request, work.run, in_thread=work.size.vertices > INLINE_VERTICES)
+    degree = max(max(batch.degree) for batch in work.model.batches)
+    is_long = work.size.vertices > INLINE_VERTICES or degree > INLINE_DEGREE
+    return await _run(request, work.run, in_thread=is_long)
 
 
 async def _run(request: Request, work: Callable[[], Result], *, in_thread: bool) -> Result:
