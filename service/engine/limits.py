@@ -9,8 +9,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.basis import binomials
-from service.engine.nets import PatchNets, longest
+from service.engine.basis import bernstein, binomials
+from service.engine.nets import PatchNets, along, longest
 from service.surface.lowered import FloatArray
 
 VANISHING = 2.0**-40
@@ -46,22 +46,27 @@ def limit_normals(
     ndarray of float64, shape (m, 3)
         Unit vectors.
     """
-    coefficients = nets.normal_net()
-    boxes = _from_corner(_from_corner(coefficients[which], u, axis=2), v, axis=3)
-    floor = np.maximum(NEGLIGIBLE * longest(coefficients), VANISHING * nets.measure)[which]
+    coefficients = nets.normal_net
+    largest = longest(coefficients)
+    floor = np.maximum(NEGLIGIBLE * largest, VANISHING * nets.measure)[which]
+    # Restriction only averages coefficients: where none is above the floor, none will be.
+    hopeful = largest[which] > floor
     normals = np.full((len(which), 3), np.nan)
     # Inwards from the edge on which the sample lies; a corner counts to the v edge first. Along a
     # collapsed edge N vanishes throughout, so that a wrong first choice finds nothing.
     on_u_edge_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
     orders: tuple[tuple[NDArray[np.bool_], tuple[Direction, ...]], ...] = (
-        (~on_u_edge_only, ("v", "u", "diagonal")),
-        (on_u_edge_only, ("u", "v", "diagonal")),
+        (hopeful & ~on_u_edge_only, ("v", "u")),
+        (hopeful & on_u_edge_only, ("u", "v")),
+        # Where both lines vanish throughout; elsewhere than at a corner that has no limit.
+        (hopeful & ((u == 0) | (u == 1)) & ((v == 0) | (v == 1)), ("diagonal",)),
     )
     for group, directions in orders:
         for direction in directions:
             open_ = np.flatnonzero(group & np.isnan(normals[:, 0]))
             if len(open_):
-                normals[open_] = _leading(_along(boxes[open_], direction), floor[open_])
+                lines = _lines(coefficients, which[open_], u[open_], v[open_], direction)
+                normals[open_] = _leading(lines, floor[open_])
     rest = np.flatnonzero(np.isnan(normals[:, 0]))
     if len(rest):
         normals[rest] = _patch_normals(nets, coefficients, which[rest])
@@ -75,13 +80,14 @@ def _from_corner(coefficients: FloatArray, t: FloatArray, axis: int) -> FloatArr
     the sample is the corner with index 0 along `axis`.
     """
     moved = np.moveaxis(coefficients, axis, -1).copy()
+    ones = (1,) * (moved.ndim - 1)
     flip = t > 0.5
     moved[flip] = moved[flip][..., ::-1]
     begin = np.where(flip, 1.0 - t, t)
     inner = np.flatnonzero(begin > 0)
     if len(inner):
         # The right part of a subdivision is the last value of every level of the triangle.
-        triangle, s = moved[inner], begin[inner][:, None, None, None]
+        triangle, s = moved[inner], begin[inner].reshape(-1, *ones)
         n = triangle.shape[-1]
         for level in range(1, n):
             keep = n - level
@@ -90,12 +96,21 @@ def _from_corner(coefficients: FloatArray, t: FloatArray, axis: int) -> FloatArr
     return np.moveaxis(moved, -1, axis)
 
 
-def _along(boxes: FloatArray, direction: Direction) -> FloatArray:
-    """Coefficients (m, 3, n) of N along a line that starts at the corner (0, 0) of each box."""
+def _lines(
+    coefficients: FloatArray,
+    which: NDArray[np.intp],
+    u: FloatArray,
+    v: FloatArray,
+    direction: Direction,
+) -> FloatArray:
+    """Coefficients (m, 3, n) of N along a line from each sample inwards."""
     if direction == "v":
-        return boxes[:, :, 0, :]
+        basis = bernstein(coefficients.shape[2] - 1, u)
+        return _from_corner(along(coefficients, which, basis), v, axis=2)
     if direction == "u":
-        return boxes[:, :, :, 0]
+        basis = bernstein(coefficients.shape[3] - 1, v)
+        return _from_corner(along(coefficients.swapaxes(2, 3), which, basis), u, axis=2)
+    boxes = _from_corner(_from_corner(coefficients[which], u, axis=2), v, axis=3)
     rows, columns = boxes.shape[2:]
     weighted = boxes * np.multiply.outer(binomials(rows - 1), binomials(columns - 1))
     line = np.zeros((*boxes.shape[:2], rows + columns - 1))

@@ -1,5 +1,7 @@
 """Nets of single patches, about their own middle and in their own scale, and their normal net."""
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -48,17 +50,16 @@ class PatchNets:
 
         For a rational patch X_u − S w_u and X_v − S w_v, which need no second division.
         """
-        du = np.einsum("mi,mdij,mj->md", along_u[1], self.du[which], along_v[0], optimize=True)
-        dv = np.einsum("mi,mdij,mj->md", along_u[0], self.dv[which], along_v[1], optimize=True)
+        du = _at(self.du, which, along_u[1], along_v[0])
+        dv = _at(self.dv, which, along_u[0], along_v[1])
         if self.rational:
-            at = np.einsum(
-                "mi,mdij,mj->md", along_u[0], self.point[which], along_v[0], optimize=True
-            )
+            at = _at(self.point, which, along_u[0], along_v[0])
             place = at[:, :3] / at[:, 3:]
             du = du[:, :3] - place * du[:, 3:]
             dv = dv[:, :3] - place * dv[:, 3:]
         return du, dv
 
+    @cached_property
     def normal_net(self) -> FloatArray:
         """N = S_u × S_v in the Bernstein basis, up to a positive factor; shape (K, 3, …).
 
@@ -75,6 +76,23 @@ class PatchNets:
             + multiply(wu, cross_polynomial(xv, x))
             + multiply(wv, cross_polynomial(x, xu))
         )
+
+
+def along(nets: FloatArray, which: NDArray[np.intp], basis: FloatArray) -> FloatArray:
+    """Polynomials (K, d, m, n) with their first parameter given: row k by row k (r, d, n)."""
+    if len(nets) == 1:
+        d, m, n = nets.shape[1:]
+        flat = np.moveaxis(nets[0], 1, 0).reshape(m, d * n)
+        return (basis @ flat).reshape(len(basis), d, n)
+    fixed: FloatArray = np.einsum("ri,rdij->rdj", basis, nets[which], optimize=True)
+    return fixed
+
+
+def _at(
+    nets: FloatArray, which: NDArray[np.intp], along_u: FloatArray, along_v: FloatArray
+) -> FloatArray:
+    values: FloatArray = np.einsum("rdj,rj->rd", along(nets, which, along_u), along_v)
+    return values
 
 
 def longest(nets: FloatArray) -> FloatArray:

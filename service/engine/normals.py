@@ -8,6 +8,8 @@ Slow beside `service.engine.evaluate`, which therefore sends only those samples 
 it cannot vouch for.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +21,9 @@ from service.surface.lowered import FloatArray, TensorPatches
 
 CHUNK_BYTES = 8 << 20
 """Working memory for one round of gathered nets."""
+
+CHUNK_SAMPLES = 1024
+"""Samples of one patch that are worked on at a time."""
 
 
 def unit_normals(
@@ -48,22 +53,38 @@ def unit_normals(
     """
     p, q = patches.degree
     net_bytes = 8 * 4 * 3 * (3 * p + 1) * (3 * q + 1)
-    step = max(1, CHUNK_BYTES // net_bytes)
     normals = np.empty((len(index), 3))
     limits = 0
-    for first in range(0, len(index), step):
-        part = slice(first, first + step)
-        normals[part], found = _chunk(patches, index[part], u[part], v[part])
-        limits += found
+    for rows in _rounds(index, max(1, CHUNK_BYTES // net_bytes)):
+        used, which = np.unique(index[rows], return_inverse=True)
+        nets = PatchNets(patches, used)
+        for first in range(0, len(rows), CHUNK_SAMPLES):
+            part = slice(first, first + CHUNK_SAMPLES)
+            here = rows[part]
+            normals[here], found = _chunk(nets, (p, q), which[part], u[here], v[here])
+            limits += found
     return normals, limits
 
 
+def _rounds(index: NDArray[np.intp], step: int) -> Iterator[NDArray[np.intp]]:
+    """Samples to be treated together: all those of one patch, or a few of several patches.
+
+    The nets of a patch with many samples are prepared once and need not be gathered.
+    """
+    order = np.argsort(index, kind="stable")
+    _, first, counts = np.unique(index[order], return_index=True, return_counts=True)
+    many = counts > step
+    for begin, count in zip(first[many].tolist(), counts[many].tolist(), strict=True):
+        yield order[begin : begin + count]
+    rest = order[~np.repeat(many, counts)]
+    for begin in range(0, len(rest), step):
+        yield rest[begin : begin + step]
+
+
 def _chunk(
-    patches: TensorPatches, index: NDArray[np.intp], u: FloatArray, v: FloatArray
+    nets: PatchNets, degree: tuple[int, int], which: NDArray[np.intp], u: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, int]:
-    used, which = np.unique(index, return_inverse=True)
-    nets = PatchNets(patches, used)
-    p, q = patches.degree
+    p, q = degree
     du, dv = nets.partials(
         which, (bernstein(p, u), bernstein(p - 1, u)), (bernstein(q, v), bernstein(q - 1, v))
     )
