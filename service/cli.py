@@ -222,7 +222,7 @@ def _local(source: str | dict[str, Any], chosen: Mapping[str, str], fmt: "Format
     pin_blas()
     settings = from_environment()
     if isinstance(source, str):
-        surface: pipeline.Surface = find(source).surface()
+        surface: pipeline.Lowerable = find(source).surface()
         wanted = options_from_text(chosen.items())
     else:
         request = mesh_request(source | values_from_text(chosen.items()), document_limits(settings))

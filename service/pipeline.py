@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
-from service.encoders.oogl_patches import encode_patches
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.tessellate import overlays_of, predicted_size, tessellate
@@ -15,7 +14,7 @@ from service.errors import Issue, TooLarge, UnsupportedByFormat
 from service.surface.lowered import PatchModel
 
 
-class Surface(Protocol):
+class Lowerable(Protocol):
     """Whatever lowers to Bézier patches."""
 
     def lower(self) -> PatchModel:
@@ -47,13 +46,13 @@ class Work:
 
     def run(self) -> bytes:
         """The file."""
-        if self.fmt.name == "oogl" and self.encode.oogl == "bez":
-            return encode_patches(self.model, overlays_of(self.model, self.options))
+        if self.encode.exact and self.fmt.encode_exact is not None:
+            return self.fmt.encode_exact(self.model, overlays_of(self.model, self.options))
         return self.fmt.encode(mesh(self.model, self.options, self.fmt), self.encode)
 
 
 def plan(
-    surface: Surface,
+    surface: Lowerable,
     options: MeshOptions,
     fmt: Format,
     encode: EncodeOptions = PLAIN,
@@ -74,7 +73,7 @@ def plan(
 
 
 def render(
-    surface: Surface,
+    surface: Lowerable,
     options: MeshOptions,
     fmt: Format,
     encode: EncodeOptions = PLAIN,
@@ -123,7 +122,7 @@ def _check_format(options: MeshOptions, fmt: Format) -> None:
         raise UnsupportedByFormat(
             Issue(
                 "unsupported_by_format",
-                f"{fmt.title} has only triangles.",
+                f"The format {fmt.name} has only triangles.",
                 "/faces",
                 "quads",
                 "triangles, or another format",
@@ -133,7 +132,7 @@ def _check_format(options: MeshOptions, fmt: Format) -> None:
         raise UnsupportedByFormat(
             Issue(
                 "unsupported_by_format",
-                f"{fmt.title} has no place for lines.",
+                f"The format {fmt.name} has no place for lines.",
                 "/overlays",
                 "overlays",
                 "none, or another format",
@@ -158,7 +157,7 @@ def _check_limits(size: MeshSize, fmt: Format, encode: EncodeOptions, limits: Li
         raise TooLarge(
             Issue(
                 "too_many_bytes",
-                f"The answer as {fmt.title} could become too large.",
+                f"The answer as {fmt.name} could become too large.",
                 "/resolution",
                 f"up to {most} bytes",
                 f"at most {limits.max_bytes}",

@@ -4,7 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from service.engine.mesh import Mesh
+from service.engine.mesh import Mesh, Overlay
+from service.surface.lowered import PatchModel
 
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
 
@@ -15,6 +16,11 @@ class EncodeOptions:
 
     oogl: OoglForm | None = None
     """OOGL form; None takes `cquad` where the mesh is made of grids, else `off`."""
+
+    @property
+    def exact(self) -> bool:
+        """Whether the patches themselves are wanted, in a format that can hold them."""
+        return self.oogl == "bez"
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +50,8 @@ class Format:
 
     `single` formats store float32 positions about a local origin, the others float64. `quads`,
     `overlays`: whether the format can hold them. `suffix` has no dot. `encode` gives the file's
-    bytes; `byte_bound` an upper bound of their number, before anything is computed.
+    bytes; `byte_bound` an upper bound of their number, before anything is computed. A format that
+    can hold Bézier patches as they are has `encode_exact`.
     """
 
     name: str
@@ -56,3 +63,4 @@ class Format:
     overlays: bool
     encode: Callable[[Mesh, EncodeOptions], bytes]
     byte_bound: Callable[[MeshSize, EncodeOptions], int]
+    encode_exact: Callable[[PatchModel, tuple[Overlay, ...]], bytes] | None = None

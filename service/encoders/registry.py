@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 from service.encoders import gltf, json_mesh, obj, off, oogl, ply, stl
 from service.encoders.format import Format
+from service.encoders.oogl_patches import encode_patches
 
 FORMATS: tuple[Format, ...] = (
     Format(
@@ -54,6 +55,7 @@ FORMATS: tuple[Format, ...] = (
         overlays=True,
         encode=oogl.encode,
         byte_bound=oogl.byte_bound,
+        encode_exact=encode_patches,
     ),
     Format(
         name="stl",

@@ -3,7 +3,7 @@
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from threading import Lock
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ class ArrayCache:
             held = self._arrays.get(key)
             if held is not None:
                 self._arrays.move_to_end(key)
-                return held  # type: ignore[return-value]  # the key determines the type
+                return cast(Array, held)
         array = np.ascontiguousarray(build())
         array.flags.writeable = False
         with self._lock:
@@ -50,7 +50,7 @@ class ArrayCache:
                 while self._bytes > self.capacity:
                     _, dropped = self._arrays.popitem(last=False)
                     self._bytes -= dropped.nbytes
-        return array  # type: ignore[return-value]
+        return cast(Array, array)
 
 
 PLANS = ArrayCache(64 << 20)

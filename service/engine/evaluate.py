@@ -9,14 +9,14 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from service.engine.batch import Batch, Samples
+from service.engine.evaluation import Evaluation, Samples
 from service.engine.formulations import kronecker, normal_polynomial, separable
 from service.engine.scratch import Real
 from service.surface.lowered import FloatArray, TensorPatches
 
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
 
-FORMULATIONS: Mapping[Formulation, Callable[[Batch], None]] = MappingProxyType(
+FORMULATIONS: Mapping[Formulation, Callable[[Evaluation], None]] = MappingProxyType(
     {
         "kronecker": kronecker,
         "separable": separable,
@@ -62,9 +62,9 @@ def evaluate(
     if out is None:
         shape = (patches.count, resolution[0] + 1, resolution[1] + 1, 3)
         out = Samples(np.empty(shape, dtype), np.empty(shape, dtype) if normals else None, 0)
-    batch = Batch(patches, resolution, dtype, out, origin)
-    FORMULATIONS[formulation or choose(patches, resolution, normals)](batch)
-    return batch.finished()
+    work = Evaluation(patches, resolution, dtype, out, origin)
+    FORMULATIONS[formulation or choose(patches, resolution, normals)](work)
+    return work.finished()
 
 
 def choose(patches: TensorPatches, resolution: tuple[int, int], normals: bool) -> Formulation:
@@ -72,9 +72,9 @@ def choose(patches: TensorPatches, resolution: tuple[int, int], normals: bool) -
     p, q = patches.degree
     count = (resolution[0] + 1) * (resolution[1] + 1)
     # A call per patch costs as much as some 100 000 multiplications.
-    kronecker = (p + 1) * (q + 1)
-    separable = (q + 1) * (1 + (p + 1) / (resolution[1] + 1)) + 12_000 / count
-    if kronecker <= separable:
+    at_once = (p + 1) * (q + 1)
+    in_turn = (q + 1) * (1 + (p + 1) / (resolution[1] + 1)) + 12_000 / count
+    if at_once <= in_turn:
         return "kronecker"
     if normals and patches.weights is None and count >= 40_000 and max(p, q) <= 4:
         return "normal_polynomial"

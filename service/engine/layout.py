@@ -14,11 +14,9 @@ from service.engine.mesh import Ints
 from service.engine.patterns import Shape
 from service.engine.stitch import Seams, distinct_rows, find_seams
 from service.surface.lowered import PatchModel, TensorPatches
+from service.surface.sides import BEGINS, ENDS, along_sides
 
 _NONE: Ints = np.empty(0, dtype=np.intp)
-
-SIDE_ENDS = np.array([1, 3, 2, 3])
-"""Corner at which each side ends, in the order (0, 0), (0, 1), (1, 0), (1, 1)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -88,7 +86,7 @@ class Layout:
         divisions[seams.edge[:, :2]] = rv
         along_u = seams.edge[:, 2:]
         divisions[along_u] = np.maximum(divisions[along_u], ru)
-        own = np.array([rv, rv, ru, ru])
+        own = np.array(along_sides(ru, rv))
         uneven = (divisions[seams.edge] != own) & ~seams.collapsed
         framed = uneven.any(axis=1)
         base, extra = np.zeros(total, dtype=np.intp), np.full((total, 4), -1, dtype=np.intp)
@@ -108,7 +106,7 @@ class Layout:
                     size += len(here) * block.count
                     blocks.append(block)
                 first += batch.count
-        grids = np.stack([rvs, rvs, rus, rus], axis=1)
+        grids = np.stack(along_sides(rus, rvs), axis=1)
         apart = framed[:, None] & (divisions[seams.edge] != grids) & ~seams.collapsed
         inner = np.where(apart, divisions[seams.edge] - 1, 0)
         before = (np.cumsum(inner) - inner.ravel()).reshape(inner.shape)
@@ -137,7 +135,7 @@ class Layout:
         apart = extra >= 0
         if apart.any():
             # From corner to corner over the side's own samples.
-            ends = SIDE_ENDS[sides[apart] % 4]
+            ends = ENDS[sides[apart] % 4]
             samples[apart, 1:] = extra[apart, None] + np.arange(divisions)
             samples[apart, -1] = self.corner_samples()[sides[apart] // 4, ends]
         backward = self.seams.backward.ravel()[sides]
@@ -157,7 +155,7 @@ class Layout:
 
     def shapes(self) -> list[tuple[Shape, Ints]]:
         """Patches that one index pattern serves, in the order of their first."""
-        own = np.stack([self.rv, self.rv, self.ru, self.ru], axis=1)
+        own = np.stack(along_sides(self.ru, self.rv), axis=1)
         sides = np.where(self.extra >= 0, self.inner + 1, own)
         rows = np.concatenate(
             [self.ru[:, None], self.rv[:, None], sides, self.seams.collapsed], axis=1
@@ -181,10 +179,9 @@ class Layout:
     def collapsed_samples(self) -> tuple[Ints, Ints]:
         """Samples on sides that are one point, and for each the number of that corner."""
         samples, corners = [_NONE], [_NONE]
-        lines = np.stack([self.rv, self.rv, self.ru, self.ru], axis=1)
+        lines = np.stack(along_sides(self.ru, self.rv), axis=1)
         collapsed = np.flatnonzero(self.seams.collapsed)
-        # The corner at which each side begins: (0, 0), (1, 0), (0, 0), (0, 1).
-        corner = self.seams.corner[:, [0, 2, 0, 1]].ravel()
+        corner = self.seams.corner[:, BEGINS].ravel()
         for divisions in np.unique(lines.ravel()[collapsed]).tolist():
             sides = collapsed[lines.ravel()[collapsed] == divisions]
             samples.append(self.grid_samples(sides, divisions).ravel())

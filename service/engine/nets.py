@@ -83,7 +83,8 @@ def along(nets: FloatArray, which: NDArray[np.intp], basis: FloatArray) -> Float
     if len(nets) == 1:
         d, m, n = nets.shape[1:]
         flat = np.moveaxis(nets[0], 1, 0).reshape(m, d * n)
-        return (basis @ flat).reshape(len(basis), d, n)
+        line: FloatArray = (basis @ flat).reshape(len(basis), d, n)
+        return line
     fixed: FloatArray = np.einsum("ri,rdij->rdj", basis, nets[which], optimize=True)
     return fixed
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.engine.basis import bernstein
-from service.engine.limits import VANISHING, limit_normals
+from service.engine.degenerate import VANISHING, limit_normals
 from service.engine.nets import PatchNets
 from service.engine.vectors import cross
 from service.surface.lowered import FloatArray, TensorPatches

@@ -45,7 +45,7 @@ class MeshOptions:
         if not all(1 <= r <= MAX_RESOLUTION for r in self.resolution):
             raise InvalidRequest(
                 Issue(
-                    "resolution_out_of_range",
+                    "out_of_range",
                     "The resolution is the number of divisions of a patch along u and along v.",
                     "/resolution",
                     f"{self.resolution[0]} × {self.resolution[1]}",
@@ -55,7 +55,7 @@ class MeshOptions:
         if not 0 <= self.crease_angle <= pi:
             raise InvalidRequest(
                 Issue(
-                    "wrong_value",
+                    "out_of_range",
                     "The crease angle is an angle between two normals.",
                     "/crease_angle",
                     f"{self.crease_angle:.6g}",

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from service.engine.cache import PLANS
 from service.engine.mesh import IndexArray
 from service.engine.options import Faces
+from service.surface.sides import along_sides
 
 Index = TypeVar("Index", np.uint32, np.intp)
 
@@ -40,8 +41,7 @@ class Shape:
     @property
     def own(self) -> Divisions:
         """The grid's divisions along the four sides."""
-        ru, rv = self.resolution
-        return rv, rv, ru, ru
+        return along_sides(*self.resolution)
 
     @property
     def framed(self) -> bool:

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from service.engine.mesh import RealArray
 from service.engine.vectors import cross
 from service.surface.lowered import FloatArray, TensorPatches
+from service.surface.sides import side_of
 
 FLAT = 2.0**-36
 """A cone whose sides make a smaller angle has no normals that rounding would not decide."""
@@ -24,7 +25,7 @@ def pole_normals(
     ----------
     patches : TensorPatches
     side : int
-        0 … 3 for u = 0, u = 1, v = 0, v = 1.
+        0 … 3, see `service.surface.sides`.
     index : ndarray of int, shape (m,)
         Patches of which this side is collapsed.
     basis : ndarrays of float64, shapes (k, n+1) and (k, n)
@@ -35,19 +36,13 @@ def pole_normals(
     ndarray of float64, shape (m, k, 3)
         Unit length; NaN where the cone has no tangent plane either.
     """
-    at = 0 if side % 2 == 0 else -1
-    beside = 1 if side % 2 == 0 else -2
-    points = patches.points if side >= 2 else patches.points.swapaxes(1, 2)
-    rows = points[:, :, beside][index]
-    rows -= points[:, :1, at][index]
+    rows = side_of(patches.points, side, 1)[index]
+    rows -= side_of(patches.points, side)[index, :1]
     if patches.weights is not None:
-        weights = patches.weights if side >= 2 else patches.weights.swapaxes(1, 2)
-        rows *= weights[index, :, beside, None]
+        rows *= side_of(patches.weights, side, 1)[index, :, None]
     normals = _cone_normals(rows, *basis)
     # du × dv turns with C on the sides u = 0 and v = 1, against it on the other two.
-    if side in {0, 3}:
-        return np.add(normals, 0.0, out=normals)
-    return np.subtract(0.0, normals, out=normals)
+    return normals if side in {0, 3} else -normals
 
 
 def _cone_normals(rows: FloatArray, basis: RealArray, basis_below: RealArray) -> FloatArray:

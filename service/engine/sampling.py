@@ -20,7 +20,7 @@ from service.surface.lowered import FloatArray, TensorPatches
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Grid:
+class SampleRows:
     """All samples in one run: (N, 3), (N, 3) or None, (N, 2) or None."""
 
     positions: RealArray
@@ -28,9 +28,9 @@ class Grid:
     uvs: RealArray | None
     poles: int
 
-    def take(self, chosen: Ints) -> "Grid":
+    def take(self, chosen: Ints) -> "SampleRows":
         """Some of the rows, in this order."""
-        return Grid(
+        return SampleRows(
             self.positions.take(chosen, axis=0),
             None if self.normals is None else self.normals.take(chosen, axis=0),
             None if self.uvs is None else self.uvs.take(chosen, axis=0),
@@ -38,7 +38,7 @@ class Grid:
         )
 
 
-def sample(layout: Layout, options: MeshOptions, dtype: Real, origin: FloatArray) -> Grid:
+def sample(layout: Layout, options: MeshOptions, dtype: Real, origin: FloatArray) -> SampleRows:
     """Evaluates the blocks, then writes the samples of every edge over its sides."""
     results = [
         evaluate(
@@ -62,7 +62,12 @@ def sample(layout: Layout, options: MeshOptions, dtype: Real, origin: FloatArray
     _write_edges(positions, layout, origin)
     if layout.framed:
         poles += _write_extras(layout, normals, uvs)
-    return Grid(positions, normals, uvs, poles)
+    if dtype is np.float64:
+        # People read these numbers: adding 0.0 turns -0.0 into 0.0.
+        for rows in (positions, normals):
+            if rows is not None:
+                np.add(rows, 0.0, out=rows)
+    return SampleRows(positions, normals, uvs, poles)
 
 
 def _patches_of(block: Block) -> TensorPatches:

@@ -17,9 +17,7 @@ from service.engine.basis import sampled
 from service.engine.mesh import Bools, Ints
 from service.engine.near import leaders
 from service.surface.lowered import FloatArray, TensorPatches
-
-SIDES = ("u=0", "u=1", "v=0", "v=1")
-"""The sides of a patch, in this order everywhere; each runs along the other parameter."""
+from service.surface.sides import along_sides, corners_of, side_of
 
 SAME_WEIGHT = 2.0**-44
 """How far the weights of one edge, their largest made 1, may differ on two sides of it: a common
@@ -45,13 +43,13 @@ class Seams:
     Attributes
     ----------
     edge : ndarray of int, shape (P, 4)
-        Number of the distinct edge that each side is.
+        Number of the distinct edge that each side is (sides: `service.surface.sides`).
     backward : ndarray of bool, shape (P, 4)
         Whether the side runs against the direction of its edge.
     collapsed : ndarray of bool, shape (P, 4)
         Whether the side is one point.
     corner : ndarray of int, shape (P, 4)
-        Number of the distinct point at (0, 0), (0, 1), (1, 0), (1, 1).
+        Number of the distinct point at each corner.
     corner_points : ndarray of float64, shape (C, 3)
         Those points.
     users : ndarray of int, shape (E,)
@@ -95,7 +93,7 @@ def find_seams(batches: Sequence[TensorPatches]) -> Seams:
             EdgeCurves(ids, points[distinct], None if weights is None else weights[distinct])
         )
         found += len(distinct)
-    corners = np.concatenate([_corners(batch) for batch in batches]).reshape(-1, 3)
+    corners = np.concatenate([corners_of(batch.points) for batch in batches]).reshape(-1, 3)
     distinct, corner = distinct_rows(corners)
     return Seams(
         edge.reshape(-1, 4),
@@ -188,19 +186,11 @@ def _sides_by_degree(batches: Sequence[TensorPatches]) -> list[_Sides]:
     for batch in batches:
         patches = 4 * (first + np.arange(batch.count))
         first += batch.count
-        p, q = batch.degree
-        for degree, sides in ((q, (0, 1)), (p, (2, 3))):
-            for side in sides:
-                weights = None if batch.weights is None else side_of(batch.weights, side)
-                part = _Sides(patches + side, side_of(batch.points, side), weights)
-                groups.setdefault(degree, []).append(part)
+        for side, degree in enumerate(along_sides(*batch.degree)):
+            weights = None if batch.weights is None else side_of(batch.weights, side)
+            part = _Sides(patches + side, side_of(batch.points, side), weights)
+            groups.setdefault(degree, []).append(part)
     return [_joined(groups[degree]) for degree in sorted(groups)]
-
-
-def side_of(nets: FloatArray, side: int) -> FloatArray:
-    """Control points (P, n+1, …) of one side of every net (P, p+1, q+1, …)."""
-    end = -1 if side % 2 else 0
-    return nets[:, end] if side < 2 else nets[:, :, end]
 
 
 def _joined(parts: list[_Sides]) -> _Sides:
@@ -231,15 +221,12 @@ def _canonical(sides: _Sides) -> tuple[FloatArray, FloatArray | None, Bools]:
     return points, np.where(turn[:, None], sides.weights[:, ::-1], sides.weights), turn
 
 
-def _corners(batch: TensorPatches) -> FloatArray:
-    """Corner control points (P, 4, 3) at (0, 0), (0, 1), (1, 0), (1, 1)."""
-    return batch.points[:, [0, 0, -1, -1], [0, -1, 0, -1]]
-
-
 @cache
 def _multipliers(count: int) -> NDArray[np.uint64]:
     """Odd numbers without pattern (splitmix64), the same in every run."""
     state = np.arange(1, count + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
     state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return (state ^ (state >> np.uint64(31))) | np.uint64(1)
+    state = (state ^ (state >> np.uint64(31))) | np.uint64(1)
+    state.flags.writeable = False
+    return state

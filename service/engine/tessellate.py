@@ -16,7 +16,7 @@ from service.engine.mesh import IndexArray, Ints, Mesh, MeshReport, Overlay, Rea
 from service.engine.options import MeshOptions
 from service.engine.overlays import draw
 from service.engine.patterns import used_samples
-from service.engine.sampling import Grid, sample
+from service.engine.sampling import SampleRows, sample
 from service.engine.scratch import Real
 from service.engine.weld import Welding, weld
 from service.surface.lowered import FloatArray, PatchModel
@@ -40,19 +40,19 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     layout = Layout.plan(model, options.resolution)
     dtype: Real = np.float32 if single else np.float64
     origin = _origin(model, single)
-    grid = sample(layout, options, dtype, origin)
-    welding = _weld(layout, grid, options)
+    rows = sample(layout, options, dtype, origin)
+    welding = _weld(layout, rows, options)
     if welding is not None:
-        grid = grid.take(welding.samples)
+        rows = rows.take(welding.samples)
     welds = _welds(welding) if options.weld else None
     triangles, quads, parts = join(model, layout, welding, options.faces)
     boundary, watertight = borders(layout, options, (triangles, quads), welds)
-    low, high = _bounds(grid.positions, origin)
+    low, high = _bounds(rows.positions, origin)
     return Mesh(
         name=model.name,
-        positions=grid.positions,
-        normals=grid.normals,
-        uvs=grid.uvs,
+        positions=rows.positions,
+        normals=rows.normals,
+        uvs=rows.uvs,
         triangles=triangles,
         quads=quads,
         parts=parts,
@@ -62,7 +62,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         origin=origin,
         up=model.up,
         report=MeshReport(
-            vertices=_count(grid.positions, welds),
+            vertices=_count(rows.positions, welds),
             triangles=len(triangles),
             quads=len(quads),
             patches=model.patch_count,
@@ -70,7 +70,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
             bounds_max=high,
             watertight=watertight,
             boundary_edges=boundary,
-            poles_repaired=grid.poles,
+            poles_repaired=rows.poles,
         ),
     )
 
@@ -102,7 +102,7 @@ def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, i
     return size, (2 * size if framed else 2 * cells), 0
 
 
-def _weld(layout: Layout, grid: Grid, options: MeshOptions) -> Welding | None:
+def _weld(layout: Layout, rows: SampleRows, options: MeshOptions) -> Welding | None:
     """Vertices from samples; None where every sample is a vertex of its own."""
     seams = layout.seams
     shared = bool((seams.users > 1).any()) or len(seams.corner_points) < seams.corner.size
@@ -110,8 +110,8 @@ def _weld(layout: Layout, grid: Grid, options: MeshOptions) -> Welding | None:
         return None
     place = _places(layout)
     used = _used(layout, options) if layout.framed or seams.collapsed.any() else None
-    merge = options.weld and grid.uvs is None
-    return weld(place, used, grid.normals, options.crease_angle, merge)
+    merge = options.weld and rows.uvs is None
+    return weld(place, used, rows.normals, options.crease_angle, merge)
 
 
 def _places(layout: Layout) -> Ints:
@@ -142,7 +142,7 @@ def _used(layout: Layout, options: MeshOptions) -> Ints:
 
 
 def _grids(layout: Layout, welding: Welding | None) -> tuple[IndexArray, ...]:
-    """The vertex at every sample of every patch; nothing where a frame breaks the grid."""
+    """The vertex at every sample of every patch; nothing where a frame breaks the rows."""
     if layout.framed:
         return ()
     grids = []
@@ -162,12 +162,6 @@ def _welds(welding: Welding | None) -> IndexArray | None:
     if welding is None or bool((welding.welds == np.arange(len(welding.welds))).all()):
         return None
     return welding.welds.astype(np.uint32)
-
-
-def _count_positions(positions: RealArray, welds: IndexArray | None) -> int:
-    if welds is None:
-        return len(positions)
-    return int(np.count_nonzero(welds == np.arange(len(welds))))
 
 
 def _origin(model: PatchModel, single: bool) -> FloatArray:

@@ -10,6 +10,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from service.surface.sides import side_of
+
 FloatArray: TypeAlias = NDArray[np.float64]
 Up: TypeAlias = Literal["y", "z"]
 
@@ -70,9 +72,8 @@ class TensorPatches:
 
     @cached_property
     def collapsed(self) -> NDArray[np.bool_]:
-        """Which sides are one point, shape (P, 4): u = 0, u = 1, v = 0, v = 1."""
-        points = self.points
-        sides = (points[:, 0], points[:, -1], points[:, :, 0], points[:, :, -1])
+        """Which sides are one point, shape (P, 4)."""
+        sides = (side_of(self.points, side) for side in range(4))
         return np.stack([(s == s[:, :1]).all(axis=(1, 2)) for s in sides], axis=1)
 
     @cached_property

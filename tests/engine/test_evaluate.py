@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.batch import Samples
 from service.engine.evaluate import Formulation, choose, evaluate
+from service.engine.evaluation import Samples
 from service.surface.checks import MAX_WEIGHT_RATIO
 from service.surface.examples import find
 from service.surface.lowered import TensorPatches

@@ -36,7 +36,7 @@ def test_refuses_resolutions_that_are_none(resolution: tuple[int, int]) -> None:
     with pytest.raises(InvalidRequest) as caught:
         MeshOptions(resolution=resolution)
     (issue,) = caught.value.issues
-    assert (issue.code, issue.pointer) == ("resolution_out_of_range", "/resolution")
+    assert (issue.code, issue.pointer) == ("out_of_range", "/resolution")
     assert str(resolution[0]) in issue.got
     assert str(MAX_RESOLUTION) in issue.needed
 

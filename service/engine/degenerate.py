@@ -29,8 +29,8 @@ def limit_normals(
     """Limit normals at parameters where N vanishes.
 
     The limit is the direction of the first coefficient of N, seen from the point inwards, that does
-    not vanish: first straight away from the side on which the point lies, then along that side,
-    then diagonally. Failing all, the mean normal of the patch.
+    not vanish: first straight away from the side on which the point lies, then along that side, at
+    corners then diagonally. Failing all, the mean normal of the patch.
 
     Parameters
     ----------

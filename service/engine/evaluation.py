@@ -16,6 +16,7 @@ from service.engine.normals import unit_normals
 from service.engine.poles import pole_normals
 from service.engine.scratch import Real, scratch
 from service.surface.lowered import FloatArray, TensorPatches
+from service.surface.sides import along_sides, side_of
 
 ORDINARY = 16
 """Models larger than 2^-16 and smaller than 2^16 are not scaled: fourth powers of such lengths are
@@ -41,8 +42,12 @@ class Samples:
     poles: int
 
 
-class Batch:
-    """One evaluation under way: its inputs, its outputs, and what the formulations share."""
+class Evaluation:
+    """One evaluation under way: its inputs, its outputs, and what the formulations share.
+
+    `shape` is (Ru+1, Rv+1), `each` its product: the samples of one patch. `positions` and `normals`
+    are those of the result, (P, Ru+1, Rv+1, 3).
+    """
 
     def __init__(
         self,
@@ -56,7 +61,7 @@ class Batch:
         self.resolution = resolution
         self.dtype = dtype
         self.shape = (resolution[0] + 1, resolution[1] + 1)
-        self.count = self.shape[0] * self.shape[1]
+        self.each = self.shape[0] * self.shape[1]
         self.rational = patches.weights is not None
         self.positions = out.positions
         self.normals = out.normals
@@ -180,7 +185,7 @@ class Batch:
         rest = doubtful[np.isnan(normals[doubtful, 0])]
         poles = len(doubtful) - len(rest)
         if len(rest):
-            patch, sample = np.divmod(rest, self.count)
+            patch, sample = np.divmod(rest, self.each)
             i, j = np.divmod(sample, self.shape[1])
             u, v = (samples(r) for r in self.resolution)
             normals[rest], limits = unit_normals(self.patches, patch, u[i], v[j])
@@ -190,12 +195,10 @@ class Batch:
     def _write_poles(self, normals: RealArray) -> None:
         """Limits along collapsed sides; NaN where only the general way is left."""
         for side, index in self.patches.poles:
-            along = 1 if side < 2 else 0
-            degree, divisions = self.patches.degree[along], self.resolution[along]
+            degree = along_sides(*self.patches.degree)[side]
+            divisions = along_sides(*self.resolution)[side]
             basis = sampled(degree, divisions), sampled(degree - 1, divisions)
-            end = 0 if side % 2 == 0 else -1
-            rows = normals[:, end] if side < 2 else normals[:, :, end]
-            rows[index] = pole_normals(self.patches, side, index, basis)
+            side_of(normals, side)[index] = pole_normals(self.patches, side, index, basis)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
