@@ -132,7 +132,7 @@ def test_what_a_format_cannot_hold_is_refused(fmt: Format, option: dict[str, obj
         render(surface, options, fmt)
     (issue,) = caught.value.issues
     assert issue.pointer == f"/{name}"
-    assert fmt.title in issue.message
+    assert fmt.name in issue.message
 
 
 def refused(options: MeshOptions, fmt: Format, limits: Limits) -> SurfaceError:

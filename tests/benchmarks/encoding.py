@@ -10,6 +10,7 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.pipeline import mesh
+from service.settings import pin_blas
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from tests.benchmarks.alternately import alternately
@@ -55,4 +56,5 @@ def run() -> None:
 
 
 if __name__ == "__main__":
+    pin_blas()
     run()

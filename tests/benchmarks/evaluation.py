@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.engine.evaluate import Formulation, choose, evaluate
+from service.settings import pin_blas
 from service.surface.examples import find
 from service.surface.lowered import TensorPatches
 from tests.benchmarks.alternately import alternately
@@ -104,4 +105,5 @@ def measure(work: Work) -> None:
 
 
 if __name__ == "__main__":
+    pin_blas()
     run()

@@ -20,7 +20,7 @@ from service.pipeline import plan
 from service.schemas.document import parse_document
 from service.schemas.request import mesh_request
 from service.schemas.surfaces import definition
-from service.settings import Settings, document_limits
+from service.settings import Settings, document_limits, pin_blas
 from service.surface.examples import find
 from tests.benchmarks.alternately import alternately
 
@@ -84,4 +84,5 @@ def run() -> None:
 
 
 if __name__ == "__main__":
+    pin_blas()
     run()
