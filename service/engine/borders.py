@@ -14,14 +14,22 @@ def borders(
     mesh_faces: tuple[IndexArray, IndexArray],
     welds: IndexArray | None,
 ) -> tuple[int, bool]:
-    """Edges that one face uses alone, and whether every edge is used by exactly two."""
+    """Edges that one face uses alone, and whether every edge is used by exactly two.
+
+    Where the edges of the patches tell, their divisions are added up. Where faces can have an edge
+    in common that is no edge of a patch, or lack one, the faces themselves are counted.
+    """
     seams = layout.seams
     lines = ~seams.collapsed
-    if layout.divisions[seams.edge[lines]].min(initial=2) < 2:
-        # With one division, different edges between the same corners are one line of the mesh,
-        # and a patch between two poles vanishes: only the faces themselves tell.
-        return _counted(mesh_faces, welds)
-    if options.weld and _meet_twice(seams):
+    # With one division, different edges between the same corners are one line of the mesh, and a
+    # patch between two poles vanishes.
+    coarse = layout.divisions[seams.edge[lines]].min(initial=2) < 2
+    if options.weld:
+        counted = coarse or seams.folded.any() or _meet_twice(seams)
+    else:
+        # Every face at a pole has a vertex of its own there.
+        counted = coarse or seams.collapsed.any()
+    if counted:
         return _counted(mesh_faces, welds)
     if not options.weld:
         return int(layout.divisions[seams.edge[lines]].sum()), not lines.any()

@@ -64,6 +64,12 @@ def evaluate(
         out = Samples(np.empty(shape, dtype), np.empty(shape, dtype) if normals else None, 0)
     work = Evaluation(patches, resolution, dtype, out, origin)
     FORMULATIONS[formulation or choose(patches, resolution, normals)](work)
+    crowded = work.crowded()
+    if dtype is np.float32 and len(crowded):
+        # One by one these normals would cost a hundred times what the patch costs in float64.
+        anew = evaluate(patches.take(crowded), resolution, formulation=formulation)
+        if anew.normals is not None:
+            work.replace_normals(crowded, anew.normals, anew.poles)
     return work.finished()
 
 

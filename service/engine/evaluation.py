@@ -73,6 +73,7 @@ class Evaluation:
             self.scale = float(np.exp2(min(ORDINARY - np.frexp(patches.extent)[1], 1000)))
         self.heaviest = 1.0 if patches.weights is None else float(patches.weights.max())
         self._doubtful: list[NDArray[np.intp]] = []
+        self._poles = 0
 
     def nets(self, first: int, last: int) -> "ChunkNets":
         """Planes of the nets of patches [first, last), ready for products.
@@ -173,17 +174,38 @@ class Evaluation:
         np.subtract(z, term, out=z)
         return vectors
 
+    def crowded(self) -> NDArray[np.intp]:
+        """Patches of whose normals more than an eighth are doubtful."""
+        if not self._doubtful:
+            return np.empty(0, dtype=np.intp)
+        found = np.concatenate(self._doubtful)
+        if 8 * len(found) <= self.each:
+            return found[:0]
+        counts = np.bincount(found // self.each, minlength=self.patches.count)
+        return np.flatnonzero(8 * counts > self.each)
+
+    def replace_normals(self, index: NDArray[np.intp], normals: RealArray, poles: int) -> None:
+        """Takes the normals of some patches, so many limits among them, as they are."""
+        if self.normals is None:
+            return
+        self.normals[index] = normals
+        self._poles += poles
+        done = np.zeros(self.patches.count, dtype=bool)
+        done[index] = True
+        found = np.concatenate(self._doubtful)
+        self._doubtful = [found[~done[found // self.each]]]
+
     def finished(self) -> Samples:
         """The result, after the doubtful normals have been computed anew."""
         if self.normals is None or not self._doubtful:
-            return Samples(self.positions, self.normals, 0)
+            return Samples(self.positions, self.normals, self._poles)
         # NaN marks what is still owed: first the poles are paid, then the rest.
         doubtful = self._doubtful[0] if len(self._doubtful) == 1 else np.concatenate(self._doubtful)
         normals = self.normals.reshape(-1, 3)
         normals[doubtful] = np.nan
         self._write_poles(self.normals)
         rest = doubtful[np.isnan(normals[doubtful, 0])]
-        poles = len(doubtful) - len(rest)
+        poles = self._poles + len(doubtful) - len(rest)
         if len(rest):
             patch, sample = np.divmod(rest, self.each)
             i, j = np.divmod(sample, self.shape[1])
@@ -193,12 +215,14 @@ class Evaluation:
         return Samples(self.positions, self.normals, poles)
 
     def _write_poles(self, normals: RealArray) -> None:
-        """Limits along collapsed sides; NaN where only the general way is left."""
+        """Limits along collapsed sides, where these have the usual form."""
         for side, index in self.patches.poles:
             degree = along_sides(*self.patches.degree)[side]
             divisions = along_sides(*self.resolution)[side]
             basis = sampled(degree, divisions), sampled(degree - 1, divisions)
-            side_of(normals, side)[index] = pole_normals(self.patches, side, index, basis)
+            found = pole_normals(self.patches, side, index, basis)
+            rows = side_of(normals, side)
+            rows[index] = np.where(np.isnan(found), rows[index], found)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

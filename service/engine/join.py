@@ -44,7 +44,7 @@ def join(
                 out[rows] = whole[run].reshape(-1, corners)
         found.append(out)
     triangles, quads = found
-    if welding is not None and layout.divisions.min() < 2:
+    if welding is not None and (layout.divisions.min() < 2 or layout.seams.folded.any()):
         triangles, quads, counts = _without_slivers(triangles, quads, counts, welding.welds)
     return triangles, quads, _parts(model, counts)
 
@@ -74,8 +74,9 @@ def _without_slivers(
 ) -> tuple[IndexArray, IndexArray, Ints]:
     """Drops faces that have one place twice; of a quad with one such pair a triangle is left.
 
-    Patterns know of sides that are one point. But with a single division a side that returns to
-    where it began is one point of the mesh as well, and a patch that closes is a line.
+    Patterns know of sides that are one point. But where two sides that meet are one edge, the
+    diagonal of the cell between them is a point as well; and with a single division so is a side
+    that returns to where it began, and a patch that closes is a line.
     """
     total = counts.shape[1]
     owner, owner_of_quad = (np.repeat(np.arange(total), n) for n in counts)

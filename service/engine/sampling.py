@@ -16,7 +16,7 @@ from service.engine.normals import unit_normals
 from service.engine.options import MeshOptions
 from service.engine.scratch import Real
 from service.engine.stitch import sample_edges
-from service.surface.lowered import FloatArray, TensorPatches
+from service.surface.lowered import FloatArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,7 +42,7 @@ def sample(layout: Layout, options: MeshOptions, dtype: Real, origin: FloatArray
     """Evaluates the blocks, then writes the samples of every edge over its sides."""
     results = [
         evaluate(
-            block.batch if block.whole else _patches_of(block),
+            block.batch if block.whole else block.batch.take(block.patches),
             block.resolution,
             dtype=dtype,
             normals=options.normals,
@@ -68,13 +68,6 @@ def sample(layout: Layout, options: MeshOptions, dtype: Real, origin: FloatArray
             if rows is not None:
                 np.add(rows, 0.0, out=rows)
     return SampleRows(positions, normals, uvs, poles)
-
-
-def _patches_of(block: Block) -> TensorPatches:
-    weights = block.batch.weights
-    return TensorPatches(
-        block.batch.points[block.patches], None if weights is None else weights[block.patches]
-    )
 
 
 def _run(grids: list[RealArray], extras: int) -> RealArray:

@@ -66,6 +66,13 @@ class Seams:
     users: Ints
     curves: tuple[EdgeCurves, ...]
 
+    @property
+    def folded(self) -> Bools:
+        """Which patches have two sides that are one edge, shape (P,)."""
+        ordered = np.sort(self.edge, axis=1)
+        folded: Bools = (ordered[:, 1:] == ordered[:, :-1]).any(axis=1)
+        return folded
+
 
 def find_seams(batches: Sequence[TensorPatches]) -> Seams:
     """Distinct edges and corners of all patches of a model."""

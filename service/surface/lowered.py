@@ -52,6 +52,11 @@ class TensorPatches:
         """Degree (p, q)."""
         return int(self.points.shape[1]) - 1, int(self.points.shape[2]) - 1
 
+    def take(self, index: NDArray[np.intp]) -> "TensorPatches":
+        """Some of the patches."""
+        weights = None if self.weights is None else self.weights[index]
+        return TensorPatches(self.points[index], weights)
+
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest coordinates of the control points: they enclose the patches."""

@@ -433,3 +433,29 @@ def test_quarters_far_from_the_origin_weld(single: bool) -> None:
     check_sound(mesh)
     check_winding(mesh)
     assert len(mesh.positions) == shape_of(mesh).vertices == 121
+
+
+FOLDED = (
+    [
+        [[0, 0, 0], [1, 0, 0], [2, 0, 0]],
+        [[1, 0, 0], [1, 1, 3], [2, 2, 1]],
+        [[2, 0, 0], [3, 1, 2], [3, 3, 3]],
+    ],
+    [[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [1, 1, 1]]],
+    [[[0, 0, 0], [0, 0, 0], [0, 0, 0]], [[1, 0, 0], [1, 0, 0], [1, 0, 0]]],
+    [[[0, 0, 0], [0, 0, 0]], [[1, 0, 0], [1, 1, 0]]],
+)
+"""Two sides that meet are one edge (twice); a patch that is a line; one with a pole."""
+
+
+@pytest.mark.parametrize("net", FOLDED)
+@pytest.mark.parametrize("faces", ["triangles", "quads"])
+@pytest.mark.parametrize("weld", [True, False])
+@pytest.mark.parametrize("resolution", [(1, 1), (2, 2), (4, 4), (3, 5), (5, 1)])
+def test_a_folded_patch_is_what_its_report_says(
+    net: list[list[list[float]]], faces: str, weld: bool, resolution: tuple[int, int]
+) -> None:
+    """No face has a place twice, and the open edges are those that the faces have."""
+    check_sound(
+        mesh_of([np.array(net, dtype=float)], faces=faces, weld=weld, resolution=resolution)
+    )
