@@ -6,7 +6,7 @@
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from anyio import CapacityLimiter
+from anyio import CapacityLimiter, Lock
 from fastapi import FastAPI
 from starlette.middleware.cors import CORSMiddleware
 from starlette.requests import Request
@@ -34,6 +34,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     app.state.settings = settings or from_environment()
     app.state.limiter = CapacityLimiter(app.state.settings.workers)
+    app.state.turn = Lock()
     app.state.ready = True
     app.openapi = document  # type: ignore[method-assign]
     _add_routes(app)

@@ -22,10 +22,11 @@ from service.schemas.request import mesh_request
 from service.settings import Settings, document_limits, result_limits
 from service.surface import Surface
 
-INLINE_VERTICES, INLINE_DEGREE = 10_000, 8
-"""Up to here a mesh takes some 10 ms, as OBJ or of thousands of patches up to 30. Handing it to a
-thread would cost the others as much: Python's threads take turns of 5 ms. Patches of high degree
-may need their normals computed one by one, which takes longer."""
+INLINE_VERTICES, INLINE_DEGREE = 1000, 8
+"""Up to here a mesh takes 1 to 2 ms, which the event loop can spare: a thread would add as much,
+since Python's threads take turns of 5 ms. Larger ones wait for a thread while the loop goes on
+answering, health checks above all. Patches of high degree may need their normals computed one by
+one, which takes longer."""
 
 INLINE_BYTES = 1 << 18
 """Bodies up to this size are parsed in some 5 ms."""
@@ -78,9 +79,15 @@ async def _content(request: Request, work: Work) -> bytes:
 
 
 async def _run(request: Request, work: Callable[[], Result], *, in_thread: bool) -> Result:
-    """Calls `work`, off the event loop if it is long; so many at a time as there are cores."""
+    """Calls `work`, off the event loop if it is long; so many at a time as there are cores.
+
+    Short work takes turns. The event loop runs whatever is ready before it looks for anything new,
+    so hundreds of short works that arrive together would keep it from all else until the last is
+    done; a lock is handed on once a round.
+    """
     if not in_thread:
-        return work()
+        async with request.app.state.turn:
+            return work()
     limiter: CapacityLimiter = request.app.state.limiter
     return await to_thread.run_sync(work, limiter=limiter)
 

@@ -1,12 +1,17 @@
 """POST /v1/mesh and the meshes of examples by URL."""
 
+import asyncio
+
+import httpx
 import numpy as np
 import pytest
 
 from service import pipeline
+from service.api.app import create_app
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions
+from service.settings import Settings
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
 from tests.api.client import Client
@@ -97,6 +102,28 @@ def test_long_work_gives_the_same_bytes_in_a_thread(client: Client) -> None:
     answer = client.get("/v1/surfaces/saddle/mesh.glb?resolution=150")
     wanted = pipeline.render(find("saddle").surface(), MeshOptions((150, 150)), BY_NAME["glb"])
     assert answer.content == wanted
+
+
+@pytest.mark.parametrize(
+    "mesh", ["saddle/mesh.glb?resolution=8", "utah-teapot/mesh.json?resolution=16"]
+)
+def test_health_check_does_not_wait_for_meshes_that_were_asked_for_before(mesh: str) -> None:
+    addresses = [f"/v1/surfaces/{mesh}"] * 60 + ["/health/live"]
+    assert asyncio.run(_order_of_answers(addresses)).index("/health/live") < 20
+
+
+async def _order_of_answers(addresses: list[str]) -> list[str]:
+    """The addresses by the time of their answers, all asked for at once."""
+    answered: list[str] = []
+    transport = httpx.ASGITransport(create_app(Settings()))
+    async with httpx.AsyncClient(transport=transport, base_url="http://service") as client:
+
+        async def ask(address: str) -> None:
+            assert (await client.get(address)).status_code == 200
+            answered.append(address)
+
+        await asyncio.gather(*map(ask, addresses))
+    return answered
 
 
 def test_long_body_is_parsed_in_a_thread(client: Client) -> None:
