@@ -24,6 +24,29 @@ FREE_BYTES = 1 << 20
 FREE_VALUES = 1000
 """What every document may have, however little it asks for."""
 
+_WIDE = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]\0|\0{1,3}[^\0]")
+"""How UTF-16 and UTF-32 begin: with a byte order mark, or with a zero around the first letter."""
+
+_NEEDED = "one JSON document in UTF-8 (RFC 8259)"
+
+_FOUND = (
+    ("byte order mark", "a byte order mark"),
+    ("surrogate", "half of a surrogate pair"),
+    ("control character", "a control character in a string"),
+    ("escape", "an escape that JSON does not have"),
+    ("trailing comma", "a comma with nothing behind it"),
+    ("leading zero", "a number with a leading zero"),
+    ("no digit", "a number that lacks digits"),
+    ("depth", "brackets nested too deeply"),
+    ("after document", "more text after the document"),
+    ("string key", "something else than a key in quotes"),
+    ("after key", "no colon after a key"),
+    ("empty", "an empty text"),
+    ("end of data", "the end of the text"),
+)
+"""What a refusal of the parser means, by a part of its message. Clients get these words, which
+stay the same when the parser finds others."""
+
 _NOT_FINITE = re.compile(r"[-+]?(?:nan|inf(?:inity)?)\b", re.IGNORECASE)
 
 
@@ -143,7 +166,9 @@ def _refuse_repeated_key(body: bytes) -> None:
 
 def _refusal(error: orjson.JSONDecodeError, body: bytes) -> Exception:
     """What to raise for text that the parser refused."""
-    # The position counts characters; where the text is not UTF-8 there is no text and none.
+    if issue := _not_utf8(body):
+        return MalformedJson(issue)
+    # The position counts characters.
     where = ""
     if error.pos <= MAX_PREFIX:
         where = pointer_at(body, len(error.doc[: error.pos].encode()))
@@ -163,7 +188,25 @@ def _refusal(error: orjson.JSONDecodeError, body: bytes) -> Exception:
             "malformed_json",
             f"The text is not JSON at line {error.lineno}, column {error.colno}.",
             where,
-            error.msg,
-            "one JSON document in UTF-8 (RFC 8259)",
+            _found(error.msg),
+            _NEEDED,
         )
     )
+
+
+def _not_utf8(body: bytes) -> Issue | None:
+    """The issue of bytes that are no UTF-8, or that begin like UTF-16 or UTF-32; else None."""
+    if _WIDE.match(body):
+        return Issue("malformed_json", "The text is not in UTF-8.", "", "UTF-16 or UTF-32", _NEEDED)
+    try:
+        body.decode()
+    except UnicodeDecodeError as error:
+        message = f"The text is not in UTF-8 (byte {error.start + 1})."
+        return Issue("malformed_json", message, "", "bytes that are no UTF-8", _NEEDED)
+    return None
+
+
+def _found(message: str) -> str:
+    """Our words for the parser's."""
+    fitting = (words for part, words in _FOUND if part in message)
+    return next(fitting, "a character that cannot stand here")

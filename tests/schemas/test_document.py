@@ -91,6 +91,46 @@ def test_malformed_text_is_located_by_line_and_column() -> None:
     assert "line 2, column 12" in issue.message
 
 
+@pytest.mark.parametrize(
+    ("body", "got"),
+    [
+        (b'{"a": "\xff"}', "bytes that are no UTF-8"),
+        (b'{"a": "\xed\xa0\x80"}', "bytes that are no UTF-8"),
+        ("[1]".encode("utf-16"), "UTF-16 or UTF-32"),
+        ("[1]".encode("utf-16-le"), "UTF-16 or UTF-32"),
+        ("[1]".encode("utf-16-be"), "UTF-16 or UTF-32"),
+        ("[1]".encode("utf-32"), "UTF-16 or UTF-32"),
+        ("[1]".encode("utf-32-be"), "UTF-16 or UTF-32"),
+        ("[1]".encode("utf-8-sig"), "a byte order mark"),
+        (b"", "an empty text"),
+        (b" ", "an empty text"),
+        (b"[1", "the end of the text"),
+        (b"[1] 2", "more text after the document"),
+        (b"[1,]", "a comma with nothing behind it"),
+        (b"[01]", "a number with a leading zero"),
+        (b"[1.]", "a number that lacks digits"),
+        (b"[-]", "a number that lacks digits"),
+        (b"{a: 1}", "something else than a key in quotes"),
+        (b'{"a" 1}', "no colon after a key"),
+        (b'["\\x"]', "an escape that JSON does not have"),
+        (b'["\\ud800"]', "half of a surrogate pair"),
+        (b'["\1"]', "a control character in a string"),
+        (b"[" * 1100 + b"]" * 1100, "brackets nested too deeply"),
+        (b"[tru]", "a character that cannot stand here"),
+        (b"\0", "a character that cannot stand here"),
+    ],
+)
+def test_text_that_is_not_json_is_described_in_words_of_ours(body: bytes, got: str) -> None:
+    with pytest.raises(MalformedJson) as refusal:
+        parse_document(body)
+    assert refusal.value.issues[0].got == got
+
+
+def test_byte_that_is_no_utf8_is_located() -> None:
+    with pytest.raises(MalformedJson, match=r"not in UTF-8 \(byte 8\)"):
+        parse_document(b'{"a": "\xff"}')
+
+
 def test_no_pointer_is_looked_for_out_of_sight() -> None:
     text = b"[" + b" " * MAX_PREFIX + b"NaN]"
     assert pointer_at(text, text.index(b"N")) == ""
