@@ -33,8 +33,10 @@ OK, REFUSED, USAGE, UNREACHABLE = range(4)
 _EXIT_CODES = """\
 exit codes:
   0  done
-  1  refused: the surface, an option or the file says nothing that can be computed
-  2  the command line itself is wrong
+  1  refused: the surface or an option says nothing that can be computed, a file cannot
+     be read or written, the port is taken, or standard output was closed (silently, if
+     that was by the program it is piped into)
+  2  the command line itself, or a variable SURFACE_*, is wrong
   3  the service given by --url does not answer, or fails
 """
 
@@ -93,7 +95,7 @@ def _parser() -> argparse.ArgumentParser:
 
     serve = commands.add_parser("serve", help="answer over HTTP")
     serve.add_argument("--host", help="address to listen at (SURFACE_HOST, 127.0.0.1)")
-    serve.add_argument("--port", type=int, help="port to listen at (SURFACE_PORT, 8000)")
+    serve.add_argument("--port", help="port to listen at (SURFACE_PORT, 8000)")
     serve.set_defaults(run=_serve)
 
     mesh = commands.add_parser(
@@ -141,12 +143,18 @@ def _serve(arguments: argparse.Namespace) -> int:
     import uvicorn
 
     from service.api.app import create_app
-    from service.settings import from_environment
+    from service.settings import from_environment, with_flags
 
-    settings = from_environment()
-    host = settings.host if arguments.host is None else arguments.host
-    port = settings.port if arguments.port is None else arguments.port
-    uvicorn.run(create_app(settings), host=host, port=port, timeout_graceful_shutdown=_DRAIN)
+    given = {"host": arguments.host, "port": arguments.port}
+    flags = {name: text for name, text in given.items() if text is not None}
+    settings = with_flags(from_environment(), flags)
+    host, port = settings.host, settings.port
+    try:
+        uvicorn.run(create_app(settings), host=host, port=port, timeout_graceful_shutdown=_DRAIN)
+    except SystemExit as stop:
+        if stop.code:
+            # It has logged why; its exit code would mean something else here.
+            raise Refused(f"cannot serve at {host}, port {port}; the reason stands above") from None
     return OK
 
 

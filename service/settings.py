@@ -3,7 +3,7 @@
 import logging
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 
 
 class InvalidSettings(ValueError):
-    """A variable of the environment makes no sense; the service must not start."""
+    """A variable or a flag makes no sense; the service must not start."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +40,8 @@ class Settings:
     """Origins whose pages may read answers; none switches CORS off."""
 
     def __post_init__(self) -> None:
-        for name, (low, high) in _RANGES.items():
-            value = getattr(self, name)
-            if not low <= value <= high:
-                raise InvalidSettings(
-                    f"{PREFIX}{name.upper()}: got {value}, needed {low} to {high}."
-                )
+        for name in _RANGES:
+            _check_range(PREFIX + name.upper(), name, getattr(self, name))
 
     @property
     def workers(self) -> int:
@@ -91,13 +87,39 @@ def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
     return Settings(**chosen)
 
 
-def _parsed(variable: str, text: str, kind: object) -> int | str | tuple[str, ...]:
+def with_flags(settings: Settings, flags: Mapping[str, str]) -> Settings:
+    """The settings with those that the command line gives: flags by their names, such as "port".
+
+    Raises
+    ------
+    InvalidSettings
+        Naming the flag, what it holds and what it may hold, as for a variable.
+    """
+    kinds = {field.name: field.type for field in fields(Settings)}
+    chosen: dict[str, Any] = {}
+    for name, text in flags.items():
+        chosen[name] = _parsed(f"--{name}", text, kinds[name])
+        if name in _RANGES:
+            _check_range(f"--{name}", name, chosen[name])
+    return replace(settings, **chosen)
+
+
+def _check_range(place: str, name: str, value: int) -> None:
+    low, high = _RANGES[name]
+    if not low <= value <= high:
+        raise InvalidSettings(f"{place}: got {value}, needed {low} to {high}.")
+
+
+def _parsed(place: str, text: str, kind: object) -> int | str | tuple[str, ...]:
+    """The value of a text that stands at `place`, a variable or a flag."""
     if kind is int:
         try:
             return int(text)
         except ValueError:
-            raise InvalidSettings(f"{variable}: got {text!r}, needed a whole number.") from None
+            raise InvalidSettings(f"{place}: got {text!r}, needed a whole number.") from None
     if kind is str:
+        if not text:
+            raise InvalidSettings(f"{place}: got nothing, needed a name or an address.")
         return text
     return tuple(part.strip() for part in text.split(",") if part.strip())
 

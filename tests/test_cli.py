@@ -125,6 +125,8 @@ def test_refused_option_names_itself(
         (["mesh", "saddle", "-o", "-"], "--format"),
         (["mesh", "saddle", "-o", "x.glb", "--format", "fbx"], "glb"),
         (["mesh", "saddle", "-o", "x.glb", "--url", "ftp://127.0.0.1"], "--url"),
+        (["serve", "--port", "70000"], "--port: got 70000, needed 0 to 65535"),
+        (["serve", "--port", "http"], "--port: got 'http', needed a whole number"),
     ],
 )
 def test_misuse(capsys: pytest.CaptureFixture[str], arguments: list[str], text: str) -> None:
@@ -277,6 +279,17 @@ def test_serve_answers_until_it_is_told_to_stop() -> None:
             process.terminate()
             output = process.communicate(timeout=30)[0].decode()
     assert "Finished server process" in output
+
+
+def test_a_port_that_is_taken_is_no_service_that_is_away(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = str(taken.getsockname()[1])
+        assert main(["serve", "--port", port]) == 1
+    assert f"cannot serve at 127.0.0.1, port {port}" in capsys.readouterr().err
 
 
 def _health(url: str, process: subprocess.Popen[bytes]) -> dict[str, str]:

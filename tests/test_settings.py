@@ -6,7 +6,7 @@ from dataclasses import fields
 import pytest
 from threadpoolctl import threadpool_info
 
-from service.settings import InvalidSettings, Settings, from_environment, pin_blas
+from service.settings import InvalidSettings, Settings, from_environment, pin_blas, with_flags
 
 
 def test_an_empty_environment_gives_the_defaults() -> None:
@@ -34,6 +34,7 @@ def test_no_origins_is_a_list_too() -> None:
         ("SURFACE_PORT", "tcp://10.0.0.1:80"),
         ("SURFACE_PORT", "65536"),
         ("SURFACE_PORT", ""),
+        ("SURFACE_HOST", ""),
         ("SURFACE_THREADS", "-1"),
         ("SURFACE_MAX_DEGREE", "65"),
         ("SURFACE_MAX_BODY_BYTES", "64 MiB"),
@@ -43,6 +44,26 @@ def test_no_origins_is_a_list_too() -> None:
 def test_nonsense_stops_the_start_and_is_named(variable: str, text: str) -> None:
     with pytest.raises(InvalidSettings, match=variable):
         from_environment({variable: text})
+
+
+def test_flags_are_stronger_than_the_environment() -> None:
+    settings = from_environment({"SURFACE_PORT": "81", "SURFACE_HOST": "::1"})
+    assert with_flags(settings, {"port": "82"}) == Settings(host="::1", port=82)
+    assert with_flags(settings, {}) == settings
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("port", "70000", "--port: got 70000, needed 0 to 65535"),
+        ("port", "-1", "--port: got -1, needed 0 to 65535"),
+        ("port", "http", "--port: got 'http', needed a whole number"),
+        ("host", "", "--host: got nothing"),
+    ],
+)
+def test_flags_are_checked_as_variables_are(name: str, text: str, message: str) -> None:
+    with pytest.raises(InvalidSettings, match=message):
+        with_flags(Settings(), {name: text})
 
 
 def test_unknown_variable_is_reported(caplog: pytest.LogCaptureFixture) -> None:
