@@ -6,11 +6,12 @@ Whatever is heavy is imported by the command that needs it, so that `--help` ans
 import argparse
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from service.errors import SurfaceError
+from service.errors import Issue, SurfaceError, first_part, pointer
 
 if TYPE_CHECKING:
     import httpx
@@ -55,7 +56,7 @@ class ServiceError(Exception):
 
 
 class Refused(Exception):
-    """The service refused the request; the lines say why."""
+    """Nothing can be done, and the lines say why."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -67,7 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return int(options.run(options))
     except SurfaceError as error:
         for issue in error.issues:
-            _complain(_line(issue.pointer, issue.message, issue.got, issue.needed))
+            _complain(_issue_line(issue))
         return REFUSED
     except Refused as error:
         for line in error.args:
@@ -162,10 +163,13 @@ def _mesh(arguments: argparse.Namespace) -> int:
     fmt = _format(arguments)
     source = _source(arguments.source)
     chosen = _chosen(arguments)
-    if arguments.url is None:
-        content = _local(source, chosen, fmt)
-    else:
-        content = _remote(arguments.url, source, chosen, fmt)
+    try:
+        if arguments.url is None:
+            content = _local(source, chosen, fmt)
+        else:
+            content = _remote(arguments.url, source, chosen, fmt)
+    except SurfaceError as error:
+        raise Refused(*(_issue_line(issue, chosen) for issue in error.issues)) from None
     _write(arguments.output, content)
     return OK
 
@@ -174,6 +178,8 @@ def _format(arguments: argparse.Namespace) -> "Format":
     """The format by name, else by the suffix of the output."""
     from service.encoders.registry import BY_NAME, BY_SUFFIX
 
+    if not arguments.output:
+        raise UsageError("--output: empty; needed a file, or - for standard output")
     if arguments.format is not None:
         if arguments.format not in BY_NAME:
             raise UsageError(f"--format: unknown; needed one of {', '.join(BY_NAME)}")
@@ -195,9 +201,13 @@ def _source(source: str) -> str | dict[str, Any]:
     from service.schemas.document import parse_document
     from service.surface.examples import EXAMPLES
 
+    if not source:
+        raise UsageError("the name is empty; needed a file, an example or - for standard input")
     if source in EXAMPLES and not Path(source).exists():
         return source
     if source == "-":
+        if sys.stdin is None:
+            raise Refused("standard input is closed")
         document = parse_document(sys.stdin.buffer.read())
     elif Path(source).exists():
         document = parse_document(Path(source).read_bytes())
@@ -265,44 +275,62 @@ def _remote(
         raise UsageError(f"--url: {error}") from None
     except httpx.TransportError as error:
         raise ServiceError(f"{url} does not answer: {type(error).__name__}") from None
-    if answer.status_code == httpx.codes.OK:
+    media_type = answer.headers.get("content-type", "").partition(";")[0]
+    if answer.status_code == httpx.codes.OK and media_type == fmt.media_type.partition(";")[0]:
         return answer.content
-    raise _unhappy(answer)
+    problem = _problem(answer) if media_type == "application/problem+json" else {}
+    raise _unhappy(answer, problem, url, chosen)
 
 
-def _unhappy(answer: "httpx.Response") -> Exception:
-    """What an answer other than 200 means for the person at the terminal."""
-    if answer.headers.get("content-type") != "application/problem+json":
-        return ServiceError(f"{answer.url} answers {answer.status_code}: not a surface service?")
-    problem = answer.json()
+def _problem(answer: "httpx.Response") -> dict[str, Any]:
+    """The problem document (RFC 9457) that an answer holds; empty if it is none of our service."""
+    try:
+        problem = answer.json()
+    except ValueError:
+        return {}
+    known = isinstance(problem, dict) and {"code", "detail", "errors"} <= problem.keys()
+    # The addresses and methods that are used here exist in every such service.
+    if not known or problem["code"] in ("not_found", "method_not_allowed"):
+        return {}
+    return dict(problem)
+
+
+def _unhappy(
+    answer: "httpx.Response", problem: Mapping[str, Any], url: str, chosen: Mapping[str, str]
+) -> Exception:
+    """What an answer without a mesh means for the person at the terminal."""
+    if not problem:
+        return ServiceError(f"{url}: not a surface service ({answer.status_code} {answer.url})")
     if answer.is_server_error:
-        return ServiceError(f"{answer.url} failed: {problem['detail']}")
-    lines = [
-        _line(
-            error.get("pointer") or error.get("parameter") or error.get("header", ""),
+        return ServiceError(f"{url} failed: {problem['detail']}")
+    issues = [
+        Issue(
+            error["code"],
             error["detail"],
+            error.get("pointer")
+            or pointer(error[k] for k in ("parameter", "header") if k in error),
             error.get("got", ""),
             error.get("needed", ""),
         )
         for error in problem["errors"]
     ]
-    return Refused(*(lines or [problem["detail"]]))
+    return Refused(*([_issue_line(issue, chosen) for issue in issues] or [problem["detail"]]))
 
 
 def _examples(_: argparse.Namespace) -> int:
     from service.surface.examples import EXAMPLES
 
     width = max(map(len, EXAMPLES))
-    for example in EXAMPLES.values():
-        print(f"{example.id:<{width}}  {example.title}")
+    _print_lines(f"{example.id:<{width}}  {example.title}" for example in EXAMPLES.values())
     return OK
 
 
 def _formats(_: argparse.Namespace) -> int:
     from service.encoders.registry import FORMATS
 
-    for fmt in FORMATS:
-        print(f"{fmt.name:<5} .{fmt.suffix:<5} {fmt.media_type:<20} {fmt.title}")
+    _print_lines(
+        f"{fmt.name:<5} .{fmt.suffix:<5} {fmt.media_type:<20} {fmt.title}" for fmt in FORMATS
+    )
     return OK
 
 
@@ -311,19 +339,33 @@ def _openapi(_: argparse.Namespace) -> int:
 
     from service.api.openapi import document
 
-    text = json.dumps(document(), indent=2, ensure_ascii=False) + "\n"
-    sys.stdout.buffer.write(text.encode())
-    sys.stdout.buffer.flush()
+    _print_lines([json.dumps(document(), indent=2, ensure_ascii=False)])
     return OK
 
 
+def _print_lines(lines: Iterable[str]) -> None:
+    _print("".join(f"{line}\n" for line in lines).encode())
+
+
 def _write(output: str, content: bytes) -> None:
-    """Writes a whole file or none: beside its place first, then into it."""
+    """Writes to a file, or to standard output for "-".
+
+    Raises
+    ------
+    OSError
+        With the name that was given, not that of a file beside it.
+    """
     if output == "-":
-        sys.stdout.buffer.write(content)
-        sys.stdout.buffer.flush()
+        _print(content)
         return
-    place = Path(os.path.realpath(output))
+    try:
+        _write_file(Path(os.path.realpath(output)), content)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, output) from None
+
+
+def _write_file(place: Path, content: bytes) -> None:
+    """Writes a whole file or none: beside its place first, then into it."""
     if place.exists() and not place.is_file():
         # A device or a pipe: nothing may be put in its place.
         place.write_bytes(content)
@@ -337,11 +379,33 @@ def _write(output: str, content: bytes) -> None:
         beside.unlink(missing_ok=True)
 
 
-def _line(place: str, message: str, got: str, needed: str) -> str:
-    """One issue as a line."""
-    facts = ", ".join(f"{name} {text}" for name, text in (("got", got), ("needed", needed)) if text)
-    return (f"{place}: " if place else "") + message + (f" ({facts})" if facts else "")
+def _print(content: bytes) -> None:
+    """Writes to standard output; silent where the program that should read it has ended."""
+    if sys.stdout is None:
+        raise Refused("standard output is closed")
+    rest = memoryview(content)
+    try:
+        while rest:  # with PYTHONUNBUFFERED a write may end early, and only the next one fails
+            rest = rest[sys.stdout.buffer.write(rest) :]
+        sys.stdout.buffer.flush()
+    except OSError as error:
+        # Python writes what is left in the buffer when it ends, and would fail once more.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            raise Refused from None
+        raise OSError(error.errno, error.strerror, "standard output") from None
+
+
+def _issue_line(issue: Issue, chosen: Mapping[str, str] = MappingProxyType({})) -> str:
+    """One issue as a line; it names the flag where the value is one that the command line chose."""
+    name = first_part(issue.pointer)
+    place = f"--{name.replace('_', '-')}" if name in chosen else issue.pointer
+    facts = ", ".join(
+        f"{name} {text}" for name, text in (("got", issue.got), ("needed", issue.needed)) if text
+    )
+    return (f"{place}: " if place else "") + issue.message + (f" ({facts})" if facts else "")
 
 
 def _complain(line: str) -> None:
-    print(f"surface: {line}", file=sys.stderr)
+    if sys.stderr is not None:  # else `print` would take standard output
+        print(f"surface: {line}", file=sys.stderr)

@@ -101,11 +101,11 @@ def test_refusal_names_the_place_and_writes_nothing(
 @pytest.mark.parametrize(
     ("arguments", "place"),
     [
-        (["--resolution", "0"], "/resolution"),
-        (["--resolution", "60000"], "/resolution"),
-        (["--faces", "quads"], "/faces"),
-        (["--overlays", "edges"], "/overlays/0"),
-        (["--crease-angle", "wide"], "/crease_angle"),
+        (["--resolution", "0"], "--resolution"),
+        (["--resolution", "60000"], "--resolution"),
+        (["--faces", "quads"], "--faces"),
+        (["--overlays", "edges"], "--overlays"),
+        (["--crease-angle", "wide"], "--crease-angle"),
     ],
 )
 def test_refused_option_names_itself(
@@ -123,6 +123,8 @@ def test_refused_option_names_itself(
         (["mesh", "teapot", "-o", "x.glb"], "utah-teapot"),
         (["mesh", "saddle", "-o", "x.fbx"], "--format"),
         (["mesh", "saddle", "-o", "-"], "--format"),
+        (["mesh", "saddle", "-o", "", "--format", "glb"], "--output: empty"),
+        (["mesh", "", "-o", "x.glb"], "the name is empty"),
         (["mesh", "saddle", "-o", "x.glb", "--format", "fbx"], "glb"),
         (["mesh", "saddle", "-o", "x.glb", "--url", "ftp://127.0.0.1"], "--url"),
         (["serve", "--port", "70000"], "--port: got 70000, needed 0 to 65535"),
@@ -152,7 +154,52 @@ def test_bad_settings_stop_the_command(
 def test_folder_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "none" / "saddle.glb"
     assert main(["mesh", "saddle", "-o", str(output), "--resolution", "1"]) == 1
-    assert "No such file or directory" in capsys.readouterr().err
+    assert capsys.readouterr().err == f"surface: {output}: No such file or directory\n"
+
+
+COMMAND = f"{sys.executable} -m service"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "mesh utah-teapot -o - --format json | true",
+        "mesh utah-teapot -o - --format json | head -c 10",
+        "openapi | true",
+    ],
+)
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_reader_that_has_had_enough_is_one_exit_code_and_no_message(
+    monkeypatch: pytest.MonkeyPatch, command: str, unbuffered: str
+) -> None:
+    monkeypatch.setenv("PYTHONUNBUFFERED", unbuffered)
+    done = _bash(f"{COMMAND} {command}; exit ${{PIPESTATUS[0]}}")
+    assert (done.returncode, done.stderr) == (1, "")
+
+
+@pytest.mark.parametrize("command", ["mesh sphere -o - --format glb", "formats", "openapi"])
+def test_closed_standard_output(command: str) -> None:
+    done = _bash(f"{COMMAND} {command} >&-")
+    assert (done.returncode, done.stderr) == (1, "surface: standard output is closed\n")
+
+
+def test_full_standard_output() -> None:
+    done = _bash(f"{COMMAND} formats >/dev/full")
+    assert (done.returncode, done.stderr) == (
+        1,
+        "surface: standard output: No space left on device\n",
+    )
+
+
+def test_closed_standard_input_and_closed_standard_error() -> None:
+    done = _bash(f"{COMMAND} mesh - -o x.glb <&-")
+    assert (done.returncode, done.stderr) == (1, "surface: standard input is closed\n")
+    done = _bash(f"{COMMAND} mesh sponge -o - --format glb 2>&-")
+    assert (done.returncode, done.stdout) == (2, "")
+
+
+def _bash(script: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=False)
 
 
 def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
@@ -212,14 +259,44 @@ def test_remote_work_gives_the_same_bytes(server: str, tmp_path: Path, net: Path
 
 
 @pytest.mark.parametrize("source", ["saddle", "file"])
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--faces", "quads"],
+        ["--resolution", "0"],
+        ["--resolution", "60000"],
+        ["--overlays", "boundary,edges"],
+        ["--crease-angle", "wide", "--oogl", "x"],
+    ],
+)
 def test_remote_refusal_reads_like_a_local_one(
+    server: str, net: Path, capsys: pytest.CaptureFixture[str], source: str, options: list[str]
+) -> None:
+    command = ["mesh", str(net) if source == "file" else source, "-o", "x.glb", *options]
+    assert main(command) == 1
+    local = capsys.readouterr().err
+    assert main([*command, "--url", server]) == 1
+    assert capsys.readouterr().err == local
+    assert local.startswith(f"surface: {options[0]}: ")
+
+
+def test_option_of_a_file_is_named_by_its_place_in_the_file(
+    server: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "request.json"
+    file.write_text(json.dumps({"surface": SURFACE, "overlays": ["edges"]}), "utf-8")
+    for url in ([], ["--url", server]):
+        assert main(["mesh", str(file), "-o", "x.glb", "--resolution", "2", *url]) == 1
+        assert capsys.readouterr().err.startswith("surface: /overlays/0: ")
+
+
+@pytest.mark.parametrize("source", ["saddle", "file"])
+def test_address_at_a_service_that_is_not_its_root(
     server: str, net: Path, capsys: pytest.CaptureFixture[str], source: str
 ) -> None:
-    source = str(net) if source == "file" else source
-    assert main(["mesh", source, "-o", "x.glb", "--faces", "quads", "--url", server]) == 1
-    assert "faces: " in capsys.readouterr().err
-    assert main(["mesh", source, "-o", "x.glb", "--resolution", "0", "--url", server]) == 1
-    assert "resolution: " in capsys.readouterr().err
+    url, source = f"{server}/foo", str(net) if source == "file" else source
+    assert main(["mesh", source, "-o", "x.glb", "--url", url]) == 3
+    assert f"{url}: not a surface service" in capsys.readouterr().err
 
 
 def test_service_that_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
@@ -235,9 +312,15 @@ class _Stranger(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         broken = self.path.startswith("/broken/")
-        problem = {"status": 500, "detail": "The fault is ours.", "errors": []}
+        happy = self.path.startswith("/happy/")
+        problem = {
+            "status": 500,
+            "code": "internal_error",
+            "detail": "The fault is ours.",
+            "errors": [],
+        }
         body = json.dumps(problem).encode() if broken else b"<h1>Welcome</h1>"
-        self.send_response(500 if broken else 404)
+        self.send_response(500 if broken else 200 if happy else 404)
         self.send_header("Content-Type", "application/problem+json" if broken else "text/html")
         self.send_header("Content-Length", str(len(body)))
         self.end_headers()
@@ -258,7 +341,12 @@ def stranger() -> Iterator[str]:
 
 
 @pytest.mark.parametrize(
-    ("path", "text"), [("", "not a surface service"), ("/broken", "The fault is ours.")]
+    ("path", "text"),
+    [
+        ("", "not a surface service"),
+        ("/happy", "not a surface service"),
+        ("/broken", "The fault is ours."),
+    ],
 )
 def test_service_that_fails_or_is_none(
     stranger: str, capsys: pytest.CaptureFixture[str], path: str, text: str
