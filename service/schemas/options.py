@@ -37,7 +37,10 @@ class MeshOptionFields(StrictModel):
     )
     weld: bool = Field(
         default=_DEFAULTS.weld,
-        description="Whether patches share the vertices of the edges that they share.",
+        description="Whether patches share the vertices of the edges that they share. `false` "
+        "keeps every sample of every patch as a vertex of its own, patch after patch, sample "
+        "(i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that "
+        "no face uses.",
     )
     crease_angle: Annotated[float, Field(ge=0, le=pi)] = Field(
         default=_DEFAULTS.crease_angle,

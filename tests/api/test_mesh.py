@@ -89,6 +89,27 @@ def test_all_options_mean_the_same_in_the_body_and_in_the_query(client: Client) 
     assert plain.content != client.get(f"/v1/surfaces/utah-teapot/mesh.json?{query}").content
 
 
+def test_without_weld_every_sample_is_a_vertex_in_the_order_that_is_documented(
+    client: Client,
+) -> None:
+    """Bilinear patches of a flat grid; the last has a pole at u = 0."""
+    vertices = [[x, y, 0] for x in range(3) for y in range(3)]
+    surface = {
+        "type": "patches",
+        "vertices": vertices,
+        "patches": [[[0, 1], [3, 4]], [[1, 2], [4, 5]], [[4, 4], [7, 8]]],
+    }
+    mesh = client.post("/v1/mesh", {"surface": surface, "resolution": [2, 4], "weld": False}).json()
+    i, j = np.divmod(np.arange(3 * 5), 5)
+    u, v = i / 2, j / 4
+    wanted = [np.column_stack((u, v, 0 * u)), np.column_stack((u, 1 + v, 0 * u))]
+    wanted.append(np.column_stack((1 + u, 1 + u * v, 0 * u)))
+    np.testing.assert_allclose(mesh["vertices"], np.concatenate(wanted), atol=1e-15)
+    unused = set(range(3 * 15)) - {index for face in mesh["faces"] for index in face}
+    assert unused
+    assert unused < set(range(30, 35)), "samples at the pole"
+
+
 def test_form_of_oogl_is_read_and_left_alone_by_other_formats(client: Client) -> None:
     document = {"surface": BEZIER, "resolution": 2, "oogl": "bez"}
     wanted = pipeline.render(
