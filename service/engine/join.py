@@ -44,7 +44,7 @@ def join(
                 out[rows] = whole[run].reshape(-1, corners)
         found.append(out)
     triangles, quads = found
-    if welding is not None and (layout.divisions.min() < 2 or layout.seams.folded.any()):
+    if welding is not None and layout.folds:
         triangles, quads, counts = _without_slivers(triangles, quads, counts, welding.welds)
     return triangles, quads, _parts(model, counts)
 

@@ -119,6 +119,11 @@ class Layout:
         """Whether any side has samples of its own beside its grid."""
         return bool((self.extra >= 0).any())
 
+    @property
+    def folds(self) -> bool:
+        """Whether faces may have one place twice that no pattern knows of."""
+        return bool(self.divisions.min() < 2 or self.seams.folded.any())
+
     def grid_samples(self, sides: Ints, divisions: int) -> Ints:
         """Samples of the grids along sides (patch · 4 + side) that have R divisions: (n, R+1)."""
         patch, side = np.divmod(sides, 4)

@@ -18,7 +18,7 @@ from service.engine.overlays import draw
 from service.engine.patterns import used_samples
 from service.engine.sampling import SampleRows, sample
 from service.engine.scratch import Real
-from service.engine.weld import Welding, weld
+from service.engine.weld import Welding, weld, without_unused
 from service.surface.lowered import FloatArray, PatchModel
 
 FAR = 256.0
@@ -42,10 +42,13 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     origin = _origin(model, single)
     rows = sample(layout, options, dtype, origin)
     welding = _weld(layout, rows, options)
+    triangles, quads, parts = join(model, layout, welding, options.faces)
     if welding is not None:
+        if layout.folds and options.weld:
+            welding = without_unused(welding, (triangles, quads))
+            triangles, quads, parts = join(model, layout, welding, options.faces)
         rows = rows.take(welding.samples)
     welds = _welds(welding) if options.weld else None
-    triangles, quads, parts = join(model, layout, welding, options.faces)
     boundary, watertight = borders(layout, options, (triangles, quads), welds)
     low, high = _bounds(rows.positions, origin)
     return Mesh(

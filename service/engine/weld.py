@@ -5,7 +5,7 @@ from math import sin
 
 import numpy as np
 
-from service.engine.mesh import Ints, RealArray
+from service.engine.mesh import IndexArray, Ints, RealArray
 from service.engine.near import leaders
 
 
@@ -64,6 +64,25 @@ def weld(
     number = first[place]
     number[samples] = own[: len(samples)]
     return Welding(number[leader], samples, first[place[samples]])
+
+
+def without_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Welding:
+    """The welding without vertices that none of these faces has.
+
+    A place that no face has keeps its vertices: a grid may show it.
+    """
+    used = np.zeros(len(welding.samples), dtype=bool)
+    for rows in faces:
+        used[rows] = True
+    shown = np.zeros_like(used)
+    shown[welding.welds[used]] = True
+    used |= ~shown[welding.welds]
+    kept = np.flatnonzero(used)
+    number = np.cumsum(used) - 1
+    first = np.zeros_like(number)
+    first[welding.welds[kept[::-1]]] = number[kept[::-1]]
+    vertex = np.where(used, number, first[welding.welds])
+    return Welding(vertex[welding.vertex], welding.samples[kept], first[welding.welds[kept]])
 
 
 def _average(normals: RealArray, leader: Ints) -> None:

@@ -66,6 +66,11 @@ def check_values(mesh: Mesh) -> None:
         assert faces.dtype == np.uint32
         assert faces.shape[1:] == (corners,)
         assert faces.max(initial=0) < count
+    if mesh.report.triangles + mesh.report.quads and mesh.welds is not None:
+        # A vertex that no face has stands for a place that no face has.
+        used = np.union1d(mesh.triangles, mesh.quads)
+        unused = np.setdiff1d(np.arange(count), used)
+        assert not np.isin(mesh.welds[unused], mesh.welds[used]).any()
     _check_attributes(mesh, count)
     _check_welds(mesh)
     _check_parts(mesh)
