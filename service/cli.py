@@ -11,20 +11,15 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from service.errors import Issue, SurfaceError, first_part, pointer
+from service.errors import BadAddress, Issue, ServiceFailed, SurfaceError, first_part
 
 if TYPE_CHECKING:
-    import httpx
-
     from service.encoders.format import Format
 
 OPTIONS = (
     "resolution", "faces", "normals", "uvs", "weld", "crease_angle", "overlays", "oogl",
 )  # fmt: skip
 """The options of a mesh, by name; their models would take too long to import for `--help`."""
-
-_PATIENCE = 600.0
-"""Seconds to wait for the service's answer."""
 
 _DRAIN = 25
 """Seconds that answers under way may take once the service is told to stop."""
@@ -51,10 +46,6 @@ class UsageError(Exception):
     """The command line cannot be understood."""
 
 
-class ServiceError(Exception):
-    """The service that should do the work does not, and it is not the request's fault."""
-
-
 class Refused(Exception):
     """Nothing can be done, and the lines say why."""
 
@@ -74,10 +65,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for line in error.args:
             _complain(line)
         return REFUSED
-    except (UsageError, InvalidSettings) as error:
+    except (UsageError, BadAddress, InvalidSettings) as error:
         _complain(str(error))
         return USAGE
-    except ServiceError as error:
+    except ServiceFailed as error:
         _complain(str(error))
         return UNREACHABLE
     except OSError as error:
@@ -167,7 +158,9 @@ def _mesh(arguments: argparse.Namespace) -> int:
         if arguments.url is None:
             content = _local(source, chosen, fmt)
         else:
-            content = _remote(arguments.url, source, chosen, fmt)
+            from service.remote import remote_mesh
+
+            content = remote_mesh(arguments.url, source, chosen, fmt)
     except SurfaceError as error:
         raise Refused(*(_issue_line(issue, chosen) for issue in error.issues)) from None
     _write(arguments.output, content)
@@ -248,73 +241,6 @@ def _local(source: str | dict[str, Any], chosen: Mapping[str, str], fmt: "Format
     return pipeline.render(
         surface, wanted.mesh_options(), fmt, EncodeOptions(wanted.oogl), result_limits(settings)
     )
-
-
-def _remote(
-    url: str, source: str | dict[str, Any], chosen: Mapping[str, str], fmt: "Format"
-) -> bytes:
-    """The file, computed by the service at `url`."""
-    import httpx
-    import orjson
-
-    from service.schemas.query import values_from_text
-
-    try:
-        with httpx.Client(base_url=url, timeout=httpx.Timeout(_PATIENCE, connect=10)) as client:
-            if isinstance(source, str):
-                path = f"/v1/surfaces/{source}/mesh.{fmt.suffix}"
-                answer = client.get(path, params=dict(chosen))
-            else:
-                answer = client.post(
-                    "/v1/mesh",
-                    params={"format": fmt.name},
-                    content=orjson.dumps(source | values_from_text(chosen.items())),
-                    headers={"Content-Type": "application/json"},
-                )
-    except (httpx.InvalidURL, httpx.UnsupportedProtocol) as error:
-        raise UsageError(f"--url: {error}") from None
-    except httpx.TransportError as error:
-        raise ServiceError(f"{url} does not answer: {type(error).__name__}") from None
-    media_type = answer.headers.get("content-type", "").partition(";")[0]
-    if answer.status_code == httpx.codes.OK and media_type == fmt.media_type.partition(";")[0]:
-        return answer.content
-    problem = _problem(answer) if media_type == "application/problem+json" else {}
-    raise _unhappy(answer, problem, url, chosen)
-
-
-def _problem(answer: "httpx.Response") -> dict[str, Any]:
-    """The problem document (RFC 9457) that an answer holds; empty if it is none of our service."""
-    try:
-        problem = answer.json()
-    except ValueError:
-        return {}
-    known = isinstance(problem, dict) and {"code", "detail", "errors"} <= problem.keys()
-    # The addresses and methods that are used here exist in every such service.
-    if not known or problem["code"] in ("not_found", "method_not_allowed"):
-        return {}
-    return dict(problem)
-
-
-def _unhappy(
-    answer: "httpx.Response", problem: Mapping[str, Any], url: str, chosen: Mapping[str, str]
-) -> Exception:
-    """What an answer without a mesh means for the person at the terminal."""
-    if not problem:
-        return ServiceError(f"{url}: not a surface service ({answer.status_code} {answer.url})")
-    if answer.is_server_error:
-        return ServiceError(f"{url} failed: {problem['detail']}")
-    issues = [
-        Issue(
-            error["code"],
-            error["detail"],
-            error.get("pointer")
-            or pointer(error[k] for k in ("parameter", "header") if k in error),
-            error.get("got", ""),
-            error.get("needed", ""),
-        )
-        for error in problem["errors"]
-    ]
-    return Refused(*([_issue_line(issue, chosen) for issue in issues] or [problem["detail"]]))
 
 
 def _examples(_: argparse.Namespace) -> int:

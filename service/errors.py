@@ -62,6 +62,14 @@ class TooLarge(SurfaceError):
     """The result would exceed a limit; known from the request's shapes, before any allocation."""
 
 
+class BadAddress(Exception):
+    """The address of a service is none."""
+
+
+class ServiceFailed(Exception):
+    """A service that should do the work does not, and it is not the request's fault."""
+
+
 def pointer(parts: Iterable[str | int]) -> str:
     """JSON pointer of a path (RFC 6901, section 3), `~` and `/` escaped."""
     return "".join("/" + str(part).replace("~", "~0").replace("/", "~1") for part in parts)

@@ -1,0 +1,88 @@
+"""The same work, done by a service that runs elsewhere."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import httpx
+import orjson
+
+from service.encoders.format import Format
+from service.errors import BadAddress, InvalidRequest, Issue, ServiceFailed, pointer
+from service.schemas.query import values_from_text
+
+PATIENCE = 600.0
+"""Seconds to wait for the answer."""
+
+
+def remote_mesh(
+    url: str, source: str | dict[str, Any], chosen: Mapping[str, str], fmt: Format
+) -> bytes:
+    """The file of this format, computed by the service at `url`.
+
+    Parameters
+    ----------
+    source : str or dict
+        Id of an example, or the document of a request.
+    chosen : Mapping
+        Options by name, as text.
+
+    Raises
+    ------
+    InvalidRequest
+        What the service found wrong, as if it had been found here.
+    BadAddress, ServiceFailed
+    """
+    try:
+        with httpx.Client(base_url=url, timeout=httpx.Timeout(PATIENCE, connect=10)) as client:
+            if isinstance(source, str):
+                path = f"/v1/surfaces/{source}/mesh.{fmt.suffix}"
+                answer = client.get(path, params=dict(chosen))
+            else:
+                answer = client.post(
+                    "/v1/mesh",
+                    params={"format": fmt.name},
+                    content=orjson.dumps(source | values_from_text(chosen.items())),
+                    headers={"Content-Type": "application/json"},
+                )
+    except (httpx.InvalidURL, httpx.UnsupportedProtocol) as error:
+        raise BadAddress(f"--url: {error}") from None
+    except httpx.TransportError as error:
+        raise ServiceFailed(f"{url} does not answer: {type(error).__name__}") from None
+    media_type = answer.headers.get("content-type", "").partition(";")[0]
+    if answer.status_code == httpx.codes.OK and media_type == fmt.media_type.partition(";")[0]:
+        return answer.content
+    problem = _problem(answer) if media_type == "application/problem+json" else {}
+    if not problem:
+        raise ServiceFailed(f"{url}: not a surface service ({answer.status_code} {answer.url})")
+    if answer.is_server_error:
+        raise ServiceFailed(f"{url} failed: {problem['detail']}")
+    raise InvalidRequest(*_issues(problem))
+
+
+def _problem(answer: httpx.Response) -> dict[str, Any]:
+    """The problem document (RFC 9457) that an answer holds; empty if it is none of our service."""
+    try:
+        problem = answer.json()
+    except ValueError:
+        return {}
+    known = isinstance(problem, dict) and {"code", "detail", "errors"} <= problem.keys()
+    # The addresses and methods that are used here exist in every such service.
+    if not known or problem["code"] in ("not_found", "method_not_allowed"):
+        return {}
+    return dict(problem)
+
+
+def _issues(problem: Mapping[str, Any]) -> list[Issue]:
+    """What is wrong, as it would have been found here; at least one issue."""
+    issues = [
+        Issue(
+            error["code"],
+            error["detail"],
+            error.get("pointer")
+            or pointer(error[k] for k in ("parameter", "header") if k in error),
+            error.get("got", ""),
+            error.get("needed", ""),
+        )
+        for error in problem["errors"]
+    ]
+    return issues or [Issue(problem["code"], problem["detail"])]
