@@ -74,6 +74,7 @@ class Evaluation:
         self.heaviest = 1.0 if patches.weights is None else float(patches.weights.max())
         self._doubtful: list[NDArray[np.intp]] = []
         self._poles = 0
+        self._replaced = False
 
     def nets(self, first: int, last: int) -> "ChunkNets":
         """Planes of the nets of patches [first, last), ready for products.
@@ -190,6 +191,7 @@ class Evaluation:
             return
         self.normals[index] = normals
         self._poles += poles
+        self._replaced = True
         done = np.zeros(self.patches.count, dtype=bool)
         done[index] = True
         found = np.concatenate(self._doubtful)
@@ -222,7 +224,9 @@ class Evaluation:
             basis = sampled(degree, divisions), sampled(degree - 1, divisions)
             found = pole_normals(self.patches, side, index, basis)
             rows = side_of(normals, side)
-            rows[index] = np.where(np.isnan(found), rows[index], found)
+            if self._replaced:
+                found = np.where(np.isnan(found), rows[index], found)
+            rows[index] = found
 
 
 @dataclass(frozen=True, eq=False, slots=True)
