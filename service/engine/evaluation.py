@@ -130,7 +130,7 @@ class Evaluation:
         self,
         vectors: RealArray,
         out: RealArray,
-        trust: RealArray | float,
+        trust: RealArray,
         first: int,
     ) -> None:
         """Writes unit vectors, and notes which samples, counted from `first`, are doubtful."""
@@ -177,12 +177,10 @@ class Evaluation:
 
     def crowded(self) -> NDArray[np.intp]:
         """Patches of whose normals more than an eighth are doubtful."""
-        if not self._doubtful:
+        if 8 * sum(map(len, self._doubtful)) <= self.each:
             return np.empty(0, dtype=np.intp)
-        found = np.concatenate(self._doubtful)
-        if 8 * len(found) <= self.each:
-            return found[:0]
-        counts = np.bincount(found // self.each, minlength=self.patches.count)
+        patch = np.concatenate(self._doubtful) // self.each
+        counts = np.bincount(patch, minlength=self.patches.count)
         return np.flatnonzero(8 * counts > self.each)
 
     def replace_normals(self, index: NDArray[np.intp], normals: RealArray, poles: int) -> None:

@@ -24,7 +24,7 @@ from service.engine.mesh import RealArray
 from service.engine.scratch import scratch
 from service.engine.vectors import cross_polynomial
 
-CHUNK_SAMPLES = 24_576
+CHUNK_SAMPLES = 18_432
 """Samples worked on at a time: a dozen planes of them fit the second-level cache."""
 
 
