@@ -71,6 +71,23 @@ def sampled_columns(
     )
 
 
+def sampled_with_slopes(degree: int, divisions: int) -> RealArray:
+    """Basis at R equal divisions, and below it the derivatives ÷ n: what gives C and C' at once.
+
+        d/dt B_i^n ÷ n = B_{i−1}^{n−1} − B_i^{n−1}
+
+    Returns
+    -------
+    ndarray of float64, shape (2(R+1), n+1); cached, read-only
+    """
+
+    def build() -> RealArray:
+        below = np.pad(sampled(degree - 1, divisions), ((0, 0), (1, 1)))
+        return np.concatenate([sampled(degree, divisions), below[:, :-1] - below[:, 1:]])
+
+    return PLANS.get(("slopes", degree, divisions), build)
+
+
 def sampled_grid(
     degree: tuple[int, int], resolution: tuple[int, int], dtype: type[np.floating] = np.float64
 ) -> RealArray:

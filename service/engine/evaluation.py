@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.basis import sampled, samples
+from service.engine.basis import sampled_with_slopes, samples
 from service.engine.mesh import RealArray
 from service.engine.normals import unit_normals
 from service.engine.poles import pole_normals
@@ -219,7 +219,7 @@ class Evaluation:
         for side, index in self.patches.poles:
             degree = along_sides(*self.patches.degree)[side]
             divisions = along_sides(*self.resolution)[side]
-            basis = sampled(degree, divisions), sampled(degree - 1, divisions)
+            basis = sampled_with_slopes(degree, divisions)
             found = pole_normals(self.patches, side, index, basis)
             rows = side_of(normals, side)
             if self._replaced:

@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.engine.mesh import RealArray
-from service.engine.vectors import cross
 from service.surface.lowered import FloatArray, TensorPatches
 from service.surface.sides import side_of
 
@@ -13,7 +12,7 @@ FLAT = 2.0**-36
 
 
 def pole_normals(
-    patches: TensorPatches, side: int, index: NDArray[np.intp], basis: tuple[RealArray, RealArray]
+    patches: TensorPatches, side: int, index: NDArray[np.intp], basis: RealArray
 ) -> FloatArray:
     """Limit normals along sides that are one point, the usual pole.
 
@@ -28,8 +27,8 @@ def pole_normals(
         0 … 3, see `service.surface.sides`.
     index : ndarray of int, shape (m,)
         Patches of which this side is collapsed.
-    basis : ndarrays of float64, shapes (k, n+1) and (k, n)
-        Bernstein bases of degrees n and n − 1 at k parameters along the side.
+    basis : ndarray of float64, shape (2k, n+1)
+        Bernstein basis of degree n at k parameters along the side, then its derivatives.
 
     Returns
     -------
@@ -40,15 +39,19 @@ def pole_normals(
     rows -= side_of(patches.points, side)[index, :1]
     if patches.weights is not None:
         rows *= side_of(patches.weights, side, 1)[index, :, None]
-    normals = _cone_normals(rows, *basis)
+    normals = _cone_normals(rows, basis)
     # du × dv turns with C on the sides u = 0 and v = 1, against it on the other two.
     return normals if side in {0, 3} else -normals
 
 
-def _cone_normals(rows: FloatArray, basis: RealArray, basis_below: RealArray) -> FloatArray:
+def _cone_normals(rows: FloatArray, basis: RealArray) -> FloatArray:
     """C × C' made unit for Bézier curves C with control points (m, n+1, 3): (m, k, 3) or NaN."""
-    steps = rows[:, 1:] - rows[:, :-1]
-    vectors = cross(np.matmul(basis, rows), np.matmul(basis_below, steps))
+    # Coordinates in the two orders that a cross product multiplies: y z x and z x y.
+    both = np.matmul(basis, rows[:, :, [1, 2, 0, 2, 0, 1]])
+    count = len(basis) // 2
+    place, slope = both[:, :count], both[:, count:]
+    vectors: FloatArray = place[:, :, :3] * slope[:, :, 3:]
+    vectors -= place[:, :, 3:] * slope[:, :, :3]
     length = np.sqrt(np.einsum("mkd,mkd->mk", vectors, vectors))
     measure = np.einsum("mid,mid->m", rows, rows)
     length[length <= FLAT * measure[:, None]] = np.nan
