@@ -143,7 +143,8 @@ class Evaluation:
         np.add(square, term, out=square)
         found = (square <= trust).reshape(-1).nonzero()[0]
         if len(found):
-            square.reshape(-1)[found] = 1
+            # The normal comes out as NaN, which marks that it is still owed.
+            square.reshape(-1)[found] = np.nan
             self._doubtful.append(found + first)
         np.sqrt(square, out=square)
         np.divide(vectors, square, out=vectors)
@@ -199,10 +200,9 @@ class Evaluation:
         """The result, after the doubtful normals have been computed anew."""
         if self.normals is None or not self._doubtful:
             return Samples(self.positions, self.normals, self._poles)
-        # NaN marks what is still owed: first the poles are paid, then the rest.
+        # First the poles are paid, then what is still owed.
         doubtful = self._doubtful[0] if len(self._doubtful) == 1 else np.concatenate(self._doubtful)
         normals = self.normals.reshape(-1, 3)
-        normals[doubtful] = np.nan
         self._write_poles(self.normals)
         rest = doubtful[np.isnan(normals[doubtful, 0])]
         poles = self._poles + len(doubtful) - len(rest)
@@ -216,15 +216,14 @@ class Evaluation:
 
     def _write_poles(self, normals: RealArray) -> None:
         """Limits along collapsed sides, where these have the usual form."""
-        for side, index in self.patches.poles:
-            degree = along_sides(*self.patches.degree)[side]
-            divisions = along_sides(*self.resolution)[side]
-            basis = sampled_with_slopes(degree, divisions)
-            found = pole_normals(self.patches, side, index, basis)
-            rows = side_of(normals, side)
+        for poles in self.patches.poles:
+            degree = along_sides(*self.patches.degree)[poles.side]
+            divisions = along_sides(*self.resolution)[poles.side]
+            found = pole_normals(poles, sampled_with_slopes(degree, divisions))
+            rows = side_of(normals, poles.side)
             if self._replaced:
-                found = np.where(np.isnan(found), rows[index], found)
-            rows[index] = found
+                found = np.where(np.isnan(found), rows[poles.patches], found)
+            rows[poles.patches] = found
 
 
 @dataclass(frozen=True, eq=False, slots=True)

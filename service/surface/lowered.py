@@ -16,6 +16,25 @@ FloatArray: TypeAlias = NDArray[np.float64]
 Up: TypeAlias = Literal["y", "z"]
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Poles:
+    """Patches of which one side is one point, and how the patch leaves that point.
+
+    Attributes
+    ----------
+    side : int
+        0 … 3, see `service.surface.sides`.
+    patches : ndarray of int, shape (m,)
+    cones : ndarray of float64, shape (m, n+1, 3)
+        The next row of control points, seen from the pole and times their weights: a Bézier curve
+        over which the patch is, to first order, a cone.
+    """
+
+    side: int
+    patches: NDArray[np.intp]
+    cones: FloatArray
+
+
 @dataclass(frozen=True, eq=False)
 class TensorPatches:
     """A batch of P tensor-product Bézier patches of one degree (p, q).
@@ -82,10 +101,16 @@ class TensorPatches:
         return np.stack([(s == s[:, :1]).all(axis=(1, 2)) for s in sides], axis=1)
 
     @cached_property
-    def poles(self) -> tuple[tuple[int, NDArray[np.intp]], ...]:
-        """Sides that are one point: number of the side, and the patches of which it is."""
+    def poles(self) -> tuple["Poles", ...]:
+        """Sides that are one point, with what is next to them."""
         found = ((side, np.flatnonzero(self.collapsed[:, side])) for side in range(4))
-        return tuple((side, index) for side, index in found if len(index))
+        return tuple(self._poles(side, index) for side, index in found if len(index))
+
+    def _poles(self, side: int, index: NDArray[np.intp]) -> "Poles":
+        cones = side_of(self.points, side, 1)[index] - side_of(self.points, side)[index, :1]
+        if self.weights is not None:
+            cones *= side_of(self.weights, side, 1)[index, :, np.newaxis]
+        return Poles(side, index, cones)
 
 
 @dataclass(frozen=True, slots=True)
