@@ -11,9 +11,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.encoders.format import MeshSize
-from service.engine.mesh import IndexArray, Mesh, MeshPart, MeshReport, Overlay, RealArray
-from service.surface.lowered import FloatArray, Up
+from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
+from service.surface.lowered import Up
 from tests.oracles.topology import topology
 
 Faces = Literal["triangles", "quads"]

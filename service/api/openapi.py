@@ -6,15 +6,13 @@ errors from the code that makes them.
 """
 
 from functools import cache
-from typing import Any
 
 from service import __version__
-from service.api.openapi_examples import REQUESTS, meshes
-from service.api.openapi_problems import responses, status_of
-from service.api.openapi_schemas import Json, option_parameters, ref, schemas
-from service.encoders.format import Format
-from service.encoders.registry import BY_NAME, FORMATS
-from service.surface.examples import EXAMPLES
+from service.api.openapi_examples import meshes
+from service.api.openapi_mesh import EXAMPLE_PARAMETER, get_mesh, post_mesh
+from service.api.openapi_operations import get_operation
+from service.api.openapi_problems import responses
+from service.api.openapi_schemas import Json, ref, schemas
 
 _DESCRIPTION = """\
 Parametric surfaces in, meshes out: post a control net, get vertices and faces.
@@ -33,15 +31,6 @@ _TAGS = [
     {"name": "operations", "description": "Whether the service is well."},
 ]
 
-_EXAMPLE = {
-    "name": "example",
-    "in": "path",
-    "required": True,
-    "description": "Id of a built-in surface.",
-    "schema": {"type": "string", "enum": list(EXAMPLES)},
-    "example": "utah-teapot",
-}
-
 
 @cache
 def document() -> Json:
@@ -57,14 +46,14 @@ def document() -> Json:
 
 def _paths() -> Json:
     return {
-        "/v1/mesh": {"post": _post_mesh()},
+        "/v1/mesh": {"post": post_mesh()},
         "/v1/surfaces": {
-            "get": _get(
+            "get": get_operation(
                 "listSurfaces", "catalogue", "The built-in surfaces", "SurfaceList", "InvalidQuery"
             )
         },
         "/v1/surfaces/{example}": {
-            "get": _get(
+            "get": get_operation(
                 "getSurface",
                 "catalogue",
                 "The definition of a built-in surface, as a body for `POST /v1/mesh`",
@@ -72,119 +61,30 @@ def _paths() -> Json:
                 "UnknownSurface",
                 "InvalidQuery",
             )
-            | {"parameters": [_EXAMPLE]}
+            | {"parameters": [EXAMPLE_PARAMETER]}
         },
-        "/v1/surfaces/{example}/mesh.{suffix}": {"get": _get_mesh()},
+        "/v1/surfaces/{example}/mesh.{suffix}": {"get": get_mesh()},
         "/v1/formats": {
-            "get": _get(
+            "get": get_operation(
                 "listFormats", "catalogue", "The formats written here", "FormatList", "InvalidQuery"
             )
         },
         "/health": {
-            "get": _get("getHealth", "operations", "State and versions, for people", "Health")
+            "get": get_operation(
+                "getHealth", "operations", "State and versions, for people", "Health"
+            )
         },
         "/health/live": {
-            "get": _get("getLiveness", "operations", "200 as long as the process works", "Health")
+            "get": get_operation(
+                "getLiveness", "operations", "200 as long as the process works", "Health"
+            )
         },
         "/health/ready": {"get": _ready()},
     }
 
 
-def _post_mesh() -> Json:
-    return {
-        "operationId": "createMesh",
-        "tags": ["meshes"],
-        "summary": "The mesh of a surface",
-        "description": "Evaluates the surface and answers in the format that `Accept` prefers, or "
-        "that `format` names; JSON if neither says anything.",
-        "parameters": [
-            {
-                "name": "format",
-                "in": "query",
-                "required": False,
-                "description": "Format of the answer, stronger than `Accept`.",
-                "schema": {"type": "string", "enum": list(BY_NAME)},
-                "example": "glb",
-            }
-        ],
-        "requestBody": {
-            "required": True,
-            "content": {"application/json": {"schema": ref("MeshRequest"), "examples": REQUESTS}},
-        },
-        "responses": {
-            "200": _mesh_response(),
-            **_problems(
-                "MalformedJson",
-                "NotAcceptable",
-                "BodyTooSlow",
-                "BodyTooLarge",
-                "UnsupportedMediaType",
-                "InvalidRequest",
-                "InternalError",
-            ),
-        },
-    }
-
-
-def _get_mesh() -> Json:
-    suffix = {
-        "name": "suffix",
-        "in": "path",
-        "required": True,
-        "description": "Suffix of the format of the answer; `Accept` is not read.",
-        "schema": {"type": "string", "enum": [f.suffix for f in FORMATS]},
-        "example": "glb",
-    }
-    return {
-        "operationId": "getSurfaceMesh",
-        "tags": ["meshes"],
-        "summary": "The mesh of a built-in surface",
-        "description": "For programs that fetch meshes by URL.",
-        "parameters": [_EXAMPLE, suffix, *option_parameters()],
-        "responses": {
-            "200": _mesh_response(),
-            **_problems("UnknownSurface", "InvalidQuery", "InternalError"),
-        },
-    }
-
-
-def _mesh_response() -> Json:
-    return {
-        "description": "The mesh.",
-        "headers": {
-            "Content-Disposition": {
-                "description": "A name to save the file under; not with JSON.",
-                "schema": {"type": "string"},
-            }
-        },
-        "content": {f.media_type: _mesh_content(f) for f in FORMATS},
-    }
-
-
-def _mesh_content(fmt: Format) -> Json:
-    if fmt.name == "json":
-        examples = {name: {"$ref": f"#/components/examples/{name}"} for name in meshes()}
-        return {"schema": ref("Mesh"), "examples": examples}
-    return {"schema": {"description": f"{fmt.title}."}}
-
-
-def _get(operation: str, tag: str, summary: str, answer: str, *errors: str) -> Json:
-    return {
-        "operationId": operation,
-        "tags": [tag],
-        "summary": summary,
-        "responses": {
-            "200": {
-                "description": f"{summary}.",
-                "content": {"application/json": {"schema": ref(answer)}},
-            },
-            **_problems(*errors, "InternalError"),
-        },
-    }
-
-
 def _ready() -> Json:
-    operation = _get(
+    operation = get_operation(
         "getReadiness", "operations", "200 as long as new requests are welcome", "Health"
     )
     operation["responses"]["503"] = {
@@ -192,8 +92,3 @@ def _ready() -> Json:
         "content": {"application/json": {"schema": ref("Health")}},
     }
     return operation
-
-
-def _problems(*names: str) -> dict[str, Any]:
-    """References to error answers, by status."""
-    return {status_of(name): {"$ref": f"#/components/responses/{name}"} for name in names}

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from service.engine.mesh import IndexArray, Mesh, MeshReport, Overlay, RealArray
+from service.bases.arrays import FloatArray, IndexArray, RealArray
+from service.engine.mesh import Mesh, MeshReport, Overlay
 from service.errors import Issue, UnsupportedByFormat
-from service.surface.lowered import FloatArray
 
 
 def absolute(positions: RealArray, mesh: Mesh) -> FloatArray:

@@ -17,11 +17,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from service import __version__
+from service.bases.arrays import Bools, IndexArray
 from service.encoders.content import drawn, refuse_quads, report_object
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.gltf_buffer import BufferBuilder, JsonObject
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE, json_text
-from service.engine.mesh import Bools, IndexArray, Mesh, Overlay
+from service.engine.mesh import Mesh, Overlay
 
 GENERATOR = f"Surface Service {__version__}"
 

@@ -11,8 +11,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from service.bases.arrays import IndexArray, RealArray
 from service.engine.extent import extent
-from service.engine.mesh import IndexArray, RealArray
 
 JsonObject: TypeAlias = dict[str, Any]
 

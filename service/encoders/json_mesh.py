@@ -15,6 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 import orjson
 
+from service.bases.arrays import IndexArray
 from service.encoders.content import absolute, drawn, report_object, shared_positions
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import (
@@ -25,7 +26,7 @@ from service.encoders.text import (
     json_array,
     json_text,
 )
-from service.engine.mesh import IndexArray, Mesh
+from service.engine.mesh import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:

@@ -9,10 +9,11 @@ from itertools import chain
 
 import numpy as np
 
+from service.bases.arrays import IndexArray
 from service.encoders.content import absolute, drawn, shared_positions
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, digits, json_array, rows
-from service.engine.mesh import IndexArray, Mesh
+from service.engine.mesh import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:

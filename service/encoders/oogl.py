@@ -22,6 +22,7 @@ from itertools import chain
 
 import numpy as np
 
+from service.bases.arrays import IndexArray
 from service.encoders.content import absolute, drawn
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import (
@@ -32,7 +33,7 @@ from service.encoders.text import (
     joined_rows,
     rows,
 )
-from service.engine.mesh import IndexArray, Mesh, Overlay
+from service.engine.mesh import Mesh, Overlay
 from service.errors import Issue, UnsupportedByFormat
 
 SEED_POINT, SEED_CHARS = "%g %g %g", 13

@@ -8,9 +8,10 @@ digits, and quads. The faces are the quads, then the triangles. Coordinates are 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from service.bases.arrays import IndexArray
 from service.encoders.content import absolute
 from service.encoders.format import EncodeOptions, MeshSize
-from service.engine.mesh import IndexArray, Mesh
+from service.engine.mesh import Mesh
 
 HEADER_BYTES = 512
 """More than the longest header: 14 lines, and two counts."""

@@ -8,7 +8,7 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from service.engine.mesh import IndexArray, RealArray
+from service.bases.arrays import IndexArray, RealArray
 
 FLOAT64_CHARS = 24
 """Longest shortest-round-trip float64: sign, 17 digits, point, and e-308 or 0.0000 in front."""

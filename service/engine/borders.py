@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from service.bases.arrays import IndexArray
 from service.engine.layout import Layout
-from service.engine.mesh import IndexArray
 from service.engine.options import MeshOptions
 from service.engine.stitch import Seams
 

@@ -9,9 +9,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.basis import bernstein, binomials
+from service.bases.arrays import FloatArray
+from service.bases.bernstein import bernstein, binomials
 from service.engine.nets import PatchNets, along, longest
-from service.surface.lowered import FloatArray
 
 VANISHING = 2.0**-40
 """Part of a measure below which its difference counts as zero: it is exact to some 2^-52 of the

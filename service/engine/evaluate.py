@@ -9,10 +9,11 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from service.bases.arrays import FloatArray
 from service.engine.evaluation import Evaluation, Samples
 from service.engine.formulations import kronecker, normal_polynomial, separable
 from service.engine.scratch import Real
-from service.surface.lowered import FloatArray, TensorPatches
+from service.surface.lowered import TensorPatches
 
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
 

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.basis import sampled_with_slopes, samples
-from service.engine.mesh import RealArray
+from service.bases.arrays import FloatArray, RealArray
+from service.bases.bernstein import sampled_with_slopes, samples
 from service.engine.normals import unit_normals
 from service.engine.poles import pole_normals
 from service.engine.scratch import Real, scratch
-from service.surface.lowered import FloatArray, TensorPatches
+from service.surface.lowered import TensorPatches
 from service.surface.sides import along_sides, side_of
 
 ORDINARY = 16

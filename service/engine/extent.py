@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from service.engine.mesh import RealArray
+from service.bases.arrays import RealArray
 
 FOLD = 128
 

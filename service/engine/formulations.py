@@ -13,14 +13,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.basis import (
-    sampled,
-    sampled_columns,
-    sampled_grid,
-    sampled_interleaved,
-)
+from service.bases.arrays import RealArray
+from service.bases.bernstein import sampled, sampled_columns, sampled_grid, sampled_interleaved
 from service.engine.evaluation import ChunkNets, Evaluation
-from service.engine.mesh import RealArray
 from service.engine.scratch import scratch
 from service.engine.vectors import cross_polynomial
 

@@ -4,8 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from service.bases.arrays import IndexArray, Ints
 from service.engine.layout import Layout
-from service.engine.mesh import IndexArray, Ints, MeshPart
+from service.engine.mesh import MeshPart
 from service.engine.options import Faces
 from service.engine.patterns import faces
 from service.engine.weld import Welding

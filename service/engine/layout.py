@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.engine.mesh import Ints
+from service.bases.arrays import Ints
 from service.engine.patterns import Shape
 from service.engine.stitch import Seams, distinct_rows, find_seams
 from service.surface.lowered import PatchModel, TensorPatches

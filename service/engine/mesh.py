@@ -1,20 +1,12 @@
 """The one value that leaves the engine: a mesh, and the report that travels with it."""
 
 from dataclasses import dataclass
-from typing import Any, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
-from service.surface.lowered import FloatArray, Up
+from service.bases.arrays import FloatArray, IndexArray, RealArray
+from service.surface.lowered import Up
 
 ENGINE = 1
 """Version of the numbers. Raised only when the same request would give other figures."""
-
-RealArray: TypeAlias = NDArray[np.floating[Any]]
-IndexArray: TypeAlias = NDArray[np.uint32]
-Ints: TypeAlias = NDArray[np.intp]
-Bools: TypeAlias = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)

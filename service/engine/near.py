@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from service.engine.mesh import Ints, RealArray
+from service.bases.arrays import Ints, RealArray
 
 MAX_ROUNDS = 64
 """Groups told apart at one place before what is left there stays single. Only the apex of a finely

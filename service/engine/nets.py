@@ -5,9 +5,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.basis import multiply
+from service.bases.arrays import FloatArray
+from service.bases.bernstein import multiply
 from service.engine.vectors import cross_polynomial
-from service.surface.lowered import FloatArray, TensorPatches
+from service.surface.lowered import TensorPatches
 
 
 class PatchNets:

@@ -13,11 +13,12 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.basis import bernstein
+from service.bases.arrays import FloatArray
+from service.bases.bernstein import bernstein
 from service.engine.degenerate import VANISHING, limit_normals
 from service.engine.nets import PatchNets
 from service.engine.vectors import cross
-from service.surface.lowered import FloatArray, TensorPatches
+from service.surface.lowered import TensorPatches
 
 CHUNK_BYTES = 8 << 20
 """Working memory for one round of gathered nets."""

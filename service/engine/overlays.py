@@ -4,12 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from service.bases.arrays import FloatArray, IndexArray, Ints
 from service.engine.layout import Layout
-from service.engine.mesh import IndexArray, Ints, Overlay
+from service.engine.mesh import Overlay
 from service.engine.options import OverlayName
 from service.engine.scratch import Real
 from service.engine.stitch import sample_edges
-from service.surface.lowered import FloatArray, PatchModel, TensorPatches
+from service.surface.lowered import PatchModel, TensorPatches
 
 
 def draw(

@@ -12,8 +12,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.cache import PLANS
-from service.engine.mesh import IndexArray
+from service.bases.arrays import IndexArray
+from service.bases.cache import PLANS
 from service.engine.options import Faces
 from service.surface.sides import along_sides
 

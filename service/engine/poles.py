@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from service.engine.mesh import RealArray
-from service.surface.lowered import FloatArray, Poles
+from service.bases.arrays import FloatArray, RealArray
+from service.surface.lowered import Poles
 
 FLAT = 2.0**-36
 """A cone whose sides make a smaller angle has no normals that rounding would not decide."""

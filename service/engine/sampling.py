@@ -8,15 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.engine.basis import samples as parameters
+from service.bases.arrays import FloatArray, Ints, RealArray
+from service.bases.bernstein import samples as parameters
 from service.engine.evaluate import evaluate
 from service.engine.layout import Block, Layout
-from service.engine.mesh import Ints, RealArray
 from service.engine.normals import unit_normals
 from service.engine.options import MeshOptions
 from service.engine.scratch import Real
 from service.engine.stitch import sample_edges
-from service.surface.lowered import FloatArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)

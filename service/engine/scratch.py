@@ -7,8 +7,7 @@ from typing import TypeAlias, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.mesh import RealArray
-from service.surface.lowered import FloatArray
+from service.bases.arrays import FloatArray, RealArray
 
 Real: TypeAlias = type[np.float32] | type[np.float64]
 

@@ -13,10 +13,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.basis import sampled
-from service.engine.mesh import Bools, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.bernstein import sampled
 from service.engine.near import leaders
-from service.surface.lowered import FloatArray, TensorPatches
+from service.surface.lowered import TensorPatches
 from service.surface.sides import along_sides, corners_of, side_of
 
 SAME_WEIGHT = 2.0**-44

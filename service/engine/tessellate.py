@@ -8,18 +8,19 @@
 
 import numpy as np
 
+from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
 from service.engine.borders import borders
 from service.engine.extent import extent
 from service.engine.join import join
 from service.engine.layout import Layout
-from service.engine.mesh import IndexArray, Ints, Mesh, MeshReport, Overlay, RealArray
+from service.engine.mesh import Mesh, MeshReport, Overlay
 from service.engine.options import MeshOptions
 from service.engine.overlays import draw
 from service.engine.patterns import used_samples
 from service.engine.sampling import SampleRows, sample
 from service.engine.scratch import Real
 from service.engine.weld import Welding, weld, without_unused
-from service.surface.lowered import FloatArray, PatchModel
+from service.surface.lowered import PatchModel
 
 FAR = 256.0
 """A model further from zero than this multiple of its extent is stored about a local origin:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from service.engine.basis import multiply
-from service.surface.lowered import FloatArray
+from service.bases.arrays import FloatArray
+from service.bases.bernstein import multiply
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -5,7 +5,7 @@ from math import sin
 
 import numpy as np
 
-from service.engine.mesh import IndexArray, Ints, RealArray
+from service.bases.arrays import IndexArray, Ints, RealArray
 from service.engine.near import leaders
 
 

@@ -20,6 +20,7 @@ from service.engine.options import MAX_RESOLUTION, OverlayName
 from service.errors import Issue
 from service.schemas.arrays import PATCH_NUMBERS, Array
 from service.schemas.refusals import refusal, wrong_type
+from service.surface.lowered import Up
 
 
 class StrictModel(BaseModel):
@@ -114,4 +115,20 @@ Parts: TypeAlias = Annotated[
     dict[Name, Annotated[Array, PATCH_NUMBERS]],
     # Each list may report faults of its own; the first bad one is enough.
     Field(fail_fast=True),
+]
+
+UpField: TypeAlias = Annotated[
+    Up,
+    Field(
+        description="The model's vertical axis. With `z` the root node of a glTF file turns the "
+        "model upright; the coordinates stay as they are.",
+        examples=["z"],
+    ),
+]
+NameField: TypeAlias = Annotated[
+    Name,
+    Field(
+        description="Name of the surface: of its part, its glTF node, its OOGL comment.",
+        examples=["sail"],
+    ),
 ]

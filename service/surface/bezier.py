@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from service.bases.arrays import FloatArray
 from service.surface.checks import check_grid, check_up, checked_points, checked_weights
-from service.surface.lowered import FloatArray, Part, PatchModel, TensorPatches, Up
+from service.surface.lowered import Domain, Part, PatchModel, TensorPatches, Up
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,4 +57,5 @@ class BezierSurface:
         """The surface as a batch of the one patch it is."""
         weights = None if self.weights is None else self.weights[np.newaxis]
         batch = TensorPatches(self.control_net[np.newaxis], weights)
-        return PatchModel(self.name, (batch,), (Part(self.name, 0, 1),), self.up)
+        domain = Domain(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
+        return PatchModel(self.name, (batch,), (Part(self.name, 0, 1),), self.up, domain)

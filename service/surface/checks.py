@@ -9,8 +9,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from service.bases.arrays import FloatArray
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
-from service.surface.lowered import FloatArray
 
 MAX_DEGREE = 64
 """Above this a Bézier patch is of no use: control points hardly pull on the surface any more,

@@ -3,17 +3,44 @@
 What stands above (kinds of surface) and below (engine, encoders) meets only here.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from service.bases.arrays import FloatArray
 from service.surface.sides import side_of
 
-FloatArray: TypeAlias = NDArray[np.float64]
 Up: TypeAlias = Literal["y", "z"]
+ChannelKind: TypeAlias = Literal["colors", "uvs", "attribute"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Channel:
+    """A function of the parameters that is evaluated beside the points: polynomial Bézier nets.
+
+    Attributes
+    ----------
+    name : str
+        "colors" (RGB or RGBA, sRGB, 0 … 1), "uvs" (texture coordinates), or an attribute's name.
+    kind : "colors", "uvs" or "attribute"
+    nets : ndarray of float64, shape (P, a+1, b+1, d), or (P, (a+1)(a+2)/2, d) beside triangles
+        One net a patch, of a degree of its own, over the patch's own parameters. Read-only.
+    """
+
+    name: str
+    kind: ChannelKind
+    nets: FloatArray
+
+    def __post_init__(self) -> None:
+        self.nets.flags.writeable = False
+
+    @property
+    def dimension(self) -> int:
+        """Numbers at each parameter, d."""
+        return int(self.nets.shape[-1])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -51,10 +78,13 @@ class TensorPatches:
         Control points; axis 1 runs along u, axis 2 along v. Model units. Read-only.
     weights : ndarray of float64, shape (P, p+1, q+1), or None
         Positive weights; None for a polynomial batch. Read-only.
+    channels : tuple of Channel
+        All batches of a model have the same names, kinds and dimensions, in the same order.
     """
 
     points: FloatArray
     weights: FloatArray | None = None
+    channels: tuple[Channel, ...] = ()
 
     def __post_init__(self) -> None:
         self.points.flags.writeable = False
@@ -74,7 +104,8 @@ class TensorPatches:
     def take(self, index: NDArray[np.intp]) -> "TensorPatches":
         """Some of the patches."""
         weights = None if self.weights is None else self.weights[index]
-        return TensorPatches(self.points[index], weights)
+        channels = tuple(replace(c, nets=c.nets[index]) for c in self.channels)
+        return TensorPatches(self.points[index], weights, channels)
 
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
@@ -123,17 +154,36 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Domain:
+    """The rectangle of parameters that the patches of a surface divide among themselves.
+
+    Patch (k, l) covers [u_k, u_{k+1}] × [v_l, v_{l+1}] and has number k M_v + l.
+
+    Attributes
+    ----------
+    u, v : ndarray of float64, shapes (M_u+1,) and (M_v+1,)
+        Strictly increasing: the distinct knots of a B-spline's domain, (0, 1) for one patch.
+    """
+
+    u: FloatArray
+    v: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class PatchModel:
     """A surface lowered to Bézier patches: all that the engine and the encoders need to know.
 
     The parts cover the patches without gap or overlap, in order; a surface without parts of its
-    own is one part of the surface's name. `up` is the model's vertical axis.
+    own is one part of the surface's name. `up` is the model's vertical axis. `domain` is there if
+    the patches, all in one batch, are pieces of one parametric surface; else the parameters of
+    every patch are its own, in [0, 1].
     """
 
     name: str
     batches: tuple[TensorPatches, ...]
     parts: tuple[Part, ...]
     up: Up = "y"
+    domain: Domain | None = None
 
     @property
     def patch_count(self) -> int:

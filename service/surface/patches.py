@@ -6,9 +6,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from service.bases.arrays import FloatArray
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
 from service.surface.checks import check_grid, check_up, checked_points, checked_weights
-from service.surface.lowered import FloatArray, Part, PatchModel, TensorPatches, Up
+from service.surface.lowered import Part, PatchModel, TensorPatches, Up
 
 PartMembers: TypeAlias = tuple[tuple[str, tuple[int, ...]], ...]
 """Names of parts, each with the numbers of its patches."""

@@ -9,15 +9,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from tests.oracles.exact import (
-    Vector,
-    cross,
-    exact_net,
-    hodograph,
-    surface_point,
-    transposed,
-    unit,
-)
+from tests.oracles.exact import Vector, cross, exact_net, hodograph, surface_point, transposed, unit
 
 
 def limit_normal(

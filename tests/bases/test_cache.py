@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from service.engine.basis import sampled
-from service.engine.cache import PLANS, ArrayCache
+from service.bases.bernstein import sampled
+from service.bases.cache import PLANS, ArrayCache
 
 KIB = 1024
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.basis import (
+from service.bases.bernstein import (
     bernstein,
     binomials,
     multiply,

@@ -9,9 +9,8 @@ from math import comb
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from service.engine.cache import PLANS
-from service.engine.mesh import RealArray
-from service.surface.lowered import FloatArray
+from service.bases.arrays import FloatArray, RealArray
+from service.bases.cache import PLANS
 
 
 def bernstein(degree: int, t: ArrayLike) -> FloatArray:

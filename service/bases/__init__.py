@@ -1,0 +1,1 @@
+"""Bases of polynomials and splines: mathematics that knows no surface; NumPy only."""

@@ -1,0 +1,14 @@
+"""Names for the types of arrays."""
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
+RealArray: TypeAlias = NDArray[np.floating[Any]]
+"""Of either precision."""
+IndexArray: TypeAlias = NDArray[np.uint32]
+"""What formats store."""
+Ints: TypeAlias = NDArray[np.intp]
+Bools: TypeAlias = NDArray[np.bool_]

@@ -1,0 +1,48 @@
+"""One tensor-product Bézier patch as a document says it."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from service.bases.arrays import FloatArray
+from service.schemas.arrays import CONTROL_NET, NET_WEIGHTS
+from service.schemas.fields import NameField, StrictModel, UpField
+from service.surface.bezier import BezierSurface
+
+
+class BezierDefinition(StrictModel):
+    """One tensor-product Bézier patch of any degree, rational if weights are given.
+
+    S(u, v) = Σ B_i(u) B_j(v) w_ij P_ij / Σ B_i(u) B_j(v) w_ij for u and v from 0 to 1. A net of
+    r × c control points has degree (r − 1, c − 1); rows run along u, columns along v.
+    """
+
+    type: Literal["bezier"] = Field(
+        default="bezier", description="The kind of surface; this one when left out."
+    )
+    control_net: Annotated[FloatArray, CONTROL_NET] = Field(
+        description="Control points, row by row: rows along u, three coordinates [x, y, z] each, "
+        "all rows of one length. At least 2 × 2; every coordinate finite and within single "
+        "precision.",
+        examples=[[[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]],
+    )
+    weights: Annotated[FloatArray | None, NET_WEIGHTS] = Field(
+        default=None,
+        description="One positive weight for every control point, in the same rows. Left out, the "
+        "surface is polynomial.",
+        examples=[[[1, 0.7071067811865476, 1], [1, 0.7071067811865476, 1]]],
+    )
+    up: UpField = "y"
+    name: NameField = "surface"
+
+    def to_surface(self) -> BezierSurface:
+        """The surface itself; raises `InvalidRequest` with pointers relative to it."""
+        return BezierSurface(self.control_net, self.weights, self.up, self.name)
+
+
+def define(surface: BezierSurface) -> dict[str, Any]:
+    """The surface in the language of requests, its arrays as they are; what it lacks left out."""
+    content: dict[str, Any] = {"type": "bezier", "control_net": surface.control_net}
+    if surface.weights is not None:
+        content["weights"] = surface.weights
+    return content | {"up": surface.up, "name": surface.name}
