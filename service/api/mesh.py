@@ -1,11 +1,8 @@
 """Meshes: of a surface that is posted, and of an example by its URL."""
 
 import re
-from collections.abc import Callable
 from functools import partial
-from typing import TypeVar
 
-from anyio import CapacityLimiter, to_thread
 from starlette.requests import Request
 from starlette.responses import Response
 
@@ -13,6 +10,7 @@ from service.api.answers import HEADERS, ChunkedResponse
 from service.api.body import read_body
 from service.api.negotiation import by_accept, by_suffix
 from service.api.parameters import named_example, only_format
+from service.api.work import INLINE_BYTES, run
 from service.encoders.format import EncodeOptions, Format
 from service.pipeline import Work, plan
 from service.schemas.document import parse_document
@@ -28,15 +26,10 @@ since Python's threads take turns of 5 ms. Larger ones wait for a thread while t
 answering, health checks above all. Patches of high degree may need their normals computed one by
 one, which takes longer."""
 
-INLINE_BYTES = 1 << 18
-"""Bodies up to this size are parsed in some 5 ms."""
-
 GET_HEADERS = HEADERS | {"Cache-Control": "public, max-age=3600"}
 POST_HEADERS = HEADERS | {"Vary": "Accept"}
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
-
-Result = TypeVar("Result")
 
 
 async def post_mesh(request: Request) -> Response:
@@ -46,7 +39,7 @@ async def post_mesh(request: Request) -> Response:
     fmt = named or by_accept(request.headers.get("accept"))
     body = await read_body(request, settings)
     parse = partial(_parse, body, fmt, settings)
-    work = await _run(request, parse, in_thread=len(body) > INLINE_BYTES)
+    work = await run(request, parse, in_thread=len(body) > INLINE_BYTES)
     del body, parse  # half of the memory of a large request
     return _answer(await _content(request, work), fmt, work.model.name, POST_HEADERS)
 
@@ -75,21 +68,7 @@ async def _content(request: Request, work: Work) -> bytes:
     """The file, computed here when that is quick and in a thread when it is not."""
     degree = max(max(batch.degree) for batch in work.model.batches)
     is_long = work.size.vertices > INLINE_VERTICES or degree > INLINE_DEGREE
-    return await _run(request, work.run, in_thread=is_long)
-
-
-async def _run(request: Request, work: Callable[[], Result], *, in_thread: bool) -> Result:
-    """Calls `work`, off the event loop if it is long; so many at a time as there are cores.
-
-    Short work takes turns. The event loop runs whatever is ready before it looks for anything new,
-    so hundreds of short works that arrive together would keep it from all else until the last is
-    done; a lock is handed on once a round.
-    """
-    if not in_thread:
-        async with request.app.state.turn:
-            return work()
-    limiter: CapacityLimiter = request.app.state.limiter
-    return await to_thread.run_sync(work, limiter=limiter)
+    return await run(request, work.run, in_thread=is_long)
 
 
 def _answer(content: bytes, fmt: Format, name: str, headers: dict[str, str]) -> Response:

@@ -27,10 +27,21 @@ class MeshRequest(MeshOptionFields):
         InvalidRequest
             With pointers into the whole request.
         """
-        try:
-            return self.surface.to_surface()
-        except InvalidRequest as error:
-            raise error.within("/surface") from None
+        return surface_of(self.surface)
+
+
+def surface_of(definition: SurfaceDefinition) -> Surface:
+    """The surface that stands at `/surface` of a request.
+
+    Raises
+    ------
+    InvalidRequest
+        With pointers into the whole request.
+    """
+    try:
+        return definition.to_surface()
+    except InvalidRequest as error:
+        raise error.within("/surface") from None
 
 
 def mesh_request(document: object, limits: DocumentLimits) -> MeshRequest:

@@ -1,0 +1,26 @@
+"""Where work is done: short work on the event loop, long work in a thread."""
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from anyio import CapacityLimiter, to_thread
+from starlette.requests import Request
+
+INLINE_BYTES = 1 << 18
+"""Bodies up to this size are parsed in some 5 ms."""
+
+Result = TypeVar("Result")
+
+
+async def run(request: Request, work: Callable[[], Result], *, in_thread: bool) -> Result:
+    """Calls `work`, off the event loop if it is long; so many at a time as there are cores.
+
+    Short work takes turns. The event loop runs whatever is ready before it looks for anything new,
+    so hundreds of short works that arrive together would keep it from all else until the last is
+    done; a lock is handed on once a round.
+    """
+    if not in_thread:
+        async with request.app.state.turn:
+            return work()
+    limiter: CapacityLimiter = request.app.state.limiter
+    return await to_thread.run_sync(work, limiter=limiter)
