@@ -1,0 +1,118 @@
+"""Knot vectors, and the B-spline basis over them.
+
+A knot vector U_0 ≤ … ≤ U_{n+p+1} and a degree p make n + 1 basis functions; their sum is one over
+the domain [U_p, U_{n+1}]. A *break* is a distinct knot of the domain, a *span* s the interval
+[U_s, U_{s+1}] between two breaks that follow one another: B-splines are polynomials there. All is
+right-continuous: a knot belongs to the span that begins at it, the last one to the last span.
+
+Piegl and Tiller, The NURBS Book, 2nd ed., chapter 2.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from service.bases.arrays import FloatArray, Ints
+
+
+def uniform(count: int, degree: int) -> FloatArray:
+    """Whole numbers as knots for `count` control points, from −p on: the domain is [0, count − p].
+
+    The curve touches neither its first nor its last control point.
+    """
+    return np.arange(-degree, count + 1, dtype=np.float64)
+
+
+def clamped(count: int, degree: int) -> FloatArray:
+    """The same, knots outside the domain moved to its ends: the ends are control points."""
+    return np.clip(uniform(count, degree), 0.0, count - degree)
+
+
+def periodic(count: int, degree: int) -> FloatArray:
+    """Uniform knots for `count` distinct control points, of which `wrapped` repeats the first p.
+
+    The domain is [0, count]; the curve closes with all its p − 1 derivatives.
+    """
+    return uniform(count + degree, degree)
+
+
+def wrapped(points: FloatArray, degree: int) -> FloatArray:
+    """Points (n, …) and the first p of them once more, (n + p, …): what `periodic` is made for."""
+    return np.take(points, np.arange(len(points) + degree), axis=0, mode="wrap")
+
+
+def multiplicities(knots: FloatArray) -> tuple[FloatArray, Ints]:
+    """The distinct knots and how often each occurs."""
+    distinct, counts = np.unique(knots, return_counts=True)
+    return distinct, counts
+
+
+def domain(knots: FloatArray, degree: int) -> tuple[float, float]:
+    """First and last parameter, U_p and U_{n+1}."""
+    return float(knots[degree]), float(knots[len(knots) - 1 - degree])
+
+
+def spans(knots: FloatArray, degree: int) -> Ints:
+    """Numbers s of the spans: U_s < U_{s+1} within the domain."""
+    inside = knots[degree : len(knots) - degree]
+    return np.flatnonzero(inside[1:] > inside[:-1]) + degree
+
+
+def breaks(knots: FloatArray, degree: int) -> FloatArray:
+    """Distinct knots of the domain: one more than there are spans."""
+    within = spans(knots, degree)
+    return np.append(knots[within], knots[within[-1] + 1])
+
+
+def find_span(knots: FloatArray, degree: int, t: ArrayLike) -> Ints:
+    """Number s of the span that each parameter lies in: U_s ≤ t < U_{s+1}; the last at the end.
+
+    Parameters
+    ----------
+    t : array_like of float64, shape (m,)
+        Parameters within the domain.
+
+    Returns
+    -------
+    ndarray of int, shape (m,)
+    """
+    within = spans(knots, degree)
+    found = np.searchsorted(knots[within], np.asarray(t, dtype=np.float64), side="right") - 1
+    chosen: Ints = within[np.clip(found, 0, len(within) - 1)]
+    return chosen
+
+
+def basis(knots: FloatArray, degree: int, t: ArrayLike) -> tuple[Ints, FloatArray]:
+    """The p + 1 B-splines that do not vanish at each parameter: N_{s−p}^p(t) … N_s^p(t).
+
+        N_i^p(t) = (t − U_i)/(U_{i+p} − U_i) N_i^{p−1}(t)
+                   + (U_{i+p+1} − t)/(U_{i+p+1} − U_{i+1}) N_{i+1}^{p−1}(t)
+
+    Only products of non-negative numbers are added.
+
+    Parameters
+    ----------
+    t : array_like of float64, shape (m,)
+        Parameters within the domain.
+
+    Returns
+    -------
+    span : ndarray of int, shape (m,)
+        s for each parameter.
+    values : ndarray of float64, shape (m, p+1)
+
+    References
+    ----------
+    The NURBS Book, Algorithm A2.2, for all parameters at once.
+    """
+    t = np.asarray(t, dtype=np.float64)
+    span = find_span(knots, degree, t)
+    values = np.zeros((len(t), degree + 1))
+    values[:, 0] = 1.0
+    for n in range(1, degree + 1):
+        steps = np.arange(n)
+        right = knots[span[:, np.newaxis] + 1 + steps]
+        left = knots[span[:, np.newaxis] + 1 - n + steps]
+        share = values[:, :n] / (right - left)
+        values[:, :n] = (right - t[:, np.newaxis]) * share
+        values[:, 1 : n + 1] += (t[:, np.newaxis] - left) * share
+    return span, values

@@ -1,0 +1,170 @@
+"""Bézier points of the spans of a B-spline: exact, the same from both ends, one where they meet."""
+
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.bases import extraction, knots
+from service.bases.extraction import bezier_points, operators
+from tests.oracles.exact import curve_point
+from tests.oracles.splines import fractions, spline_point
+from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
+
+seeds = st.integers(0, 10**6)
+
+
+def vectors_of(rows: np.ndarray) -> list[tuple[Fraction, ...]]:
+    """Points as fractions."""
+    return [tuple(fractions(row)) for row in rows]
+
+
+@settings(max_examples=40, deadline=None)
+@given(knot_vectors(parted=True), seeds)
+def test_every_span_is_the_same_polynomial(vector: KnotVector, seed: int) -> None:
+    """de Casteljau on the Bézier points meets Cox and de Boor on the control points."""
+    points = points_for(vector.points, seed)
+    lowered, none = bezier_points(points, *vector)
+    assert none is None
+    exact, breaks = fractions(vector.knots), fractions(knots.breaks(*vector))
+    for k, (a, b) in enumerate(pairwise(breaks)):
+        for t in (Fraction(0), Fraction(1, 3), Fraction(5, 8)):
+            wanted = spline_point(vectors_of(points), exact, vector.degree, a + (b - a) * t)
+            got = curve_point(vectors_of(lowered[k]), t)
+            np.testing.assert_allclose(
+                [float(x) for x in got], [float(x) for x in wanted], atol=1e-13
+            )
+
+
+@settings(max_examples=30, deadline=None)
+@given(knot_vectors(parted=True), seeds)
+def test_weights_are_homogeneous_coordinates(vector: KnotVector, seed: int) -> None:
+    """(w P, w) lowered without weights and projected: the same points and weights."""
+    points, weights = points_for(vector.points, seed, 2), weights_for(vector.points, seed, 2)
+    lowered, weight = bezier_points(points, *vector, weights)
+    together = np.concatenate([points * weights[..., None], weights[..., None]], axis=-1)
+    homogeneous, _ = bezier_points(together, *vector)
+    assert weight is not None
+    np.testing.assert_allclose(weight, homogeneous[..., 3], rtol=1e-14)
+    np.testing.assert_allclose(lowered, homogeneous[..., :3] / homogeneous[..., 3:], atol=1e-13)
+
+
+@settings(max_examples=30, deadline=None)
+@given(knot_vectors(st.integers(1, 8), parted=True), seeds, st.booleans())
+def test_reversed_it_is_the_same_bit_for_bit(vector: KnotVector, seed: int, rational: bool) -> None:
+    """Knots 3 − U and points from the last to the first."""
+    points = points_for(vector.points, seed)
+    weights = weights_for(vector.points, seed) if rational else None
+    turned = 3 - vector.knots[::-1]
+    there, heavy = bezier_points(points, *vector, weights)
+    back, heavy_back = bezier_points(
+        points[::-1], turned, vector.degree, None if weights is None else weights[::-1]
+    )
+    np.testing.assert_array_equal(back[::-1, ::-1], there)
+    if heavy is not None and heavy_back is not None:
+        np.testing.assert_array_equal(heavy_back[::-1, ::-1], heavy)
+    np.testing.assert_array_equal(
+        operators(turned, vector.degree)[::-1, ::-1, ::-1], operators(*vector)
+    )
+
+
+@settings(max_examples=30, deadline=None)
+@given(knot_vectors(parted=True), seeds, st.booleans())
+def test_spans_meet_in_one_point_or_part(vector: KnotVector, seed: int, rational: bool) -> None:
+    """Up to multiplicity p the very same numbers; at p + 1 two control points."""
+    p = vector.degree
+    points = points_for(vector.points, seed)
+    weights = weights_for(vector.points, seed) if rational else None
+    lowered, _ = bezier_points(points, *vector, weights)
+    at = knots.spans(*vector)
+    for k, gap in enumerate(np.diff(at)):
+        if gap <= p:
+            np.testing.assert_array_equal(lowered[k, -1], lowered[k + 1, 0])
+        if gap >= p:
+            np.testing.assert_array_equal(lowered[k, -1], points[at[k]])
+            np.testing.assert_array_equal(lowered[k + 1, 0], points[at[k + 1] - p])
+
+
+@settings(max_examples=30, deadline=None)
+@given(knot_vectors(st.integers(1, 16), parted=True))
+def test_operators_are_convex_combinations(vector: KnotVector) -> None:
+    """Nothing negative, and every row adds up to one."""
+    rows = operators(*vector)
+    assert (rows >= 0).all()
+    np.testing.assert_allclose(rows.sum(axis=-1), 1, atol=1e-14)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 5, 64])
+def test_bezier_knots_give_the_identity(degree: int) -> None:
+    """Knots of multiplicity p + 1 at both ends, p between: the points are there already."""
+    vector = np.repeat([0.0, 0.3, 1.0], [degree + 1, degree, degree + 1])
+    np.testing.assert_array_equal(operators(vector, degree), [np.eye(degree + 1)] * 2)
+    points = points_for(2 * degree + 1, 5)
+    lowered, _ = bezier_points(points, vector, degree)
+    np.testing.assert_array_equal(lowered, [points[: degree + 1], points[degree:]])
+
+
+@pytest.mark.parametrize("rational", [False, True])
+def test_equal_control_points_stay_that_point(rational: bool) -> None:
+    """A pole is one point after lowering too, with whatever weights: no number of it changes."""
+    vector = np.array([0, 0.1, 0.1, 0.27, 0.5, 0.61, 0.9, 1, 1.3, 1.7])
+    points = np.broadcast_to([0.1, -1e6 / 3, 7e30 / 11], (6, 3)).copy()
+    weights = weights_for(6, 3) if rational else None
+    lowered, _ = bezier_points(points, vector, 3, weights)
+    np.testing.assert_array_equal(lowered, np.broadcast_to(points[0], lowered.shape))
+
+
+def test_the_uniform_cubic_is_the_one_of_the_books() -> None:
+    """(1 4 1)/6, (4 2)/6, (2 4)/6, (1 4 1)/6."""
+    wanted = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6
+    np.testing.assert_allclose(operators(knots.uniform(4, 3), 3)[0], wanted, atol=1e-16)
+
+
+@pytest.mark.parametrize("rational", [False, True])
+def test_a_curve_given_with_its_first_points_repeated_closes(rational: bool) -> None:
+    """Over knots like k/7, whose differences are not equal in floating point."""
+    points = knots.wrapped(points_for(7, 1), 3)
+    weights = knots.wrapped(weights_for(7, 1), 3) if rational else None
+    vector = knots.periodic(7, 3) / 7
+    assert len(set(np.diff(vector))) > 1
+    lowered, heavy = bezier_points(points, vector, 3, weights)
+    np.testing.assert_array_equal(lowered[0, 0], lowered[-1, -1])
+    if heavy is not None:
+        assert heavy[0, 0] == heavy[-1, -1]
+
+
+def test_other_ends_stay_apart() -> None:
+    """Points that repeat over knots that do not: no loop."""
+    points = knots.wrapped(points_for(7, 1), 3)
+    vector = knots.periodic(7, 3)
+    vector[-1] += 1e-6
+    vector[-3] += 1e-6
+    lowered, _ = bezier_points(points, vector, 3)
+    assert (lowered[0, 0] != lowered[-1, -1]).all()
+
+
+@pytest.mark.parametrize("degree", [3, 40])
+def test_in_chunks_it_is_the_same(degree: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bit for bit, and nothing large is held at once."""
+    rng = np.random.default_rng(3)
+    vector = np.sort(rng.uniform(0, 1, 60 + 2 * degree))
+    vector[degree + 5 : degree + 8] = vector[degree + 5]
+    count = len(vector) - degree - 1
+    points, weights = points_for(count, 2, 3), weights_for(count, 2, 3)
+    at_once, heavy = bezier_points(points, vector, degree, weights)
+    monkeypatch.setattr(extraction, "CHUNK_BYTES", 1000)
+    in_turn, other = bezier_points(points, vector, degree, weights)
+    np.testing.assert_array_equal(in_turn, at_once)
+    np.testing.assert_array_equal(other, heavy)
+
+
+def test_operators_are_cached_and_cannot_be_written() -> None:
+    """One knot vector, one array."""
+    vector = knots.clamped(9, 3)
+    rows = operators(vector, 3)
+    assert operators(vector.copy(), 3) is rows
+    with pytest.raises(ValueError, match="read-only"):
+        rows[0, 0, 0] = 2

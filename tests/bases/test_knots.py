@@ -1,0 +1,95 @@
+"""Knot vectors, spans and the B-spline basis, against the recursion in exact arithmetic."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import BSpline
+
+from service.bases import knots as knot
+from tests.oracles.splines import basis_values, fractions, span_of
+from tests.spline_strategies import KnotVector, knot_vectors
+
+fraction_of = st.floats(0, 1)
+
+
+def parameters(vector: KnotVector, shares: list[float]) -> np.ndarray:
+    """Parameters in the domain, its breaks among them."""
+    low, high = knot.domain(*vector)
+    inside = low + (high - low) * np.array(shares)
+    return np.concatenate([knot.breaks(*vector), np.clip(inside, low, high)])
+
+
+def test_the_three_named_vectors() -> None:
+    """Whole numbers; every span of length one; the domain begins at zero."""
+    np.testing.assert_array_equal(knot.uniform(5, 3), [-3, -2, -1, 0, 1, 2, 3, 4, 5])
+    np.testing.assert_array_equal(knot.clamped(5, 3), [0, 0, 0, 0, 1, 2, 2, 2, 2])
+    np.testing.assert_array_equal(knot.periodic(4, 2), [-2, -1, 0, 1, 2, 3, 4, 5, 6])
+    np.testing.assert_array_equal(knot.wrapped(np.arange(4.0), 2), [0, 1, 2, 3, 0, 1])
+    np.testing.assert_array_equal(knot.wrapped(np.arange(3.0), 5), [0, 1, 2, 0, 1, 2, 0, 1])
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 7, 64])
+def test_the_named_vectors_have_the_length_they_need(degree: int) -> None:
+    """n + p + 1 knots, and as many spans as there can be."""
+    for make in (knot.uniform, knot.clamped):
+        vector = make(degree + 4, degree)
+        assert len(vector) == 2 * degree + 5
+        np.testing.assert_array_equal(knot.breaks(vector, degree), np.arange(5))
+    vector = knot.periodic(7, degree)
+    assert len(vector) == 7 + 2 * degree + 1
+    np.testing.assert_array_equal(knot.breaks(vector, degree), np.arange(8))
+
+
+def test_multiplicities() -> None:
+    """How often each knot occurs."""
+    values, counts = knot.multiplicities(np.array([0, 0, 0.5, 2, 2, 2]))
+    np.testing.assert_array_equal(values, [0, 0.5, 2])
+    np.testing.assert_array_equal(counts, [2, 1, 3])
+
+
+def test_spans_are_right_continuous() -> None:
+    """A repeated knot belongs to the span behind it; the end to the last one."""
+    vector = np.array([0, 0, 0, 1, 1, 2, 4, 4, 4.0])
+    np.testing.assert_array_equal(knot.spans(vector, 2), [2, 4, 5])
+    np.testing.assert_array_equal(knot.breaks(vector, 2), [0, 1, 2, 4])
+    found = knot.find_span(vector, 2, [0, np.nextafter(1, 0), 1, 1.5, 2, 3.9, 4])
+    np.testing.assert_array_equal(found, [2, 2, 4, 4, 5, 5, 5])
+
+
+@settings(max_examples=40, deadline=None)
+@given(knot_vectors(parted=True), st.lists(fraction_of, max_size=4))
+def test_the_basis_is_that_of_cox_and_de_boor(vector: KnotVector, shares: list[float]) -> None:
+    """Every function at every parameter, the breaks included; the others vanish there."""
+    t = parameters(vector, shares)
+    span, values = knot.basis(*vector, t)
+    exact = fractions(vector.knots)
+    for row, parameter in enumerate(t):
+        (at,) = fractions([parameter])
+        wanted = [float(x) for x in basis_values(exact, vector.degree, at)]
+        assert span[row] == span_of(exact, vector.degree, at)
+        got = np.zeros(vector.points)
+        got[span[row] - vector.degree : span[row] + 1] = values[row]
+        np.testing.assert_allclose(got, wanted, atol=1e-15)
+
+
+@settings(max_examples=40, deadline=None)
+@given(knot_vectors(st.integers(1, 20), parted=True), st.lists(fraction_of, max_size=8))
+def test_a_partition_of_one_without_negative_parts(vector: KnotVector, shares: list[float]) -> None:
+    """Σ N_i = 1 and N_i ≥ 0."""
+    _, values = knot.basis(*vector, parameters(vector, shares))
+    assert (values >= 0).all()
+    np.testing.assert_allclose(values.sum(axis=1), 1, atol=1e-14)
+
+
+@settings(max_examples=40, deadline=None)
+@given(knot_vectors(), st.lists(fraction_of, min_size=1, max_size=8))
+def test_the_basis_is_that_of_scipy(vector: KnotVector, shares: list[float]) -> None:
+    """Its design matrix, which exists inside the domain."""
+    t = parameters(vector, shares)
+    span, values = knot.basis(*vector, t)
+    columns = span[:, None] - vector.degree + np.arange(vector.degree + 1)
+    got = np.zeros((len(t), vector.points))
+    np.put_along_axis(got, columns, values, axis=1)
+    wanted = BSpline(vector.knots, np.eye(vector.points), vector.degree)(t)
+    np.testing.assert_allclose(got, wanted, atol=1e-12)

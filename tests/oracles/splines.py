@@ -1,0 +1,68 @@
+"""B-splines in exact rational arithmetic: the recursion of Cox and de Boor as it is printed.
+
+    N_i^0(t) = 1 where U_i ≤ t < U_{i+1}, else 0
+    N_i^p(t) = (t − U_i)/(U_{i+p} − U_i) N_i^{p−1}(t)
+               + (U_{i+p+1} − t)/(U_{i+p+1} − U_{i+1}) N_{i+1}^{p−1}(t),  0/0 = 0
+
+The NURBS Book, 2nd ed., equation 2.5. Functions are right-continuous; at the end of the domain
+the polynomials of the last span are continued.
+"""
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+from tests.oracles.exact import Vector
+
+
+def span_of(knots: Sequence[Fraction], degree: int, t: Fraction) -> int:
+    """The last s with U_s ≤ t < U_{s+1}; at the end of the domain the last that is no point."""
+    last = len(knots) - degree - 2
+    inside = [s for s in range(degree, last + 1) if knots[s] < knots[s + 1]]
+    return max((s for s in inside if knots[s] <= t), default=inside[0])
+
+
+def basis_values(knots: Sequence[Fraction], degree: int, t: Fraction) -> list[Fraction]:
+    """All B-splines of the knot vector at t."""
+    span = span_of(knots, degree, t)
+    values = [Fraction(int(i == span)) for i in range(len(knots) - 1)]
+    for p in range(1, degree + 1):
+        values = [
+            _ratio(t - knots[i], knots[i + p] - knots[i]) * values[i]
+            + _ratio(knots[i + p + 1] - t, knots[i + p + 1] - knots[i + 1]) * values[i + 1]
+            for i in range(len(values) - 1)
+        ]
+    return values
+
+
+def _ratio(a: Fraction, b: Fraction) -> Fraction:
+    return a / b if b else Fraction(0)
+
+
+def spline_point(
+    points: Sequence[Vector], knots: Sequence[Fraction], degree: int, t: Fraction
+) -> Vector:
+    """Σ N_i(t) P_i."""
+    values = basis_values(knots, degree, t)
+    return tuple(
+        sum((n * p[axis] for n, p in zip(values, points, strict=True)), Fraction(0))
+        for axis in range(len(points[0]))
+    )
+
+
+def spline_surface_point(
+    net: Sequence[Sequence[Vector]],
+    knots: tuple[Sequence[Fraction], Sequence[Fraction]],
+    degree: tuple[int, int],
+    at: tuple[Fraction, Fraction],
+) -> Vector:
+    """Σ N_i(u) N_j(v) P_ij, projected where there are four coordinates."""
+    lines = [spline_point(row, knots[1], degree[1], at[1]) for row in net]
+    point = spline_point(lines, knots[0], degree[0], at[0])
+    if len(point) == 3:
+        return point
+    return tuple(x / point[3] for x in point[:3])
+
+
+def fractions(values: object) -> list[Fraction]:
+    """Floats as the rational numbers they are."""
+    return [Fraction(float(value)) for value in values]  # type: ignore[attr-defined]

@@ -1,0 +1,61 @@
+"""Hypothesis strategies for knot vectors and for what is defined over them.
+
+Knots are multiples of 1/16: turned about, 3 − U, they are still exact.
+"""
+
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class KnotVector(NamedTuple):
+    """A knot vector and its degree."""
+
+    knots: Array
+    degree: int
+
+    @property
+    def points(self) -> int:
+        """Number of control points."""
+        return len(self.knots) - self.degree - 1
+
+
+@st.composite
+def knot_vectors(
+    draw: st.DrawFn,
+    degree: st.SearchStrategy[int] | None = None,
+    parted: bool = False,
+    max_spans: int = 5,
+) -> KnotVector:
+    """Knots of any domain, clamped, half clamped or not; each inner knot up to p times.
+
+    With `parted` some come p + 1 times, where the curve parts.
+    """
+    p = draw(st.integers(1, 5) if degree is None else degree)
+    spans = draw(st.integers(1, max_spans))
+    step = st.integers(1, 40)
+    steps = draw(st.lists(step, min_size=spans, max_size=spans))
+    breaks = list(accumulate(steps, initial=draw(st.integers(-50, 50))))
+    most = p + 1 if parted else p
+    inner = [x for b in breaks[1:-1] for x in [b] * draw(st.integers(1, most))]
+    gap = st.integers(0, 20)
+    before = draw(st.just([0] * p) | st.lists(gap, min_size=p, max_size=p))
+    after = draw(st.just([0] * p) | st.lists(gap, min_size=p, max_size=p))
+    head = [breaks[0] - x for x in accumulate(before)][::-1]
+    tail = [breaks[-1] + x for x in accumulate(after)]
+    return KnotVector(np.array([*head, breaks[0], *inner, breaks[-1], *tail]) / 16, p)
+
+
+def points_for(count: int, seed: int, *shape: int) -> Array:
+    """Control points (count, …, 3) without pattern."""
+    return np.random.default_rng(seed).uniform(-4, 4, (count, *shape, 3))
+
+
+def weights_for(count: int, seed: int, *shape: int) -> Array:
+    """Weights in [0.2, 5]."""
+    return np.random.default_rng(seed).uniform(0.2, 5, (count, *shape))
