@@ -3,7 +3,7 @@
 HTTP, the command line and whatever else comes call these functions and nothing below them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
@@ -11,6 +11,7 @@ from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.tessellate import overlays_of, predicted_size, tessellate
 from service.errors import Issue, TooLarge, UnsupportedByFormat
+from service.surface.channels import only_channels
 from service.surface.lowered import PatchModel
 
 
@@ -65,7 +66,7 @@ def plan(
     TooLarge, UnsupportedByFormat
         From the shapes alone: nothing large has been allocated.
     """
-    model = surface.lower()
+    model, options = carried(surface.lower(), options, fmt)
     size = predict(model, options)
     _check_format(options, fmt)
     _check_limits(size, fmt, encode, limits)
@@ -88,6 +89,16 @@ def mesh(model: PatchModel, options: MeshOptions, fmt: Format) -> Mesh:
     return tessellate(model, options, single=fmt.single)
 
 
+def carried(model: PatchModel, options: MeshOptions, fmt: Format) -> tuple[PatchModel, MeshOptions]:
+    """The model and the options without what the format has no place for beside positions.
+
+    A surface keeps its colours and attributes whatever becomes of it, so they are left out and not
+    refused; and nothing is computed, or kept apart, for their sake.
+    """
+    uvs = options.uvs and "uvs" in fmt.carries
+    return only_channels(model, fmt.carries), replace(options, uvs=uvs)
+
+
 def predict(model: PatchModel, options: MeshOptions) -> MeshSize:
     """Counts of the mesh from the shapes alone; upper bounds where welding takes some away."""
     vertices, triangles, quads = predicted_size(model, options)
@@ -101,6 +112,7 @@ def predict(model: PatchModel, options: MeshOptions) -> MeshSize:
     if "boundary" in options.overlays:
         segments += 4 * model.patch_count * max(options.resolution)
         points += 4 * model.patch_count * (max(options.resolution) + 1)
+    channels = model.batches[0].channels
     names = [model.name, *(part.name for part in model.parts), *options.overlays]
     return MeshSize(
         vertices,
@@ -113,6 +125,8 @@ def predict(model: PatchModel, options: MeshOptions) -> MeshSize:
         overlay_segments=segments,
         overlay_cells=cells,
         control_points=control_points,
+        colors=sum(c.dimension for c in channels if c.kind == "colors"),
+        attributes=tuple((c.name, c.dimension) for c in channels if c.kind == "attribute"),
     )
 
 

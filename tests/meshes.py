@@ -79,6 +79,18 @@ def with_overlays(mesh: Mesh) -> Mesh:
     return replace(mesh, overlays=(control_net(), boundary()))
 
 
+def carrying(mesh: Mesh, opacity: bool = False) -> Mesh:
+    """The mesh with colours by position, a temperature, and a flow of six numbers."""
+    share = (mesh.positions - mesh.positions.min(axis=0)) / np.ptp(mesh.positions, axis=0)
+    # From dark to light, through both branches of sRGB.
+    colors = np.round(share, 3) * [1.0, 0.5, 0.05]
+    if opacity:
+        colors = np.hstack([colors, 1 - np.round(share[:, :1], 3) / 2])
+    flow = np.hstack([mesh.positions, -mesh.positions])
+    attributes = (("temperature", 20 + 8 * mesh.positions[:, 2:]), ("flow", flow + 0.0))
+    return replace(mesh, colors=colors, attributes=attributes)
+
+
 def single(mesh: Mesh, origin: tuple[float, float, float] = ORIGIN, up: Up = "y") -> Mesh:
     """The mesh in float32 about a local origin, which moves the model there."""
     shift = np.array(origin)
@@ -93,6 +105,8 @@ def single(mesh: Mesh, origin: tuple[float, float, float] = ORIGIN, up: Up = "y"
         positions=mesh.positions.astype(np.float32),
         normals=None if mesh.normals is None else mesh.normals.astype(np.float32),
         uvs=None if mesh.uvs is None else mesh.uvs.astype(np.float32),
+        colors=None if mesh.colors is None else mesh.colors.astype(np.float32),
+        attributes=tuple((name, rows.astype(np.float32)) for name, rows in mesh.attributes),
         overlays=overlays,
         origin=shift,
         up=up,
@@ -189,6 +203,8 @@ def size_of(mesh: Mesh) -> MeshSize:
         overlay_points=sum(len(o.positions) for o in mesh.overlays),
         overlay_segments=sum(len(o.segments) for o in mesh.overlays),
         overlay_cells=sum(0 if o.cells is None else len(o.cells) for o in mesh.overlays),
+        colors=0 if mesh.colors is None else mesh.colors.shape[1],
+        attributes=tuple((name, rows.shape[1]) for name, rows in mesh.attributes),
     )
 
 

@@ -44,6 +44,9 @@ def formats() -> list[dict[str, Any]]:
             "suffix": f.suffix,
             "quads": f.quads,
             "overlays": f.overlays,
+            "uvs": "uvs" in f.carries,
+            "colors": "colors" in f.carries,
+            "attributes": "attribute" in f.carries,
             "precision": "float32" if f.single else "float64",
         }
         for f in FORMATS

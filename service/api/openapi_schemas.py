@@ -9,6 +9,7 @@ from service.errors import MAX_ISSUES
 from service.schemas.options import MeshOptionFields
 from service.schemas.query import LIST_NAMES
 from service.schemas.request import MeshRequest
+from service.surface.channels import MAX_DIMENSION
 
 Json: TypeAlias = dict[str, Any]
 
@@ -72,8 +73,9 @@ def _object(properties: dict[str, Json], required: list[str] | None = None, **mo
     }
 
 
-def _numbers(count: int, text: str) -> Json:
-    row = {"type": "array", "items": {"type": "number"}, "minItems": count, "maxItems": count}
+def _numbers(count: int, text: str, most: int | None = None) -> Json:
+    longest = count if most is None else most
+    row = {"type": "array", "items": {"type": "number"}, "minItems": count, "maxItems": longest}
     return {"type": "array", "items": row, "description": text}
 
 
@@ -130,13 +132,27 @@ _MESH = _object(
         ),
         "uvs": _numbers(
             2,
-            "Parameters (u, v), float32; there if `uvs` is true. In the rows of `normals`.",
+            "Texture coordinates of the surface, or if it has none and `uvs` is true, parameters "
+            "(u, v); float32. In the rows of `normals`.",
         ),
+        "colors": _numbers(
+            3,
+            "Colours of the surface, if it has any: sRGB, or sRGB and opacity, from 0 to 1; "
+            "float32. In the rows of `normals`.",
+            most=4,
+        ),
+        "attributes": {
+            "type": "object",
+            "additionalProperties": _numbers(1, "Rows of numbers.", most=MAX_DIMENSION),
+            "description": "Values of the surface's attributes by name, float64. In the rows of "
+            "`normals`.",
+        },
         "attribute_faces": _indices(
             3,
             4,
-            "There if a position has several normals or parameters, as at a crease: in the shape "
-            "of `faces`, the rows of `normals` and `uvs` for each corner of each face.",
+            "There if a position has several normals, colours or the like, as at a crease: in the "
+            "shape of `faces`, the rows of `normals`, `uvs`, `colors` and `attributes` for each "
+            "corner of each face.",
         ),
         "parts": {
             "type": "array",
@@ -236,6 +252,9 @@ _FORMAT = _object(
         "suffix": _text("Suffix of files and of mesh URLs."),
         "quads": {"type": "boolean", "description": "Whether it can hold quads."},
         "overlays": {"type": "boolean", "description": "Whether it can hold lines."},
+        "uvs": {"type": "boolean", "description": "Whether it can hold texture coordinates."},
+        "colors": {"type": "boolean", "description": "Whether it can hold colours of vertices."},
+        "attributes": {"type": "boolean", "description": "Whether it can hold attributes."},
         "precision": _text("Precision of positions.", enum=["float32", "float64"]),
     }
 )

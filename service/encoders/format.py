@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from service.engine.mesh import Mesh, Overlay
-from service.surface.lowered import PatchModel
+from service.surface.lowered import ChannelKind, PatchModel
 
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
 
@@ -30,6 +30,8 @@ class MeshSize:
     `vertices` counts the samples of every patch by itself: welding only makes them fewer.
     `named` counts what carries a name, parts and overlays; `name_bytes` are the UTF-8 bytes of all
     names together, the mesh's own included. `control_points` counts those of all lowered patches.
+    `colors` is the number of numbers of a colour, 0 without any; `attributes` has the name and the
+    number of numbers of each attribute.
     """
 
     vertices: int
@@ -42,6 +44,8 @@ class MeshSize:
     overlay_points: int = 0
     overlay_segments: int = 0
     overlay_cells: int = 0
+    colors: int = 0
+    attributes: tuple[tuple[str, int], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +55,8 @@ class Format:
     `single` formats store float32 positions about a local origin, the others float64. `quads`,
     `overlays`: whether the format can hold them. `suffix` has no dot. `encode` gives the file's
     bytes; `byte_bound` an upper bound of their number, before anything is computed. A format that
-    can hold Bézier patches as they are has `encode_exact`.
+    can hold Bézier patches as they are has `encode_exact`. `carries` are the kinds of channels that
+    it can hold; others are left out.
     """
 
     name: str
@@ -64,3 +69,4 @@ class Format:
     encode: Callable[[Mesh, EncodeOptions], bytes]
     byte_bound: Callable[[MeshSize, EncodeOptions], int]
     encode_exact: Callable[[PatchModel, tuple[Overlay, ...]], bytes] | None = None
+    carries: frozenset[ChannelKind] = frozenset()

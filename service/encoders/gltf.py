@@ -4,6 +4,9 @@ One root node carries the name of the mesh and what turns z-up models upright; b
 and every overlay is a named node with a mesh of its own, moved by the local origin. All buffer
 views are planar, tightly packed and aligned to four bytes.
 
+Colours are linear, on white. The attribute `flow` of up to four numbers is `_FLOW`; one of more is
+cut into `_FLOW_0`, `_FLOW_1` and so on, four numbers each and the rest in the last.
+
 References
 ----------
 Khronos, glTF 2.0 Specification: 3.6.2 accessors, 3.7.2 meshes, 3.9 materials, 4.4 GLB layout.
@@ -18,6 +21,7 @@ import numpy as np
 
 from service import __version__
 from service.bases.arrays import Bools, IndexArray
+from service.encoders.colors import linear, translucent
 from service.encoders.content import drawn, refuse_quads, report_object
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.gltf_buffer import BufferBuilder, JsonObject
@@ -41,6 +45,12 @@ SURFACE_MATERIAL: JsonObject = {
         "roughnessFactor": 0.5,
     },
 }
+COLORED_MATERIAL: JsonObject = {
+    "name": "surface",
+    "doubleSided": True,
+    "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.5},
+}
+"""White (the default base colour), so that the colours of the vertices are what is seen."""
 LINE_MATERIAL: JsonObject = {
     "name": "lines",
     "extensions": {"KHR_materials_unlit": {}},
@@ -109,7 +119,7 @@ def _document(mesh: Mesh, buffer: BufferBuilder) -> JsonObject:
     refuse_quads(mesh, "glTF")
     parts = list(_part_primitives(mesh, buffer))
     lines = [(overlay.name, _line_primitive(overlay, buffer)) for overlay in drawn(mesh.overlays)]
-    groups = ((SURFACE_MATERIAL, parts), (LINE_MATERIAL, lines))
+    groups = ((_surface_material(mesh), parts), (LINE_MATERIAL, lines))
     materials = [material for material, primitives in groups if primitives]
     meshes: list[JsonObject] = [
         {"name": name, "primitives": [primitive | {"material": materials.index(material)}]}
@@ -158,6 +168,11 @@ def _part_primitives(mesh: Mesh, buffer: BufferBuilder) -> Iterator[tuple[str, J
             attributes["NORMAL"] = buffer.add_attribute(mesh.normals[own])
         if mesh.uvs is not None:
             attributes["TEXCOORD_0"] = buffer.add_attribute(mesh.uvs[own])
+        if mesh.colors is not None:
+            attributes["COLOR_0"] = buffer.add_attribute(linear(mesh.colors[own]))
+        for name, values in mesh.attributes:
+            for key, columns in attribute_columns(name, values.shape[1]):
+                attributes[key] = buffer.add_attribute(values[own, columns])
         vertices = len(mesh.positions[own])
         yield (
             part.name,
@@ -167,6 +182,22 @@ def _part_primitives(mesh: Mesh, buffer: BufferBuilder) -> Iterator[tuple[str, J
                 "mode": TRIANGLES,
             },
         )
+
+
+def attribute_columns(name: str, dimension: int) -> Iterator[tuple[str, slice]]:
+    """Names under which an attribute is stored, and the columns of each: four at most."""
+    if dimension <= 4:
+        yield f"_{name.upper()}", slice(0, dimension)
+        return
+    for piece, first in enumerate(range(0, dimension, 4)):
+        yield f"_{name.upper()}_{piece}", slice(first, first + 4)
+
+
+def _surface_material(mesh: Mesh) -> JsonObject:
+    """Glaze for a mesh without colours; white, blended where it must be, for one with them."""
+    if mesh.colors is None:
+        return SURFACE_MATERIAL
+    return COLORED_MATERIAL | ({"alphaMode": "BLEND"} if translucent(mesh.colors) else {})
 
 
 def _line_primitive(overlay: Overlay, buffer: BufferBuilder) -> JsonObject:
@@ -201,17 +232,19 @@ def _json_bound(size: MeshSize) -> int:
 
     A node with its mesh, accessors and buffer views is below 1200 characters of keys and small
     numbers, nine float64 (translation, minimum, maximum) and its name twice; the name of the
-    whole is written twice, too. The constant part holds the asset with the report, two materials,
-    the root and the scene.
+    whole is written twice, too. Another vertex attribute adds its name, an accessor and a view. The
+    constant part holds the asset with the report, two materials, the root and the scene.
     """
-    node = 1200 + 9 * (FLOAT64_CHARS + 1)
+    keys = [key for name, d in size.attributes for key, _ in attribute_columns(name, d)]
+    more = ["COLOR_0", *keys] if size.colors else keys
+    node = 1200 + 9 * (FLOAT64_CHARS + 1) + sum(300 + len(key) for key in more)
     names = 2 * LONGEST_ESCAPE * size.name_bytes
     return 2048 + 6 * FLOAT64_CHARS + size.named * node + names
 
 
 def _buffer_bound(size: MeshSize) -> int:
     """Bytes at most of the buffer: normals and parameters counted, padding included."""
-    vertex = 12 + 12 + 8
+    vertex = 12 + 12 + 8 + 4 * (size.colors + sum(d for _, d in size.attributes))
     index = 2 if max(size.vertices, size.overlay_points) <= 65535 else 4
     corners = 3 * (size.triangles + 2 * size.quads) + 2 * size.overlay_segments
     return size.vertices * vertex + size.overlay_points * 12 + corners * index + 3 * size.named

@@ -25,7 +25,7 @@ ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
 LARGEST_SHORT_COUNT = 65535
 """Vertices that 16-bit indices can name: index 65535 itself restarts a primitive (3.7.2.1)."""
 
-ELEMENT_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
+ELEMENT_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 """Type of an accessor by its number of components (3.6.2.3)."""
 
 
@@ -51,7 +51,7 @@ class BufferBuilder:
         return self._add(stored, FLOAT, ARRAY_BUFFER, bounds)
 
     def add_attribute(self, values: RealArray) -> int:
-        """Accessor of a vertex attribute, shape (V, 2) or (V, 3), as float32."""
+        """Accessor of a vertex attribute, shape (V, 1…4), as float32."""
         stored = np.ascontiguousarray(values, dtype="<f4")
         return self._add(stored, FLOAT, ARRAY_BUFFER, {})
 
@@ -65,7 +65,7 @@ class BufferBuilder:
     def _add(
         self, stored: NDArray[np.generic], component: int, target: int, bounds: JsonObject
     ) -> int:
-        """Accessor of an array of elements, shape (N, 1…3), whose bytes join the buffer."""
+        """Accessor of an array of elements, shape (N, 1…4), whose bytes join the buffer."""
         self.views.append(
             {
                 "buffer": 0,

@@ -1,13 +1,15 @@
 """The mesh as one JSON object: for scripts, and for looking at.
 
-`vertices` are positions, float64 in the fewest digits that read back as the same number; `normals`
-and `uvs` are float32. A key whose value the mesh does not have is left out. `faces` holds, part by
-part, the quads of that part and then its triangles.
+`vertices` are positions, float64 in the fewest digits that read back as the same number, and so are
+the `attributes`, rows of numbers by name; `normals`, `uvs` and `colors` are float32. A key whose
+value the mesh does not have is left out. `faces` holds, part by part, the quads of that part and
+then its triangles.
 
 Positions that are welded are written once, so that a closed surface is closed by its indices. Row
-k of `normals` and `uvs` then belongs to row k of `vertices`, unless some position has several (at
-creases, at the apex of a cone, along seams with uvs): their rows are counted by themselves then,
-and `attribute_faces`, of the same shape as `faces`, names them for each corner of each face.
+k of `normals` and of everything else at a vertex then belongs to row k of `vertices`, unless some
+position has several (at creases, at the apex of a cone, along seams of uvs): their rows are counted
+by themselves then, and `attribute_faces`, of the same shape as `faces`, names them for each corner
+of each face.
 """
 
 from collections.abc import Iterator
@@ -36,11 +38,18 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
         "vertices": np.ascontiguousarray(positions),
         "faces": orjson.Fragment(_faces(mesh, None if mesh.welds is None else row)),
     }
-    if mesh.normals is not None:
-        document["normals"] = np.ascontiguousarray(mesh.normals, dtype=np.float32)
-    if mesh.uvs is not None:
-        document["uvs"] = np.ascontiguousarray(mesh.uvs, dtype=np.float32)
-    if mesh.welds is not None and (mesh.normals is not None or mesh.uvs is not None):
+    single = {"normals": mesh.normals, "uvs": mesh.uvs, "colors": mesh.colors}
+    rows = {
+        name: np.ascontiguousarray(values, dtype=np.float32)
+        for name, values in single.items()
+        if values is not None
+    }
+    document |= rows
+    if mesh.attributes:
+        document["attributes"] = {
+            name: np.ascontiguousarray(values) for name, values in mesh.attributes
+        }
+    if mesh.welds is not None and (rows or mesh.attributes):
         document["attribute_faces"] = orjson.Fragment(_faces(mesh))
     document["parts"] = list(_parts(mesh))
     if overlays := drawn(mesh.overlays):
@@ -58,9 +67,11 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     """Bytes at most: normals, uvs, faces twice and all digits counted."""
+    dimensions = [dimension for _, dimension in size.attributes]
     index = digits(max(size.vertices, size.overlay_points)) + 1
     position = 3 * (FLOAT64_CHARS + 1) + 2
-    vertex = position + 5 * (FLOAT32_CHARS + 1) + 4
+    vertex = position + (5 + size.colors) * (FLOAT32_CHARS + 1) + 7
+    vertex += sum(d * (FLOAT64_CHARS + 1) + 2 for d in dimensions)
     named = 80 + 2 * digits(size.triangles + size.quads)
     report = 512 + 6 * FLOAT64_CHARS
     return (
@@ -71,6 +82,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.overlay_segments * (2 * index + 2)
         + size.named * named
         + size.name_bytes * LONGEST_ESCAPE
+        + sum(len(name) + 8 for name, _ in size.attributes)
         + report
     )
 

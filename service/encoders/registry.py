@@ -10,6 +10,9 @@ from types import MappingProxyType
 from service.encoders import gltf, json_mesh, obj, off, oogl, ply, stl
 from service.encoders.format import Format
 from service.encoders.oogl_patches import encode_patches
+from service.surface.lowered import ChannelKind
+
+EVERYTHING: frozenset[ChannelKind] = frozenset({"colors", "uvs", "attribute"})
 
 FORMATS: tuple[Format, ...] = (
     Format(
@@ -22,6 +25,7 @@ FORMATS: tuple[Format, ...] = (
         overlays=True,
         encode=gltf.encode_glb,
         byte_bound=gltf.glb_byte_bound,
+        carries=EVERYTHING,
     ),
     Format(
         name="gltf",
@@ -33,6 +37,7 @@ FORMATS: tuple[Format, ...] = (
         overlays=True,
         encode=gltf.encode_gltf,
         byte_bound=gltf.gltf_byte_bound,
+        carries=EVERYTHING,
     ),
     Format(
         name="json",
@@ -44,6 +49,7 @@ FORMATS: tuple[Format, ...] = (
         overlays=True,
         encode=json_mesh.encode,
         byte_bound=json_mesh.byte_bound,
+        carries=EVERYTHING,
     ),
     Format(
         name="oogl",
@@ -78,6 +84,7 @@ FORMATS: tuple[Format, ...] = (
         overlays=True,
         encode=obj.encode,
         byte_bound=obj.byte_bound,
+        carries=frozenset({"uvs"}),
     ),
     Format(
         name="ply",
@@ -89,6 +96,7 @@ FORMATS: tuple[Format, ...] = (
         overlays=False,
         encode=ply.encode,
         byte_bound=ply.byte_bound,
+        carries=frozenset({"uvs"}),
     ),
     Format(
         name="off",

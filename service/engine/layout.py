@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import Ints
+from service.bases.arrays import FloatArray, Ints
 from service.engine.patterns import Shape
 from service.engine.stitch import Seams, distinct_rows, find_seams
 from service.surface.lowered import PatchModel, TensorPatches
@@ -157,6 +157,29 @@ class Layout:
             if divisions != own
         ]
         return np.concatenate(runs, axis=1)
+
+    def extras_of(self, block: Block) -> Iterator[tuple[int, Ints, FloatArray, Ints]]:
+        """Samples beside the grids of a block, side by side (0 … 3).
+
+        Yields
+        ------
+        side : int
+        patches : ndarray of int, shape (n,)
+            Of each sample, numbered within the batch.
+        along : ndarray of float64, shape (n,)
+            Its parameter along the side.
+        samples : ndarray of int, shape (n,)
+        """
+        numbers = block.first + block.patches
+        for side in range(4):
+            apart = np.flatnonzero(self.extra[numbers, side] >= 0)
+            if not len(apart):
+                continue
+            inner = self.inner[numbers[apart], side]
+            row = np.repeat(np.arange(len(apart)), inner)
+            k = np.arange(len(row)) - np.repeat(np.cumsum(inner) - inner, inner)
+            samples = self.extra[numbers[apart], side][row] + k
+            yield side, block.patches[apart[row]], (k + 1) / (inner[row] + 1), samples
 
     def shapes(self) -> list[tuple[Shape, Ints]]:
         """Patches that one index pattern serves, in the order of their first."""

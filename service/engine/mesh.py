@@ -63,7 +63,7 @@ class MeshReport:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Mesh:
-    """Vertices and faces. A vertex is a position together with its normal and its (u, v).
+    """Vertices and faces. A vertex is a position with its normal, its colour, its (u, v) and so on.
 
     Where two surfaces meet at a crease, or at the apex of a cone, several vertices share one
     position; `welds` tells which.
@@ -75,7 +75,7 @@ class Mesh:
     normals : ndarray, shape (V, 3), or None
         Unit normals du × dv / |du × dv|, never zero and never NaN.
     uvs : ndarray, shape (V, 2), or None
-        Parameters (u, v) of each vertex in its patch.
+        Texture coordinates; parameters (u, v) if the surface has none.
     triangles : ndarray of uint32, shape (T, 3)
         Counter-clockwise seen from the tip of the normal.
     quads : ndarray of uint32, shape (Q, 4)
@@ -90,6 +90,10 @@ class Mesh:
         The first vertex with the same position; None when that is always the vertex itself.
     origin : ndarray of float64, shape (3,)
         Model coordinates of the point (0, 0, 0) of `positions`.
+    colors : ndarray, shape (V, 3) or (V, 4), or None
+        sRGB, or sRGB and alpha, from 0 to 1.
+    attributes : tuple of (name, ndarray of shape (V, d))
+        Whatever else the surface carries.
     """
 
     name: str
@@ -105,3 +109,5 @@ class Mesh:
     origin: FloatArray
     up: Up
     report: MeshReport
+    colors: RealArray | None = None
+    attributes: tuple[tuple[str, RealArray], ...] = ()

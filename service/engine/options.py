@@ -24,7 +24,8 @@ class MeshOptions:
         Divisions of every patch along u and v.
     faces : "triangles" or "quads"
     normals, uvs : bool
-        Whether vertices carry unit normals and parameters (u, v).
+        Whether vertices carry unit normals, and parameters (u, v) where the surface has no texture
+        coordinates of its own.
     weld : bool
         Whether patches share the vertices of the edges they share.
     crease_angle : float

@@ -10,6 +10,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
 from service.engine.borders import borders
+from service.engine.channels import agreeing, by_kind
 from service.engine.extent import extent
 from service.engine.join import join
 from service.engine.layout import Layout
@@ -41,7 +42,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     layout = Layout.plan(model, options.resolution)
     dtype: Real = np.float32 if single else np.float64
     origin = _origin(model, single)
-    rows = sample(layout, options, dtype, origin)
+    rows = sample(layout, options, dtype, origin, model.domain)
     welding = _weld(layout, rows, options)
     triangles, quads, parts = join(model, layout, welding, options.faces)
     if welding is not None:
@@ -52,11 +53,12 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     welds = _welds(welding) if options.weld else None
     boundary, watertight = borders(layout, options, (triangles, quads), welds)
     low, high = _bounds(rows.positions, origin)
+    uvs, colors, attributes = by_kind(rows.channels)
     return Mesh(
         name=model.name,
         positions=rows.positions,
         normals=rows.normals,
-        uvs=rows.uvs,
+        uvs=uvs,
         triangles=triangles,
         quads=quads,
         parts=parts,
@@ -76,6 +78,8 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
             boundary_edges=boundary,
             poles_repaired=rows.poles,
         ),
+        colors=colors,
+        attributes=attributes,
     )
 
 
@@ -114,8 +118,9 @@ def _weld(layout: Layout, rows: SampleRows, options: MeshOptions) -> Welding | N
         return None
     place = _places(layout)
     used = _used(layout, options) if layout.framed or seams.collapsed.any() else None
-    merge = options.weld and rows.uvs is None
-    return weld(place, used, rows.normals, options.crease_angle, merge)
+    # A position may have several colours or texture coordinates, as it may have several normals.
+    alike = agreeing(place, rows.channels) if options.weld and rows.channels else None
+    return weld(place, used, rows.normals, options.crease_angle, options.weld, alike=alike)
 
 
 def _places(layout: Layout) -> Ints:

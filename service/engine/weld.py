@@ -23,7 +23,13 @@ class Welding:
 
 
 def weld(
-    place: Ints, used: Ints | None, normals: RealArray | None, crease_angle: float, merge: bool
+    place: Ints,
+    used: Ints | None,
+    normals: RealArray | None,
+    crease_angle: float,
+    merge: bool,
+    *,
+    alike: Ints | None = None,
 ) -> Welding:
     """Merges samples at one place whose normals agree; writes their mean into `normals`.
 
@@ -42,15 +48,21 @@ def weld(
         Radians; normals further apart than this stay apart.
     merge : bool
         False keeps every sample a vertex of its own.
+    alike : ndarray of int, optional
+        For each sample, one at its place that has the same colour, texture coordinates and so on
+        (that one for itself). Others stay apart, though they may share the mean of their normals.
     """
     own = np.arange(len(place))
     leader = own
     if merge:
-        leader = place
+        leader = place if alike is None else alike
         if normals is not None:
             # Two unit vectors at this angle are this far apart.
             leader = leaders(place, normals, 2 * sin(crease_angle / 2))
             _average(normals, leader)
+            if alike is not None:
+                normals[:] = normals[leader]
+                leader = leaders(leader, alike[:, np.newaxis].astype(np.float64), 0.5)
     kept = leader == own
     if used is not None and len(used):
         wanted = np.zeros(len(place), dtype=bool)

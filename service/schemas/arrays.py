@@ -5,8 +5,8 @@ for 1, "1.5" for 1.5 and null for NaN. The fast path looks at whole levels at on
 something is wrong does a second pass walk through the lists to say where.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from itertools import chain
 from typing import Any, TypeAlias
 
@@ -43,6 +43,12 @@ class NumberGrid:
         How many levels multiply to the number of control points; 0 where they are not counted.
     degree_levels : tuple of int
         Levels whose length less one is a degree.
+    least_degree : int
+        What the documentation says of it; the surface checks it.
+    width_rule : str
+        What is said where `width` is not met.
+    documented : mapping
+        What else the documentation says of the innermost lists; the surface checks it.
     """
 
     levels: tuple[str, ...]
@@ -51,6 +57,9 @@ class NumberGrid:
     positive: bool = False
     point_levels: int = 0
     degree_levels: tuple[int, ...] = ()
+    least_degree: int = 1
+    width_rule: str = "A control point has exactly three coordinates."
+    documented: Mapping[str, int] = field(default_factory=dict)
 
     def array(self, value: object, limits: DocumentLimits) -> Array:
         """`value` as an array with one axis a level, float64 or int64.
@@ -163,7 +172,7 @@ class NumberGrid:
         if self._is_last(level) and self.width is not None:
             return Issue(
                 "wrong_dimension",
-                "A control point has exactly three coordinates.",
+                self.width_rule,
                 got=f"{got} {what}",
                 needed=f"{needed} {what}",
             )
@@ -196,9 +205,12 @@ class NumberGrid:
         for level in reversed(range(len(self.levels))):
             result = {"type": "array", "items": result, "minItems": 1}
             if level in self.degree_levels:
-                result |= {"minItems": 2, "maxItems": DocumentLimits().max_degree + 1}
-            elif self._is_last(level) and self.width is not None:
-                result |= {"minItems": self.width, "maxItems": self.width}
+                least, most = self.least_degree, DocumentLimits().max_degree
+                result |= {"minItems": least + 1, "maxItems": most + 1}
+            elif self._is_last(level):
+                if self.width is not None:
+                    result |= {"minItems": self.width, "maxItems": self.width}
+                result |= self.documented
         return result
 
 

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from service.bases.arrays import FloatArray
 from service.schemas.arrays import CONTROL_NET, NET_WEIGHTS
+from service.schemas.channels import NetAttributes, NetColors, NetUvs, channels, define_channels
 from service.schemas.fields import NameField, StrictModel, UpField
 from service.surface.bezier import BezierSurface
 
@@ -32,12 +33,16 @@ class BezierDefinition(StrictModel):
         "surface is polynomial.",
         examples=[[[1, 0.7071067811865476, 1], [1, 0.7071067811865476, 1]]],
     )
+    colors: NetColors = None
+    uvs: NetUvs = None
+    attributes: NetAttributes = Field(default_factory=dict)
     up: UpField = "y"
     name: NameField = "surface"
 
     def to_surface(self) -> BezierSurface:
         """The surface itself; raises `InvalidRequest` with pointers relative to it."""
-        return BezierSurface(self.control_net, self.weights, self.up, self.name)
+        carried = channels(self.colors, self.uvs, self.attributes)
+        return BezierSurface(self.control_net, self.weights, self.up, self.name, carried)
 
 
 def define(surface: BezierSurface) -> dict[str, Any]:
@@ -45,4 +50,5 @@ def define(surface: BezierSurface) -> dict[str, Any]:
     content: dict[str, Any] = {"type": "bezier", "control_net": surface.control_net}
     if surface.weights is not None:
         content["weights"] = surface.weights
+    content |= define_channels(surface.channels)
     return content | {"up": surface.up, "name": surface.name}

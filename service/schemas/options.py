@@ -33,7 +33,8 @@ class MeshOptionFields(StrictModel):
     )
     uvs: bool = Field(
         default=_DEFAULTS.uvs,
-        description="Whether vertices carry their parameters (u, v) in their patch.",
+        description="Whether vertices carry their parameters (u, v) in their patch. A surface that "
+        "has texture coordinates of its own (`uvs`) comes out with those, whatever is said here.",
     )
     weld: bool = Field(
         default=_DEFAULTS.weld,

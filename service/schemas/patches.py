@@ -8,6 +8,13 @@ from pydantic import Field
 
 from service.bases.arrays import FloatArray
 from service.schemas.arrays import PATCHES, VERTEX_WEIGHTS, VERTICES
+from service.schemas.channels import (
+    VertexAttributes,
+    VertexColors,
+    VertexUvs,
+    channels,
+    define_channels,
+)
 from service.schemas.fields import NameField, Parts, StrictModel, UpField
 from service.surface.patches import PatchSurface
 
@@ -39,13 +46,19 @@ class PatchesDefinition(StrictModel):
         "one; those in none form a part of the surface's name.",
         examples=[{"left": [0], "right": [1]}],
     )
+    colors: VertexColors = None
+    uvs: VertexUvs = None
+    attributes: VertexAttributes = Field(default_factory=dict)
     up: UpField = "y"
     name: NameField = "surface"
 
     def to_surface(self) -> PatchSurface:
         """The surface itself; raises `InvalidRequest` with pointers relative to it."""
         parts = tuple((name, tuple(members.tolist())) for name, members in self.parts.items())
-        return PatchSurface(self.vertices, self.patches, self.weights, parts, self.up, self.name)
+        carried = channels(self.colors, self.uvs, self.attributes)
+        return PatchSurface(
+            self.vertices, self.patches, self.weights, parts, self.up, self.name, carried
+        )
 
 
 def define(surface: PatchSurface) -> dict[str, Any]:
@@ -59,4 +72,5 @@ def define(surface: PatchSurface) -> dict[str, Any]:
         content["parts"] = {name: list(members) for name, members in surface.parts}
     if surface.weights is not None:
         content["weights"] = surface.weights
+    content |= define_channels(surface.channels)
     return content | {"up": surface.up, "name": surface.name}

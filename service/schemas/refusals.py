@@ -125,7 +125,7 @@ def _pointer(path: Path) -> str:
     parts: list[str | int] = []
     previous: str | int | None = None
     for part in path:
-        if previous in UNIONS:
+        if previous in UNIONS and isinstance(part, str):
             previous = None
             continue
         previous = part

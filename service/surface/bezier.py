@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray
+from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import check_grid, check_up, checked_points, checked_weights
 from service.surface.lowered import Domain, Part, PatchModel, TensorPatches, Up
 
@@ -23,6 +24,8 @@ class BezierSurface:
         The model's vertical axis.
     name : str
         Name of the part and of its glTF node.
+    channels : Channels
+        Colours, texture coordinates and attributes: nets of any degree over the same u and v.
 
     Raises
     ------
@@ -38,6 +41,7 @@ class BezierSurface:
     weights: FloatArray | None = None
     up: Up = "y"
     name: str = "surface"
+    channels: Channels = NO_CHANNELS
 
     def __post_init__(self) -> None:
         points = checked_points(self.control_net, "control_net", axes=3)
@@ -46,6 +50,7 @@ class BezierSurface:
         object.__setattr__(self, "control_net", points)
         if self.weights is not None:
             object.__setattr__(self, "weights", checked_weights(self.weights, (rows, columns)))
+        self.channels.check_nets()
         check_up(self.up)
 
     @property
@@ -56,6 +61,7 @@ class BezierSurface:
     def lower(self) -> PatchModel:
         """The surface as a batch of the one patch it is."""
         weights = None if self.weights is None else self.weights[np.newaxis]
-        batch = TensorPatches(self.control_net[np.newaxis], weights)
+        channels = self.channels.lower(lambda net: net[np.newaxis])
+        batch = TensorPatches(self.control_net[np.newaxis], weights, channels)
         domain = Domain(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
         return PatchModel(self.name, (batch,), (Part(self.name, 0, 1),), self.up, domain)

@@ -105,6 +105,16 @@ def checked_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     return weights
 
 
+def check_finite(values: FloatArray, where: str) -> None:
+    """Refuses NaN and infinities; `where` points to the array."""
+    _refuse(values, where[1:], ~np.isfinite(values), _not_finite)
+
+
+def check_stored(values: FloatArray, where: str) -> None:
+    """Refuses what single precision cannot store; `where` points to the array."""
+    _refuse(values, where[1:], np.abs(values) > MAX_COORDINATE, _too_large)
+
+
 def check_grid(rows: int, columns: int, name: str) -> None:
     """Refuses a grid of control points that is too small to be a surface or of absurd degree."""
     if rows < 2 or columns < 2:
@@ -163,7 +173,7 @@ def _not_finite(where: str, value: float) -> Issue:
 def _too_large(where: str, value: float) -> Issue:
     return Issue(
         "coordinate_too_large",
-        "Coordinates are stored in single precision.",
+        "Coordinates and attributes are stored in single precision.",
         where,
         f"{value:.6g}",
         f"between -{MAX_COORDINATE:.7g} and {MAX_COORDINATE:.7g}",

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
+from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import check_grid, check_up, checked_points, checked_weights
 from service.surface.lowered import Part, PatchModel, TensorPatches, Up
 
@@ -34,6 +35,8 @@ class PatchSurface:
         The model's vertical axis.
     name : str
         Name of the model.
+    channels : Channels
+        Colours, texture coordinates and attributes: one value a vertex, in the patches' degree.
 
     Raises
     ------
@@ -47,6 +50,7 @@ class PatchSurface:
     parts: PartMembers = ()
     up: Up = "y"
     name: str = "surface"
+    channels: Channels = NO_CHANNELS
 
     def __post_init__(self) -> None:
         vertices = checked_points(self.vertices, "vertices", axes=2)
@@ -68,6 +72,7 @@ class PatchSurface:
         object.__setattr__(self, "patches", patches)
         if self.weights is not None:
             object.__setattr__(self, "weights", checked_weights(self.weights, (len(vertices),)))
+        self.channels.check_per_vertex(len(vertices), patches.size)
         _check_parts(self.parts, len(patches))
         check_up(self.up)
 
@@ -81,7 +86,8 @@ class PatchSurface:
         order, parts = _ordered(self.parts, len(self.patches), self.name)
         indices = self.patches if order is None else self.patches[order]
         weights = None if self.weights is None else self.weights[indices]
-        batch = TensorPatches(self.vertices[indices], weights)
+        channels = self.channels.lower(lambda values: values[indices])
+        batch = TensorPatches(self.vertices[indices], weights, channels)
         return PatchModel(self.name, (batch,), parts, self.up)
 
 

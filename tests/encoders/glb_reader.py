@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 COMPONENTS = {5123: "<u2", 5125: "<u4", 5126: "<f4"}
-COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
+COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 
 @dataclass(frozen=True)

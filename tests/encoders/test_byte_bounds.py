@@ -17,7 +17,7 @@ from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, json_array
 from service.engine.mesh import Mesh
 from service.errors import UnsupportedByFormat
 from service.surface.lowered import Part, PatchModel, TensorPatches
-from tests.meshes import Faces, control_net, sheet, silo, single, size_of, with_overlays
+from tests.meshes import Faces, carrying, control_net, sheet, silo, single, size_of, with_overlays
 
 LARGEST = float(np.finfo(np.float32).max)
 FORMS: list[OoglForm | None] = [None, "cquad", "mesh", "off"]
@@ -47,6 +47,7 @@ def test_never_longer_than_the_bound(known: Format, data: st.DataObject) -> None
     faces: Faces = data.draw(st.sampled_from(["triangles", "quads"]))
     mesh = silo(data.draw(st.integers(3, 6)), data.draw(st.integers(1, 3)), faces)
     mesh = with_overlays(mesh) if data.draw(st.booleans()) else mesh
+    mesh = carrying(mesh, data.draw(st.booleans())) if data.draw(st.booleans()) else mesh
     positions = data.draw(
         arrays.arrays(
             np.float64,
@@ -70,6 +71,14 @@ def test_the_worst_numbers_fit(known: Format, patches: str) -> None:
     parts = tuple(replace(part, name="\x01" * 99) for part in mesh.parts)
     mesh = replace(mesh, positions=awful, normals=awful_normals, parts=parts, name="\x01" * 99)
     mesh = replace(mesh, overlays=(overlay,), origin=np.full(3, AWKWARD))
+    attributes = tuple(
+        (f"{d:a<32}", np.full((len(awful), d), -1.1754943508222875e-38))
+        for d in (1, 2, 3, 4, 5, 16)
+    )
+    colors = np.full((len(awful), 4), 1.1754944e-38)
+    for length, bound in written(known, mesh):
+        assert length <= bound
+    mesh = replace(mesh, colors=colors, attributes=attributes)
     for length, bound in written(known, mesh):
         assert length <= bound
 
@@ -81,8 +90,14 @@ def test_the_bound_is_of_use(known: Format, faces: Faces) -> None:
     assert mesh.normals is not None
     turn = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]
     turned = replace(mesh, positions=mesh.positions @ turn, normals=mesh.normals @ turn)
-    for length, bound in written(known, single(turned) if known.single else turned):
-        assert length <= bound <= 3 * length
+    for made in (turned, carrying(turned)):
+        kept = replace(
+            made,
+            colors=made.colors if "colors" in known.carries else None,
+            attributes=made.attributes if "attribute" in known.carries else (),
+        )
+        for length, bound in written(known, single(kept) if known.single else kept):
+            assert length <= bound <= 3 * length
 
 
 @pytest.mark.parametrize("degree", [1, 3, HIGHEST_DEGREE])

@@ -13,7 +13,7 @@ from service.encoders.gltf_buffer import BufferBuilder
 from service.engine.mesh import Mesh
 from service.errors import UnsupportedByFormat
 from tests.encoders.glb_reader import Gltf, read_glb, read_gltf
-from tests.meshes import sheet, silo, single, with_overlays, without_faces
+from tests.meshes import carrying, sheet, silo, single, with_overlays, without_faces
 
 OPTIONS = EncodeOptions()
 
@@ -186,6 +186,52 @@ def test_nothing_at_all_is_a_document_without_a_buffer() -> None:
     file = glb(single(without_faces(silo())))
     assert file.buffer == b""
     assert set(file.document) == {"asset", "scene", "scenes"}
+
+
+def srgb_of(light: float) -> float:
+    """The inverse of the formula in IEC 61966-2-1, in Python's own arithmetic."""
+    return 12.92 * light if light <= 0.0031308 else 1.055 * light ** (1 / 2.4) - 0.055
+
+
+@pytest.mark.parametrize("opacity", [False, True])
+def test_colors_are_linear_on_white(opacity: bool) -> None:
+    mesh = single(carrying(silo(12, 3), opacity))
+    file = glb(mesh)
+    assert mesh.colors is not None
+    for part in mesh.parts:
+        stored = file.attribute(part.name, "COLOR_0")
+        own = np.unique(mesh.triangles[slice(*part.triangles)])
+        assert stored.dtype == np.float32
+        back = [[srgb_of(float(light)) for light in row[:3]] for row in stored]
+        np.testing.assert_allclose(back, mesh.colors[own, :3], atol=3e-7)
+        np.testing.assert_array_equal(stored[:, 3:], mesh.colors[own, 3:])
+    (material,) = file.document["materials"]
+    assert "baseColorFactor" not in material["pbrMetallicRoughness"]
+    assert material.get("alphaMode") == ("BLEND" if opacity else None)
+
+
+def test_opaque_colors_are_not_blended() -> None:
+    mesh = carrying(silo(), opacity=True)
+    assert mesh.colors is not None
+    mesh.colors[:, 3] = 1
+    (material,) = glb(single(mesh)).document["materials"]
+    assert "alphaMode" not in material
+
+
+def test_attributes_are_pieces_of_four_numbers() -> None:
+    mesh = single(carrying(silo(12, 3)))
+    file = glb(mesh)
+    (_, temperature), (_, flow) = mesh.attributes
+    for part in mesh.parts:
+        own = np.unique(mesh.triangles[slice(*part.triangles)])
+        for name, kind, values in (
+            ("_TEMPERATURE", "SCALAR", temperature),
+            ("_FLOW_0", "VEC4", flow[:, :4]),
+            ("_FLOW_1", "VEC2", flow[:, 4:]),
+        ):
+            entry = file.primitive(part.name)["attributes"][name]
+            assert file.document["accessors"][entry]["type"] == kind
+            np.testing.assert_array_equal(file.array(entry), values[own])
 
 
 def test_quads_are_refused() -> None:

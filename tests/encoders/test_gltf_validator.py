@@ -9,7 +9,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.mesh import Mesh
 from tests.clients.gltf_validator import issues, validate
-from tests.meshes import sheet, silo, single, with_overlays, without_faces
+from tests.meshes import carrying, sheet, silo, single, with_overlays, without_faces
 
 MESHES = {
     "parts": single(silo(12, 3)),
@@ -21,6 +21,8 @@ MESHES = {
     "overlays alone": single(without_faces(with_overlays(silo()))),
     "odd name": replace(single(silo()), name='a "b" \\ \n ü \U0001f375'),
     "long indices": single(sheet(256)),
+    "colours": single(carrying(silo(12, 3))),
+    "colours one can see through": single(carrying(silo(5), opacity=True), (1.0, 2.0, 3.0), "z"),
 }
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from service.encoders import json_mesh
 from service.encoders.format import EncodeOptions
 from service.engine.mesh import Mesh
-from tests.meshes import sheet, silo, single, with_overlays, without_faces
+from tests.meshes import carrying, sheet, silo, single, with_overlays, without_faces
 
 
 def decode(mesh: Mesh) -> dict[str, Any]:
@@ -36,6 +36,24 @@ def test_normals_and_parameters_are_float32() -> None:
         np.testing.assert_array_equal(read, values.astype(np.float32))
     longest = max(len(repr(x)) for row in document["normals"] for x in row)
     assert longest < len(repr(1 / 3))
+
+
+def test_colors_are_float32_and_attributes_keep_every_digit() -> None:
+    mesh = carrying(silo(7), opacity=True)
+    document = decode(mesh)
+    assert mesh.colors is not None
+    np.testing.assert_array_equal(
+        np.array(document["colors"], dtype=np.float32), mesh.colors.astype(np.float32)
+    )
+    assert list(document["attributes"]) == ["temperature", "flow"]
+    for name, values in mesh.attributes:
+        np.testing.assert_array_equal(document["attributes"][name], values)
+
+
+def test_attributes_alone_have_faces_of_their_own_where_they_must() -> None:
+    mesh = replace(carrying(silo()), normals=None, uvs=None, colors=None)
+    assert decode(mesh)["attribute_faces"] == mesh.triangles.tolist()
+    assert "attribute_faces" not in decode(replace(mesh, attributes=()))
 
 
 def rows_of(mesh: Mesh) -> list[int]:

@@ -1,0 +1,44 @@
+"""Colours of vertices in the forms that formats want: linear, in bytes, with an opacity."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.bases.arrays import FloatArray, RealArray
+
+
+def linear(colors: RealArray) -> FloatArray:
+    """Linear light of sRGB; an opacity stays as it is.
+
+        c / 12.92                    for c ≤ 0.04045
+        ((c + 0.055) / 1.055)^2.4    above
+
+    Parameters
+    ----------
+    colors : ndarray, shape (V, 3) or (V, 4)
+        From 0 to 1.
+
+    References
+    ----------
+    IEC 61966-2-1:1999, section 5.2.
+    """
+    light = colors.astype(np.float64)
+    srgb = light[:, :3]
+    light[:, :3] = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    return light
+
+
+def in_bytes(colors: RealArray) -> NDArray[np.uint8]:
+    """Colours, and opacity where there is one, from 0 to 255; halves are rounded to even."""
+    return np.rint(colors.astype(np.float64) * 255).astype(np.uint8)
+
+
+def with_opacity(colors: RealArray) -> NDArray[np.float32]:
+    """Four numbers each, as OOGL and OFF want them; opaque where nothing is said."""
+    four = np.ones((len(colors), 4), dtype=np.float32)
+    four[:, : colors.shape[1]] = colors
+    return four
+
+
+def translucent(colors: RealArray) -> bool:
+    """Whether anything can be seen through."""
+    return colors.shape[1] == 4 and bool((colors[:, 3] < 1).any())

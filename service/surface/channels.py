@@ -1,0 +1,248 @@
+"""What a surface carries beside its points: colours, texture coordinates, named attributes.
+
+Each is a polynomial function of the surface's parameters with a control net of its own,
+
+    C(u, v) = Σ_ij B_i^a(u) B_j^b(v) C_ij,
+
+of a degree of its own (0 is a constant). The weights of a rational surface are those of its points
+alone.
+"""
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
+from service.surface.checks import MAX_DEGREE, check_finite, check_stored
+from service.surface.lowered import Channel, ChannelKind, PatchModel
+
+MAX_ATTRIBUTES = 16
+MAX_DIMENSION = 16
+"""Numbers of one attribute."""
+
+MAX_NUMBERS = 1 << 23
+"""Numbers in the nets of one channel once the surface is lowered to patches (64 MiB)."""
+
+MAX_ATTRIBUTE_NAME = 32
+ATTRIBUTE_NAME = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{MAX_ATTRIBUTE_NAME - 1}}}", re.ASCII)
+
+Attributes: TypeAlias = tuple[tuple[str, FloatArray], ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Channels:
+    """Control nets beside those of the points; what their first axes are is up to the surface.
+
+    Attributes
+    ----------
+    colors : ndarray of float64, shape (…, 3) or (…, 4), or None
+        sRGB, or sRGB and alpha, from 0 to 1.
+    uvs : ndarray of float64, shape (…, 2), or None
+        Texture coordinates.
+    attributes : tuple of (name, ndarray of float64, shape (…, d))
+        Whatever else is a function of the parameters; names differ also in upper case.
+
+    Raises
+    ------
+    InvalidRequest
+        At birth, with pointers relative to the surface.
+    """
+
+    colors: FloatArray | None = None
+    uvs: FloatArray | None = None
+    attributes: Attributes = ()
+
+    def __post_init__(self) -> None:
+        if self.colors is not None:
+            colors = _checked(self.colors, ("colors",), 3, 4, "three or four numbers [r, g, b, a]")
+            _check_colors(colors)
+            object.__setattr__(self, "colors", colors)
+        if self.uvs is not None:
+            uvs = _checked(self.uvs, ("uvs",), 2, 2, "two numbers [u, v]")
+            object.__setattr__(self, "uvs", uvs)
+        _check_names([name for name, _ in self.attributes])
+        needed = f"1 to {MAX_DIMENSION} numbers"
+        attributes = tuple(
+            (name, _checked(net, ("attributes", name), 1, MAX_DIMENSION, needed))
+            for name, net in self.attributes
+        )
+        object.__setattr__(self, "attributes", attributes)
+
+    def each(self) -> Iterator[tuple[str, ChannelKind, str, FloatArray]]:
+        """Name, kind, pointer and net of each channel there is."""
+        if self.colors is not None:
+            yield "colors", "colors", "/colors", self.colors
+        if self.uvs is not None:
+            yield "uvs", "uvs", "/uvs", self.uvs
+        for name, net in self.attributes:
+            yield name, "attribute", pointer(("attributes", name)), net
+
+    def check_nets(self, patches: int = 1) -> None:
+        """Refuses what is no grid of values, or of absurd degree; `patches` share every net."""
+        for _, _, where, net in self.each():
+            if net.ndim != 3:
+                raise InvalidRequest(_wrong_axes(where, net, "rows of values"))
+            if max(net.shape[:2]) - 1 > MAX_DEGREE:
+                raise InvalidRequest(
+                    Issue(
+                        "degree_too_high",
+                        "A net of r × c values is one function of degree r − 1 by c − 1.",
+                        where,
+                        f"degree {net.shape[0] - 1} × {net.shape[1] - 1}",
+                        f"degrees up to {MAX_DEGREE}",
+                    )
+                )
+            _check_numbers(where, patches * net.size)
+
+    def check_per_vertex(self, vertices: int, indices: int) -> None:
+        """Refuses what has not one value for each vertex; the patches index so many in all."""
+        for _, _, where, net in self.each():
+            if net.ndim != 2:
+                raise InvalidRequest(_wrong_axes(where, net, "one value a vertex"))
+            if len(net) != vertices:
+                raise InvalidRequest(
+                    Issue(
+                        "channel_shape",
+                        "There must be exactly one value for every vertex.",
+                        where,
+                        f"{len(net)} values",
+                        f"{vertices} values",
+                    )
+                )
+            _check_numbers(where, indices * net.shape[-1])
+
+    def lower(self, nets: Callable[[FloatArray], FloatArray]) -> tuple[Channel, ...]:
+        """The channels of a batch; `nets` makes (P, a+1, b+1, d) of a net of the surface."""
+        return tuple(Channel(name, kind, nets(net)) for name, kind, _, net in self.each())
+
+
+def only_channels(model: PatchModel, kinds: frozenset[ChannelKind]) -> PatchModel:
+    """The model without its channels of other kinds."""
+    if all(channel.kind in kinds for batch in model.batches for channel in batch.channels):
+        return model
+    batches = tuple(
+        replace(batch, channels=tuple(c for c in batch.channels if c.kind in kinds))
+        for batch in model.batches
+    )
+    return replace(model, batches=batches)
+
+
+def _checked(
+    values: FloatArray, path: tuple[str, ...], least: int, most: int, needed: str
+) -> FloatArray:
+    """Values as a read-only array, each of `least` to `most` numbers, finite, within float32."""
+    where = pointer(path)
+    net = np.array(values, dtype=np.float64, order="C")
+    if net.ndim < 2 or net.size == 0 or not least <= net.shape[-1] <= most:
+        got = f"{net.shape[-1]} numbers" if net.ndim > 1 else "no lists of numbers"
+        raise InvalidRequest(
+            Issue(
+                "wrong_dimension",
+                "The values of a channel are lists of numbers, all of one length.",
+                where,
+                "no values" if net.size == 0 else got,
+                needed,
+            )
+        )
+    check_finite(net, where)
+    check_stored(net, where)
+    net += 0.0
+    net.flags.writeable = False
+    return net
+
+
+def _check_colors(colors: FloatArray) -> None:
+    """Refuses colours beyond black and white, and 255 for white."""
+    outside = (colors < 0) | (colors > 1)
+    if outside.any():
+        places = np.argwhere(outside)[:MAX_ISSUES]
+        raise InvalidRequest(
+            *(
+                Issue(
+                    "out_of_range",
+                    "Colours are sRGB, each number from 0 to 1.",
+                    "/colors" + pointer(place),
+                    f"{colors[tuple(place)]:.6g}",
+                    "0 to 1",
+                )
+                for place in places.tolist()
+            )
+        )
+
+
+def _check_names(names: list[str]) -> None:
+    """Refuses names that some format could not tell apart."""
+    if len(names) > MAX_ATTRIBUTES:
+        raise InvalidRequest(
+            Issue(
+                "wrong_length",
+                "The surface has more attributes than formats have room for.",
+                "/attributes",
+                f"{len(names)} attributes",
+                f"at most {MAX_ATTRIBUTES}",
+            )
+        )
+    owner: dict[str, str] = {}
+    for name in names:
+        if not ATTRIBUTE_NAME.fullmatch(name):
+            raise InvalidRequest(
+                Issue(
+                    "wrong_value",
+                    "The name of an attribute becomes a word in files.",
+                    pointer(("attributes", shortened_name(name))),
+                    "another name",
+                    f"a letter, then letters, digits and _; at most {MAX_ATTRIBUTE_NAME} in all",
+                )
+            )
+        if name.upper() in owner:
+            raise InvalidRequest(_clash(name, "a name that differs from another in case only"))
+        owner[name.upper()] = name
+    for name in names:
+        base = re.sub(r"_[0-9]+\Z", "", name)
+        if base != name and base.upper() in owner:
+            raise InvalidRequest(_clash(name, "the name of another attribute and a number"))
+
+
+def shortened_name(name: str) -> str:
+    """A name as a pointer may repeat it."""
+    return name if len(name) <= MAX_ATTRIBUTE_NAME else name[:MAX_ATTRIBUTE_NAME] + "…"
+
+
+def _clash(name: str, got: str) -> Issue:
+    return Issue(
+        "name_clash",
+        "glTF writes the names of attributes in upper case, and numbers the pieces of long ones.",
+        pointer(("attributes", name)),
+        got,
+        "another name",
+    )
+
+
+def _check_numbers(where: str, count: int) -> None:
+    if count > MAX_NUMBERS:
+        raise InvalidRequest(
+            Issue(
+                "too_many_values",
+                "The channel has too many numbers in all patches together.",
+                where,
+                f"{count} numbers",
+                f"at most {MAX_NUMBERS}",
+            )
+        )
+
+
+def _wrong_axes(where: str, net: FloatArray, needed: str) -> Issue:
+    return Issue(
+        "channel_shape",
+        "The net of a channel has the form that this kind of surface asks for.",
+        where,
+        f"lists {net.ndim} deep",
+        needed,
+    )
+
+
+NO_CHANNELS = Channels()

@@ -1,0 +1,51 @@
+"""Colours in other forms: the published formula, byte for byte."""
+
+import numpy as np
+
+from service.encoders.colors import in_bytes, linear, translucent, with_opacity
+
+LINEAR = {
+    0x00: 0.0,
+    0x01: 0.00030352698354883749,
+    0x0A: 0.0030352698354883749,
+    0x0B: 0.0033465357638991585,
+    0x80: 0.21586050011389918,
+    0xBC: 0.50288645803256839,
+    0xFF: 1.0,
+}
+"""Linear light of some bytes of sRGB, from the formula of IEC 61966-2-1 with 40 digits."""
+
+
+def test_known_bytes() -> None:
+    srgb = np.repeat(np.array(list(LINEAR)) / 255, 3).reshape(-1, 3)
+    np.testing.assert_allclose(linear(srgb)[:, 1], list(LINEAR.values()), rtol=1e-13)
+
+
+def test_black_and_white_are_exact_and_light_only_grows() -> None:
+    ramp = np.arange(0, 10_001)[:, np.newaxis].repeat(3, axis=1) / 10_000
+    light = linear(ramp.astype(np.float32))
+    assert (light[0] == 0).all()
+    assert (light[-1] == 1).all()
+    assert (np.diff(light, axis=0) > 0).all()
+    # The two branches meet to 1e-8 only: so the standard has it.
+    below, above = linear(np.array([[0.04045] * 3, [np.nextafter(0.04045, 1)] * 3]))
+    np.testing.assert_allclose(below, above, rtol=2e-5)
+
+
+def test_opacity_is_linear_already() -> None:
+    colors = np.array([[0.5, 0.5, 0.5, 0.5]])
+    assert linear(colors)[0, 3] == 0.5
+    assert colors[0, 0] == 0.5
+
+
+def test_every_byte_comes_back() -> None:
+    every = np.arange(256, dtype=np.uint8)[:, np.newaxis].repeat(4, axis=1)
+    np.testing.assert_array_equal(in_bytes(every / 255), every)
+    np.testing.assert_array_equal(in_bytes((every / 255).astype(np.float32)), every)
+
+
+def test_four_numbers_and_whether_one_sees_through() -> None:
+    three, four = np.array([[0.25, 0.5, 1]]), np.array([[0.25, 0.5, 1, 0.75]])
+    assert with_opacity(three).tolist() == [[0.25, 0.5, 1, 1]]
+    assert with_opacity(four).tolist() == four.tolist()
+    assert [translucent(three), translucent(four), translucent(with_opacity(three))] == [0, 1, 0]

@@ -1,0 +1,110 @@
+"""Colours, texture coordinates and attributes in documents: read, refused, written back."""
+
+from typing import Any
+
+import numpy as np
+import orjson
+import pytest
+
+from service.errors import InvalidRequest
+from service.schemas.document import DocumentLimits
+from service.schemas.request import mesh_request
+from service.schemas.surfaces import definition
+from service.surface import Surface
+
+NET = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
+PATCHES = {
+    "type": "patches",
+    "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1]],
+    "patches": [[[0, 1], [2, 3]]],
+}
+LIMITS = DocumentLimits(max_control_points=100)
+
+CARRIED: list[tuple[dict[str, Any], dict[str, Any]]] = [
+    (NET, {"colors": [[[1, 0, 0.5]]], "uvs": [[[0, 0], [0, 1], [0, 3]]]}),
+    (NET, {"attributes": {"t": [[[1], [2]], [[3], [4]]], "flow": [[[1, 2, 3, 4, 5]]]}}),
+    (PATCHES, {"colors": [[1, 0, 0, 1]] * 4, "uvs": [[0, 0], [0, 1], [1, 0], [1, 1]]}),
+    (PATCHES, {"attributes": {"t": [[1], [2], [3], [4]]}}),
+]
+
+
+def surface_of(document: dict[str, Any]) -> Surface:
+    return mesh_request({"surface": document}, LIMITS).to_surface()
+
+
+@pytest.mark.parametrize(("surface", "carried"), CARRIED)
+def test_what_is_read_is_written_back(surface: dict[str, Any], carried: dict[str, Any]) -> None:
+    found = surface_of(surface | carried)
+    again = orjson.loads(orjson.dumps(definition(found), option=orjson.OPT_SERIALIZE_NUMPY))
+    assert {key: again[key] for key in carried} == carried
+    assert surface_of(again).lower().batches[0].channels[0].nets.tolist() == (
+        found.lower().batches[0].channels[0].nets.tolist()
+    )
+
+
+def test_nothing_carried_is_nothing_written() -> None:
+    assert set(definition(surface_of(NET))) == {"type", "control_net", "up", "name"}
+    assert "attributes" not in definition(surface_of(NET | {"attributes": {}}))
+
+
+@pytest.mark.parametrize(
+    ("channel", "code", "pointer"),
+    [
+        ({"colors": [[[1, 0, 0], [1, 0, 0, 1]]]}, "ragged", "/colors/0/1"),
+        ({"colors": [[[1, 0, 0]], [[1, 0, 0], [0, 0, 0]]]}, "ragged", "/colors/1"),
+        ({"colors": [[[1, 0]]]}, "wrong_dimension", "/colors"),
+        ({"colors": [[[1, 0, 256]]]}, "out_of_range", "/colors/0/0/2"),
+        ({"colors": [[[1, 0, True]]]}, "wrong_type", "/colors/0/0/2"),
+        ({"colors": [[1]]}, "wrong_type", "/colors/0/0"),
+        ({"colors": [[]]}, "empty_list", "/colors/0"),
+        ({"colors": None}, "null_value", "/colors"),
+        ({"colors": [[[0, 0, 0]] * 66]}, "degree_too_high", "/colors"),
+        ({"colors": [[[0, 0, 0]] * 11] * 11}, "too_many_control_points", "/colors"),
+        ({"uvs": [[[1, 0, 0]]]}, "wrong_dimension", "/uvs/0/0"),
+        ({"uvs": None}, "null_value", "/uvs"),
+        ({"attributes": None}, "null_value", "/attributes"),
+        ({"attributes": [1]}, "wrong_type", "/attributes"),
+        ({"attributes": {"t": None}}, "null_value", "/attributes/t"),
+        ({"attributes": {"t": [[1]]}}, "wrong_type", "/attributes/t/0/0"),
+        ({"attributes": {"t": [[[1]], [["1"]]]}}, "wrong_type", "/attributes/t/1/0/0"),
+        ({"attributes": {"t": [[[1e39]]]}}, "coordinate_too_large", "/attributes/t/0/0/0"),
+        ({"attributes": {"t": [[[0] * 17]]}}, "wrong_dimension", "/attributes/t"),
+        ({"attributes": {"t": [[[]]]}}, "empty_list", "/attributes/t/0/0"),
+        ({"attributes": {"surface": [[["1"]]]}}, "wrong_type", "/attributes/surface/0/0/0"),
+        ({"attributes": {"0": [[[1]]]}}, "wrong_value", "/attributes/0"),
+        ({"attributes": {"a~b/c": [[[1]]]}}, "wrong_value", "/attributes/a~0b~1c"),
+        ({"attributes": {"temp": [[[1]]], "TEMP": [[[1]]]}}, "name_clash", "/attributes/TEMP"),
+        ({"attributes": {"v": [[[1]]], "v_1": [[[1]]]}}, "name_clash", "/attributes/v_1"),
+        (
+            {"attributes": {f"a{k}": [[[1]]] for k in range(17)}},
+            "wrong_length",
+            "/attributes",
+        ),
+    ],
+)
+def test_wrong_channels_are_pointed_at(channel: dict[str, Any], code: str, pointer: str) -> None:
+    with pytest.raises(InvalidRequest) as caught:
+        surface_of(NET | channel)
+    (issue,) = caught.value.issues
+    assert (issue.code, issue.pointer) == (code, f"/surface{pointer}")
+    assert issue.got
+    assert issue.needed
+
+
+def test_patches_have_one_value_a_vertex() -> None:
+    with pytest.raises(InvalidRequest) as caught:
+        surface_of(PATCHES | {"uvs": [[0, 0]] * 3})
+    (issue,) = caught.value.issues
+    assert (issue.code, issue.pointer) == ("channel_shape", "/surface/uvs")
+    assert (issue.got, issue.needed) == ("3 values", "4 values")
+
+
+def test_very_many_names_make_no_many_issues() -> None:
+    with pytest.raises(InvalidRequest) as caught:
+        surface_of(NET | {"attributes": {f"{k}": [[["x"]]] for k in range(5000)}})
+    assert len(caught.value.issues) == 20
+
+
+def test_a_channel_is_float64() -> None:
+    (channel,) = surface_of(NET | {"uvs": [[[1, 2]]]}).lower().batches[0].channels
+    assert channel.nets.dtype == np.float64
