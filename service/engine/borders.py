@@ -30,7 +30,7 @@ def borders(
         # Every face at a pole has a vertex of its own there.
         counted = coarse or seams.collapsed.any()
     if counted:
-        return _counted(mesh_faces, welds)
+        return count_borders(mesh_faces, welds)
     if not options.weld:
         return int(layout.divisions[seams.edge[lines]].sum()), not lines.any()
     uses = np.bincount(seams.edge[lines], minlength=len(layout.divisions))
@@ -49,10 +49,13 @@ def _meet_twice(seams: Seams) -> bool:
     return len(np.unique(codes)) < len(codes)
 
 
-def _counted(
+def count_borders(
     mesh_faces: tuple[IndexArray, IndexArray], welds: IndexArray | None
 ) -> tuple[int, bool]:
-    """The same, counted on the faces."""
+    """Edges that one face uses alone, and whether every edge is used by two, counted on the faces.
+
+    `welds` tells for each vertex the first one at its position; None where all differ.
+    """
     edges = []
     for rows in mesh_faces:
         ring = rows.astype(np.int64) if welds is None else welds[rows].astype(np.int64)

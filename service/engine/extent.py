@@ -1,14 +1,18 @@
-"""Least and greatest of many points, at the speed of memory."""
+"""Least and greatest of many points, at the speed of memory; and where to store them from."""
 
 import numpy as np
 
-from service.bases.arrays import RealArray
+from service.bases.arrays import FloatArray, RealArray
 
 FOLD = 128
 
+FAR = 256.0
+"""A model further from zero than this multiple of its extent is stored about a local origin:
+float32 would leave it fewer than 16 binary digits."""
+
 
 def extent(points: RealArray) -> tuple[RealArray, RealArray]:
-    """Least and greatest coordinates of points (N, 3), N ≥ 1, in their own precision.
+    """Least and greatest coordinates of points (N, d), N ≥ 1, in their own precision.
 
     A reduction over rows of three numbers runs row by row; folded to rows of 128 points it runs
     over whole vectors, some ten times faster.
@@ -16,7 +20,18 @@ def extent(points: RealArray) -> tuple[RealArray, RealArray]:
     whole = len(points) // FOLD * FOLD
     if whole < 4 * FOLD or not points.flags.c_contiguous:
         return points.min(axis=0), points.max(axis=0)
-    rows = points[:whole].reshape(-1, 3 * FOLD)
-    low = np.concatenate([rows.min(axis=0).reshape(FOLD, 3), points[whole:]]).min(axis=0)
-    high = np.concatenate([rows.max(axis=0).reshape(FOLD, 3), points[whole:]]).max(axis=0)
+    width = points.shape[1]
+    rows = points[:whole].reshape(-1, width * FOLD)
+    low = np.concatenate([rows.min(axis=0).reshape(FOLD, width), points[whole:]]).min(axis=0)
+    high = np.concatenate([rows.max(axis=0).reshape(FOLD, width), points[whole:]]).max(axis=0)
     return low, high
+
+
+def local_origin(low: FloatArray, high: FloatArray) -> FloatArray:
+    """Origin of float32 positions within these bounds: zero, unless that would lose the shape."""
+    middle = low + (high - low) / 2
+    if np.abs(middle).max() <= FAR * (high - low).max():
+        return np.zeros(len(low))
+    # A float32 itself, so that viewers that compute in float32 place it exactly.
+    rounded: FloatArray = middle.astype(np.float32).astype(np.float64)
+    return rounded

@@ -11,7 +11,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
 from service.engine.borders import borders
 from service.engine.channels import agreeing, by_kind
-from service.engine.extent import extent
+from service.engine.extent import extent, local_origin
 from service.engine.join import join
 from service.engine.layout import Layout
 from service.engine.mesh import Mesh, MeshReport, Overlay
@@ -22,10 +22,6 @@ from service.engine.sampling import SampleRows, sample
 from service.engine.scratch import Real
 from service.engine.weld import Welding, weld, without_unused
 from service.surface.lowered import PatchModel
-
-FAR = 256.0
-"""A model further from zero than this multiple of its extent is stored about a local origin:
-float32 would leave it fewer than 16 binary digits."""
 
 
 def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False) -> Mesh:
@@ -180,12 +176,7 @@ def _origin(model: PatchModel, single: bool) -> FloatArray:
     bounds = [batch.bounds for batch in model.batches]
     low = np.min([low for low, _ in bounds], axis=0)
     high = np.max([high for _, high in bounds], axis=0)
-    middle = low + (high - low) / 2
-    if np.abs(middle).max() <= FAR * (high - low).max():
-        return np.zeros(3)
-    # A float32 itself, so that viewers that compute in float32 place it exactly.
-    rounded: FloatArray = middle.astype(np.float32).astype(np.float64)
-    return rounded
+    return local_origin(low, high)
 
 
 def _count(positions: RealArray, welds: IndexArray | None) -> int:

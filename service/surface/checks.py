@@ -24,16 +24,20 @@ MAX_WEIGHT_RATIO = 1e8
 for the lightest control points, and with them for normals near these."""
 
 
-def checked_points(values: ArrayLike, name: str, axes: int) -> FloatArray:
+def checked_points(
+    values: ArrayLike, name: str, axes: int, dimensions: tuple[int, ...] = (3,)
+) -> FloatArray:
     """`values` as a read-only array of points, every coordinate finite and within float32.
 
     Parameters
     ----------
-    values : array_like, shape (…, 3)
+    values : array_like, shape (…, d)
     name : str
         The field, for the pointers.
     axes : int
         Number of axes, the coordinates' included: 2 for a list of points, 3 for a net.
+    dimensions : tuple of int
+        How many coordinates a point may have.
 
     Returns
     -------
@@ -45,14 +49,16 @@ def checked_points(values: ArrayLike, name: str, axes: int) -> FloatArray:
         `wrong_dimension`, `not_finite` or `coordinate_too_large`, one issue a coordinate.
     """
     points = np.array(values, dtype=np.float64, order="C")
-    if points.ndim != axes or points.shape[-1] != 3:
+    if points.ndim != axes or points.shape[-1] not in dimensions:
+        exactly = "exactly three" if dimensions == (3,) else "two or three"
         raise InvalidRequest(
             Issue(
                 "wrong_dimension",
-                "A control point has exactly three coordinates.",
+                f"A control point has {exactly} coordinates.",
                 f"/{name}",
                 f"an array of shape {_shape_text(points.shape)}",
-                f"{axes} axes, three numbers [x, y, z] in the last",
+                f"{axes} axes, three numbers [x, y, z] in the last"
+                + (", or two" if 2 in dimensions else ""),
             )
         )
     # One reduction decides the usual case: NaN fails the comparison as well.

@@ -1,0 +1,132 @@
+"""Rotation-minimising frames along curves: normals that do not turn about the curve.
+
+Every step from one sample to the next is two reflections, in the plane between the two points and
+in the one that then takes the tangent where it belongs; together they are a rotation. The error of
+the whole is of fourth order in the step.
+
+Wang, Jüttler, Zheng and Liu, Computation of rotation minimizing frames, ACM TOG 27(1), 2008.
+"""
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray
+from service.engine.vectors import cross
+
+NO_PLANE = 1e-18
+"""Squared length, in units of what it is measured against, of a vector that no plane belongs to."""
+
+
+def frames(
+    points: FloatArray, tangents: FloatArray, fractions: FloatArray, *, closed: bool
+) -> FloatArray:
+    """A unit normal at every sample of K curves, as nearly without rotation as can be.
+
+    The frame of a closed curve comes back turned by some angle; that turn is spread evenly over
+    the length, so that there is no jump.
+
+    Parameters
+    ----------
+    points, tangents : ndarray of float64, shape (K, m, 3)
+        Points may repeat, tangents have unit length. A closed curve ends where it begins.
+    fractions : ndarray of float64, shape (K, m)
+        Length up to each sample as a part of the whole, 0 to 1.
+
+    Returns
+    -------
+    ndarray of float64, shape (K, m, 3)
+        Perpendicular to the tangents.
+    """
+    first = perpendicular(tangents[:, 0])
+    if not closed:
+        return _transported(points, tangents, first)
+    # Once more round, so that a corner between end and beginning counts like any other.
+    points = np.concatenate([points, points[:, :1]], axis=1)
+    tangents = np.concatenate([tangents, tangents[:, :1]], axis=1)
+    normals = _transported(points, tangents, first)
+    last, axis = normals[:, -1], tangents[:, 0]
+    twist = np.arctan2(_dot(cross(first, last), axis), _dot(first, last))
+    angle = -twist[:, None] * fractions
+    normals, tangents = normals[:, :-1], tangents[:, :-1]
+    across = cross(tangents, normals)
+    turned: FloatArray = np.cos(angle)[..., None] * normals + np.sin(angle)[..., None] * across
+    return turned
+
+
+def perpendicular(vectors: FloatArray) -> FloatArray:
+    """A unit vector at right angles to each, (…, 3): what is left of the axis furthest from it."""
+    axis = np.eye(3)[np.abs(vectors).argmin(axis=-1)]
+    return _upright(axis, vectors)
+
+
+def _transported(points: FloatArray, tangents: FloatArray, first: FloatArray) -> FloatArray:
+    """The first normals (K, 3) carried along to all samples."""
+    turns = np.zeros((*points.shape[:2], 4))
+    turns[:, 0, 0] = 1.0
+    turns[:, 1:] = _steps(points, tangents)
+    # Products of the first i rotations for all i, by doubling: each pass spans twice as many.
+    span = 1
+    while span < turns.shape[1]:
+        turns[:, span:] = _after(turns[:, span:], turns[:, :-span])
+        span *= 2
+    turns /= np.sqrt(_dot(turns, turns))[..., None]
+    return _upright(_turned(turns, first[:, None]), tangents)
+
+
+def _steps(points: FloatArray, tangents: FloatArray) -> FloatArray:
+    """The rotation of every step as a unit quaternion: (K, m−1, 4)."""
+    before, after = tangents[:, :-1], tangents[:, 1:]
+    chord = np.diff(points, axis=1)
+    # Lengths to the scale of the longest step, lest squares of small ones vanish.
+    size = np.abs(chord).max(axis=(1, 2), keepdims=True)
+    chord = chord / np.where(size > 0, size, 1.0)
+    moved = _dot(chord, chord)
+    still: Bools = moved <= NO_PLANE
+    first = chord / np.sqrt(np.where(still, 1.0, moved))[..., None]
+    mirrored = before - 2 * _dot(first, before)[..., None] * first
+    second = after - mirrored
+    length = _dot(second, second)
+    still |= length <= NO_PLANE
+    second = second / np.sqrt(np.where(still, 1.0, length))[..., None]
+    turns = np.concatenate([-_dot(second, first)[..., None], cross(second, first)], axis=-1)
+    if still.any():
+        turns[still] = _straightest(before[still], after[still])
+    return turns
+
+
+def _straightest(before: FloatArray, after: FloatArray) -> FloatArray:
+    """The least rotations that take some unit vectors to others, as quaternions: (M, 4)."""
+    turns = np.concatenate([1.0 + _dot(before, after)[:, None], cross(before, after)], axis=-1)
+    back = turns[:, 0] < NO_PLANE
+    turns[back, 0], turns[back, 1:] = 0.0, perpendicular(before[back])
+    turned: FloatArray = turns / np.sqrt(_dot(turns, turns))[:, None]
+    return turned
+
+
+def _after(second: FloatArray, first: FloatArray) -> FloatArray:
+    """Quaternion products: the rotations of `second` after those of `first`."""
+    a, u, b, v = second[..., :1], second[..., 1:], first[..., :1], first[..., 1:]
+    real = a * b - _dot(u, v)[..., None]
+    return np.concatenate([real, a * v + b * u + cross(u, v)], axis=-1)
+
+
+def _turned(turns: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Vectors after the rotations: v + 2 u × (u × v + w v)."""
+    u = turns[..., 1:]
+    v = np.broadcast_to(vectors, u.shape)
+    turned: FloatArray = v + 2 * cross(u, cross(u, v) + turns[..., :1] * v)
+    return turned
+
+
+def _upright(vectors: FloatArray, tangents: FloatArray) -> FloatArray:
+    """What of the vectors is at right angles to the tangents, at unit length."""
+    rest = vectors - _dot(vectors, tangents)[..., None] * tangents
+    unit: FloatArray = rest / np.sqrt(_dot(rest, rest))[..., None]
+    return unit
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Products summed term by term: the same bits whatever is computed beside it."""
+    total: FloatArray = a[..., 0] * b[..., 0]
+    for i in range(1, a.shape[-1]):
+        total += a[..., i] * b[..., i]
+    return total

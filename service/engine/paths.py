@@ -1,0 +1,167 @@
+"""What is swept along: the stations of curves, their directions, and what becomes of corners.
+
+A station is a place at which a ring of a tube, or a crossbar of a ribbon, stands. A smooth curve
+has one at every sample. At a corner, where the tangent turns by more than the crease angle, there
+are two at one place, one for each direction. Up to a turn of 90° they are *mitred*: both stand in
+the plane that halves the corner, at the very same points, and there are no faces between them. A
+sharper corner, or a cusp, is *rounded*: stations between them turn from one direction to the other
+in steps of at most 22.5°.
+"""
+
+from dataclasses import dataclass
+from math import ceil, pi, radians
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.arc_length import arc_lengths
+from service.engine.curve_evaluation import Samples, positions, tangents
+from service.engine.frames import perpendicular
+from service.surface.curve_pieces import CurvePieces, raised
+
+SHARPEST_MITRE = radians(90)
+"""A mitred tube is 1 / cos(half the turn) times as wide across the corner: here 1.41 times."""
+
+ROUND_STEP = radians(22.5)
+
+
+@dataclass(frozen=True, eq=False)
+class Paths:
+    """K curves of m stations each.
+
+    Attributes
+    ----------
+    points, tangents : ndarray of float64, shape (K, m, 3)
+        Of a closed curve the last station is at the very place of the first.
+    fractions : ndarray of float64, shape (K, m)
+        Length of the curve up to the station, as a part of the whole: 0 to 1.
+    closed : bool
+    parameters : ndarray of float64, shape (m,)
+        Where radii and widths are read, 0 to 1.
+    mitres : ndarray of float64, shape (K, m, 3), or None
+        Unit normals of the planes in which the stations stand, where not all are the tangents.
+    mitred : ndarray of bool, shape (m,)
+        Stations at the very place of the one before, with no faces between them.
+    """
+
+    points: FloatArray
+    tangents: FloatArray
+    fractions: FloatArray
+    closed: bool
+    parameters: FloatArray
+    mitres: FloatArray | None = None
+    mitred: Bools | None = None
+
+    @staticmethod
+    def smooth(points: FloatArray, tangents: FloatArray, *, closed: bool = False) -> "Paths":
+        """Smooth curves from their samples and unit tangents, (K, m, 3) each.
+
+        Lengths are those of the polylines. Points may repeat; not all of a curve may be one.
+        """
+        steps = np.sqrt(np.square(np.diff(points, axis=1)).sum(axis=2))
+        lengths = np.cumsum(np.pad(steps, ((0, 0), (1, 0))), axis=1)
+        even = np.linspace(0.0, 1.0, points.shape[1])
+        whole = lengths[:, -1:]
+        fractions = np.where(whole > 0, lengths / np.where(whole > 0, whole, 1.0), even)
+        return Paths(points, tangents, fractions, closed, even)
+
+
+def path_of(pieces: CurvePieces, divisions: int, crease_angle: float) -> Paths:
+    """The stations of one curve at R divisions of every piece, its corners mitred or rounded."""
+    at = Samples.uniform(pieces.count, divisions)
+    before, after = _directions(pieces, at)
+    turn = _angles(before, after)
+    counts = _stations(turn, crease_angle)
+    mitred = counts == 2
+    if pieces.closed:
+        # Its beginning stands where its end does: what is between them is at the end.
+        counts[0] = 1
+        counts[-1] -= mitred[-1]
+    lengths = arc_lengths(pieces, at)
+    own = at.parameters(pieces.breaks)
+
+    sample = np.repeat(np.arange(len(at)), counts)
+    number = np.arange(len(sample)) - np.repeat(np.cumsum(counts) - counts, counts)
+    share = number / np.maximum(counts - 1, 1)[sample]
+    if pieces.closed:
+        share[0] = 1.0  # its first direction is that in which it goes on
+    mean = before + after
+    mean /= np.sqrt(np.square(mean).sum(axis=1) + (turn > SHARPEST_MITRE))[:, None]
+    smooth = turn <= _least_turn(crease_angle)
+    before[smooth] = after[smooth] = mean[smooth]
+    directions = _between(before[sample], after[sample], turn[sample], share)
+    planes = np.where(mitred[sample, None], mean[sample], directions)
+    return Paths(
+        points=raised(positions(pieces, at))[np.newaxis, sample],
+        tangents=directions[np.newaxis],
+        fractions=(lengths / lengths[-1])[np.newaxis, sample],
+        closed=pieces.closed,
+        parameters=((own - own[0]) / (own[-1] - own[0]))[sample],
+        mitres=planes[np.newaxis] if mitred.any() else None,
+        mitred=mitred[sample] & (number == 1),
+    )
+
+
+def most_stations(pieces: CurvePieces, divisions: int, crease_angle: float) -> int:
+    """How many stations there can be, at most: exact but for cusps within pieces."""
+    joints = Samples.uniform(pieces.count, 1)
+    turn = _angles(*_directions(pieces, joints))
+    corners = int((_stations(turn, crease_angle) - 1).sum())
+    # Where all steps of the polygon go forwards there is no cusp, however they are weighted.
+    steps = np.diff(pieces.points, axis=1)
+    chord = pieces.points[:, -1] - pieces.points[:, 0]
+    size = np.abs(steps).max(axis=(1, 2))
+    unit = np.where(size > 0, size, 1.0)
+    forwards = np.einsum("sid,sd->si", steps / unit[:, None, None], chord / unit[:, None])
+    doubtful = int((forwards.min(axis=1) <= 0).sum())
+    cusps = doubtful * min(pieces.degree - 1, divisions - 1)
+    return pieces.count * divisions + 1 + corners + cusps * ceil(pi / ROUND_STEP)
+
+
+def _directions(pieces: CurvePieces, at: Samples) -> tuple[FloatArray, FloatArray]:
+    """Unit tangents with which the curve arrives at each sample, and with which it goes on."""
+    after = raised(tangents(pieces, at))
+    joint = (at.t == 0.0) & (at.piece > 0)
+    piece = at.piece - joint
+    arriving = Samples(piece, np.where(joint, 1.0, at.t))
+    before = raised(tangents(pieces, arriving, before=True))
+    if pieces.closed:
+        after[-1], before[0] = after[0], before[-1]
+    else:
+        after[-1], before[0] = before[-1], after[0]
+    return before, after
+
+
+def _angles(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Angles between unit vectors (N, 3), precise near 0 and near π."""
+    angle: FloatArray = 2 * np.arctan2(
+        np.sqrt(np.square(a - b).sum(axis=1)), np.sqrt(np.square(a + b).sum(axis=1))
+    )
+    return angle
+
+
+def _least_turn(crease_angle: float) -> float:
+    """Turns up to this are none: where rounding decides, the crease angle does not."""
+    return max(crease_angle, 1e-6)
+
+
+def _stations(turn: FloatArray, crease_angle: float) -> Ints:
+    """Stations at every sample: 1 on a smooth curve, 2 of a mitred corner, more of a round one."""
+    steps = np.ceil(turn / ROUND_STEP).astype(np.intp)
+    corner = np.where(turn <= SHARPEST_MITRE, 2, steps + 1)
+    stations: Ints = np.where(turn <= _least_turn(crease_angle), 1, corner)
+    return stations
+
+
+def _between(a: FloatArray, b: FloatArray, turn: FloatArray, share: FloatArray) -> FloatArray:
+    """Unit vectors on the way from a to b, (N, 3); from a to −a the way is some half circle."""
+    across = b - np.einsum("nd,nd->n", a, b)[:, None] * a
+    length = np.sqrt(np.square(across).sum(axis=1))
+    back = (length <= 1e-6) & (turn > 1)
+    across[back], length[back] = perpendicular(a[back]), 1.0
+    across /= np.where(length > 0, length, 1.0)[:, None]
+    angle = (share * turn)[:, None]
+    between: FloatArray = np.cos(angle) * a + np.sin(angle) * across
+    exact = share == 1.0
+    between[exact] = b[exact]
+    return between

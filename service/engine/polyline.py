@@ -1,0 +1,55 @@
+"""The value that leaves the engine for a curve: samples in order, and the report with them."""
+
+from dataclasses import dataclass
+
+from service.bases.arrays import FloatArray, RealArray
+from service.engine.mesh import ENGINE
+from service.surface.lowered import Up
+
+
+@dataclass(frozen=True, slots=True)
+class PolylineReport:
+    """What is known about a sampled curve.
+
+    `length` is that of the curve, not of the polyline. Of a `closed` curve the last point is the
+    first once more. `deviation_bound` bounds the distance of every point of the curve from the
+    polyline as stored; `bounds_min` and `bounds_max` are those of the points as stored, in model
+    coordinates.
+    """
+
+    points: int
+    pieces: int
+    length: float
+    closed: bool
+    deviation_bound: float
+    bounds_min: tuple[float, ...]
+    bounds_max: tuple[float, ...]
+    engine: int = ENGINE
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Polyline:
+    """Samples of a curve in order, from its beginning to its end.
+
+    Attributes
+    ----------
+    points : ndarray, shape (N, d), d = 2 or 3
+        float64 in model coordinates; or float32 relative to `origin`.
+    tangents : ndarray of float64, shape (N, d), or None
+        Unit length; at a corner the direction in which the curve goes on.
+    parameters : ndarray of float64, shape (N,)
+        In the curve's own domain.
+    arc_lengths : ndarray of float64, shape (N,), or None
+        Length of the curve up to each sample.
+    origin : ndarray of float64, shape (d,)
+        Model coordinates of the zero of `points`.
+    """
+
+    name: str
+    points: RealArray
+    tangents: FloatArray | None
+    parameters: FloatArray
+    arc_lengths: FloatArray | None
+    origin: FloatArray
+    up: Up
+    report: PolylineReport

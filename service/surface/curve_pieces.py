@@ -1,0 +1,105 @@
+"""The waist of the curves: every kind of curve lowers to Bézier pieces, one after another."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.errors import InvalidRequest, Issue
+from service.surface.lowered import Up
+
+
+@dataclass(frozen=True, eq=False)
+class CurvePieces:
+    """A curve as S Bézier pieces of one degree n, each beginning where the last one ends.
+
+        C(u) = Σ_i B_i^n(t) w_i P_i / Σ_i B_i^n(t) w_i,  t = (u − u_k) / (u_{k+1} − u_k)
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (S, n+1, d)
+        Bézier points, d = 2 or 3.
+    weights : ndarray of float64, shape (S, n+1), or None
+        Positive weights.
+    breaks : ndarray of float64, shape (S+1,)
+        Strictly increasing; piece k covers the parameters [u_k, u_{k+1}].
+    polygon : ndarray of float64, shape (K, d)
+        The control polygon as it was given, for drawing; the first point once more where it is
+        understood to close.
+    name : str
+    up : "y" or "z"
+
+    Raises
+    ------
+    InvalidRequest
+        `degenerate_curve` if all points are one.
+    """
+
+    points: FloatArray
+    weights: FloatArray | None
+    breaks: FloatArray
+    polygon: FloatArray
+    name: str = "curve"
+    up: Up = "y"
+
+    def __post_init__(self) -> None:
+        for array in (self.points, self.weights, self.breaks, self.polygon):
+            if array is not None:
+                array.flags.writeable = False
+        if (self.points == self.points[0, 0]).all():
+            raise InvalidRequest(
+                Issue(
+                    "degenerate_curve",
+                    "All control points are one point: such a curve has neither length nor "
+                    "direction.",
+                    "/control_points",
+                    "one point again and again",
+                    "at least two different points",
+                )
+            )
+
+    @property
+    def count(self) -> int:
+        """Number of pieces S."""
+        return len(self.points)
+
+    @property
+    def degree(self) -> int:
+        """Degree n of every piece."""
+        return int(self.points.shape[1]) - 1
+
+    @property
+    def dimension(self) -> int:
+        """Coordinates of a point, 2 or 3."""
+        return int(self.points.shape[2])
+
+    @cached_property
+    def closed(self) -> bool:
+        """Whether the curve ends in the very point in which it begins."""
+        return bool((self.points[0, 0] == self.points[-1, -1]).all())
+
+    @cached_property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest coordinates of the Bézier points: they enclose the curve."""
+        flat = self.points.reshape(-1, self.dimension)
+        return flat.min(axis=0), flat.max(axis=0)
+
+    @cached_property
+    def middle(self) -> FloatArray:
+        """Middle of the bounds, shape (d,)."""
+        low, high = self.bounds
+        return low + (high - low) / 2
+
+    @cached_property
+    def solid(self) -> FloatArray:
+        """The points with three coordinates, z = 0 where there are two: (S, n+1, 3)."""
+        return raised(self.points)
+
+
+def raised(points: FloatArray) -> FloatArray:
+    """Points (…, 2) or (…, 3) with three coordinates, z = 0 where there are two."""
+    if points.shape[-1] == 3:
+        return points
+    widths = [(0, 0)] * (points.ndim - 1) + [(0, 1)]
+    return np.pad(points, widths)
