@@ -82,7 +82,7 @@ def test_operations_are_named_once_tagged_and_explained() -> None:
 
 
 def test_every_field_of_a_request_is_described() -> None:
-    for name in ("MeshRequest", "BezierDefinition", "PatchesDefinition"):
+    for name in ("MeshRequest", "BezierDefinition", "BsplineDefinition", "PatchesDefinition"):
         for field, schema in DOCUMENT["components"]["schemas"][name]["properties"].items():
             assert schema["description"], f"{name}.{field}"
 
@@ -123,7 +123,7 @@ def test_examples_of_meshes_show_both_kinds_of_normals() -> None:
 
 def test_field_examples_are_taken() -> None:
     schemas = DOCUMENT["components"]["schemas"]
-    for name in ("BezierDefinition", "PatchesDefinition"):
+    for name in ("BezierDefinition", "BsplineDefinition", "PatchesDefinition"):
         fields = schemas[name]["properties"].items()
         value = {field: schema["examples"][0] for field, schema in fields if "examples" in schema}
         value["type"] = schemas[name]["properties"]["type"]["const"]

@@ -269,7 +269,11 @@ ANSWERS: dict[str, Json] = {
     "SurfaceDocument": _object(
         {
             "surface": {
-                "oneOf": [ref("BezierDefinition"), ref("PatchesDefinition")],
+                "oneOf": [
+                    ref("BezierDefinition"),
+                    ref("BsplineDefinition"),
+                    ref("PatchesDefinition"),
+                ],
                 "description": "The definition, as a request would give it.",
             }
         }

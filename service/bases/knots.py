@@ -35,9 +35,10 @@ def periodic(count: int, degree: int) -> FloatArray:
     return uniform(count + degree, degree)
 
 
-def wrapped(points: FloatArray, degree: int) -> FloatArray:
-    """Points (n, …) and the first p of them once more, (n + p, …): what `periodic` is made for."""
-    return np.take(points, np.arange(len(points) + degree), axis=0, mode="wrap")
+def wrapped(points: FloatArray, degree: int, axis: int = 0) -> FloatArray:
+    """Control points and the first p of them once more: what `periodic` is made for."""
+    count = points.shape[axis]
+    return np.take(points, np.arange(count + degree), axis=axis, mode="wrap")
 
 
 def multiplicities(knots: FloatArray) -> tuple[FloatArray, Ints]:

@@ -218,6 +218,9 @@ CONTROL_NET = NumberGrid(
     ("rows", "control points", "coordinates"), width=3, point_levels=2, degree_levels=(0, 1)
 )
 NET_WEIGHTS = NumberGrid(("rows", "weights"), positive=True, degree_levels=(0, 1))
+SPLINE_NET = NumberGrid(("rows", "control points", "coordinates"), width=3, point_levels=2)
+SPLINE_WEIGHTS = NumberGrid(("rows", "weights"), positive=True, point_levels=2)
+KNOTS = NumberGrid(("knots",))
 VERTICES = NumberGrid(("vertices", "coordinates"), width=3, point_levels=1)
 VERTEX_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
 PATCHES = NumberGrid(

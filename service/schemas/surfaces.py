@@ -12,18 +12,23 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import BeforeValidator, Discriminator, Tag
 
 from service.errors import Issue
-from service.schemas import bezier, patches
+from service.schemas import bezier, bspline, patches
 from service.schemas.refusals import refusal, wrong_type
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
 from service.surface.patches import PatchSurface
 
 DEFINE: Mapping[type[Surface], Callable[..., dict[str, Any]]] = MappingProxyType(
-    {BezierSurface: bezier.define, PatchSurface: patches.define}
+    {
+        BezierSurface: bezier.define,
+        BsplineSurface: bspline.define,
+        PatchSurface: patches.define,
+    }
 )
 """What writes each kind of surface back in the language of requests."""
 
-KINDS = ("bezier", "patches")
+KINDS = ("bezier", "bspline", "patches")
 """Names of the kinds of surface; the first is meant where none is said."""
 
 
@@ -49,6 +54,7 @@ def _of_known_kind(value: object) -> object:
 
 SurfaceDefinition: TypeAlias = Annotated[
     Annotated[bezier.BezierDefinition, Tag("bezier")]
+    | Annotated[bspline.BsplineDefinition, Tag("bspline")]
     | Annotated[patches.PatchesDefinition, Tag("patches")],
     Discriminator(_kind_of),
     BeforeValidator(_of_known_kind),

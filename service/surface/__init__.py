@@ -3,7 +3,8 @@
 from typing import TypeAlias
 
 from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
 from service.surface.patches import PatchSurface
 
-Surface: TypeAlias = BezierSurface | PatchSurface
+Surface: TypeAlias = BezierSurface | BsplineSurface | PatchSurface
 """Every kind of surface there is."""

@@ -1,0 +1,154 @@
+"""One tensor-product B-spline surface, NURBS included, as a document says it."""
+
+from typing import Annotated, Any, Literal, TypeAlias, cast
+
+import numpy as np
+from pydantic import BeforeValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema
+
+from service.bases.arrays import FloatArray
+from service.errors import Issue
+from service.schemas.arrays import KNOTS, SPLINE_NET, SPLINE_WEIGHTS
+from service.schemas.document import DocumentLimits
+from service.schemas.fields import NameField, StrictModel, UpField
+from service.schemas.refusals import refusal, wrong_type
+from service.surface.bspline import BsplineSurface
+from service.surface.checks import MAX_DEGREE
+from service.surface.knots import NAMED, KnotName, Knots
+
+
+def _degrees(value: object) -> object:
+    """A whole number stands for both directions."""
+    if type(value) is int:
+        if not 1 <= value <= MAX_DEGREE:
+            needed = f"1 to {MAX_DEGREE}"
+            code = "degree_too_high" if value > MAX_DEGREE else "out_of_range"
+            issue = Issue(code, "No B-spline has such a degree.", "", f"degree {value}", needed)
+            raise refusal([((), issue)])
+        return [value, value]
+    return _two(value, "a whole number or a list of two")
+
+
+def _knot_vectors(value: object) -> object:
+    """A name stands for both directions."""
+    if isinstance(value, str):
+        return [_known(value)] * 2
+    return _two(value, "a name or a list of two")
+
+
+def _two(value: object, needed: str) -> list[Any]:
+    if not isinstance(value, list):
+        raise refusal([((), wrong_type(value, needed))])
+    if len(value) != 2:
+        got = f"a list of {len(value)}"
+        message = "A list has something for u and something for v."
+        raise refusal([((), Issue("wrong_length", message, "", got, "a list of two"))])
+    return value
+
+
+def _knots(value: object, info: ValidationInfo) -> Knots:
+    """One knot vector, by its name or its numbers."""
+    if isinstance(value, str):
+        return _known(value)
+    if not isinstance(value, list):
+        raise refusal([((), wrong_type(value, "a list of knots or a name"))])
+    limits = info.context if isinstance(info.context, DocumentLimits) else DocumentLimits()
+    return KNOTS.array(value, limits).astype(np.float64, copy=False)
+
+
+def _known(name: str) -> KnotName:
+    if name not in NAMED:
+        needed = "one of " + ", ".join(NAMED)
+        issue = Issue("wrong_value", "No knots are known by this name.", "", "a string", needed)
+        raise refusal([((), issue)])
+    return cast(KnotName, name)
+
+
+_DEGREE_SCHEMA = {"type": "integer", "minimum": 1, "maximum": MAX_DEGREE}
+_NAME_SCHEMA = {"type": "string", "enum": list(NAMED)}
+_VECTOR_SCHEMA = {
+    "oneOf": [_NAME_SCHEMA, {"type": "array", "items": {"type": "number"}, "minItems": 4}]
+}
+
+
+def _one_or_two(one: dict[str, Any], each: dict[str, Any]) -> WithJsonSchema:
+    two = {"type": "array", "items": each, "minItems": 2, "maxItems": 2}
+    return WithJsonSchema({"oneOf": [one, two]})
+
+
+Degrees: TypeAlias = Annotated[
+    tuple[int, int],
+    Field(strict=False),
+    BeforeValidator(_degrees),
+    _one_or_two(_DEGREE_SCHEMA, _DEGREE_SCHEMA),
+]
+KnotVectors: TypeAlias = Annotated[
+    tuple[Annotated[Any, PlainValidator(_knots)], Annotated[Any, PlainValidator(_knots)]],
+    Field(strict=False),
+    BeforeValidator(_knot_vectors),
+    _one_or_two(_NAME_SCHEMA, _VECTOR_SCHEMA),
+]
+
+
+class BsplineDefinition(StrictModel):
+    """One tensor-product B-spline surface, with weights a NURBS surface.
+
+    S(u, v) = Σ N_i(u) N_j(v) w_ij P_ij / Σ N_i(u) N_j(v) w_ij over the domain of its knots. A net
+    of r × c control points needs r + p + 1 knots along u and c + q + 1 along v; every interval
+    between two different knots of the domain becomes one Bézier patch in each direction.
+    """
+
+    type: Literal["bspline"] = Field(description="The kind of surface.")
+    control_net: Annotated[FloatArray, SPLINE_NET] = Field(
+        description="Control points, row by row: rows along u, three coordinates [x, y, z] each, "
+        "all rows of one length. At least degree + 1 of them in each direction (3 in a periodic "
+        "one); every coordinate finite and within single precision.",
+        examples=[
+            [
+                [[0, 0, 0], [0, 1, 1], [0, 2, 1], [0, 3, 0]],
+                [[1, 0, 1], [1, 1, 2], [1, 2, 2], [1, 3, 1]],
+                [[2, 0, 1], [2, 1, 0], [2, 2, 0], [2, 3, 1]],
+                [[3, 0, 0], [3, 1, 1], [3, 2, 1], [3, 3, 0]],
+            ]
+        ],
+    )
+    degree: Degrees = Field(
+        default=(3, 3),
+        description="Degree along u and along v, 1 to 64; one number means both. Left out: 3.",
+        examples=[[3, 2]],
+    )
+    knots: KnotVectors = Field(
+        default=("clamped", "clamped"),
+        description="Knots along u and along v: numbers that never decrease, each at most degree + "
+        "1 times, or a name; one name means both. `clamped` reaches the first and last control "
+        "points; `uniform` does not; `periodic` closes smoothly, its control points given once. "
+        "Intervals of named knots have length 1, the first begins at 0. Equal knots: degree times "
+        "is a crease, degree + 1 times parts the surface. Left out: clamped.",
+        examples=[["clamped", [0, 0, 0, 0.5, 1, 1, 1]]],
+    )
+    weights: Annotated[FloatArray | None, SPLINE_WEIGHTS] = Field(
+        default=None,
+        description="One positive weight for every control point, in the same rows. Left out, the "
+        "surface is polynomial.",
+        examples=[[[1, 1, 1, 1], [1, 2, 2, 1], [1, 2, 2, 1], [1, 1, 1, 1]]],
+    )
+    up: UpField = "y"
+    name: NameField = "surface"
+
+    def to_surface(self) -> BsplineSurface:
+        """The surface itself; raises `InvalidRequest` with pointers relative to it."""
+        return BsplineSurface(
+            self.control_net, self.degree, self.knots, self.weights, self.up, self.name
+        )
+
+
+def define(surface: BsplineSurface) -> dict[str, Any]:
+    """The surface in the language of requests, its arrays as they are; what it lacks left out."""
+    content: dict[str, Any] = {
+        "type": "bspline",
+        "control_net": surface.control_net,
+        "degree": list(surface.degree),
+        "knots": list(surface.knots),
+    }
+    if surface.weights is not None:
+        content["weights"] = surface.weights
+    return content | {"up": surface.up, "name": surface.name}

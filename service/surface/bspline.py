@@ -1,0 +1,126 @@
+"""A tensor-product B-spline surface, polynomial or rational (NURBS)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases import knots as bases
+from service.bases.arrays import FloatArray
+from service.bases.extraction import bezier_points
+from service.surface.checks import check_up, checked_points, checked_weights
+from service.surface.knots import (
+    Knots,
+    check_bezier_points,
+    check_degree,
+    checked_knots,
+    knot_vector,
+)
+from service.surface.lowered import Domain, Part, PatchModel, TensorPatches, Up
+
+BLOCK_POINTS = 1 << 16
+"""Control points that are lowered along v at a time: they stay in the cache."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BsplineSurface:
+    """S(u, v) = Σ_ij N_i^p(u) N_j^q(v) P_ij over [U_p, U_{n+1}] × [V_q, V_{m+1}].
+
+    Rational if weights are given. Every span of the knots is a Bézier patch.
+
+    Attributes
+    ----------
+    control_net : ndarray of float64, shape (n+1, m+1, 3)
+        Control points; axis 0 runs along u, axis 1 along v. Model units.
+    degree : (int, int)
+        (p, q), 1 to 64 each.
+    knots : a name or an ndarray of float64 for u, and one for v
+        n + p + 2 numbers that never decrease, none more than p + 1 times: at p times there is a
+        crease, at p + 1 the surface parts. Or "clamped": it reaches its first and last points;
+        "uniform": it does not; "periodic": it closes, C^{p−1}, the control points given once.
+        Spans of named knots have length one, the first begins at 0.
+    weights : ndarray of float64, shape (n+1, m+1), or None
+        Positive weights. Equal ones are the same as none.
+    up : "y" or "z"
+        The model's vertical axis.
+    name : str
+        Name of the part and of its glTF node.
+
+    Raises
+    ------
+    InvalidRequest
+        At birth, with pointers relative to the surface.
+
+    References
+    ----------
+    Piegl and Tiller, The NURBS Book, 2nd ed., sections 3.4 and 4.4.
+    """
+
+    control_net: FloatArray
+    degree: tuple[int, int] = (3, 3)
+    knots: tuple[Knots, Knots] = ("clamped", "clamped")
+    weights: FloatArray | None = None
+    up: Up = "y"
+    name: str = "surface"
+
+    def __post_init__(self) -> None:
+        points = checked_points(self.control_net, "control_net", axes=3)
+        counts = points.shape[:2]
+        for k in range(2):
+            check_degree(self.degree[k], f"/degree/{k}")
+        checked = tuple(
+            checked_knots(self.knots[k], counts[k], self.degree[k], f"/knots/{k}", "/control_net")
+            for k in range(2)
+        )
+        object.__setattr__(self, "control_net", points)
+        object.__setattr__(self, "knots", checked)
+        check_bezier_points(self.knot_vectors, self.degree, "/control_net")
+        if self.weights is not None:
+            object.__setattr__(self, "weights", checked_weights(self.weights, counts))
+        check_up(self.up)
+
+    @property
+    def knot_vectors(self) -> tuple[FloatArray, FloatArray]:
+        """The knots as numbers; along a periodic direction those of the wrapped control points."""
+        u, v = (
+            knot_vector(self.knots[k], self.control_net.shape[k], self.degree[k]) for k in range(2)
+        )
+        return u, v
+
+    def lower(self) -> PatchModel:
+        """One Bézier patch a span, the control points that spans share computed once."""
+        (p, q), (knots_u, knots_v) = self.degree, self.knot_vectors
+        domain = Domain(bases.breaks(knots_u, p), bases.breaks(knots_v, q))
+        rows, columns = len(domain.u) - 1, len(domain.v) - 1
+        weights = None
+        # Equal weights cancel.
+        if self.weights is not None and self.weights.min() < self.weights.max():
+            weights = self._wrapped(self.weights)
+        lines, heavy = bezier_points(self._wrapped(self.control_net), knots_u, p, weights)
+        points = np.empty((rows, columns, p + 1, q + 1, 3))
+        loads = None if heavy is None else np.empty(points.shape[:-1])
+        step = max(1, BLOCK_POINTS // ((p + 1) * columns * (q + 1)))
+        for first in range(0, rows, step):
+            block = slice(first, first + step)
+            bezier_points(
+                np.moveaxis(lines[block], 2, 0),
+                knots_v,
+                q,
+                None if heavy is None else np.moveaxis(heavy[block], 2, 0),
+                out=(
+                    np.moveaxis(points[block], (1, 3), (0, 1)),
+                    None if loads is None else np.moveaxis(loads[block], (1, 3), (0, 1)),
+                ),
+            )
+        batch = TensorPatches(
+            points.reshape(-1, p + 1, q + 1, 3),
+            None if loads is None else loads.reshape(-1, p + 1, q + 1),
+        )
+        part = Part(self.name, 0, batch.count)
+        return PatchModel(self.name, (batch,), (part,), self.up, domain)
+
+    def _wrapped(self, net: FloatArray) -> FloatArray:
+        """A net over the control points, continued along periodic directions."""
+        for axis, (knots, degree) in enumerate(zip(self.knots, self.degree, strict=True)):
+            if isinstance(knots, str) and knots == "periodic":
+                net = bases.wrapped(net, degree, axis)
+        return net

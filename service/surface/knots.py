@@ -1,0 +1,205 @@
+"""Degrees and knot vectors as they are given: names or numbers, checked at birth."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from service.bases import knots as bases
+from service.bases.arrays import FloatArray, Ints
+from service.errors import MAX_ISSUES, InvalidRequest, Issue
+from service.surface.checks import MAX_COORDINATE, MAX_DEGREE
+
+KnotName: TypeAlias = Literal["uniform", "clamped", "periodic"]
+Knots: TypeAlias = KnotName | FloatArray
+"""A knot vector, or the name of one."""
+
+NAMED: Mapping[str, Callable[[int, int], FloatArray]] = MappingProxyType(
+    {"uniform": bases.uniform, "clamped": bases.clamped, "periodic": bases.periodic}
+)
+"""What makes each named vector, from the number of control points and the degree."""
+
+MIN_PERIODIC = 3
+"""Fewer control points make no loop."""
+
+MIN_SPAN = 1e-8
+"""Least length of a span in units of the domain's largest knot. A parameter written in float64
+still has half of its digits within it; knots that are closer were meant to be equal."""
+
+MAX_BEZIER_POINTS = 4_000_000
+"""Most control points of all the Bézier patches together, and most entries of the operators that
+lead to them: a hundred megabytes of either."""
+
+
+def check_degree(degree: int, where: str) -> None:
+    """Refuses a degree that is none, or absurd."""
+    if not 1 <= degree <= MAX_DEGREE:
+        code = "degree_too_high" if degree > MAX_DEGREE else "out_of_range"
+        needed = f"1 to {MAX_DEGREE}"
+        issue = Issue(code, "No B-spline has such a degree.", where, f"degree {degree}", needed)
+        raise InvalidRequest(issue)
+
+
+def checked_knots(knots: Knots, count: int, degree: int, where: str, points: str) -> Knots:
+    """`knots` as they shall be kept: a known name, or a read-only array without fault.
+
+    Parameters
+    ----------
+    knots : name or array_like of float64
+    count : int
+        Control points in this direction, n + 1.
+    degree : int
+        p, checked already.
+    where, points : str
+        Pointers to the knots and to the control points.
+
+    Raises
+    ------
+    InvalidRequest
+        `too_few_points`, `wrong_value`, `wrong_length`, `not_finite`, `knot_too_large`,
+        `knots_decrease`, `knot_multiplicity`, `empty_domain` or `knots_too_close`.
+    """
+    named = knots if isinstance(knots, str) else ""
+    least = MIN_PERIODIC if named == "periodic" else degree + 1
+    if count < least:
+        raise InvalidRequest(
+            Issue(
+                "too_few_points",
+                "A B-spline has at least one control point more than its degree; a periodic one "
+                "has three.",
+                points,
+                f"{count} control points for degree {degree}",
+                f"at least {least}",
+            )
+        )
+    if isinstance(knots, str):
+        if knots not in NAMED:
+            needed = "one of " + ", ".join(NAMED)
+            message = "Knots are a list of numbers or the name of a usual one."
+            raise InvalidRequest(Issue("wrong_value", message, where, "another text", needed))
+        return knots
+    vector = np.array(knots, dtype=np.float64, order="C")
+    needed_length = count + degree + 1
+    if vector.shape != (needed_length,):
+        raise InvalidRequest(
+            Issue(
+                "wrong_length",
+                "A knot vector has as many knots as there are control points, and degree + 1 more.",
+                where,
+                f"{vector.size} knots",
+                f"{needed_length} = {count} + {degree} + 1",
+            )
+        )
+    _check_values(vector, where)
+    _check_order(vector, degree, where)
+    vector += 0.0
+    vector.flags.writeable = False
+    return vector
+
+
+def knot_vector(knots: Knots, count: int, degree: int) -> FloatArray:
+    """The knots themselves; those of "periodic" are for control points that were `wrapped`."""
+    return NAMED[knots](count, degree) if isinstance(knots, str) else knots
+
+
+def check_bezier_points(
+    vectors: tuple[FloatArray, ...], degree: tuple[int, ...], points: str
+) -> None:
+    """Refuses what would be more Bézier patches than are worth their memory, by their number."""
+    pieces = [len(bases.spans(u, p)) for u, p in zip(vectors, degree, strict=True)]
+    lowered = math.prod(n * (p + 1) for n, p in zip(pieces, degree, strict=True))
+    entries = max(n * (p + 1) ** 2 for n, p in zip(pieces, degree, strict=True))
+    if max(lowered, entries) > MAX_BEZIER_POINTS:
+        raise InvalidRequest(
+            Issue(
+                "too_many_bezier_points",
+                "Every span becomes a Bézier patch with control points of its own. These, or the "
+                "numbers that lead to them, would be too many.",
+                points,
+                " × ".join(f"{n} spans of degree {p}" for n, p in zip(pieces, degree, strict=True)),
+                f"at most {MAX_BEZIER_POINTS} Bézier control points, and no more in spans × "
+                "(degree + 1)² along one direction",
+            )
+        )
+
+
+def _check_values(vector: FloatArray, where: str) -> None:
+    _refuse(
+        np.flatnonzero(~np.isfinite(vector)),
+        where,
+        lambda _: Issue(
+            "not_finite",
+            "Every number must be finite.",
+            got="not a finite number",
+            needed="a finite number",
+        ),
+    )
+    _refuse(
+        np.flatnonzero(np.abs(vector) > MAX_COORDINATE),
+        where,
+        lambda k: Issue(
+            "knot_too_large",
+            "Parameters are stored in single precision.",
+            got=f"{vector[k]:.6g}",
+            needed=f"between -{MAX_COORDINATE:.7g} and {MAX_COORDINATE:.7g}",
+        ),
+    )
+
+
+def _check_order(vector: FloatArray, degree: int, where: str) -> None:
+    """Refuses knots that decrease, that are equal too often, and a domain without length."""
+    _refuse(
+        np.flatnonzero(vector[1:] < vector[:-1]) + 1,
+        where,
+        lambda k: Issue(
+            "knots_decrease",
+            "Knots never decrease.",
+            got=f"{vector[k]:.6g} after {vector[k - 1]:.6g}",
+            needed="at least the knot before",
+        ),
+    )
+    # One knot too many: it equals the one p + 1 places before.
+    _refuse(
+        np.flatnonzero(vector[degree + 1 :] == vector[: -degree - 1]) + degree + 1,
+        where,
+        lambda _: Issue(
+            "knot_multiplicity",
+            "At degree + 1 equal knots a B-spline parts already; more mean nothing.",
+            got=f"more than {degree + 1} equal knots",
+            needed=f"at most {degree + 1} for degree {degree}",
+        ),
+    )
+    low, high = bases.domain(vector, degree)
+    if not low < high:
+        raise InvalidRequest(
+            Issue(
+                "empty_domain",
+                "The surface is there between the knots p and n − p of a list of n + 1 knots.",
+                where,
+                f"{low:.6g} to {high:.6g}",
+                "a domain of some length",
+            )
+        )
+    at = bases.spans(vector, degree)
+    least = MIN_SPAN * max(abs(low), abs(high))
+    lengths = np.diff(vector)
+    _refuse(
+        at[lengths[at] < least] + 1,
+        where,
+        lambda k: Issue(
+            "knots_too_close",
+            "Knots that differ so little must be equal.",
+            got=f"{lengths[k - 1]:.3g} more than the knot before",
+            needed=f"equal knots, or at least {least:.3g} more",
+        ),
+    )
+
+
+def _refuse(places: Ints, where: str, describe: Callable[[int], Issue]) -> None:
+    """One issue for each of the first places."""
+    found = [(k, describe(k)) for k in places[:MAX_ISSUES].tolist()]
+    if found:
+        raise InvalidRequest(*(replace(issue, pointer=f"{where}/{k}") for k, issue in found))

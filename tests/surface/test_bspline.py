@@ -1,0 +1,347 @@
+"""B-spline surfaces: lowered exactly, compared with slow truths and with peers; what is refused."""
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from geomdl import NURBS
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import NdBSpline
+
+from service.bases import knots as bases
+from service.bases.bernstein import bernstein
+from service.errors import InvalidRequest, Issue
+from service.surface import bspline
+from service.surface.bspline import BsplineSurface
+from service.surface.checks import MAX_WEIGHT_RATIO
+from service.surface.lowered import Part, PatchModel
+from tests.oracles.exact import exact_net
+from tests.oracles.splines import fractions, spline_surface_point
+from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+PLACES = np.array([0.0, 0.25, 0.6, 1.0])
+"""Local parameters at which patches are compared."""
+
+small_knots = knot_vectors(st.integers(1, 4), max_spans=3)
+seeds = st.integers(0, 10**6)
+
+
+def surface_of(u: KnotVector, v: KnotVector, seed: int, rational: bool) -> BsplineSurface:
+    """A surface without pattern over given knots."""
+    net = points_for(u.points, seed, v.points)
+    weights = weights_for(u.points, seed + 1, v.points) if rational else None
+    return BsplineSurface(net, (u.degree, v.degree), (u.knots, v.knots), weights)
+
+
+def values(model: PatchModel, at: Array = PLACES) -> Array:
+    """Points of all patches at local parameters at × at: (P, m, m, 3), by plain products."""
+    (batch,) = model.batches
+    p, q = batch.degree
+    grid = np.einsum("ai,bj->abij", bernstein(p, at), bernstein(q, at))
+    if batch.weights is None:
+        plain: Array = np.einsum("abij,pijd->pabd", grid, batch.points)
+        return plain
+    shares = grid * batch.weights[:, None, None]
+    total = shares.sum(axis=(-2, -1))
+    rational: Array = np.einsum("pabij,pijd->pabd", shares, batch.points) / total[..., None]
+    return rational
+
+
+def parameters(model: PatchModel, at: Array = PLACES) -> tuple[Array, Array]:
+    """The domain's parameters at the same places: (P, m) each."""
+    assert model.domain is not None
+    u, v = (b[:-1, None] + np.diff(b)[:, None] * at for b in (model.domain.u, model.domain.v))
+    return np.repeat(u, len(v), axis=0), np.tile(v, (len(u), 1))
+
+
+@settings(max_examples=15, deadline=None)
+@given(small_knots, small_knots, seeds, st.booleans())
+def test_is_the_surface_of_cox_and_de_boor(
+    u: KnotVector, v: KnotVector, seed: int, rational: bool
+) -> None:
+    """In exact arithmetic, at inner parameters of every patch and at its borders."""
+    surface = surface_of(u, v, seed, rational)
+    model = surface.lower()
+    net = exact_net(surface.control_net, surface.weights)
+    exact = fractions(u.knots), fractions(v.knots)
+    at = np.array([0.0, 0.75])
+    got = values(model, at)
+    for k, (us, vs) in enumerate(zip(*parameters(model, at), strict=True)):
+        for a, b in np.ndindex(2, 2):
+            place = Fraction(us[a]), Fraction(vs[b])
+            wanted = spline_surface_point(net, exact, surface.degree, place)
+            np.testing.assert_allclose(got[k, a, b], [float(x) for x in wanted], atol=1e-13)
+
+
+@settings(max_examples=25, deadline=None)
+@given(knot_vectors(), knot_vectors(), seeds, st.booleans())
+def test_is_the_surface_of_scipy(u: KnotVector, v: KnotVector, seed: int, rational: bool) -> None:
+    """NdBSpline over homogeneous control points."""
+    surface = surface_of(u, v, seed, rational)
+    weights = np.ones(surface.control_net.shape[:2]) if surface.weights is None else surface.weights
+    homogeneous = np.concatenate(
+        [surface.control_net * weights[..., None], weights[..., None]], axis=-1
+    )
+    peer = NdBSpline((u.knots, v.knots), homogeneous, surface.degree)
+    model = surface.lower()
+    got = values(model)
+    for k, (us, vs) in enumerate(zip(*parameters(model), strict=True)):
+        wanted = peer(np.stack(np.meshgrid(us, vs, indexing="ij"), axis=-1))
+        np.testing.assert_allclose(got[k], wanted[..., :3] / wanted[..., 3:], atol=1e-12)
+
+
+def test_is_the_surface_of_geomdl() -> None:
+    """A NURBS surface of degree (3, 2) with a double knot."""
+    knots_u, knots_v = [0, 0, 0, 0, 0.25, 0.5, 0.5, 1, 1, 1, 1], [0, 0, 0, 0.3, 1, 1, 1]
+    net, weights = points_for(7, 4, 4), weights_for(7, 5, 4)
+    peer = NURBS.Surface()
+    peer.degree_u, peer.degree_v = 3, 2
+    homogeneous = np.concatenate([net * weights[..., None], weights[..., None]], axis=-1)
+    peer.set_ctrlpts(homogeneous.reshape(-1, 4).tolist(), 7, 4)
+    peer.knotvector_u, peer.knotvector_v = knots_u, knots_v
+    model = BsplineSurface(net, (3, 2), (np.array(knots_u), np.array(knots_v)), weights).lower()
+    got = values(model)
+    for k, (us, vs) in enumerate(zip(*parameters(model), strict=True)):
+        wanted = [[peer.evaluate_single((u, v)) for v in vs] for u in us]
+        np.testing.assert_allclose(got[k], wanted, atol=1e-12)
+
+
+MAGIC = np.array([[-1, 3, -3, 1], [3, -6, 3, 0], [-3, 0, 3, 0], [1, 4, 1, 0]]) / 6
+"""The uniform cubic basis in powers (t³ t² t 1)."""
+
+
+def test_the_uniform_bicubic_is_that_of_the_magic_matrix() -> None:
+    """S·M·G·Mᵀ·Tᵀ on every 4 × 4 window of a net of 6 × 7: 3 × 4 patches."""
+    net = points_for(6, 7, 7)
+    model = BsplineSurface(net, (3, 3), ("uniform", "uniform")).lower()
+    assert model.patch_count == 12
+    powers = PLACES[:, None] ** np.arange(3, -1, -1)
+    for k, got in enumerate(values(model)):
+        i, j = divmod(k, 4)
+        window = net[i : i + 4, j : j + 4]
+        wanted = np.einsum("am,mi,ijd,nj,bn->abd", powers, MAGIC, window, MAGIC, powers)
+        np.testing.assert_allclose(got, wanted, atol=1e-13)
+
+
+def test_the_uniform_bicubic_is_c2_across_its_patches() -> None:
+    """Differences of the Bézier points up to the second agree on both sides of every seam."""
+    (batch,) = BsplineSurface(points_for(6, 7, 7), (3, 3), ("uniform", "uniform")).lower().batches
+    patches = batch.points.reshape(3, 4, 4, 4, 3)
+    for order in range(3):
+        along_u = np.diff(patches, order, axis=2)
+        np.testing.assert_allclose(along_u[:-1, :, -1], along_u[1:, :, 0], atol=1e-13)
+        along_v = np.diff(patches, order, axis=3)
+        np.testing.assert_allclose(along_v[:, :-1, :, -1], along_v[:, 1:, :, 0], atol=1e-13)
+    third = np.diff(patches, 3, axis=2)
+    assert np.abs(third[:-1, :, -1] - third[1:, :, 0]).min() > 1e-3
+
+
+def test_only_clamped_knots_touch_the_corner_points() -> None:
+    """Clamped: bit for bit. Uniform: the corners lie within."""
+    net = points_for(6, 2, 7)
+    corners = net[[0, 0, -1, -1], [0, -1, 0, -1]]
+
+    def corners_of(knots: Any, shape: tuple[int, int]) -> Array:
+        points = BsplineSurface(net, (3, 2), knots).lower().batches[0].points
+        grid = points.reshape(*shape, 4, 3, 3)
+        corners: Array = grid[[0, 0, -1, -1], [0, -1, 0, -1], [0, 0, -1, -1], [0, -1, 0, -1]]
+        return corners
+
+    np.testing.assert_array_equal(corners_of(("clamped", "clamped"), (3, 5)), corners)
+    assert np.abs(corners_of(("uniform", "uniform"), (3, 5)) - corners).max(axis=1).min() > 0.1
+
+
+def test_one_span_is_a_bezier_patch_as_it_is() -> None:
+    """Nothing is computed where nothing is to be lowered."""
+    net, weights = points_for(4, 3, 3), weights_for(4, 3, 3)
+    model = BsplineSurface(net, (3, 2), weights=weights, up="z", name="bowl").lower()
+    (batch,) = model.batches
+    np.testing.assert_array_equal(batch.points, net[None])
+    np.testing.assert_array_equal(batch.weights, weights[None])
+    assert (model.name, model.up, model.parts) == ("bowl", "z", (Part("bowl", 0, 1),))
+
+
+@settings(max_examples=20, deadline=None)
+@given(knot_vectors(), knot_vectors(), seeds, st.booleans())
+def test_patches_share_their_edges_bit_for_bit(
+    u: KnotVector, v: KnotVector, seed: int, rational: bool
+) -> None:
+    """Control points and weights of the common side."""
+    model = surface_of(u, v, seed, rational).lower()
+    (batch,), domain = model.batches, model.domain
+    assert domain is not None
+    np.testing.assert_array_equal(domain.u, bases.breaks(u.knots, u.degree))
+    np.testing.assert_array_equal(domain.v, bases.breaks(v.knots, v.degree))
+    for net in (batch.points, batch.weights):
+        if net is not None:
+            grid = net.reshape(len(domain.u) - 1, len(domain.v) - 1, *net.shape[1:])
+            np.testing.assert_array_equal(grid[:-1, :, -1], grid[1:, :, 0])
+            np.testing.assert_array_equal(grid[:, :-1, :, -1], grid[:, 1:, :, 0])
+
+
+@settings(max_examples=20, deadline=None)
+@given(knot_vectors(), knot_vectors(), seeds, st.booleans())
+def test_reversed_it_has_the_same_patches_reversed(
+    u: KnotVector, v: KnotVector, seed: int, rational: bool
+) -> None:
+    """Bit for bit, in both directions at once."""
+    here = surface_of(u, v, seed, rational)
+    there = BsplineSurface(
+        here.control_net[::-1, ::-1],
+        here.degree,
+        (3 - u.knots[::-1], 3 - v.knots[::-1]),
+        None if here.weights is None else here.weights[::-1, ::-1],
+    )
+    (forth,), (back,) = here.lower().batches, there.lower().batches
+    np.testing.assert_array_equal(back.points[::-1, ::-1, ::-1], forth.points)
+    if forth.weights is not None and back.weights is not None:
+        np.testing.assert_array_equal(back.weights[::-1, ::-1, ::-1], forth.weights)
+
+
+def test_in_blocks_it_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Large nets are lowered piece by piece."""
+    surface = BsplineSurface(points_for(9, 1, 8), weights=weights_for(9, 1, 8))
+    (at_once,) = surface.lower().batches
+    monkeypatch.setattr(bspline, "BLOCK_POINTS", 1)
+    (in_turn,) = surface.lower().batches
+    np.testing.assert_array_equal(in_turn.points, at_once.points)
+    np.testing.assert_array_equal(in_turn.weights, at_once.weights)
+
+
+def test_equal_weights_make_no_difference() -> None:
+    """Whatever they are: the same numbers as without."""
+    net = points_for(6, 3, 5)
+    (with_them,) = BsplineSurface(net, weights=np.full((6, 5), 0.3)).lower().batches
+    (without,) = BsplineSurface(net).lower().batches
+    np.testing.assert_array_equal(with_them.points, without.points)
+    assert with_them.weights is None
+
+
+@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("degree", [(3, 3), (2, 1), (4, 5)])
+def test_periodic_directions_close(degree: tuple[int, int], rational: bool) -> None:
+    """The distinct control points, given once: as many spans, and the last meets the first."""
+    net, weights = points_for(5, 3, 4), weights_for(5, 4, 4) if rational else None
+    model = BsplineSurface(net, degree, ("periodic", "periodic"), weights).lower()
+    assert model.patch_count == 20
+    p, q = degree
+    for grid in (model.batches[0].points, model.batches[0].weights):
+        if grid is not None:
+            patches = grid.reshape(5, 4, p + 1, q + 1, -1)
+            np.testing.assert_array_equal(patches[-1, :, -1], patches[0, :, 0])
+            np.testing.assert_array_equal(patches[:, -1, :, -1], patches[:, 0, :, 0])
+
+
+def test_a_pole_stays_one_point() -> None:
+    """The equal control points of a NURBS sphere's pole, with their different weights."""
+    net, weights = points_for(7, 3, 6), weights_for(7, 4, 6)
+    net[0], net[-1] = (0.1, 0.2, 0.7), (-0.3, 1 / 3, 9.1)
+    model = BsplineSurface(net, (3, 2), ("clamped", "periodic"), weights).lower()
+    collapsed = model.batches[0].collapsed.reshape(4, 6, 4)
+    assert collapsed[0, :, 0].all()
+    assert collapsed[-1, :, 1].all()
+    assert collapsed.sum() == 12
+
+
+def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
+    """Changing the caller's arrays afterwards changes nothing; its own cannot be written."""
+    net, knots = points_for(4, 1, 4), bases.clamped(4, 3)
+    surface = BsplineSurface(net, knots=(knots, "clamped"))
+    before = net.copy()
+    net[:], knots[:] = 7, 7
+    np.testing.assert_array_equal(surface.control_net, before)
+    np.testing.assert_array_equal(surface.knots[0], bases.clamped(4, 3))
+    (batch,) = surface.lower().batches
+    for array in (surface.control_net, surface.knots[0], batch.points):
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0  # type: ignore[index]
+
+
+GOOD: dict[str, Any] = {"control_net": np.zeros((5, 4, 3)), "degree": (2, 3)}
+KNOTS = [0, 0, 0, 1, 2, 3, 3, 3]
+
+
+def issues_of(**fields: Any) -> tuple[Issue, ...]:
+    """What is wrong with the good surface once these fields are replaced."""
+    with pytest.raises(InvalidRequest) as caught:
+        BsplineSurface(**(GOOD | fields))
+    return caught.value.issues
+
+
+def u_knots(*vector: float) -> dict[str, Any]:
+    return {"knots": (np.array(vector), "clamped")}
+
+
+@pytest.mark.parametrize(
+    ("fields", "code", "pointer"),
+    [
+        ({"degree": (0, 3)}, "out_of_range", "/degree/0"),
+        ({"degree": (2, 65)}, "degree_too_high", "/degree/1"),
+        ({"degree": (5, 3)}, "too_few_points", "/control_net"),
+        ({"degree": (2, 4)}, "too_few_points", "/control_net"),
+        (
+            {"control_net": np.zeros((2, 4, 3)), "knots": ("periodic", "clamped")},
+            "too_few_points",
+            "/control_net",
+        ),
+        ({"knots": ("clamped", "open")}, "wrong_value", "/knots/1"),
+        (u_knots(*KNOTS[1:]), "wrong_length", "/knots/0"),
+        (u_knots(*KNOTS, 3), "wrong_length", "/knots/0"),
+        (u_knots(0, 0, 0, 2, 1, 3, 3, 3), "knots_decrease", "/knots/0/4"),
+        (u_knots(0, 0, 0, np.nan, 1, 3, 3, 3), "not_finite", "/knots/0/3"),
+        (u_knots(0, 0, 0, 1, 2, 3, 3, np.inf), "not_finite", "/knots/0/7"),
+        (u_knots(0, 0, 0, 1, 2, 3, 3, 1e39), "knot_too_large", "/knots/0/7"),
+        (u_knots(0, 0, 0, 0, 2, 3, 3, 3), "knot_multiplicity", "/knots/0/3"),
+        (u_knots(0, 0, 1, 1, 1, 1, 3, 3), "knot_multiplicity", "/knots/0/5"),
+        (u_knots(-1, 0, 1, 1, 1, 1, 2, 3), "knot_multiplicity", "/knots/0/5"),
+        (
+            {"degree": (4, 3), **u_knots(0, 0, 0, 1, 2, 2, 3, 3, 3, 3)},
+            "empty_domain",
+            "/knots/0",
+        ),
+        (u_knots(0, 0, 0, 1, 1 + 1e-9, 3, 3, 3), "knots_too_close", "/knots/0/4"),
+        ({"weights": np.ones((4, 5))}, "weights_shape", "/weights"),
+        ({"weights": np.zeros((5, 4))}, "weight_not_positive", "/weights/0/0"),
+        ({"control_net": np.zeros((5, 4, 2))}, "wrong_dimension", "/control_net"),
+        ({"up": "x"}, "wrong_value", "/up"),
+    ],
+)
+def test_refuses_and_points(fields: dict[str, Any], code: str, pointer: str) -> None:
+    """Where it is, what was got and what was needed."""
+    issue = issues_of(**fields)[0]
+    assert (issue.code, issue.pointer) == (code, pointer)
+    assert issue.got
+    assert issue.needed
+
+
+def test_says_how_many_knots_there_must_be() -> None:
+    """n + p + 1, added up."""
+    (issue,) = issues_of(**u_knots(*KNOTS[1:]))
+    assert (issue.got, issue.needed) == ("7 knots", "8 = 5 + 2 + 1")
+
+
+def test_takes_what_is_just_within_the_limits() -> None:
+    """The highest degree, knots of full multiplicity, a domain of any place and size."""
+    assert BsplineSurface(np.zeros((65, 2, 3)), (64, 1)).lower().patch_count == 1
+    parted = np.array([-7e8, -7e8, -7e8, -1e6, -1e6, -1e6, 5e8, 5e8, 5e8])
+    assert BsplineSurface(np.zeros((6, 2, 3)), (2, 1), (parted, "uniform")).lower().patch_count == 2
+    weights = np.ones((4, 4))
+    weights[0, 0] = 0.5 / MAX_WEIGHT_RATIO
+    with pytest.raises(InvalidRequest):
+        BsplineSurface(np.zeros((4, 4, 3)), weights=weights)
+
+
+@pytest.mark.parametrize(
+    ("shape", "degree"), [((505, 505), (3, 3)), ((1100, 2), (64, 1)), ((200, 200), (30, 30))]
+)
+def test_too_many_bezier_points_are_refused_by_number(
+    shape: tuple[int, int], degree: tuple[int, int]
+) -> None:
+    """Before any of them is there."""
+    (issue,) = issues_of(control_net=np.zeros((*shape, 3)), degree=degree)
+    assert (issue.code, issue.pointer) == ("too_many_bezier_points", "/control_net")
+    assert f"of degree {degree[0]}" in issue.got
