@@ -12,7 +12,7 @@ from service.engine.options import MeshOptions
 from service.engine.tessellate import overlays_of, predicted_size, tessellate
 from service.errors import Issue, TooLarge, UnsupportedByFormat
 from service.surface.channels import only_channels
-from service.surface.lowered import PatchModel
+from service.surface.lowered import PatchModel, TrianglePatches
 
 
 class Lowerable(Protocol):
@@ -103,12 +103,17 @@ def predict(model: PatchModel, options: MeshOptions) -> MeshSize:
     """Counts of the mesh from the shapes alone; upper bounds where welding takes some away."""
     vertices, triangles, quads = predicted_size(model, options)
     points = segments = cells = 0
-    control_points = sum(batch.points.size // 3 for batch in model.batches)
-    if "control_net" in options.overlays:
-        points += control_points
-        # A control point begins at most two segments and one cell.
-        segments += 2 * control_points
-        cells += control_points
+    control_points = 0
+    for batch in model.batches:
+        count = batch.points.size // 3
+        triangular = isinstance(batch, TrianglePatches)
+        # The exact form of a triangle is a square with fewer than twice as many.
+        control_points += (1 + triangular) * count
+        if "control_net" in options.overlays:
+            points += count
+            # A control point begins at most two segments and one cell; of a triangle, three.
+            segments += (2 + triangular) * count
+            cells += count
     if "boundary" in options.overlays:
         segments += 4 * model.patch_count * max(options.resolution)
         points += 4 * model.patch_count * (max(options.resolution) + 1)

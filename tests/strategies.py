@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
-from service.surface.lowered import Part, PatchModel, TensorPatches
+from service.surface.examples import find
+from service.surface.lowered import Part, Patches, PatchModel, TensorPatches, TrianglePatches
+from tests.oracles import triangles
 from tests.oracles.exact import split
 
 Array = NDArray[np.float64]
@@ -51,7 +53,7 @@ def height_nets(draw: st.DrawFn, degree: st.SearchStrategy[int] = degrees) -> Ar
 def weights_like(net: Array) -> st.SearchStrategy[Array]:
     """Weights from 0.2 to 5 for a net."""
     weight = st.integers(13, 320).map(lambda k: k / 64)
-    return arrays.arrays(np.float64, net.shape[:2], elements=weight)
+    return arrays.arrays(np.float64, net.shape[:-1], elements=weight)
 
 
 @st.composite
@@ -163,6 +165,43 @@ def model_of(
             )
             first = last
     return PatchModel(name, tuple(batches), (Part(name, 0, len(nets_)),))
+
+
+@st.composite
+def triangle_nets(draw: st.DrawFn, degree: st.SearchStrategy[int] = degrees) -> Array:
+    """A triangular net of shape ((n+1)(n+2)/2, 3), every coordinate independent."""
+    n = draw(degree)
+    shape = ((n + 1) * (n + 2) // 2, 3)
+    return draw(arrays.arrays(np.float64, shape, elements=_multiples(8)))
+
+
+@st.composite
+def triangle_heights(draw: st.DrawFn, degree: st.SearchStrategy[int] = degrees) -> Array:
+    """A triangular net over a regular grid in x and y: s along x, t along y, normals upwards."""
+    n = draw(degree)
+    places = np.array([(j, k) for _, j, k in triangles.keys(n)], dtype=float)
+    heights = draw(arrays.arrays(np.float64, len(places), elements=_multiples(4)))
+    return np.concatenate([places, heights[:, None]], axis=1)
+
+
+def mixed_model(
+    nets_: Sequence[Array], weights: Sequence[Array] | None = None, name: str = "model"
+) -> PatchModel:
+    """A model of grids (p+1, q+1, 3) and triangles (K, 3), a batch each."""
+    batches: list[Patches] = []
+    for number, net in enumerate(nets_):
+        points = np.array(net, dtype=np.float64)[None] + 0.0
+        ws = None if weights is None else np.array(weights[number], dtype=np.float64)[None]
+        kind = TrianglePatches if net.ndim == 2 else TensorPatches
+        batches.append(kind(points, ws))
+    return PatchModel(name, tuple(batches), (Part(name, 0, len(batches)),))
+
+
+def example_batch(name: str) -> TensorPatches:
+    """The patches of an example that is one batch of grids."""
+    (batch,) = find(name).surface().lower().batches
+    assert isinstance(batch, TensorPatches)
+    return batch
 
 
 @st.composite

@@ -66,7 +66,7 @@ def _planned(surface: Surface, wanted: MeshOptionFields, fmt: Format, settings: 
 
 async def _content(request: Request, work: Work) -> bytes:
     """The file, computed here when that is quick and in a thread when it is not."""
-    degree = max(max(batch.degree) for batch in work.model.batches)
+    degree = max(max(batch.side_degrees) for batch in work.model.batches)
     is_long = work.size.vertices > INLINE_VERTICES or degree > INLINE_DEGREE
     return await run(request, work.run, in_thread=is_long)
 

@@ -1,7 +1,8 @@
 """The exact OOGL form: the Bézier patches themselves, to be diced by the program that draws them.
 
-Geomview's BEZ takes tensor-product patches of degree up to 12, polynomial or rational; a B-spline
-comes lowered. Control points run u fastest; rational ones are homogeneous, (wx, wy, wz, w).
+Geomview's BEZ takes tensor-product patches of degree up to 12, polynomial or rational. A B-spline
+comes lowered; a triangle of degree n as the patch of degree (n, n) that it is, one side of it a
+point. Control points run u fastest; rational ones are homogeneous, (wx, wy, wz, w).
 
 References
 ----------
@@ -17,7 +18,7 @@ from service.encoders.oogl import skeleton
 from service.encoders.text import rows
 from service.engine.mesh import Overlay
 from service.errors import Issue, UnsupportedByFormat
-from service.surface.lowered import PatchModel, TensorPatches
+from service.surface.lowered import Patches, PatchModel, TrianglePatches
 
 HIGHEST_DEGREE = 12
 """What Geomview's BEZ reads."""
@@ -42,19 +43,21 @@ def encode_patches(model: PatchModel, overlays: tuple[Overlay, ...] = ()) -> byt
     return b"".join((b"LIST\n", *members, *map(skeleton, drawn(overlays))))
 
 
-def _bez(batch: TensorPatches) -> Iterator[bytes]:
+def _bez(batch: Patches) -> Iterator[bytes]:
     """One BEZ member holding every patch of a batch."""
-    p, q = batch.degree
-    if max(p, q) > HIGHEST_DEGREE:
+    if max(batch.side_degrees) > HIGHEST_DEGREE:
         raise UnsupportedByFormat(
             Issue(
                 "unsupported_by_format",
                 f"The exact OOGL form holds patches of degree {HIGHEST_DEGREE} at most.",
                 "/oogl",
-                f"degree ({p}, {q})",
+                f"degree {batch.degree}",
                 f"degrees up to {HIGHEST_DEGREE}, or another form",
             )
         )
+    if isinstance(batch, TrianglePatches):
+        batch = batch.tensor()
+    p, q = batch.degree
     points = batch.points
     if batch.weights is not None:
         weights = batch.weights[..., np.newaxis]

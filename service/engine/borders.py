@@ -5,7 +5,6 @@ import numpy as np
 from service.bases.arrays import IndexArray
 from service.engine.layout import Layout
 from service.engine.options import MeshOptions
-from service.engine.stitch import Seams
 
 
 def borders(
@@ -25,10 +24,10 @@ def borders(
     # patch between two poles vanishes.
     coarse = layout.divisions[seams.edge[lines]].min(initial=2) < 2
     if options.weld:
-        counted = coarse or seams.folded.any() or _meet_twice(seams)
+        counted = coarse or seams.folded.any() or _meet_twice(layout)
     else:
         # Every face at a pole has a vertex of its own there.
-        counted = coarse or seams.collapsed.any()
+        counted = coarse or layout.pinched.any()
     if counted:
         return count_borders(mesh_faces, welds)
     if not options.weld:
@@ -38,14 +37,19 @@ def borders(
     return boundary, boundary == 0 and bool((uses <= 2).all())
 
 
-def _meet_twice(seams: Seams) -> bool:
-    """Whether two patches share both sides of a corner that a diagonal cuts off.
+def _meet_twice(layout: Layout) -> bool:
+    """Whether two patches share both sides of a corner that a line of the mesh cuts off.
 
-    That diagonal, from side to side, is then one line of both meshes.
+    That line, from side to side, is then one of both meshes. Of a grid the diagonals cut off two
+    corners; a triangle has a small triangle at each of its three.
     """
-    corners = np.concatenate([seams.edge[:, [0, 2]], seams.edge[:, [1, 3]]])
+    edge, rows = layout.seams.edge, layout.triangular
+    grids, triangles = edge[~rows], edge[rows]
+    pairs = [grids[:, [0, 2]], grids[:, [1, 3]]]
+    pairs += [triangles[:, [0, 2]], triangles[:, [1, 2]], triangles[:, [0, 1]]]
+    corners = np.concatenate(pairs)
     corners.sort(axis=1)
-    codes = corners[:, 0] * len(seams.users) + corners[:, 1]
+    codes = corners[:, 0] * len(layout.seams.users) + corners[:, 1]
     return len(np.unique(codes)) < len(codes)
 
 

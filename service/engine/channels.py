@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import bernstein, sampled
 from service.bases.bernstein import samples as parameters
+from service.bases.triangle import barycentric, evaluate_triangles
 from service.engine.layout import Block, Layout
 from service.engine.near import leaders
 from service.engine.scratch import Real
@@ -114,7 +115,11 @@ def _rows(layout: Layout, number: int, dtype: Real) -> RealArray:
     for block in layout.blocks:
         channel = block.batch.channels[number]
         out = rows[block.base : block.base + block.count * len(block.patches)]
-        _write_grids(channel, block, out.reshape(len(block.patches), block.count, dimension))
+        out = out.reshape(len(block.patches), block.count, dimension)
+        if block.triangular:
+            _write_triangles(channel, block, out)
+            continue
+        _write_grids(channel, block, out)
         for side, patches, along, samples in layout.extras_of(block):
             edges = side_of(channel.nets, side)[patches]
             basis = bernstein(edges.shape[1] - 1, along)
@@ -138,10 +143,24 @@ def _write_grids(channel: Channel, block: Block, out: RealArray) -> None:
             out[first : first + step, :, component] = plane.reshape(len(nets), -1)
 
 
+def _write_triangles(channel: Channel, block: Block, out: RealArray) -> None:
+    """The same over the rows of triangles."""
+    step = max(1, CHUNK_VALUES // block.count)
+    for first in range(0, len(block.patches), step):
+        nets = channel.nets[block.patches[first : first + step]]
+        out[first : first + step] = evaluate_triangles(nets, block.resolution[0])
+
+
 def _parameter_rows(layout: Layout, domain: Domain | None, dtype: Real) -> RealArray:
     """Parameters (N, 2) of every sample: in the surface's own domain, or in its patch."""
     rows = np.empty((layout.size, 2), dtype=dtype)
     for block in layout.blocks:
+        if block.triangular:
+            places = barycentric(block.resolution[0])[:, 1:]
+            rows[block.base : block.base + len(places) * len(block.patches)] = np.tile(
+                places, (len(block.patches), 1)
+            )
+            continue
         ends = _domains(block.first + block.patches, domain)
         u, v = (
             _between(limits, parameters(r))

@@ -1,6 +1,7 @@
-"""Points and unit normals of a batch of patches on a grid of samples.
+"""Points and unit normals of a batch of patches at all samples.
 
-`service.engine.formulations` has three ways to compute them; here the fastest is chosen by shape.
+`service.engine.formulations` has three ways to compute them on a grid; here the fastest is chosen
+by shape. Triangles have their own, `service.engine.triangular`.
 """
 
 from collections.abc import Callable, Mapping
@@ -9,15 +10,17 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from service.bases import triangle
 from service.bases.arrays import FloatArray
-from service.engine.evaluation import Evaluation, Samples
+from service.engine.evaluation import Evaluation, GridEvaluation, Samples
 from service.engine.formulations import kronecker, normal_polynomial, separable
 from service.engine.scratch import Real
-from service.surface.lowered import TensorPatches
+from service.engine.triangular import TriangularEvaluation
+from service.surface.lowered import Patches, TensorPatches, TrianglePatches
 
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
 
-FORMULATIONS: Mapping[Formulation, Callable[[Evaluation], None]] = MappingProxyType(
+FORMULATIONS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingProxyType(
     {
         "kronecker": kronecker,
         "separable": separable,
@@ -27,7 +30,7 @@ FORMULATIONS: Mapping[Formulation, Callable[[Evaluation], None]] = MappingProxyT
 
 
 def evaluate(
-    patches: TensorPatches,
+    patches: Patches,
     resolution: tuple[int, int],
     *,
     dtype: Real = np.float64,
@@ -40,10 +43,10 @@ def evaluate(
 
     Parameters
     ----------
-    patches : TensorPatches
-        P patches of degree (p, q).
+    patches : TensorPatches or TrianglePatches
+        P patches of one degree.
     resolution : (Ru, Rv)
-        Divisions along u and v, at least 1.
+        Divisions along u and v, at least 1; a triangle takes the larger.
     dtype : float32 or float64
         Precision of the result and of the arithmetic.
     normals : bool
@@ -60,11 +63,20 @@ def evaluate(
     ----------
     Piegl and Tiller, The NURBS Book, 2nd ed., Algorithms A1.7 and A4.3, for all samples at once.
     """
+    divisions = max(resolution)
     if out is None:
-        shape = (patches.count, resolution[0] + 1, resolution[1] + 1, 3)
+        each: tuple[int, ...] = (resolution[0] + 1, resolution[1] + 1)
+        if isinstance(patches, TrianglePatches):
+            each = (triangle.size(divisions),)
+        shape = (patches.count, *each, 3)
         out = Samples(np.empty(shape, dtype), np.empty(shape, dtype) if normals else None, 0)
-    work = Evaluation(patches, resolution, dtype, out, origin)
-    FORMULATIONS[formulation or choose(patches, resolution, normals)](work)
+    work: Evaluation
+    if isinstance(patches, TrianglePatches):
+        work = TriangularEvaluation(patches, divisions, dtype, out, origin)
+        work.run()
+    else:
+        work = GridEvaluation(patches, resolution, dtype, out, origin)
+        FORMULATIONS[formulation or choose(patches, resolution, normals)](work)
     crowded = work.crowded()
     if dtype is np.float32 and len(crowded):
         # One by one these normals would cost a hundred times what the patch costs in float64.

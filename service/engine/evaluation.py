@@ -15,7 +15,7 @@ from service.bases.bernstein import sampled_with_slopes, samples
 from service.engine.normals import unit_normals
 from service.engine.poles import pole_normals
 from service.engine.scratch import Real, scratch
-from service.surface.lowered import TensorPatches
+from service.surface.lowered import Patches, TensorPatches
 from service.surface.sides import along_sides, side_of
 
 ORDINARY = 16
@@ -32,7 +32,7 @@ SUBNORMAL: dict[Real, float] = {np.float32: 2.0**-100, np.float64: 2.0**-900}
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Samples:
-    """Points and unit normals at all samples of a batch, shapes (P, Ru+1, Rv+1, 3).
+    """Points and unit normals at all samples of a batch: (P, Ru+1, Rv+1, 3); triangles (P, S, 3).
 
     `poles` counts the samples at which S_u × S_v vanishes.
     """
@@ -45,23 +45,20 @@ class Samples:
 class Evaluation:
     """One evaluation under way: its inputs, its outputs, and what the formulations share.
 
-    `shape` is (Ru+1, Rv+1), `each` its product: the samples of one patch. `positions` and `normals`
-    are those of the result, (P, Ru+1, Rv+1, 3).
+    `each` counts the samples of one patch. `positions` and `normals` are those of the result.
     """
 
     def __init__(
         self,
-        patches: TensorPatches,
-        resolution: tuple[int, int],
+        patches: Patches,
+        each: int,
         dtype: Real,
         out: Samples,
         origin: FloatArray | None,
     ) -> None:
         self.patches = patches
-        self.resolution = resolution
+        self.each = each
         self.dtype = dtype
-        self.shape = (resolution[0] + 1, resolution[1] + 1)
-        self.each = self.shape[0] * self.shape[1]
         self.rational = patches.weights is not None
         self.positions = out.positions
         self.normals = out.normals
@@ -76,16 +73,16 @@ class Evaluation:
         self._poles = 0
         self._replaced = False
 
-    def nets(self, first: int, last: int) -> "ChunkNets":
-        """Planes of the nets of patches [first, last), ready for products.
+    def points(self, first: int, last: int) -> tuple[FloatArray, FloatArray]:
+        """Control points of patches [first, last) to evaluate, and to take differences of.
 
-        The patches are the innermost axis: differences between neighbours in a net then run over
-        long contiguous rows.
+        Two nets (K, d, r), homogeneous if the patches are rational. The patches are the innermost
+        axis: differences between neighbours in a net then run over long contiguous rows.
         """
-        p, q = self.patches.degree
-        planes = 4 if self.rational else 3
-        net = scratch("net", (p + 1, q + 1, planes, last - first), np.float64)
-        np.copyto(net[:, :, :3], self.patches.points[first:last].transpose(1, 2, 3, 0))
+        planes, count = 4 if self.rational else 3, last - first
+        points = self.patches.points[first:last].reshape(count, -1, 3)
+        net = scratch("net", (points.shape[1], planes, count), np.float64)
+        np.copyto(net[:, :3], points.transpose(1, 2, 0))
         at = net
         if self.patches.weights is None:
             # Positions about the origin asked for, partials from differences of the points
@@ -95,21 +92,20 @@ class Evaluation:
             if self.scale != 1.0:
                 net = net * self.scale
         else:
-            weights = self.patches.weights[first:last].transpose(1, 2, 0)
-            np.multiply(weights, 1 / self.heaviest, out=net[:, :, 3])
-            net[:, :, :3] -= self.patches.middle[:, None]
-            net[:, :, :3] *= self.scale
-            net[:, :, :3] *= net[:, :, 3:]
-        if self.normals is None:
-            return ChunkNets(at, None, None, None)
-        du = scratch("net du", (p, q + 1, *net.shape[2:]), np.float64)
-        dv = scratch("net dv", (p + 1, q, *net.shape[2:]), np.float64)
-        np.subtract(net[1:], net[:-1], out=du)
-        np.subtract(net[:, 1:], net[:, :-1], out=dv)
+            weights = self.patches.weights[first:last].reshape(count, -1).T
+            np.multiply(weights, 1 / self.heaviest, out=net[:, 3])
+            net[:, :3] -= self.patches.middle[:, None]
+            net[:, :3] *= self.scale
+            net[:, :3] *= net[:, 3:]
+        return at, net
+
+    def trust(self, du: FloatArray, dv: FloatArray) -> FloatArray:
+        """The least |S_u × S_v|² that is good enough, from the differences (…, d, r): (r,)."""
+        planes, count = du.shape[-2:]
         trust = _square_sums(du) * _square_sums(dv)
-        trust *= TRUSTED[self.dtype] ** 2 / (p * (q + 1) * (p + 1) * q)
+        trust *= TRUSTED[self.dtype] ** 2 / (du.size * dv.size / (planes * count) ** 2)
         np.maximum(trust, SUBNORMAL[self.dtype], out=trust)
-        return ChunkNets(at, du, dv, trust)
+        return trust
 
     def write_positions(self, planes: RealArray, out: RealArray) -> None:
         """Writes S from the planes of its homogeneous coordinates; projects them in place."""
@@ -208,11 +204,59 @@ class Evaluation:
         poles = self._poles + len(doubtful) - len(rest)
         if len(rest):
             patch, sample = np.divmod(rest, self.each)
-            i, j = np.divmod(sample, self.shape[1])
-            u, v = (samples(r) for r in self.resolution)
-            normals[rest], limits = unit_normals(self.patches, patch, u[i], v[j])
+            normals[rest], limits = self._slow_normals(patch, sample)
             poles += limits
         return Samples(self.positions, self.normals, poles)
+
+    def _slow_normals(
+        self, patch: NDArray[np.intp], sample: NDArray[np.intp]
+    ) -> tuple[FloatArray, int]:
+        """Normals of samples, by their number in a patch, one by one; how many are limits."""
+        raise NotImplementedError
+
+    def _write_poles(self, normals: RealArray) -> None:
+        """Limits where they can be had without much ado."""
+
+
+class GridEvaluation(Evaluation):
+    """Tensor-product patches on grids of samples.
+
+    `shape` is (Ru+1, Rv+1), `each` its product; results have the shape (P, Ru+1, Rv+1, 3).
+    """
+
+    patches: TensorPatches
+
+    def __init__(
+        self,
+        patches: TensorPatches,
+        resolution: tuple[int, int],
+        dtype: Real,
+        out: Samples,
+        origin: FloatArray | None,
+    ) -> None:
+        self.resolution = resolution
+        self.shape = (resolution[0] + 1, resolution[1] + 1)
+        super().__init__(patches, self.shape[0] * self.shape[1], dtype, out, origin)
+
+    def nets(self, first: int, last: int) -> "ChunkNets":
+        """Planes of the nets of patches [first, last), ready for products."""
+        p, q = self.patches.degree
+        at, net = (rows.reshape(p + 1, q + 1, *rows.shape[1:]) for rows in self.points(first, last))
+        if self.normals is None:
+            return ChunkNets(at, None, None, None)
+        du = scratch("net du", (p, q + 1, *net.shape[2:]), np.float64)
+        dv = scratch("net dv", (p + 1, q, *net.shape[2:]), np.float64)
+        np.subtract(net[1:], net[:-1], out=du)
+        np.subtract(net[:, 1:], net[:, :-1], out=dv)
+        return ChunkNets(at, du, dv, self.trust(du, dv))
+
+    def _slow_normals(
+        self, patch: NDArray[np.intp], sample: NDArray[np.intp]
+    ) -> tuple[FloatArray, int]:
+        """Normals of samples, by their number in a patch, one by one; how many are limits."""
+        i, j = np.divmod(sample, self.shape[1])
+        u, v = (samples(r) for r in self.resolution)
+        return unit_normals(self.patches, patch, u[i], v[j])
 
     def _write_poles(self, normals: RealArray) -> None:
         """Limits along collapsed sides, where these have the usual form."""
@@ -228,7 +272,7 @@ class Evaluation:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ChunkNets:
-    """Nets (p+1, q+1, d, r) of S and of its partials, in float64.
+    """Nets (p+1, q+1, d, r) of S and of its partials, in float64; of triangles (K, d, r).
 
     `trust` (r,) is the least |S_u × S_v|² that is good enough.
     """
@@ -255,8 +299,8 @@ class ChunkNets:
 
 
 def _square_sums(nets: FloatArray) -> FloatArray:
-    """Sum of the squared lengths of the vectors of each net: (m, n, d, r) to (r,)."""
-    rows = nets[:, :, :3] if nets.shape[2] > 3 else nets
-    rows = rows.reshape(-1, nets.shape[3])
+    """Sum of the squared lengths of the vectors of each net: (…, d, r) to (r,)."""
+    rows = nets[..., :3, :] if nets.shape[-2] > 3 else nets
+    rows = rows.reshape(-1, nets.shape[-1])
     sums: FloatArray = np.einsum("kr,kr->r", rows, rows)
     return sums

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import RealArray
 from service.bases.bernstein import sampled, sampled_columns, sampled_grid, sampled_interleaved
-from service.engine.evaluation import ChunkNets, Evaluation
+from service.engine.evaluation import ChunkNets, GridEvaluation
 from service.engine.scratch import scratch
 from service.engine.vectors import cross_polynomial
 
@@ -23,7 +23,7 @@ CHUNK_SAMPLES = 18_432
 """Samples worked on at a time: a dozen planes of them fit the second-level cache."""
 
 
-def kronecker(work: Evaluation) -> None:
+def kronecker(work: GridEvaluation) -> None:
     """All samples of some patches at a time: nets (3 r, (p+1)(q+1)) times one cached matrix."""
     p, q = work.patches.degree
     # Sixteen numbers are a cache line: every plane of a chunk begins at one.
@@ -43,7 +43,7 @@ def kronecker(work: Evaluation) -> None:
 
 
 def _product(
-    name: str, nets: NDArray[np.floating], degree: tuple[int, int], work: Evaluation
+    name: str, nets: NDArray[np.floating], degree: tuple[int, int], work: GridEvaluation
 ) -> RealArray:
     """Planes (d, r, samples) of nets (p+1, q+1, d, r)."""
     grid = sampled_grid(degree, work.resolution, work.dtype)
@@ -55,7 +55,7 @@ def _product(
     return out
 
 
-def separable(work: Evaluation) -> None:
+def separable(work: GridEvaluation) -> None:
     """B(u) P B(v)ᵀ for S and both partials, patch by patch, some rows at a time."""
     for patch, nets in _single(work):
         along_u = _rows(nets.at, work)
@@ -72,7 +72,7 @@ def separable(work: Evaluation) -> None:
             work.write_normals(work.partials_to_vectors(at, du, dv), normals, trust, first)
 
 
-def normal_polynomial(work: Evaluation) -> None:
+def normal_polynomial(work: GridEvaluation) -> None:
     """The same with one net for S_u × S_v; polynomial patches only, and with normals only."""
     for patch, nets in _single(work):
         if nets.du is None or nets.dv is None:
@@ -87,7 +87,7 @@ def normal_polynomial(work: Evaluation) -> None:
             work.write_normals(vectors, normals, trust, first)
 
 
-def _single(work: Evaluation) -> Iterator[tuple[int, ChunkNets]]:
+def _single(work: GridEvaluation) -> Iterator[tuple[int, ChunkNets]]:
     """The nets of the patches one by one, (d, p+1, q+1), prepared some at a time."""
     p, q = work.patches.degree
     step = max(1, CHUNK_SAMPLES // ((p + 1) * (q + 1)))
@@ -97,14 +97,14 @@ def _single(work: Evaluation) -> Iterator[tuple[int, ChunkNets]]:
             yield first + k, nets.single(k)
 
 
-def _rows(net: RealArray, work: Evaluation) -> RealArray:
+def _rows(net: RealArray, work: GridEvaluation) -> RealArray:
     """One patch's planes (d, p+1, q+1) sampled along u: (d, Ru+1, q+1)."""
     basis = sampled(net.shape[1] - 1, work.resolution[0], work.dtype)
     rows: RealArray = np.matmul(basis, net.astype(work.dtype, copy=False))
     return rows
 
 
-def _columns(name: str, along_u: RealArray, rows: slice, work: Evaluation) -> RealArray:
+def _columns(name: str, along_u: RealArray, rows: slice, work: GridEvaluation) -> RealArray:
     """Planes (d, rows, Rv+1): some rows sampled along v as well."""
     basis = sampled_columns(along_u.shape[2] - 1, work.resolution[1], work.dtype)
     part = along_u[:, rows]
@@ -113,7 +113,7 @@ def _columns(name: str, along_u: RealArray, rows: slice, work: Evaluation) -> Re
 
 
 def _write_row_positions(
-    work: Evaluation, along_u: RealArray, rows: slice, out: RealArray
+    work: GridEvaluation, along_u: RealArray, rows: slice, out: RealArray
 ) -> RealArray:
     """Positions of some rows, written; and their planes, where a rational patch needs them."""
     degree = along_u.shape[2] - 1
@@ -128,7 +128,9 @@ def _write_row_positions(
     return out
 
 
-def _row_runs(work: Evaluation, patch: int) -> Iterator[tuple[slice, RealArray, RealArray, int]]:
+def _row_runs(
+    work: GridEvaluation, patch: int
+) -> Iterator[tuple[slice, RealArray, RealArray, int]]:
     """Rows of a patch some at a time: which, where their results go, their first sample."""
     step = max(1, CHUNK_SAMPLES // work.shape[1])
     normals = work.positions if work.normals is None else work.normals

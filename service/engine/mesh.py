@@ -80,12 +80,13 @@ class Mesh:
         Counter-clockwise seen from the tip of the normal.
     quads : ndarray of uint32, shape (Q, 4)
         (i,j) (i+1,j) (i+1,j+1) (i,j+1). Empty unless quads were asked for; then `triangles` holds
-        what is left at poles and between unequal divisions.
+        what is left at poles and between unequal divisions, and all of triangular patches.
     parts : tuple of MeshPart
         Runs of faces; together they are all faces, in order.
     grids : tuple of ndarray of uint32, each of shape (P, Ru+1, Rv+1)
         The vertex at every sample of every patch, batch by batch: what a format made of grids
-        needs. Empty when some patch border has other divisions than its patch.
+        needs. Empty when some patch border has other divisions than its patch, or a patch is a
+        triangle.
     welds : ndarray of uint32, shape (V,), or None
         The first vertex with the same position; None when that is always the vertex itself.
     origin : ndarray of float64, shape (3,)

@@ -4,13 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from service.bases import triangle
 from service.bases.arrays import FloatArray, IndexArray, Ints
 from service.engine.layout import Layout
 from service.engine.mesh import Overlay
 from service.engine.options import OverlayName
 from service.engine.scratch import Real
 from service.engine.stitch import sample_edges
-from service.surface.lowered import PatchModel, TensorPatches
+from service.surface.lowered import PatchModel, TensorPatches, TrianglePatches
 
 
 def draw(
@@ -30,21 +31,25 @@ def draw(
 
 
 def _control_net(model: PatchModel, origin: FloatArray, dtype: Real) -> Overlay:
-    """All control points; neighbours in a net are joined, four of them bound a cell."""
+    """All control points; neighbours in a net are joined, four of them in a grid bound a cell."""
     positions, segments, cells = [], [], []
     first = 0
     for batch in model.batches:
         positions.append((batch.points - origin).reshape(-1, 3).astype(dtype))
-        lines, quads = _net_pattern(batch)
         each = first + np.arange(batch.count) * (len(positions[-1]) // batch.count)
+        if isinstance(batch, TrianglePatches):
+            lines = _triangle_pattern(batch.degree)
+        else:
+            lines, quads = _net_pattern(batch)
+            cells.append((quads + each[:, None, None]).reshape(-1, 4))
         segments.append((lines + each[:, None, None]).reshape(-1, 2))
-        cells.append((quads + each[:, None, None]).reshape(-1, 4))
         first += len(positions[-1])
     return Overlay(
         "control_net",
         np.concatenate(positions),
         np.concatenate(segments).astype(np.uint32),
-        np.concatenate(cells).astype(np.uint32),
+        # Cells alone are no picture of a net that has triangles.
+        np.concatenate(cells).astype(np.uint32) if len(cells) == len(model.batches) else None,
     )
 
 
@@ -56,6 +61,14 @@ def _net_pattern(batch: TensorPatches) -> tuple[Ints, Ints]:
     along_v = np.stack([number[:, :-1], number[:, 1:]], axis=-1).reshape(-1, 2)
     cells = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], axis=-1)
     return np.concatenate([along_u, along_v]), cells.reshape(-1, 4)
+
+
+def _triangle_pattern(degree: int) -> Ints:
+    """Segments (L, 2) of one triangular net: along its rows, then to both sides of the next."""
+    left = np.delete(np.arange(triangle.size(degree)), triangle.side_rows(degree)[1])
+    above = degree + 1 + np.arange(len(left))
+    lines = [(left, left + 1), (left, above), (left + 1, above)]
+    return np.concatenate([np.stack(ends, axis=1) for ends in lines])
 
 
 def _boundary(layout: Layout, origin: FloatArray, dtype: Real) -> Overlay:

@@ -2,17 +2,20 @@
 
 A pattern depends on numbers of divisions and on which sides are one point; it is cached and serves
 every patch of that kind. Local numbering: sample (i, j) is i (Rv+1) + j; then the inner samples
-of those of the sides u = 0, u = 1, v = 0, v = 1 that have other divisions than the grid.
+of those of the sides u = 0, u = 1, v = 0, v = 1 that have other divisions than the grid. Samples of
+a triangle are numbered row by row (`service.bases.triangle`).
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from service.bases.arrays import IndexArray
+from service.bases import triangle
+from service.bases.arrays import IndexArray, Ints
 from service.bases.cache import PLANS
 from service.engine.options import Faces
 from service.surface.sides import along_sides
@@ -49,19 +52,33 @@ class Shape:
         return self.sides != self.own
 
 
-def faces(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
+@dataclass(frozen=True, slots=True)
+class TriangleShape:
+    """The same for a triangle: its rows of samples need no frame."""
+
+    divisions: int
+    collapsed: tuple[bool, bool, bool, bool] = (False, False, False, True)
+
+
+AnyShape: TypeAlias = Shape | TriangleShape
+
+
+def faces(shape: AnyShape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     """Triangles (T, 3) and quads (Q, 4) of a patch of this shape, as local indices; read-only.
 
     Cells wind (i,j) (i+1,j) (i+1,j+1) (i,j+1) and split along (1,0)–(0,1). Faces that a collapsed
-    side leaves without area are left out; of a quad a triangle may remain.
+    side leaves without area are left out; of a quad a triangle may remain. A triangle of R
+    divisions has R² faces whatever their kind: row by row, upright and reversed ones in turn.
     """
+    if isinstance(shape, TriangleShape):
+        return PLANS.get(("triangles", shape), lambda: _rows_of_triangles(shape)), NO_QUADS
     triangles = PLANS.get(("triangles", shape, kind), lambda: _build(shape, kind)[0])
     if kind == "triangles":
         return triangles, NO_QUADS
     return triangles, PLANS.get(("quads", shape), lambda: _build(shape, kind)[1])
 
 
-def used_samples(shape: Shape, kind: Faces) -> NDArray[np.intp]:
+def used_samples(shape: AnyShape, kind: Faces) -> NDArray[np.intp]:
     """Local indices that occur in the faces of this shape, ascending; read-only."""
 
     def build() -> NDArray[np.intp]:
@@ -93,6 +110,27 @@ def _build(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     return triangles.astype(np.uint32), quads.astype(np.uint32)
 
 
+def _rows_of_triangles(shape: TriangleShape) -> IndexArray:
+    """Triangles (m,j) (m,j+1) (m+1,j) and (m,j+1) (m+1,j+1) (m+1,j), shape (T, 3)."""
+    divisions = shape.divisions
+    ends = triangle.side_rows(divisions)[1]
+    left = np.delete(np.arange(triangle.size(divisions)), ends).astype(np.uint32)
+    above = np.uint32(divisions + 1) + np.arange(len(left), dtype=np.uint32)
+    one = np.uint32(1)
+    pairs = np.stack([left, left + one, above, left + one, above + one, above], axis=1)
+    whole = np.ones((len(left), 2), dtype=bool)
+    # The last upright triangle of a row has no reversed one beside it.
+    whole[triangle.side_rows(divisions - 1)[1], 1] = False
+    found = pairs.reshape(-1, 3)[whole.ravel()]
+    lines = triangle.side_rows(divisions)
+    points = [line for line, one_point in zip(lines, shape.collapsed[:3], strict=True) if one_point]
+    if points:
+        merged = np.arange(triangle.size(divisions))
+        _merge(merged, points)
+        found = found[_distinct(merged[found])]
+    return found
+
+
 def _row_of_cells(columns: int) -> IndexArray:
     """The quads between the first two lines of samples, shape (Rv, 4)."""
     j = np.arange(columns, dtype=np.uint32)
@@ -116,15 +154,19 @@ def _merged(shape: Shape, number: NDArray[np.intp]) -> NDArray[np.intp]:
     extra = sum(n - 1 for n, own in zip(shape.sides, shape.own, strict=True) if n != own)
     merged = np.arange(number.size + extra)
     borders = (number[0], number[-1], number[:, 0], number[:, -1])
-    for border, collapsed in zip(borders, shape.collapsed, strict=True):
-        if collapsed:
-            # Two collapsed sides that meet are one point together.
-            same = np.isin(merged, merged[border])
-            merged[same] = merged[border].min()
+    _merge(merged, [b for b, collapsed in zip(borders, shape.collapsed, strict=True) if collapsed])
     return merged
 
 
-def _distinct(faces: NDArray[np.intp]) -> NDArray[np.bool_]:
+def _merge(merged: NDArray[np.intp], points: Iterable[NDArray[np.intp]]) -> None:
+    """Makes the indices on each of some lines equal."""
+    for line in points:
+        # Two collapsed sides that meet are one point together.
+        same = np.isin(merged, merged[line])
+        merged[same] = merged[line].min()
+
+
+def _distinct(faces: Ints) -> NDArray[np.bool_]:
     """Which faces have no vertex twice."""
     ordered = np.sort(faces, axis=1)
     keep: NDArray[np.bool_] = (ordered[:, 1:] != ordered[:, :-1]).all(axis=1)

@@ -16,7 +16,7 @@ from service.engine.normals import unit_normals
 from service.engine.options import MeshOptions
 from service.engine.scratch import Real
 from service.engine.stitch import sample_edges
-from service.surface.lowered import Domain
+from service.surface.lowered import Domain, TensorPatches
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -104,6 +104,8 @@ def _write_extra_normals(layout: Layout, normals: RealArray) -> int:
     """Normals of the samples beside the grids; how many of them are limits."""
     limits = 0
     for block in layout.blocks:
+        if not isinstance(block.batch, TensorPatches):
+            continue  # triangles have no samples beside their rows
         for side, patches, along, samples in layout.extras_of(block):
             across = np.full(len(along), float(side % 2))
             u, v = (across, along) if side < 2 else (along, across)

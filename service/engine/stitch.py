@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import sampled
 from service.engine.near import leaders
-from service.surface.lowered import TensorPatches
-from service.surface.sides import along_sides, corners_of, side_of
+from service.surface.lowered import Patches
 
 SAME_WEIGHT = 2.0**-44
 """How far the weights of one edge, their largest made 1, may differ on two sides of it: a common
@@ -74,7 +73,7 @@ class Seams:
         return folded
 
 
-def find_seams(batches: Sequence[TensorPatches]) -> Seams:
+def find_seams(batches: Sequence[Patches]) -> Seams:
     """Distinct edges and corners of all patches of a model."""
     total = sum(batch.count for batch in batches)
     edge = np.empty(total * 4, dtype=np.intp)
@@ -100,7 +99,7 @@ def find_seams(batches: Sequence[TensorPatches]) -> Seams:
             EdgeCurves(ids, points[distinct], None if weights is None else weights[distinct])
         )
         found += len(distinct)
-    corners = np.concatenate([corners_of(batch.points) for batch in batches]).reshape(-1, 3)
+    corners = np.concatenate([batch.corners for batch in batches]).reshape(-1, 3)
     distinct, corner = distinct_rows(corners)
     return Seams(
         edge.reshape(-1, 4),
@@ -186,17 +185,15 @@ class _Sides:
     weights: FloatArray | None
 
 
-def _sides_by_degree(batches: Sequence[TensorPatches]) -> list[_Sides]:
+def _sides_by_degree(batches: Sequence[Patches]) -> list[_Sides]:
     """Sides of all patches, those of one degree together, whatever batch they come from."""
     groups: dict[int, list[_Sides]] = {}
     first = 0
     for batch in batches:
         patches = 4 * (first + np.arange(batch.count))
         first += batch.count
-        for side, degree in enumerate(along_sides(*batch.degree)):
-            weights = None if batch.weights is None else side_of(batch.weights, side)
-            part = _Sides(patches + side, side_of(batch.points, side), weights)
-            groups.setdefault(degree, []).append(part)
+        for side, degree in enumerate(batch.side_degrees):
+            groups.setdefault(degree, []).append(_Sides(patches + side, *batch.side(side)))
     return [_joined(groups[degree]) for degree in sorted(groups)]
 
 

@@ -8,6 +8,7 @@
 
 import numpy as np
 
+from service.bases import triangle
 from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
 from service.engine.borders import borders
 from service.engine.channels import agreeing, by_kind
@@ -21,7 +22,7 @@ from service.engine.patterns import used_samples
 from service.engine.sampling import SampleRows, sample
 from service.engine.scratch import Real
 from service.engine.weld import Welding, weld, without_unused
-from service.surface.lowered import PatchModel
+from service.surface.lowered import PatchModel, TrianglePatches
 
 
 def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False) -> Mesh:
@@ -94,26 +95,34 @@ def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, i
     Exact for patches that meet nowhere; welding and collapsed sides only take away.
     """
     ru, rv = options.resolution
-    cells = model.patch_count * ru * rv
-    size = model.patch_count * (ru + 1) * (rv + 1)
+    triangles = sum(b.count for b in model.batches if isinstance(b, TrianglePatches))
+    grids = model.patch_count - triangles
+    small = triangles * max(ru, rv) ** 2
+    cells, border = grids * ru * rv, 2 * (ru + rv) * grids
+    size = grids * (ru + 1) * (rv + 1) + triangles * triangle.size(max(ru, rv))
     framed = False
     if ru != rv:
         layout = Layout.plan(model, options.resolution)
         size, framed = layout.size, layout.framed
-    if options.faces == "quads":
-        return size, (2 * size if framed else 2 * (ru + rv) * model.patch_count), cells
+        # A framed grid has at least two divisions each way.
+        shapes = [(b.resolution, len(b.patches)) for b in layout.blocks if not b.triangular]
+        cells = sum(along_u * along_v * count for (along_u, along_v), count in shapes)
+        border = sum(2 * (along_u + along_v) * count for (along_u, along_v), count in shapes)
     # A patch of V samples, B of them on its border, is 2V - B - 2 triangles.
-    return size, (2 * size if framed else 2 * cells), 0
+    if options.faces == "quads":
+        return size, (2 * size if framed else border + small), cells
+    return size, (2 * size if framed else 2 * cells + small), 0
 
 
 def _weld(layout: Layout, rows: SampleRows, options: MeshOptions) -> Welding | None:
     """Vertices from samples; None where every sample is a vertex of its own."""
     seams = layout.seams
-    shared = bool((seams.users > 1).any()) or len(seams.corner_points) < seams.corner.size
-    if not (layout.framed or (options.weld and (shared or seams.collapsed.any()))):
+    shared = bool((seams.users > 1).any()) or len(seams.corner_points) < layout.corners
+    pinched = bool(layout.pinched.any())
+    if not (layout.framed or (options.weld and (shared or pinched))):
         return None
     place = _places(layout)
-    used = _used(layout, options) if layout.framed or seams.collapsed.any() else None
+    used = _used(layout, options) if layout.framed or pinched else None
     # A position may have several colours or texture coordinates, as it may have several normals.
     alike = agreeing(place, rows.channels) if options.weld and rows.channels else None
     return weld(place, used, rows.normals, options.crease_angle, options.weld, alike=alike)
@@ -147,8 +156,8 @@ def _used(layout: Layout, options: MeshOptions) -> Ints:
 
 
 def _grids(layout: Layout, welding: Welding | None) -> tuple[IndexArray, ...]:
-    """The vertex at every sample of every patch; nothing where a frame breaks the rows."""
-    if layout.framed:
+    """The vertex at every sample of every patch; nothing where a frame or a triangle is no grid."""
+    if layout.framed or layout.triangular.any():
         return ()
     grids = []
     for block in layout.blocks:

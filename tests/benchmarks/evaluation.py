@@ -13,9 +13,9 @@ import numpy as np
 
 from service.engine.evaluate import Formulation, choose, evaluate
 from service.settings import pin_blas
-from service.surface.examples import find
 from service.surface.lowered import TensorPatches
 from tests.benchmarks.alternately import alternately
+from tests.strategies import example_batch
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def hills(count: int, degree: int) -> TensorPatches:
 
 def works() -> list[Work]:
     """The seven works of the record."""
-    teapot = find("utah-teapot").surface().lower().batches[0]
+    teapot = example_batch("utah-teapot")
     return [
         Work("1 bicubic patch, 65 x 65", hills(1, 3), 64, (18, 22)),
         Work("1 bicubic patch, 513 x 513", hills(1, 3), 512, (3.5, 3.8)),

@@ -19,6 +19,7 @@ from service.surface.lowered import TensorPatches
 from tests.oracles import exact
 from tests.strategies import (
     Array,
+    example_batch,
     height_nets,
     model_of,
     nets,
@@ -145,7 +146,7 @@ def test_the_choice_is_one_that_applies(normals: bool, weighted: bool) -> None:
 
 def test_every_formulation_is_chosen_somewhere() -> None:
     """None of them is dead: the teapot, a high degree, one large patch."""
-    teapot = find("utah-teapot").surface().lower().batches[0]
+    teapot = example_batch("utah-teapot")
     assert choose(teapot, (16, 16), True) == "kronecker"
     assert choose(smooth((15, 15), False), (128, 128), True) == "separable"
     assert choose(smooth((3, 3), False), (512, 512), True) == "normal_polynomial"
@@ -329,7 +330,7 @@ def test_origin_is_subtracted_before_rounding() -> None:
 
 
 def _example(name: str) -> Callable[[], TensorPatches]:
-    return lambda: find(name).surface().lower().batches[0]
+    return lambda: example_batch(name)
 
 
 def _smooth(degree: Degree, weighted: bool) -> Callable[[], TensorPatches]:

@@ -17,6 +17,7 @@ from tests.oracles.limits import limit_normal
 from tests.strategies import (
     Array,
     degenerate_nets,
+    example_batch,
     height_nets,
     nets,
     turned,
@@ -275,7 +276,7 @@ def test_cone_apex_keeps_the_normal_of_every_ruling() -> None:
 
 def test_near_a_pole_normals_are_right_too() -> None:
     """Where du is short but not zero the digits stay: 1/500 000 away from the sphere's pole."""
-    (batch,) = find("sphere").surface().lower().batches
+    batch = example_batch("sphere")
     assert batch.weights is not None
     t = 2.0 ** -np.arange(1.0, 20)
     for k in range(batch.count):

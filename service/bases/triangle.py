@@ -1,0 +1,204 @@
+"""The bivariate Bernstein basis, and the order of the control points and samples of a triangle.
+
+A triangle is a run of rows. Row m of a net of degree n holds the n+1−m control points with k = m,
+i falling and j rising, so the first row is the side t = 0 and the last one a corner; the samples
+at R divisions stand in the same order, as if R were a degree.
+"""
+
+from functools import lru_cache
+from math import isqrt
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints, RealArray
+from service.bases.bernstein import bernstein, binomials
+from service.bases.cache import PLANS
+
+CHUNK_NUMBERS = 1 << 20
+"""Values of a basis that are held at a time where all of them would be too many to keep."""
+
+
+def size(degree: int) -> int:
+    """Control points of a net of degree n, samples at n divisions: (n+1)(n+2)/2."""
+    return (degree + 1) * (degree + 2) // 2
+
+
+def degree_of(count: int) -> int | None:
+    """The degree of a net of so many control points; None if no triangle has as many."""
+    degree = (isqrt(8 * count + 1) - 3) // 2
+    return degree if degree >= 0 and size(degree) == count else None
+
+
+@lru_cache(maxsize=256)
+def row_starts(degree: int) -> Ints:
+    """Index at which each row begins, and where the last one ends: shape (n+2,); read-only."""
+    lengths = np.arange(degree + 1, -1, -1)
+    starts = np.concatenate([[0], np.cumsum(lengths[:-1])]).astype(np.intp)
+    starts.flags.writeable = False
+    return starts
+
+
+@lru_cache(maxsize=256)
+def side_rows(degree: int) -> Ints:
+    """Indices along the sides s = 0, r = 0 and t = 0, each upwards: shape (3, n+1); read-only."""
+    first = row_starts(degree)[:-1]
+    along = np.arange(degree + 1)
+    rows = np.stack([first, first + degree - along, along])
+    rows.flags.writeable = False
+    return rows
+
+
+def barycentric(divisions: int, first: int = 0, last: int | None = None) -> FloatArray:
+    """(r, s, t) of samples [first, last) at R divisions, each correctly rounded: shape (m, 3)."""
+    starts = row_starts(divisions)
+    index = np.arange(first, starts[-1] if last is None else last)
+    row = np.searchsorted(starts, index, side="right") - 1
+    place = index - starts[row]
+    return np.stack([divisions - row - place, place, row], axis=1) / divisions
+
+
+def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
+    """Bivariate Bernstein polynomials of degree n at barycentric points.
+
+        B_ijk(r, s, t) = n!/(i! j! k!) r^i s^j t^k = B_k^n(t) · B_j^{n−k}(s / (r + s))
+
+    The recurrence B_j^d = r' B_j^{d−1} + s' B_{j−1}^{d−1} passes through every degree that a row
+    of the net has, so all rows cost what the first one does; only products of non-negative numbers
+    are added.
+
+    Parameters
+    ----------
+    degree : int
+        n ≥ 0.
+    points : ndarray of float64, shape (m, 3)
+        r, s, t ≥ 0 with sum 1.
+
+    Returns
+    -------
+    ndarray of float64, shape ((n+1)(n+2)/2, m)
+        One row a control point.
+
+    References
+    ----------
+    Farin, Curves and Surfaces for CAGD, 5th ed., section 17.3.
+    """
+    r, s, t = points.T
+    along = r + s
+    apex = along == 0
+    along = np.where(apex, 1.0, along)
+    near, far = np.where(apex, 1.0, r / along), s / along
+    across = bernstein(degree, t).T
+    starts = row_starts(degree)
+    basis = np.empty((starts[-1], len(points)))
+    row = np.zeros((degree + 1, len(points)))
+    row[0] = 1.0
+    for d in range(degree + 1):
+        if d:
+            carried = row[:d] * far
+            row[:d] *= near
+            row[1 : d + 1] += carried
+        k = degree - d
+        np.multiply(row[: d + 1], across[k], out=basis[starts[k] : starts[k + 1]])
+    return basis
+
+
+def sampled_triangle(
+    degree: int,
+    divisions: int,
+    dtype: type[np.floating] = np.float64,
+    first: int = 0,
+    last: int | None = None,
+) -> RealArray:
+    """The basis at samples [first, last) at R divisions, shape ((n+1)(n+2)/2, m); read-only.
+
+    The whole of it is cached where it is small, and is then a view; else a part is made at a time.
+    """
+    last = size(divisions) if last is None else last
+    if size(degree) * size(divisions) > CHUNK_NUMBERS:
+        part = _rounded(triangle_bernstein(degree, barycentric(divisions, first, last)), dtype)
+        part.flags.writeable = False
+        return part
+    whole = PLANS.get(
+        ("triangle", degree, divisions, dtype),
+        lambda: _rounded(triangle_bernstein(degree, barycentric(divisions)), dtype),
+    )
+    return whole[:, first:last]
+
+
+def _rounded(basis: FloatArray, dtype: type[np.floating]) -> RealArray:
+    """A basis in working precision, zero where products with it could only be subnormal."""
+    basis[basis < np.finfo(dtype).eps ** 3] = 0.0
+    return basis.astype(dtype, copy=False)
+
+
+def evaluate_triangles(nets: FloatArray, divisions: int) -> FloatArray:
+    """Polynomials over triangles at R divisions, whatever their values mean.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (P, (n+1)(n+2)/2, d)
+
+    Returns
+    -------
+    ndarray of float64, shape (P, (R+1)(R+2)/2, d)
+    """
+    patches, count, dimension = nets.shape
+    degree = degree_of(count)
+    if degree is None:
+        raise ValueError(f"{count} control points make no triangle")
+    rows = np.ascontiguousarray(nets.transpose(0, 2, 1)).reshape(-1, count)
+    values = np.empty((patches, size(divisions), dimension))
+    step = max(1, CHUNK_NUMBERS // max(count, len(rows)))
+    for first in range(0, size(divisions), step):
+        last = min(first + step, size(divisions))
+        part = rows @ sampled_triangle(degree, divisions, np.float64, first, last)
+        values[:, first:last] = part.reshape(patches, dimension, -1).transpose(0, 2, 1)
+    return values
+
+
+def elevation(low: int, high: int) -> FloatArray:
+    """Degree elevation as a matrix: shape (high+1, low+1); cached, read-only.
+
+        E_lj = C(low, j) C(high − low, l − j) / C(high, l)
+
+    Every row has non-negative numbers of sum 1; the first and the last row are a 1 and zeros.
+
+    References
+    ----------
+    Farin, Curves and Surfaces for CAGD, 5th ed., section 6.2.
+    """
+
+    def build() -> FloatArray:
+        matrix = np.zeros((high + 1, low + 1))
+        more = binomials(high - low)
+        for j, factor in enumerate(binomials(low)):
+            matrix[j : j + high - low + 1, j] = factor * more
+        return matrix / binomials(high)[:, None]
+
+    return PLANS.get(("elevation", low, high), build)
+
+
+def tensor_net(nets: FloatArray) -> FloatArray:
+    """The same polynomials over the square, with s = u (1 − v) and t = v: of degree (n, n).
+
+    Row k of a triangle is a curve of degree n − k in u; raised to degree n it is column k of the
+    square. The side v = 1 is the last row, one point.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (P, (n+1)(n+2)/2, d)
+
+    Returns
+    -------
+    ndarray of float64, shape (P, n+1, n+1, d)
+    """
+    patches, count, dimension = nets.shape
+    degree = degree_of(count)
+    if degree is None:
+        raise ValueError(f"{count} control points make no triangle")
+    starts = row_starts(degree)
+    square = np.empty((patches, degree + 1, degree + 1, dimension))
+    for k in range(degree + 1):
+        row = nets[:, starts[k] : starts[k + 1]]
+        square[:, :, k] = np.einsum("lj,pjd->pld", elevation(degree - k, degree), row)
+    return square

@@ -1,0 +1,115 @@
+"""Unit normals at any parameter of a triangular patch, degenerate points included.
+
+S_s × S_t made unit; where it vanishes, the limit that the same surface has as a tensor-product
+patch (`service.engine.normals`). Slow beside `service.engine.triangular`, which sends only those
+samples here whose normals it cannot vouch for.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.bases import triangle
+from service.bases.arrays import FloatArray
+from service.engine.degenerate import VANISHING
+from service.engine.normals import unit_normals
+from service.engine.triangle_nets import differences
+from service.engine.vectors import cross
+from service.surface.lowered import TrianglePatches
+
+CHUNK_NUMBERS = 1 << 18
+"""Control points gathered at a time."""
+
+
+def triangle_normals(
+    patches: TrianglePatches, index: NDArray[np.intp], s: FloatArray, t: FloatArray
+) -> tuple[FloatArray, int]:
+    """Unit normals of patch `index[m]` at (s[m], t[m]), and how many of them are limits.
+
+    Parameters
+    ----------
+    patches : TrianglePatches
+    index : ndarray of int, shape (m,)
+    s, t : ndarray of float64, shape (m,)
+        From 0, with a sum of at most 1.
+
+    Returns
+    -------
+    normals : ndarray of float64, shape (m, 3)
+        Unit length, never NaN.
+    limits : int
+        Samples at which S_s × S_t vanishes.
+    """
+    normals = np.empty((len(index), 3))
+    limits = 0
+    step = max(1, CHUNK_NUMBERS // patches.points.shape[1])
+    order = np.argsort(index, kind="stable")
+    for first in range(0, len(order), step):
+        here = order[first : first + step]
+        used, which = np.unique(index[here], return_inverse=True)
+        normals[here], found = _chunk(patches.take(used), which, s[here], t[here])
+        limits += found
+    return normals, limits
+
+
+def _chunk(
+    patches: TrianglePatches, which: NDArray[np.intp], s: FloatArray, t: FloatArray
+) -> tuple[FloatArray, int]:
+    local = _local(patches)
+    places = np.stack([np.maximum(1.0 - s - t, 0.0), s, t], axis=1)
+    nets = local.points
+    if local.weights is not None:
+        weights = local.weights[..., np.newaxis]
+        nets = np.concatenate([nets * weights, weights], axis=-1)
+    nets = nets.swapaxes(0, 1)
+    along = differences(nets)
+    below = triangle.triangle_bernstein(local.degree - 1, places)
+    ds, dt = (np.einsum("km,kmd->md", below, net[:, which]) for net in along)
+    if local.weights is not None:
+        basis = triangle.triangle_bernstein(local.degree, places)
+        at = np.einsum("km,kmd->md", basis, nets[:, which])
+        place = at[:, :3] / at[:, 3:]
+        ds = ds[:, :3] - place * ds[:, 3:]
+        dt = dt[:, :3] - place * dt[:, 3:]
+    vectors = cross(ds, dt)
+    length, length_s, length_t = (np.linalg.norm(rows, axis=-1) for rows in (vectors, ds, dt))
+    longest_s, longest_t = (_longest(net)[which] for net in along)
+    vanishes = length <= VANISHING * length_s * length_t
+    vanishes |= length_s <= VANISHING * longest_s
+    vanishes |= length_t <= VANISHING * longest_t
+    zero = np.flatnonzero(vanishes)
+    length[zero] = 1.0
+    normals = vectors / length[:, None]
+    if len(zero):
+        u = _across(local, which[zero], places[zero])
+        normals[zero], _ = unit_normals(local.tensor(), which[zero], u, t[zero])
+    return normals, len(zero)
+
+
+def _local(patches: TrianglePatches) -> TrianglePatches:
+    """The patches about their own middles and in their own scale.
+
+    What is raised in degree is rounded: to the digits of its own size, not of its distance.
+    """
+    points = patches.points - patches.points.mean(axis=1, keepdims=True)
+    size = np.abs(points).max(axis=(1, 2), keepdims=True)
+    scale = np.exp2(np.minimum(-np.frexp(size)[1].astype(np.float64), 1000.0))
+    return TrianglePatches(points * scale, patches.weights)
+
+
+def _across(patches: TrianglePatches, which: NDArray[np.intp], places: FloatArray) -> FloatArray:
+    """U of barycentric places in the tensor form, s / (r + s).
+
+    At the corner t = 1 it is the direction in which the corner is approached: along a side if the
+    other one is a point, else through the middle.
+    """
+    r, s, _ = places.T
+    sides = patches.collapsed[which]
+    middle = (1.0 + sides[:, 0] - sides[:, 1]) / 2.0
+    inside = r + s > 0
+    return np.where(inside, s / np.where(inside, r + s, 1.0), middle)
+
+
+def _longest(nets: FloatArray) -> FloatArray:
+    """Longest length among the vectors of each net: (K, P, d) to (P,)."""
+    lengths: FloatArray = np.sqrt(np.square(nets[..., :3]).sum(axis=-1).max(axis=0))
+    return lengths

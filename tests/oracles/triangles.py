@@ -1,0 +1,120 @@
+"""Triangular Bézier surfaces in exact rational arithmetic: de Casteljau over {(i, j, k): point}.
+
+Farin, Curves and Surfaces for CAGD, 5th ed., chapters 17 and 18. Nothing here knows in which order
+the service keeps a net, but for `keys`.
+"""
+
+import math
+from fractions import Fraction
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from tests.oracles.exact import Jet, Vector, cross, unit
+
+Key: TypeAlias = tuple[int, int, int]
+Triangle: TypeAlias = dict[Key, Vector]
+
+
+def keys(degree: int) -> list[Key]:
+    """(i, j, k) in the order of the service: k outermost, then j, both rising."""
+    return [(degree - j - k, j, k) for k in range(degree + 1) for j in range(degree + 1 - k)]
+
+
+def degree_of(count: int) -> int:
+    """The degree of a net of so many points."""
+    return next(n for n in range(count) if (n + 1) * (n + 2) == 2 * count)
+
+
+def exact_triangle(points: Any, weights: Any = None) -> Triangle:
+    """The net as fractions; homogeneous, (wx, wy, wz, w), where there are weights."""
+    rows = [tuple(Fraction(float(x)) for x in point) for point in points]
+    if weights is not None:
+        ws = [Fraction(float(w)) for w in weights]
+        rows = [(*(w * x for x in row), w) for row, w in zip(rows, ws, strict=True)]
+    return dict(zip(keys(degree_of(len(rows))), rows, strict=True))
+
+
+def value(net: Triangle, place: Vector) -> Vector:
+    """de Casteljau: every upright triangle of neighbours becomes its barycentric combination."""
+    degree = sum(next(iter(net)))
+    for n in range(degree - 1, -1, -1):
+        net = {
+            (i, j, k): tuple(
+                place[0] * a + place[1] * b + place[2] * c
+                for a, b, c in zip(
+                    net[i + 1, j, k], net[i, j + 1, k], net[i, j, k + 1], strict=True
+                )
+            )
+            for i, j, k in keys(n)
+        }
+    return net[0, 0, 0]
+
+
+def partial(net: Triangle, towards: int) -> Triangle:
+    """Net of the derivative along s (1) or t (2), r giving way: n (b_{+e} − b_{i+1,j,k})."""
+    n = sum(next(iter(net)))
+    step = (0, 1, 0) if towards == 1 else (0, 0, 1)
+    return {
+        (i, j, k): tuple(
+            n * (y - x)
+            for x, y in zip(
+                net[i + 1, j, k], net[i + step[0], j + step[1], k + step[2]], strict=True
+            )
+        )
+        for i, j, k in keys(n - 1)
+    }
+
+
+def jet(net: Triangle, place: Vector) -> Jet:
+    """Point and partials along s and t, by the quotient rule where the net is homogeneous."""
+    at, ds, dt = value(net, place), value(partial(net, 1), place), value(partial(net, 2), place)
+    if len(at) == 3:
+        return Jet(at, ds, dt)
+    *spatial, w = at
+    point = tuple(x / w for x in spatial)
+    first, second = (
+        tuple((x - d[3] * p) / w for x, p in zip(d[:3], point, strict=True)) for d in (ds, dt)
+    )
+    return Jet(point, first, second)
+
+
+def places(divisions: int) -> list[Vector]:
+    """Barycentric samples at R divisions, in the order of the service."""
+    return [tuple(Fraction(x, divisions) for x in key) for key in keys(divisions)]
+
+
+def jets(points: Any, weights: Any, divisions: int) -> list[Jet]:
+    """Jets at all samples."""
+    net = exact_triangle(points, weights)
+    return [jet(net, place) for place in places(divisions)]
+
+
+def positions(found: list[Jet]) -> np.ndarray:
+    """Points, each coordinate rounded once: (S, 3)."""
+    return np.array([[float(x) for x in each.point] for each in found])
+
+
+def normals(found: list[Jet]) -> np.ndarray:
+    """Unit normals ∂s × ∂t, NaN where that is exactly zero: (S, 3)."""
+    vectors = [cross(each.du, each.dv) for each in found]
+    return np.array([unit(n) if any(n) else (math.nan,) * 3 for n in vectors])
+
+
+def turned(net: np.ndarray, symmetry: int) -> np.ndarray:
+    """One of the six symmetries: rotated `symmetry % 3` times, reflected from 3 on.
+
+    Axis 0 of the net holds the control points. A rotation takes corner r to s, s to t, t to r.
+    """
+    order = keys(degree_of(len(net)))
+    row = {key: number for number, key in enumerate(order)}
+
+    def origin(key: Key) -> Key:
+        i, j, k = key
+        if symmetry >= 3:
+            i, j = j, i
+        for _ in range(symmetry % 3):
+            i, j, k = j, k, i
+        return i, j, k
+
+    return net[[row[origin(key)] for key in order]]
