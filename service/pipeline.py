@@ -6,9 +6,13 @@ HTTP, the command line and whatever else comes call these functions and nothing 
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+from service.bases.arrays import FloatArray, Ints
+from service.encoders import json_points
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
+from service.engine.places import Places, locate
+from service.engine.points import points
 from service.engine.tessellate import overlays_of, predicted_size, tessellate
 from service.errors import Issue, TooLarge, UnsupportedByFormat
 from service.surface.channels import only_channels
@@ -25,10 +29,11 @@ class Lowerable(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The largest result that is computed: vertices, and bytes of one answer."""
+    """The largest result that is computed: vertices, bytes of one answer, points of a query."""
 
     max_vertices: int = 4_500_000
     max_bytes: int = 256 << 20
+    max_points: int = 250_000
 
 
 PLAIN = EncodeOptions()
@@ -82,6 +87,40 @@ def render(
 ) -> bytes:
     """The surface as a file of this format; raises what `plan` raises."""
     return plan(surface, options, fmt, encode, limits).run()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PointsWork:
+    """A query that may be answered: everything is known of it but the numbers."""
+
+    model: PatchModel
+    places: Places
+    order: int
+
+    def run(self) -> bytes:
+        """The answer as JSON."""
+        return json_points.encode(points(self.model, self.places, self.order))
+
+
+def plan_points(
+    surface: Lowerable,
+    uv: FloatArray,
+    patch: Ints | None,
+    order: int,
+    limits: Limits = DEFAULT_LIMITS,
+) -> PointsWork:
+    """What is to be computed at parameters of a surface, up to an order of derivatives.
+
+    Raises
+    ------
+    InvalidRequest
+        Where a parameter lies outside the surface, or on no patch.
+    TooLarge
+        From the number of points alone.
+    """
+    _check_points(len(uv), order, limits)
+    model = surface.lower()
+    return PointsWork(model, locate(model, uv, patch), order)
 
 
 def mesh(model: PatchModel, options: MeshOptions, fmt: Format) -> Mesh:
@@ -178,6 +217,31 @@ def _check_limits(size: MeshSize, fmt: Format, encode: EncodeOptions, limits: Li
                 "too_many_bytes",
                 f"The answer as {fmt.name} could become too large.",
                 "/resolution",
+                f"up to {most} bytes",
+                f"at most {limits.max_bytes}",
+            )
+        )
+
+
+def _check_points(count: int, order: int, limits: Limits) -> None:
+    """Refuses queries of too many points."""
+    if count > limits.max_points:
+        raise TooLarge(
+            Issue(
+                "too_many_points",
+                "The query has more points than this service computes at once.",
+                "/uv",
+                f"{count} points",
+                f"at most {limits.max_points}",
+            )
+        )
+    most = json_points.byte_bound(count, order)
+    if most > limits.max_bytes:
+        raise TooLarge(
+            Issue(
+                "too_many_bytes",
+                "The answer could become too large.",
+                "/uv",
                 f"up to {most} bytes",
                 f"at most {limits.max_bytes}",
             )

@@ -34,6 +34,7 @@ class Settings:
     max_degree: int = DocumentLimits().max_degree
     max_vertices: int = Limits().max_vertices
     max_response_bytes: int = Limits().max_bytes
+    max_points: int = Limits().max_points
     threads: int = 0
     """Surfaces evaluated at the same time off the event loop; 0 takes the number of cores."""
     cors_origins: tuple[str, ...] = ("*",)
@@ -58,6 +59,7 @@ _RANGES = MappingProxyType(
         "max_degree": (1, MAX_DEGREE),
         "max_vertices": (4, 1 << 32),
         "max_response_bytes": (1024, 1 << 32),
+        "max_points": (1, 1 << 32),
         "threads": (0, 1024),
     }
 )
@@ -131,7 +133,7 @@ def document_limits(settings: Settings) -> DocumentLimits:
 
 def result_limits(settings: Settings) -> Limits:
     """The settings that the pipeline needs."""
-    return Limits(settings.max_vertices, settings.max_response_bytes)
+    return Limits(settings.max_vertices, settings.max_response_bytes, settings.max_points)
 
 
 def pin_blas() -> None:

@@ -14,8 +14,8 @@ from service.schemas.document import Budget
 from service.settings import Settings, document_limits
 
 
-async def read_body(request: Request, settings: Settings) -> bytes:
-    """The whole body of a request that carries JSON.
+async def read_body(request: Request, settings: Settings, queries: int = 0) -> bytes:
+    """The whole body of a request that carries JSON: a surface, and so many points to query.
 
     Raises
     ------
@@ -31,7 +31,7 @@ async def read_body(request: Request, settings: Settings) -> bytes:
     check_media_type(request.headers.get("content-type"))
     _check_encoding(request.headers.get("content-encoding", "identity"))
     _check_length(request.headers.get("content-length", ""), settings)
-    budget = Budget(document_limits(settings))
+    budget = Budget(document_limits(settings), queries)
     chunks: list[bytes] = []
     try:
         with anyio.fail_after(settings.body_timeout):

@@ -11,6 +11,7 @@ from service import __version__
 from service.api.openapi_examples import meshes
 from service.api.openapi_mesh import EXAMPLE_PARAMETER, get_mesh, post_mesh
 from service.api.openapi_operations import get_operation
+from service.api.openapi_points import points_schema, post_points
 from service.api.openapi_problems import responses
 from service.api.openapi_schemas import Json, ref, schemas
 
@@ -27,6 +28,7 @@ never repeated. A request that would cost too much is refused before anything is
 
 _TAGS = [
     {"name": "meshes", "description": "Surfaces to meshes."},
+    {"name": "points", "description": "Points of surfaces, one by one."},
     {"name": "catalogue", "description": "What there is to ask for."},
     {"name": "operations", "description": "Whether the service is well."},
 ]
@@ -40,13 +42,18 @@ def document() -> Json:
         "info": {"title": "Surface Service", "version": __version__, "description": _DESCRIPTION},
         "tags": _TAGS,
         "paths": _paths(),
-        "components": {"schemas": schemas(), "responses": responses(), "examples": meshes()},
+        "components": {
+            "schemas": schemas() | {"Points": points_schema()},
+            "responses": responses(),
+            "examples": meshes(),
+        },
     }
 
 
 def _paths() -> Json:
     return {
         "/v1/mesh": {"post": post_mesh()},
+        "/v1/points": {"post": post_points()},
         "/v1/surfaces": {
             "get": get_operation(
                 "listSurfaces", "catalogue", "The built-in surfaces", "SurfaceList", "InvalidQuery"

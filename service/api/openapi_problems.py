@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from types import MappingProxyType
 
+import numpy as np
+
 from service import pipeline
 from service.api import problems
 from service.api.body import body_too_large, body_too_slow, check_media_type
@@ -43,6 +45,10 @@ def _render(fmt: str, options: MeshOptions) -> Callable[[], object]:
     return lambda: pipeline.render(find("saddle").surface(), options, BY_NAME[fmt])
 
 
+def _outside() -> object:
+    return pipeline.plan_points(find("saddle").surface(), np.array([[0.5, 1.5]]), None, 0)
+
+
 _RAGGED = (
     b'{"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, true]], [[2, 0, 0], [2, 1]]]}}'
 )
@@ -67,6 +73,7 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
             "format": lambda: _refused(lambda: only_format([("format", "fbx")])),
             "quads": lambda: _refused(_render("stl", MeshOptions(faces="quads"))),
             "size": lambda: _refused(_render("glb", MeshOptions((9000, 9000)))),
+            "points": lambda: _refused(_outside),
         },
         "InvalidQuery": {
             "options": lambda: _refused(

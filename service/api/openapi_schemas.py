@@ -7,6 +7,7 @@ from pydantic_core import core_schema
 
 from service.errors import MAX_ISSUES
 from service.schemas.options import MeshOptionFields
+from service.schemas.points import PointsRequest
 from service.schemas.query import LIST_NAMES
 from service.schemas.request import MeshRequest
 from service.surface.channels import MAX_DIMENSION
@@ -32,7 +33,7 @@ def ref(name: str) -> Json:
 def schemas() -> dict[str, Json]:
     """All component schemas by name."""
     _, generated = models_json_schema(
-        [(MeshRequest, "validation")],
+        [(MeshRequest, "validation"), (PointsRequest, "validation")],
         ref_template="#/components/schemas/{model}",
         schema_generator=_WithoutNull,
     )

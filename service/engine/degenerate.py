@@ -65,7 +65,7 @@ def limit_normals(
         for direction in directions:
             open_ = np.flatnonzero(group & np.isnan(normals[:, 0]))
             if len(open_):
-                lines = _lines(coefficients, which[open_], u[open_], v[open_], direction)
+                lines = lines_inwards(coefficients, which[open_], u[open_], v[open_], direction)
                 normals[open_] = _leading(lines, floor[open_])
     rest = np.flatnonzero(np.isnan(normals[:, 0]))
     if len(rest):
@@ -96,14 +96,14 @@ def _from_corner(coefficients: FloatArray, t: FloatArray, axis: int) -> FloatArr
     return np.moveaxis(moved, -1, axis)
 
 
-def _lines(
+def lines_inwards(
     coefficients: FloatArray,
     which: NDArray[np.intp],
     u: FloatArray,
     v: FloatArray,
     direction: Direction,
 ) -> FloatArray:
-    """Coefficients (m, 3, n) of N along a line from each sample inwards."""
+    """Coefficients (m, d, n) of polynomials (K, d, …) along a line from each sample inwards."""
     if direction == "v":
         basis = bernstein(coefficients.shape[2] - 1, u)
         return _from_corner(along(coefficients, which, basis), v, axis=2)

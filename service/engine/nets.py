@@ -1,6 +1,8 @@
 """Nets of single patches, about their own middle and in their own scale, and their normal net."""
 
+from collections.abc import Iterator
 from functools import cached_property
+from math import perm
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,21 +12,33 @@ from service.bases.bernstein import multiply
 from service.engine.vectors import cross_polynomial
 from service.surface.lowered import TensorPatches
 
+CHUNK_BYTES = 8 << 20
+"""Working memory for one round of gathered nets."""
+
+CHUNK_SAMPLES = 1024
+"""Samples of one patch that are worked on at a time."""
+
 
 class PatchNets:
     """Homogeneous nets of some patches, about their own middle and in their own scale.
 
-    `point`, `du`, `dv` have shape (K, d, …) with d = 3, or 4 if rational; `longest_u`, `longest_v`
-    (K,) are the lengths of the longest differences.
+    `point`, `du`, `dv` have shape (K, d, …) with d = 3, or 4 if rational, and are those of
+    (S − middle) · scale; `middle` (K, 3), `scale` (K,) powers of two. `du` and `dv` are differences
+    of neighbours: the partials without the factor of the degree. `longest_u`, `longest_v` (K,) are
+    the lengths of the longest differences; `collapsed` (K, 4) tells which sides are one point.
     """
 
     def __init__(self, patches: TensorPatches, used: NDArray[np.intp]) -> None:
+        self.degree = patches.degree
+        self.collapsed = patches.collapsed[used]
         points = patches.points[used]
         middle = points.mean(axis=(1, 2), keepdims=True)
         local = np.moveaxis(points - middle, -1, 1)
         # A power of two scales without rounding; a patch that is one point keeps scale 1.
         size = np.abs(local).max(axis=(1, 2, 3))
-        local = local * _powers_of_two(size)[:, None, None, None]
+        self.middle: FloatArray = middle[:, 0, 0]
+        self.scale: FloatArray = _powers_of_two(size)
+        local = local * self.scale[:, None, None, None]
         self.rational = patches.weights is not None
         if patches.weights is not None:
             weights = patches.weights[used][:, None]
@@ -33,6 +47,7 @@ class PatchNets:
         self.point: FloatArray = local
         self.du: FloatArray = np.diff(local, axis=2)
         self.dv: FloatArray = np.diff(local, axis=3)
+        self._partial_nets: dict[tuple[int, int], FloatArray] = {}
         self.longest_u: FloatArray = longest(self.du[:, :3])
         self.longest_v: FloatArray = longest(self.dv[:, :3])
 
@@ -51,14 +66,28 @@ class PatchNets:
 
         For a rational patch X_u − S w_u and X_v − S w_v, which need no second division.
         """
-        du = _at(self.du, which, along_u[1], along_v[0])
-        dv = _at(self.dv, which, along_u[0], along_v[1])
+        du = at(self.du, which, along_u[1], along_v[0])
+        dv = at(self.dv, which, along_u[0], along_v[1])
         if self.rational:
-            at = _at(self.point, which, along_u[0], along_v[0])
-            place = at[:, :3] / at[:, 3:]
+            point = at(self.point, which, along_u[0], along_v[0])
+            place = point[:, :3] / point[:, 3:]
             du = du[:, :3] - place * du[:, 3:]
             dv = dv[:, :3] - place * dv[:, 3:]
         return du, dv
+
+    def partial_net(self, i: int, j: int) -> FloatArray | None:
+        """Net (K, d, p−i+1, q−j+1) of ∂^{i+j}/∂u^i ∂v^j, differenced in float64; None for zero.
+
+        p!/(p−i)! q!/(q−j)! Δ_u^i Δ_v^j P
+        """
+        p, q = self.degree
+        if i > p or j > q:
+            return None
+        if (i, j) not in self._partial_nets:
+            factor = perm(p, i) * perm(q, j)
+            net = np.diff(np.diff(self.point, i, axis=2), j, axis=3)
+            self._partial_nets[i, j] = net * float(factor)
+        return self._partial_nets[i, j]
 
     @cached_property
     def normal_net(self) -> FloatArray:
@@ -79,6 +108,44 @@ class PatchNets:
         )
 
 
+def nets_of_samples(
+    patches: TensorPatches, index: NDArray[np.intp]
+) -> Iterator[tuple[PatchNets, NDArray[np.intp], NDArray[np.intp]]]:
+    """The nets that samples of patches `index` (m,) need, some samples at a time.
+
+    Yields
+    ------
+    nets : PatchNets
+    rows : ndarray of int, shape (r,)
+        Rows of `index`; each comes once.
+    which : ndarray of int, shape (r,)
+        The row of `nets` for each of them.
+    """
+    p, q = patches.degree
+    net_bytes = 8 * 4 * 3 * (3 * p + 1) * (3 * q + 1)
+    for rows in _rounds(index, max(1, CHUNK_BYTES // net_bytes)):
+        used, which = np.unique(index[rows], return_inverse=True)
+        nets = PatchNets(patches, used)
+        for first in range(0, len(rows), CHUNK_SAMPLES):
+            part = slice(first, first + CHUNK_SAMPLES)
+            yield nets, rows[part], which[part]
+
+
+def _rounds(index: NDArray[np.intp], step: int) -> Iterator[NDArray[np.intp]]:
+    """Samples to be treated together: all those of one patch, or a few of several patches.
+
+    The nets of a patch with many samples are prepared once and need not be gathered.
+    """
+    order = np.argsort(index, kind="stable")
+    _, first, counts = np.unique(index[order], return_index=True, return_counts=True)
+    many = counts > step
+    for begin, count in zip(first[many].tolist(), counts[many].tolist(), strict=True):
+        yield order[begin : begin + count]
+    rest = order[~np.repeat(many, counts)]
+    for begin in range(0, len(rest), step):
+        yield rest[begin : begin + step]
+
+
 def along(nets: FloatArray, which: NDArray[np.intp], basis: FloatArray) -> FloatArray:
     """Polynomials (K, d, m, n) with their first parameter given: row k by row k (r, d, n)."""
     if len(nets) == 1:
@@ -90,9 +157,10 @@ def along(nets: FloatArray, which: NDArray[np.intp], basis: FloatArray) -> Float
     return fixed
 
 
-def _at(
+def at(
     nets: FloatArray, which: NDArray[np.intp], along_u: FloatArray, along_v: FloatArray
 ) -> FloatArray:
+    """Polynomials (K, d, m, n) at one parameter each, from bases (r, m) and (r, n): (r, d)."""
     values: FloatArray = np.einsum("rdj,rj->rd", along(nets, which, along_u), along_v)
     return values
 

@@ -21,7 +21,7 @@ from service.schemas.refusals import Path, refusal, wrong_type
 
 Array: TypeAlias = NDArray[np.float64] | NDArray[np.int64]
 
-_MAX_INDEX = 2**53
+MAX_INDEX = 2**53
 """Whole numbers beyond it are no index of anything."""
 
 
@@ -94,7 +94,7 @@ class NumberGrid:
         """Whether these are numbers of the right type, and indices small enough for int64."""
         if not set(map(type, scalars)) <= self._types:
             return False
-        return not self.whole or max(map(abs, scalars)) <= _MAX_INDEX
+        return not self.whole or max(map(abs, scalars)) <= MAX_INDEX
 
     def _is_last(self, level: int) -> bool:
         return level == len(self.levels) - 1
@@ -156,16 +156,8 @@ class NumberGrid:
     def _scalar_fault(self, value: object, path: Path) -> Iterator[tuple[Path, Issue]]:
         if type(value) not in self._types:
             yield path, wrong_type(value, "a whole number" if self.whole else "a number")
-        elif self.whole and isinstance(value, int) and abs(value) > _MAX_INDEX:
-            yield (
-                path,
-                Issue(
-                    "index_out_of_range",
-                    "No list is that long.",
-                    got="a number beyond 2^53",
-                    needed="an index",
-                ),
-            )
+        elif self.whole and isinstance(value, int) and abs(value) > MAX_INDEX:
+            yield path, index_too_large()
 
     def _wrong_length(self, level: int, got: int, needed: int) -> Issue:
         what = self.levels[level]
@@ -227,6 +219,12 @@ PATCHES = NumberGrid(
     ("patches", "rows", "indices"), whole=True, point_levels=3, degree_levels=(1, 2)
 )
 PATCH_NUMBERS = NumberGrid(("patch numbers",), whole=True, point_levels=1)
+
+
+def index_too_large() -> Issue:
+    """The issue of a number beyond `MAX_INDEX`."""
+    message, got = "No list is that long.", "a number beyond 2^53"
+    return Issue("index_out_of_range", message, got=got, needed="an index")
 
 
 def _too_many(got: int, limit: int) -> Issue:

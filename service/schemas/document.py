@@ -63,10 +63,12 @@ class Budget:
     """Counts what a text will become, so that a bomb is refused before it is whole.
 
     A surface of n control points is written with at most n points of three coordinates, n
-    weights and n indices, hence fewer than 6 n commas and 2 n opening brackets.
+    weights and n indices, hence fewer than 6 n commas and 2 n opening brackets. Each of `queries`
+    parameters beside it, with the number of its patch, has 4 commas and a bracket at most.
     """
 
     limits: DocumentLimits = field(default_factory=DocumentLimits)
+    queries: int = 0
     received: int = 0
     commas: int = 0
     brackets: int = 0
@@ -85,13 +87,15 @@ class Budget:
         self.brackets += chunk.count(b"[") + chunk.count(b"{")
         self.quotes += chunk.count(b'"')
         points = self.limits.max_control_points
-        if self.commas > 6 * points + FREE_VALUES or self.brackets > 2 * points + FREE_VALUES:
+        commas = 6 * points + 4 * self.queries + FREE_VALUES
+        brackets = 2 * points + self.queries + FREE_VALUES
+        if self.commas > commas or self.brackets > brackets:
             raise InvalidRequest(
                 Issue(
                     "too_many_values",
                     "The document has more values than the largest surface allowed.",
                     got=f"more than {self.commas + self.brackets - 1} values",
-                    needed=f"a surface of at most {points} control points",
+                    needed=self._needed(),
                 )
             )
         if self.quotes > 2 * MAX_STRINGS:
@@ -112,6 +116,10 @@ class Budget:
                     needed=f"at most {BYTES_PER_VALUE} bytes a value beyond the first MiB",
                 )
             )
+
+    def _needed(self) -> str:
+        needed = f"a surface of at most {self.limits.max_control_points} control points"
+        return needed + (f" and at most {self.queries} points to query" if self.queries else "")
 
 
 def parse_document(body: bytes) -> object:

@@ -282,7 +282,8 @@ class PatchModel:
     The parts cover the patches without gap or overlap, in order; a surface without parts of its
     own is one part of the surface's name. `up` is the model's vertical axis. `domain` is there if
     the patches, all in one batch, are pieces of one parametric surface; else the parameters of
-    every patch are its own, in [0, 1].
+    every patch are its own, in [0, 1]. Patch k was number `order[k]` of those that the request
+    lists, k itself where `order` is None.
     """
 
     name: str
@@ -290,6 +291,7 @@ class PatchModel:
     parts: tuple[Part, ...]
     up: Up = "y"
     domain: Domain | None = None
+    order: NDArray[np.intp] | None = None
 
     @property
     def patch_count(self) -> int:

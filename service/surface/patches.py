@@ -88,7 +88,7 @@ class PatchSurface:
         weights = None if self.weights is None else self.weights[indices]
         channels = self.channels.lower(lambda values: values[indices])
         batch = TensorPatches(self.vertices[indices], weights, channels)
-        return PatchModel(self.name, (batch,), parts, self.up)
+        return PatchModel(self.name, (batch,), parts, self.up, order=order)
 
 
 def _ordered(

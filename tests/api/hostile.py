@@ -494,3 +494,71 @@ HOSTILE: tuple[Hostile, ...] = (
     *numbers(),
     *giants(),
 )
+
+
+def query(fields: str) -> str:
+    return f'{{"surface":{GOOD},{fields}}}'
+
+
+def queries() -> Iterator[Hostile]:
+    """Points of /v1/points that are none."""
+    for value, (text, code) in NOT_NUMBERS.items():
+        body = query(f'"uv":[[0,0],[0,{text}]]')
+        yield case(f"{value} as a parameter", body, 422, code, "/uv/1/1")
+    for text, code, place in (
+        ("null", "null_value", ""),
+        ("[]", "empty_list", ""),
+        ("[0.5,0.5]", "wrong_type", "/0"),
+        ("[[]]", "empty_list", "/0"),
+        ("[[0.5]]", "wrong_dimension", "/0"),
+        ("[[0,0],[0,0,0]]", "wrong_dimension", "/1"),
+        ("[[0,0],null]", "null_value", "/1"),
+        ("{}", "wrong_type", ""),
+        ("[[0,0],[0,1.0000000000000002]]", "outside_domain", "/1/1"),
+        ("[[-5e-324,0]]", "outside_domain", "/0/0"),
+        ("[[1e308,0]]", "outside_domain", "/0/0"),
+    ):
+        yield case(f"uv {text}", query(f'"uv":{text}'), 422, code, "/uv" + place)
+    yield case("no uv", query('"derivatives":1'), 422, "missing_field", "/uv")
+    for text, code in (
+        ("3", "out_of_range"), ("-1", "out_of_range"), ("1.0", "wrong_type"),
+        ("true", "wrong_type"), ('"1"', "wrong_type"), ("null", "null_value"),
+        ("[1]", "wrong_type"),
+    ):  # fmt: skip
+        body = query(f'"uv":[[0,0]],"derivatives":{text}')
+        yield case(f"derivatives {text}", body, 422, code, "/derivatives")
+    yield case("a mesh option", query('"uv":[[0,0]],"resolution":4'), 422, "unknown_field",
+               "/resolution")  # fmt: skip
+    yield case("a patch of one", query('"uv":[[0,0]],"patch":0'), 422, "unexpected_patch", "/patch")
+    several = patches('"patches":[[[0,1],[2,3]],[[0,1],[2,3]]]')[:-1]
+    yield case("no patch", f'{several},"uv":[[0,0]]}}', 422, "missing_field", "/patch")
+    for text, code, place in (
+        ("null", "null_value", ""),
+        ("2", "index_out_of_range", ""),
+        ("-1", "index_out_of_range", ""),
+        ("18446744073709551615", "index_out_of_range", ""),
+        ("1.0", "wrong_type", ""),
+        ("true", "wrong_type", ""),
+        ('"0"', "wrong_type", ""),
+        ("{}", "wrong_type", ""),
+        ("[]", "empty_list", ""),
+        ("[0]", "wrong_length", ""),
+        ("[0,0,0]", "wrong_length", ""),
+        ("[0,2]", "index_out_of_range", "/1"),
+        ("[0,null]", "null_value", "/1"),
+        ("[0,true]", "wrong_type", "/1"),
+        ("[[0],0]", "wrong_type", "/0"),
+        ("[0,18446744073709551615]", "index_out_of_range", "/1"),
+    ):
+        body = f'{several},"uv":[[0,0],[1,1]],"patch":{text}}}'
+        yield case(f"patch {text}", body, 422, code, "/patch" + place)
+    yield long("very many points", lambda: query(f'"uv":[{"[0,0]," * 300_000}[0,0]]').encode(), 422,
+               "too_many_points", "/uv")  # fmt: skip
+    yield long("empty points", lambda: query(f'"uv":[{"[]," * 3_000_000}[]]').encode(), 422,
+               "too_many_values", "")  # fmt: skip
+    yield long("points of very many numbers", lambda: query(f'"uv":[[{"0," * 900_000}0]]').encode(),
+               422, "wrong_dimension", "/uv/0")  # fmt: skip
+
+
+QUERIES: tuple[Hostile, ...] = tuple(queries())
+"""The same for POST /v1/points."""

@@ -137,6 +137,64 @@ def _project(value: Vector, du: Vector, dv: Vector) -> Jet:
     return Jet(point, first, second)
 
 
+def second_jet(net: Net, u: Fraction, v: Fraction) -> list[Vector]:
+    """S, S_u, S_v, S_uu, S_uv, S_vv at one place, projected where the net is homogeneous.
+
+    The hodographs of degree below zero are zero. Quotient rule from the product rule: X = w S gives
+    X_uv = w S_uv + w_u S_v + w_v S_u + w_uv S.
+    """
+    x = [_value(net, i, j, u, v) for i, j in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))]
+    if len(x[0]) == 3:
+        return x
+    w = [value[3] for value in x]
+    s = [tuple(c / w[0] for c in x[0][:3])]
+    s += [_solved(x[k], w[0], [(w[k], s[0])]) for k in (1, 2)]
+    s.append(_solved(x[3], w[0], [(2 * w[1], s[1]), (w[3], s[0])]))
+    s.append(_solved(x[4], w[0], [(w[1], s[2]), (w[2], s[1]), (w[4], s[0])]))
+    s.append(_solved(x[5], w[0], [(2 * w[2], s[2]), (w[5], s[0])]))
+    return s
+
+
+def _solved(x: Vector, w: Fraction, known: list[tuple[Fraction, Vector]]) -> Vector:
+    """(x − Σ factor · vector) / w."""
+    return tuple((x[k] - sum(f * vector[k] for f, vector in known)) / w for k in range(3))
+
+
+def _value(net: Net, i: int, j: int, u: Fraction, v: Fraction) -> Vector:
+    """The value of ∂^{i+j}/∂u^i ∂v^j."""
+    if i >= len(net) or j >= len(net[0]):
+        return (Fraction(0),) * len(net[0][0])
+    for _ in range(i):
+        net = hodograph(net)
+    net = transposed(net)
+    for _ in range(j):
+        net = hodograph(net)
+    return surface_point(transposed(net), u, v)
+
+
+def curvatures(net: Net, u: Fraction, v: Fraction) -> tuple[mpmath.mpf, ...]:
+    """K, H, k_1 ≥ k_2 from the fundamental forms, with 50 digits; a regular point is needed."""
+    _, du, dv, duu, duv, dvv = second_jet(net, u, v)
+    n = cross(du, dv)
+    square = dot(n, n)
+    e, f, g = (dot(second, n) for second in (duu, duv, dvv))
+    gauss = (e * g - f * f) / square**2
+    twice = (e * dot(dv, dv) - 2 * f * dot(du, dv) + g * dot(du, du)) / square
+    with mpmath.workdps(DIGITS):
+        k, h = _real(gauss), _real(twice) / (2 * mpmath.sqrt(_real(square)))
+        spread = mpmath.sqrt(max(h * h - k, mpmath.mpf(0)))
+        return k, h, h + spread, h - spread
+
+
+def _real(x: Fraction) -> mpmath.mpf:
+    return mpmath.mpf(x.numerator) / x.denominator
+
+
+def dot(a: Vector, b: Vector) -> Fraction:
+    """a · b."""
+    return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
+
+
 def cross(a: Vector, b: Vector) -> Vector:
     """a × b."""
     return (

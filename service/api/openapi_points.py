@@ -1,0 +1,129 @@
+"""The operation that answers points, in the OpenAPI document; its example is computed."""
+
+from functools import cache
+from typing import Any
+
+import orjson
+
+from service.api.openapi_operations import problems
+from service.api.openapi_schemas import Json, ref
+from service.engine.points import COLUMNS
+from service.pipeline import plan_points
+from service.schemas.document import DocumentLimits
+from service.schemas.points import points_request
+
+_VECTORS = {
+    "positions": "The points [x, y, z].",
+    "du": "First partials along u, in the parameters of the surface.",
+    "dv": "First partials along v.",
+    "normals": "Unit normals along du × dv; where that vanishes, their limits from inside the "
+    "surface.",
+    "duu": "Second partials along u.",
+    "duv": "Mixed second partials.",
+    "dvv": "Second partials along v.",
+}
+
+_CURVATURE = "null where it grows beyond all bounds, as at the apex of a cone, or has no limit."
+_NUMBERS = {
+    "gaussian_curvature": f"Gaussian curvatures, k1 · k2; {_CURVATURE}",
+    "mean_curvature": "Mean curvatures, (k1 + k2)/2; positive where the surface bends towards its "
+    f"normal, so that a sphere with outward normals has −1/r; {_CURVATURE}",
+}
+
+_DEGENERATE = (
+    "Whether du × dv vanishes, as at a pole: normals and curvatures there are limits, taken along "
+    "the line that leads straight inwards."
+)
+_PRINCIPAL = f"Principal curvatures [k1, k2], k1 ≥ k2; {_CURVATURE}"
+
+_PATCH = {
+    "surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]},
+    "uv": [[0, 0], [0.5, 0.25]],
+    "derivatives": 2,
+}
+_REQUESTS: Json = {
+    "patch": {"summary": "Two points of a patch, and how it bends there", "value": _PATCH},
+    "patches": {
+        "summary": "The middle of each of two patches",
+        "value": {
+            "surface": {
+                "type": "patches",
+                "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1], [2, 0, 0], [2, 1, 0]],
+                "patches": [[[0, 1], [2, 3]], [[2, 3], [4, 5]]],
+            },
+            "uv": [[0.5, 0.5], [0.5, 0.5]],
+            "patch": [0, 1],
+        },
+    },
+}
+
+
+def post_points() -> Json:
+    """POST /v1/points."""
+    return {
+        "operationId": "queryPoints",
+        "tags": ["points"],
+        "summary": "Points of a surface, with derivatives and curvatures",
+        "description": "Evaluates the surface at the parameters given, in float64, and answers in "
+        "columns: row k of each belongs to pair k of `uv`.",
+        "requestBody": {
+            "required": True,
+            "content": {
+                "application/json": {"schema": ref("PointsRequest"), "examples": _REQUESTS}
+            },
+        },
+        "responses": {
+            "200": {
+                "description": "The points.",
+                "content": {
+                    "application/json": {
+                        "schema": ref("Points"),
+                        "examples": {"patch": {"value": _answer()}},
+                    }
+                },
+            },
+            **problems(
+                "MalformedJson",
+                "BodyTooSlow",
+                "BodyTooLarge",
+                "UnsupportedMediaType",
+                "InvalidRequest",
+                "InternalError",
+            ),
+        },
+    }
+
+
+def points_schema() -> Json:
+    """What is answered: the columns that the order of derivatives brings."""
+    properties: Json = {}
+    for name, width in (column for columns in COLUMNS for column in columns):
+        if width == 0:
+            properties[name] = _column({"type": "boolean"}, _DEGENERATE)
+        elif name in _VECTORS:
+            properties[name] = _column(_row({"type": "number"}, width), _VECTORS[name])
+        elif width > 1:
+            properties[name] = _column(_row({"type": ["number", "null"]}, width), _PRINCIPAL)
+        else:
+            properties[name] = _column({"type": ["number", "null"]}, _NUMBERS[name])
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": ["positions"],
+        "description": "Points of a surface in columns, float64, a row for every pair of `uv`.",
+    }
+
+
+def _column(items: Json, description: str) -> Json:
+    return {"type": "array", "items": items, "description": description}
+
+
+def _row(items: Json, width: int) -> Json:
+    return {"type": "array", "items": items, "minItems": width, "maxItems": width}
+
+
+@cache
+def _answer() -> Any:
+    wanted = points_request(_PATCH, DocumentLimits())
+    work = plan_points(wanted.to_surface(), wanted.uv, wanted.patch, wanted.derivatives)
+    return orjson.loads(work.run())

@@ -1,0 +1,19 @@
+"""Queried points as one JSON object: a list for every column, a row for every point."""
+
+from service.encoders.text import FLOAT64_CHARS, json_text
+from service.engine.points import COLUMNS, Columns
+
+
+def encode(columns: Columns) -> bytes:
+    """The JSON document, UTF-8; numbers in the fewest digits that read back the same.
+
+    What is not finite has no JSON number and becomes null.
+    """
+    return json_text(dict(columns))
+
+
+def byte_bound(count: int, order: int) -> int:
+    """Bytes at most of so many points up to an order of derivatives."""
+    widths = [width for names in COLUMNS[: order + 1] for _, width in names]
+    row = sum(width * (FLOAT64_CHARS + 1) + 2 if width else len("false,") for width in widths)
+    return count * row + 32 * len(widths)

@@ -1,0 +1,68 @@
+"""Gaussian, mean and principal curvatures from first and second partials.
+
+The second form is taken with the unit normal n along S_u × S_v: S_uu · n, S_uv · n, S_vv · n. So a
+curvature is positive where the surface bends towards its normal, and a sphere of radius r whose
+normals point outwards has K = 1/r² and H = −1/r.
+
+References
+----------
+do Carmo, Differential Geometry of Curves and Surfaces, section 3.3.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.engine.vectors import cross
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Curvatures:
+    """At m parameters, shapes (m,); NaN where a limit is infinite or there is none.
+
+    gaussian : K = k_1 k_2
+    mean : H = (k_1 + k_2)/2
+    larger, smaller : the principal curvatures k_1 ≥ k_2
+    """
+
+    gaussian: FloatArray
+    mean: FloatArray
+    larger: FloatArray
+    smaller: FloatArray
+
+
+def regular_curvatures(partials: FloatArray, normals: FloatArray) -> FloatArray:
+    """K, H, k_1, k_2 from the second form in an orthonormal frame: (4, m).
+
+    With e_1 along S_u and e_2 = n × e_1 the form has the matrix (a b; b c), and
+
+        K = a c − b²,  H = (a + c)/2,  k = H ± √(((a − c)/2)² + b²)
+
+    where, unlike in H² − K, nothing cancels at umbilics. Not finite where S_u × S_v vanishes.
+
+    Parameters
+    ----------
+    partials : ndarray of float64, shape (6, m, 3)
+    normals : ndarray of float64, shape (m, 3)
+    """
+    _, du, dv, duu, duv, dvv = partials
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        length_u, length_v = (np.linalg.norm(d, axis=1)[:, np.newaxis] for d in (du, dv))
+        along_u, along_v = du / length_u, dv / length_v
+        cosine = _dot(along_u, along_v)
+        sine = np.linalg.norm(cross(along_u, along_v), axis=1)
+        # Dividing twice: the product of two lengths may underflow where neither does.
+        a = _dot(duu / length_u / length_u, normals)
+        f = _dot(duv / length_u / length_v, normals)
+        g = _dot(dvv / length_v / length_v, normals)
+        b = (f - cosine * a) / sine
+        c = (g - cosine * (f + sine * b)) / (sine * sine)
+        mean = (a + c) / 2
+        spread = np.hypot((a - c) / 2, b)
+        return np.stack([a * c - b * b, mean, mean + spread, mean - spread])
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    product: FloatArray = np.einsum("mk,mk->m", a, b)
+    return product

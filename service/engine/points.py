@@ -1,0 +1,74 @@
+"""Everything that can be asked about single points of a model, in columns."""
+
+from collections.abc import Mapping
+from typing import TypeAlias
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray
+from service.engine.differential import jets
+from service.engine.places import Places
+from service.surface.lowered import PatchModel
+
+Column: TypeAlias = FloatArray | Bools
+Columns: TypeAlias = Mapping[str, Column]
+
+COLUMNS: tuple[tuple[tuple[str, int], ...], ...] = (
+    (("positions", 3),),
+    (("du", 3), ("dv", 3), ("normals", 3), ("degenerate", 0)),
+    (
+        ("duu", 3),
+        ("duv", 3),
+        ("dvv", 3),
+        ("gaussian_curvature", 1),
+        ("mean_curvature", 1),
+        ("principal_curvatures", 2),
+    ),
+)
+"""What comes with each order of derivatives, and how many numbers a point has there; 0 is a truth
+value."""
+
+
+def points(model: PatchModel, places: Places, order: int) -> Columns:
+    """The columns up to an order of derivatives, one row a place, float64.
+
+    Partials are those with respect to the parameters of the surface: ∂/∂u = (1/width) ∂/∂local.
+    Curvatures are NaN where their limit at a pole is infinite or does not exist.
+    """
+    count = len(places.patch)
+    columns: dict[str, Column] = {
+        name: _empty(count, width) for names in COLUMNS[: order + 1] for name, width in names
+    }
+    first = 0
+    for batch in model.batches:
+        here = (places.patch >= first) & (places.patch < first + batch.count)
+        rows = np.flatnonzero(here)
+        if len(rows):
+            u, v = places.local[rows].T
+            found = jets(batch, places.patch[rows] - first, u, v, order)
+            wu, wv = places.widths[rows].T[:, :, np.newaxis]
+            columns["positions"][rows] = found.partials[0]
+            if found.normals is not None and found.degenerate is not None:
+                columns["du"][rows] = found.partials[1] / wu
+                columns["dv"][rows] = found.partials[2] / wv
+                columns["normals"][rows] = found.normals
+                columns["degenerate"][rows] = found.degenerate
+            if (curvatures := found.curvatures) is not None:
+                columns["duu"][rows] = found.partials[3] / wu / wu
+                columns["duv"][rows] = found.partials[4] / wu / wv
+                columns["dvv"][rows] = found.partials[5] / wv / wv
+                columns["gaussian_curvature"][rows] = curvatures.gaussian
+                columns["mean_curvature"][rows] = curvatures.mean
+                columns["principal_curvatures"][rows, 0] = curvatures.larger
+                columns["principal_curvatures"][rows, 1] = curvatures.smaller
+        first += batch.count
+    for column in columns.values():
+        if column.dtype != np.bool_:
+            np.add(column, 0.0, out=column)  # people read these numbers: −0 becomes 0
+    return columns
+
+
+def _empty(count: int, width: int) -> Column:
+    if width == 0:
+        return np.empty(count, dtype=bool)
+    return np.empty(count if width == 1 else (count, width))

@@ -1,0 +1,138 @@
+"""Truncated power series whose coefficients know how far they may be off.
+
+Where a quotient takes the form 0/0 its limit is the quotient of the lowest coefficients that do not
+vanish, and only a bound of the rounding can tell a coefficient that vanishes from a small one.
+"""
+
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.bases.bernstein import binomials
+
+ROUNDING = 2.0**-50
+"""What one operation may add to the error, relative to its operands: an ulp, generously."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Series:
+    """a_0 + a_1 s + … + a_{T−1} s^{T−1}, many at a time.
+
+    Attributes
+    ----------
+    terms : ndarray of float64, shape (…, T)
+    errors : ndarray of float64, shape (…, T)
+        Bounds of how far the terms are off.
+    """
+
+    terms: FloatArray
+    errors: FloatArray
+
+    def axes(self, chosen: slice | list[int]) -> "Series":
+        """Some of the coordinates of vectors (m, d, T)."""
+        return Series(self.terms[:, chosen], self.errors[:, chosen])
+
+    def __add__(self, other: "Series") -> "Series":
+        """The sum, term by term."""
+        terms = self.terms + other.terms
+        return Series(terms, self.errors + other.errors + ROUNDING * np.abs(terms))
+
+    def __sub__(self, other: "Series") -> "Series":
+        """The difference, term by term."""
+        terms = self.terms - other.terms
+        return Series(terms, self.errors + other.errors + ROUNDING * np.abs(terms))
+
+    def __mul__(self, other: "Series") -> "Series":
+        """Cauchy product: c_k = Σ_i a_i b_{k−i}."""
+        size, most = np.abs(self.terms), np.abs(other.terms)
+        errors = _product(size + self.errors, other.errors + ROUNDING * most)
+        errors += _product(self.errors, most)
+        return Series(_product(self.terms, other.terms), errors)
+
+    def __truediv__(self, other: "Series") -> "Series":
+        """The quotient by a series that begins with a positive number, far from zero.
+
+            q_k = (a_k − Σ_{i=1}^k b_i q_{k−i}) / b_0
+
+        Every error passes on through all later terms.
+        """
+        terms, errors = np.array(self.terms), np.array(self.errors)
+        begin = other.terms[..., 0]
+        for k in range(terms.shape[-1]):
+            for i in range(1, k + 1):
+                b, q = other.terms[..., i], terms[..., k - i]
+                terms[..., k] -= b * q
+                errors[..., k] += np.abs(b) * (errors[..., k - i] + ROUNDING * np.abs(q))
+                errors[..., k] += other.errors[..., i] * np.abs(q)
+            terms[..., k] /= begin
+            errors[..., k] /= begin
+            errors[..., k] += (ROUNDING + other.errors[..., 0] / begin) * np.abs(terms[..., k])
+        return Series(terms, errors)
+
+    def times(self, factor: float) -> "Series":
+        """The series times a whole number."""
+        return Series(self.terms * factor, self.errors * abs(factor))
+
+    def first(self) -> FloatArray:
+        """Order of the first term that surely does not vanish, T if none does: shape (…)."""
+        large = np.abs(self.terms) > self.errors
+        order: FloatArray = np.where(
+            large.any(axis=-1), large.argmax(axis=-1), large.shape[-1]
+        ).astype(np.float64)
+        return order
+
+    def tail(self, order: FloatArray, s: FloatArray | float) -> tuple[FloatArray, FloatArray]:
+        """What is left of each series from its own order on, over s^order; and its error.
+
+            Σ_{j ≥ order} a_j s^{j−order}
+
+        NaN beyond the last term. The error counts the last term once more, for those cut off.
+        """
+        place = np.arange(self.terms.shape[-1]) - order[..., np.newaxis]
+        powers = np.where(place >= 0, np.asarray(s)[..., np.newaxis] ** np.maximum(place, 0), 0.0)
+        beyond = order >= self.terms.shape[-1]
+        value = np.where(beyond, np.nan, (self.terms * powers).sum(axis=-1))
+        error = (self.errors * powers).sum(axis=-1) + np.abs(self.terms * powers)[..., -1]
+        return value, np.where(beyond, np.nan, error)
+
+
+def taylor(coefficients: FloatArray, count: int) -> Series:
+    """Polynomials in the Bernstein basis (…, n+1) as series of so many terms about t = 0.
+
+        a_k = C(n, k) Δ^k b_0
+
+    A difference of order k is a sum of 2^k coefficients, each of them as exact as the largest.
+    """
+    degree = coefficients.shape[-1] - 1
+    terms = np.zeros((*coefficients.shape[:-1], count))
+    errors = np.zeros(terms.shape)
+    largest = np.abs(coefficients).max(axis=-1)
+    difference = coefficients
+    for k in range(min(degree + 1, count)):
+        factor = float(binomials(degree)[k])
+        terms[..., k] = factor * difference[..., 0]
+        errors[..., k] = factor * 2.0**k * ROUNDING * largest
+        difference = np.diff(difference, axis=-1)
+    return Series(terms, errors)
+
+
+def dot(a: Series, b: Series) -> Series:
+    """Scalar product of vectors (m, 3, T) of series: (m, T)."""
+    products = a * b
+    first, second, third = (Series(products.terms[:, k], products.errors[:, k]) for k in range(3))
+    return first + second + third
+
+
+def cross(a: Series, b: Series) -> Series:
+    """Cross product of vectors (m, 3, T) of series."""
+    return a.axes([1, 2, 0]) * b.axes([2, 0, 1]) - a.axes([2, 0, 1]) * b.axes([1, 2, 0])
+
+
+def _product(a: FloatArray, b: FloatArray) -> FloatArray:
+    count = a.shape[-1]
+    result = np.zeros(np.broadcast_shapes(a.shape, b.shape))
+    for i in range(count):
+        result[..., i:] += a[..., i, np.newaxis] * b[..., : count - i]
+    return cast(FloatArray, result)

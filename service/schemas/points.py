@@ -1,0 +1,84 @@
+"""A query as a document says it: a surface, and parameters at which to look at it."""
+
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, ValidationError, WithJsonSchema, WrapValidator
+from pydantic_core.core_schema import ValidatorFunctionWrapHandler
+
+from service.bases.arrays import FloatArray, Ints
+from service.schemas.arrays import MAX_INDEX, NumberGrid, index_too_large
+from service.schemas.document import DocumentLimits
+from service.schemas.fields import StrictModel
+from service.schemas.refusals import invalid_request, refusal, wrong_type
+from service.schemas.request import surface_of
+from service.schemas.surfaces import SurfaceDefinition
+from service.surface import Surface
+
+UV = NumberGrid(
+    ("points", "parameters"), width=2, width_rule="A point of a surface has two parameters [u, v]."
+)
+NUMBERS = NumberGrid(("patch numbers",), whole=True)
+
+
+def _one_or_many(value: object, handler: ValidatorFunctionWrapHandler) -> Any:
+    """A whole number stands for all points."""
+    if type(value) is int:
+        if abs(value) > MAX_INDEX:
+            raise refusal([((), index_too_large())])
+        return np.array(value, dtype=np.int64)
+    if not isinstance(value, list):
+        raise refusal([((), wrong_type(value, "a whole number or a list of them"))])
+    return handler(value)
+
+
+_INDEX = {"type": "integer", "minimum": 0}
+
+PatchChoice = Annotated[
+    Ints | None,
+    NUMBERS,
+    WrapValidator(_one_or_many),
+    WithJsonSchema({"oneOf": [_INDEX, {"type": "array", "items": _INDEX, "minItems": 1}]}),
+]
+
+
+class PointsRequest(StrictModel):
+    """Parameters at which a surface is evaluated, and what shall be told of each point."""
+
+    surface: SurfaceDefinition = Field(description="The surface, by its control points.")
+    uv: Annotated[FloatArray, UV] = Field(
+        description="Parameters [u, v], one pair a point, within the surface's own domain: from 0 "
+        "to 1 for a patch. At a knot the span that begins there counts, at the end the last one.",
+        examples=[[[0.5, 0.5], [0, 1]]],
+    )
+    patch: PatchChoice = Field(
+        default=None,
+        description="Where the surface is a list of patches, the number (from 0, in the order of "
+        "the request) of the patch on which the points lie, or one number for every point. Needed "
+        "where there are several patches, and only there.",
+        examples=[0],
+    )
+    derivatives: Annotated[int, Field(ge=0, le=2)] = Field(
+        default=1,
+        description="Order of the partials. 0 answers `positions` alone; 1 adds `du`, `dv`, "
+        "`normals` and `degenerate`; 2 adds `duu`, `duv`, `dvv` and the curvatures.",
+        examples=[2],
+    )
+
+    def to_surface(self) -> Surface:
+        """The surface itself; raises `InvalidRequest` with pointers into the whole request."""
+        return surface_of(self.surface)
+
+
+def points_request(document: object, limits: DocumentLimits) -> PointsRequest:
+    """The query that a JSON document makes.
+
+    Raises
+    ------
+    InvalidRequest
+        With pointers into the document.
+    """
+    try:
+        return PointsRequest.model_validate(document, context=limits)
+    except ValidationError as error:
+        raise invalid_request(error) from None

@@ -1,0 +1,148 @@
+"""POST /v1/points."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.api.app import create_app
+from service.encoders import json_points
+from service.engine.points import COLUMNS
+from service.settings import Settings
+from tests.api.client import Client, client_of
+from tests.api.hostile import HOSTILE, QUERIES, Hostile
+
+NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
+JSON = {"Content-Type": "application/json"}
+
+
+def ask(client: Client, **fields: Any) -> Any:
+    answer = client.post("/v1/points", {"surface": {"control_net": NET}, **fields})
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["content-type"] == "application/json"
+    return answer.json()
+
+
+def test_saddle_in_closed_form(client: Client) -> None:
+    """z = uv at (0, 0) and (0, 1)."""
+    found = ask(client, uv=[[0, 0], [0, 1]], derivatives=2)
+    half = math.sqrt(0.5)
+    normals, curvatures = [[0.0, 0.0, 1.0], [-half, 0.0, half]], [[1.0, -1.0], [0.5, -0.5]]
+    assert found["positions"] == [[0, 0, 0], [0, 1, 0]]
+    assert found["du"] == [[1, 0, 0], [1, 0, 1]]
+    assert found["dv"] == [[0, 1, 0], [0, 1, 0]]
+    assert found["duv"] == [[0, 0, 1], [0, 0, 1]]
+    assert found["duu"] == found["dvv"] == [[0, 0, 0], [0, 0, 0]]
+    np.testing.assert_allclose(found["normals"], normals, atol=1e-15)
+    np.testing.assert_allclose(found["gaussian_curvature"], [-1.0, -0.25], atol=1e-15)
+    np.testing.assert_allclose(found["mean_curvature"], [0, 0], atol=1e-15)
+    np.testing.assert_allclose(found["principal_curvatures"], curvatures, atol=1e-15)
+    assert found["degenerate"] == [False, False]
+
+
+def test_columns_come_with_the_order_of_derivatives(client: Client) -> None:
+    names = [[name for name, _ in columns] for columns in COLUMNS]
+    assert list(ask(client, uv=[[0, 0]], derivatives=0)) == names[0]
+    assert list(ask(client, uv=[[0, 0]])) == names[0] + names[1]
+    assert list(ask(client, uv=[[0, 0]], derivatives=2)) == names[0] + names[1] + names[2]
+
+
+def test_zero_has_no_sign(client: Client) -> None:
+    answer = client.post("/v1/points", {"surface": {"control_net": NET}, "uv": [[0.5, 0]]})
+    assert answer.json()["normals"][0][1] < 0
+    assert "-0.0]" not in answer.text
+    assert "-0.0," not in answer.text
+
+
+def test_poles_of_an_example(client: Client) -> None:
+    """A definition that the service gives is taken; the pole is flagged, its limits are told."""
+    sphere = client.get("/v1/surfaces/sphere").json()["surface"]
+    query = {"surface": sphere, "uv": [[0.3, 0], [0.3, 0.5]], "patch": [0, 0], "derivatives": 2}
+    found = client.post("/v1/points", query).json()
+    assert found["degenerate"] == [True, False]
+    assert found["positions"][0] == [0, 0, -1]
+    np.testing.assert_allclose(found["normals"][0], [0, 0, -1], atol=1e-15)
+    np.testing.assert_allclose(found["gaussian_curvature"], [1, 1], atol=1e-9)
+    np.testing.assert_allclose(found["mean_curvature"], [-1, -1], atol=1e-9)
+    cone = client.get("/v1/surfaces/cone").json()["surface"]
+    query = {"surface": cone, "uv": [[0.3, 1]], "patch": 0, "derivatives": 2}
+    found = client.post("/v1/points", query).json()
+    assert found["mean_curvature"] == [None]
+    assert found["principal_curvatures"] == [[None, None]]
+
+
+def test_many_points_are_answered_in_their_order(client: Client) -> None:
+    """Beyond what is done on the event loop."""
+    uv = np.random.default_rng(2).random((3000, 2))
+    found = ask(client, uv=uv.tolist(), derivatives=2)
+    np.testing.assert_allclose(
+        found["positions"], np.stack([*uv.T, uv[:, 0] * uv[:, 1]], axis=1), atol=1e-15
+    )
+
+
+@pytest.mark.parametrize(
+    ("settings", "code"),
+    [
+        (Settings(max_points=9), "too_many_points"),
+        (Settings(max_response_bytes=1024), "too_many_bytes"),
+    ],
+)
+def test_limits(settings: Settings, code: str) -> None:
+    document = {"surface": {"control_net": NET}, "uv": [[0.5, 0.5]] * 10, "derivatives": 2}
+    with client_of(create_app(settings)) as client:
+        answer = client.post("/v1/points", document)
+        assert answer.status_code == 422
+        assert answer.json()["code"] == "result_too_large"
+        error = answer.json()["errors"][0]
+        assert (error["code"], error["pointer"]) == (code, "/uv")
+        document = {"surface": {"control_net": NET}, "uv": [[0.5, 0.5]]}
+        assert client.post("/v1/points", document).status_code == 200
+
+
+def test_points_may_be_more_than_control_points() -> None:
+    """The budget of a body counts both."""
+    document = {"surface": {"control_net": NET}, "uv": [[0.5, 0.5]] * 2000, "derivatives": 0}
+    with client_of(create_app(Settings(max_control_points=4))) as client:
+        assert client.post("/v1/points", document).status_code == 200
+    with client_of(create_app(Settings(max_control_points=4, max_points=200))) as client:
+        answer = client.post("/v1/points", document | {"uv": [[0.5, 0.5]] * 4000})
+        assert answer.json()["errors"][0]["code"] == "too_many_values"
+        assert "200 points" in answer.json()["errors"][0]["needed"]
+
+
+def test_the_bound_holds_for_the_longest_numbers(client: Client) -> None:
+    tiny = [[[-1.2345678901234567e-101 * (i + j), 0.1 * j, i / 7] for j in (1, 2)] for i in (1, 3)]
+    uv = np.random.default_rng(4).random((50, 2)).tolist()
+    for order in (0, 1, 2):
+        document = {"surface": {"control_net": tiny}, "uv": uv, "derivatives": order}
+        content = client.post("/v1/points", document).content
+        assert len(content) <= json_points.byte_bound(50, order)
+
+
+def test_a_query_has_no_parameters(client: Client) -> None:
+    answer = client.post("/v1/points?format=glb", {"surface": {"control_net": NET}, "uv": [[0, 0]]})
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["parameter"] == "format"
+
+
+@pytest.mark.parametrize("case", QUERIES, ids=lambda case: case.name)
+def test_hostile_query_is_refused(client: Client, case: Hostile) -> None:
+    answer = client.request("POST", "/v1/points", case.chunks(), JSON)
+    assert answer.status_code == case.status
+    error = answer.json()["errors"][0]
+    assert (error["code"], error["pointer"]) == (case.code, case.pointer)
+    assert len(answer.content) < 20_000
+
+
+def test_what_is_no_surface_is_refused_here_as_well(client: Client) -> None:
+    """The same surfaces as at /v1/mesh, with the same words."""
+    checked = 0
+    for case in HOSTILE:
+        body = case.build() if not case.name.startswith("long") else b""
+        if case.pointer.startswith("/surface/") and body.endswith(b"}}") and case.status == 422:
+            checked += 1
+            query = body[:-1] + b',"uv":[[0,0]],"patch":0}'
+            errors = client.request("POST", "/v1/points", query, JSON).json()["errors"]
+            assert (case.code, case.pointer) in [(e["code"], e["pointer"]) for e in errors]
+    assert checked > 100
