@@ -81,7 +81,8 @@ def with_overlays(mesh: Mesh) -> Mesh:
 
 def carrying(mesh: Mesh, opacity: bool = False) -> Mesh:
     """The mesh with colours by position, a temperature, and a flow of six numbers."""
-    share = (mesh.positions - mesh.positions.min(axis=0)) / np.ptp(mesh.positions, axis=0)
+    size = np.ptp(mesh.positions, axis=0)
+    share = (mesh.positions - mesh.positions.min(axis=0)) / np.where(size > 0, size, 1)
     # From dark to light, through both branches of sRGB.
     colors = np.round(share, 3) * [1.0, 0.5, 0.05]
     if opacity:

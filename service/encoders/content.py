@@ -4,6 +4,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.engine.mesh import Mesh, MeshReport, Overlay
+from service.engine.near import leaders
 from service.errors import Issue, UnsupportedByFormat
 
 
@@ -31,6 +32,25 @@ def shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray]:
     first = mesh.welds == np.arange(len(mesh.welds), dtype=np.uint32)
     row = np.cumsum(first, dtype=np.uint32) - np.uint32(1)
     return positions[first], row[mesh.welds]
+
+
+def colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, IndexArray]:
+    """The same for formats in which a position has its colour beside it.
+
+    Returns
+    -------
+    positions : ndarray of float64, shape (W, 3)
+        One position has as many rows as it has colours.
+    colors : ndarray, shape (W, 3) or (W, 4), or None
+    rows : ndarray of uint32, shape (V,)
+    """
+    if mesh.colors is None or mesh.welds is None:
+        positions, row = shared_positions(mesh)
+        return positions, mesh.colors, row
+    leader = leaders(mesh.welds.astype(np.intp), mesh.colors, 0.0)
+    first = leader == np.arange(len(leader))
+    row = np.cumsum(first, dtype=np.uint32) - np.uint32(1)
+    return absolute(mesh.positions[first], mesh), mesh.colors[first], row[leader]
 
 
 def drawn(overlays: tuple[Overlay, ...]) -> tuple[Overlay, ...]:

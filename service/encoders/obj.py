@@ -2,25 +2,34 @@
 
 Written by us: trimesh writes triangles only, and would lose quads, lines and groups. OBJ indexes
 positions and normals separately, so vertices that differ in their normal alone share a position:
-the surface stays closed, and its creases sharp. Indices start at 1.
+the surface stays closed, and its creases sharp. Indices start at 1. Colours stand behind the
+position, `v x y z r g b`, sRGB from 0 to 1: not in the format's first description, but Blender,
+MeshLab and trimesh read them. There is no place for opacity.
 """
 
 from itertools import chain
 
 import numpy as np
 
-from service.bases.arrays import IndexArray
-from service.encoders.content import absolute, drawn, shared_positions
+from service.bases.arrays import FloatArray, IndexArray, RealArray
+from service.encoders.content import absolute, colored_positions, drawn
 from service.encoders.format import EncodeOptions, MeshSize
-from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, digits, json_array, rows
+from service.encoders.text import (
+    FLOAT32_CHARS,
+    FLOAT64_CHARS,
+    digits,
+    joined_rows,
+    json_array,
+    rows,
+)
 from service.engine.mesh import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     """The OBJ file, UTF-8: one object, a group for each part, an object for each overlay."""
-    positions, row = shared_positions(mesh)
+    positions, colors, row = colored_positions(mesh)
     own = np.arange(len(row), dtype=np.uint32)
-    chunks = [b"o " + _identifier(mesh.name) + b"\n", rows(positions, b"v ")]
+    chunks = [b"o " + _identifier(mesh.name) + b"\n", _vertices(positions, colors)]
     indices, separator = [row], b"/"
     if mesh.uvs is not None:
         chunks.append(rows(mesh.uvs.astype(np.float32, copy=False), b"vt "))
@@ -51,11 +60,12 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     """Bytes at most: normals and parameters counted."""
+    color = 3 * (FLOAT32_CHARS + 1) if size.colors else 0
     index = digits(size.vertices + size.overlay_points) + 1
     position = 2 + 3 * (FLOAT64_CHARS + 1)
     vertex = position + 3 + 3 * (FLOAT32_CHARS + 1) + 3 + 2 * (FLOAT32_CHARS + 1)
     return (
-        size.vertices * vertex
+        size.vertices * (vertex + color)
         + size.triangles * (2 + 3 * 3 * index)
         + size.quads * (2 + 4 * 3 * index)
         + size.overlay_points * position
@@ -63,6 +73,13 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + (size.named + 1) * len("o _\n")
         + size.name_bytes
     )
+
+
+def _vertices(positions: FloatArray, colors: RealArray | None) -> bytes:
+    """Lines `v x y z`, or `v x y z r g b`."""
+    if colors is None:
+        return rows(positions, b"v ")
+    return joined_rows(positions, colors[:, :3].astype(np.float32, copy=False), start=b"v ")
 
 
 def _faces(corners: IndexArray, faces: IndexArray, separator: bytes) -> bytes:

@@ -2,24 +2,27 @@
 
 Written by us: trimesh writes triangles only and a fixed number of decimals, so that it would lose
 quads, and the digits of small or large models. OFF has no normals here (few readers know NOFF),
-so vertices that differ in their normal alone are one: a closed surface stays closed. The faces are
-the quads, then the triangles.
+so vertices that differ in their normal alone are one: a closed surface stays closed. Colours make
+it a COFF: red, green, blue and opacity, from 0 to 1, behind every position. The faces are the
+quads, then the triangles.
 """
 
-from service.encoders.content import shared_positions
+from service.encoders.colors import with_opacity
+from service.encoders.content import colored_positions
 from service.encoders.format import EncodeOptions, MeshSize
-from service.encoders.text import FLOAT64_CHARS, digits, rows
+from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, digits, joined_rows, rows
 from service.engine.mesh import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     """The OFF file, ASCII: header, counts (of edges: 0, not told), vertices, faces."""
-    positions, row = shared_positions(mesh)
-    counts = f"OFF\n{len(positions)} {len(mesh.quads) + len(mesh.triangles)} 0\n"
+    positions, colors, row = colored_positions(mesh)
+    counts = f"{len(positions)} {len(mesh.quads) + len(mesh.triangles)} 0\n".encode()
     return b"".join(
         (
-            counts.encode(),
-            rows(positions),
+            b"OFF\n" if colors is None else b"COFF\n",
+            counts,
+            rows(positions) if colors is None else joined_rows(positions, with_opacity(colors)),
             rows(row[mesh.quads], b"4 "),
             rows(row[mesh.triangles], b"3 "),
         )
@@ -29,10 +32,11 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     """Bytes at most, every number at its longest."""
     index = digits(size.vertices) + 1
+    color = 4 * (FLOAT32_CHARS + 1) if size.colors else 0
     header = 16 + 2 * digits(size.vertices + size.triangles + size.quads)
     return (
         header
-        + size.vertices * 3 * (FLOAT64_CHARS + 1)
+        + size.vertices * (3 * (FLOAT64_CHARS + 1) + color)
         + size.triangles * (2 + 3 * index)
         + size.quads * (2 + 4 * index)
     )

@@ -9,6 +9,11 @@ Three of its four forms are written from a mesh; the exact one, `bez`, from patc
 - `mesh`: one grid of vertices a patch, with normals and all digits, in fewer bytes.
 - `off`: shared vertices, with normals and all digits, and faces: for meshes that are not grids.
 
+Colours are those of the vertices, red, green, blue and opacity, always four; texture coordinates
+have a place in `mesh` and `off`. In OOGL's order a vertex is its position, its normal, its colour,
+its texture coordinates, though the letter U of a MESH stands before C and N, and so does the ST of
+an OFF.
+
 Overlays follow in the same list: one SKEL for each cell of a control net in `cquad`, and one SKEL
 of segments otherwise.
 
@@ -22,7 +27,8 @@ from itertools import chain
 
 import numpy as np
 
-from service.bases.arrays import IndexArray
+from service.bases.arrays import IndexArray, RealArray
+from service.encoders.colors import with_opacity
 from service.encoders.content import absolute, drawn
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import (
@@ -67,17 +73,26 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
-    """Bytes at most of the form asked for, normals counted; of the larger default where none is."""
+    """Bytes at most of the form asked for, normals and parameters counted.
+
+    Where no form is asked for, of the larger default.
+    """
     index = digits(size.vertices + size.triangles + size.quads) + 1
-    vertex = 3 * (FLOAT64_CHARS + 1) + 3 * (FLOAT32_CHARS + 1)
+    vertex = 3 * (FLOAT64_CHARS + 1) + 5 * (FLOAT32_CHARS + 1) + len(" 0.0")
+    corners = 4 * 2 * (FLOAT64_CHARS + 1)
+    color = 8
+    if size.colors:
+        vertex += 4 * (FLOAT32_CHARS + 1)
+        corners += 4 * 4 * (FLOAT64_CHARS + 1)
+        color = 4 * (SEED_CHARS + 1)
     bounds = {
         # A patch has fewer quads than samples.
-        "cquad": size.vertices * 4 * (3 * (SEED_CHARS + 1) + 8),
+        "cquad": size.vertices * 4 * (3 * (SEED_CHARS + 1) + color),
         "mesh": size.vertices * vertex + size.patches * (2 * index + 16),
         "off": size.vertices * vertex
         + size.triangles * (2 + 3 * index)
         + size.quads * (2 + 4 * index),
-        "bez": size.control_points * 4 * (FLOAT64_CHARS + 1) + size.patches * 32,
+        "bez": size.control_points * 4 * (FLOAT64_CHARS + 1) + size.patches * (32 + corners),
     }
     form = bounds[options.oogl] if options.oogl else max(bounds["cquad"], bounds["off"])
     return 64 + 3 * index + form + _overlay_bound(size)
@@ -96,15 +111,17 @@ def skeleton(overlay: Overlay, mesh: Mesh | None = None) -> bytes:
 
 def _cquad(mesh: Mesh) -> Iterator[bytes]:
     """One CQUAD of the quads of all grids; a block of rows at a time bounds the memory."""
-    positions = absolute(mesh.positions, mesh)
-    template = SEED_POINT + " 1 1 1 1"
+    vertices, template = absolute(mesh.positions, mesh), SEED_POINT + " 1 1 1 1"
+    if mesh.colors is not None:
+        vertices = np.hstack((vertices, with_opacity(mesh.colors)))
+        template = SEED_POINT + " %g %g %g %g"
     yield b"{ = CQUAD\n"
     for grid in chain.from_iterable(mesh.grids):
         width = grid.shape[1]
         step = max(1, BLOCK // width)
         for first in range(0, len(grid) - 1, step):
             block = grid[first : first + step + 1]
-            lines = general_lines(positions[block.ravel()], template)
+            lines = general_lines(vertices[block.ravel()], template)
             for start in range(0, len(lines) - width, width):
                 near = lines[start : start + width]
                 far = lines[start + width : start + 2 * width]
@@ -128,7 +145,7 @@ def _seed_overlays(mesh: Mesh) -> Iterator[bytes]:
 def _meshes(mesh: Mesh) -> Iterator[bytes]:
     """One NMESH (MESH without normals) a patch, in which u runs fastest."""
     for grid in chain.from_iterable(mesh.grids):
-        prefix, vertices = _vertices(mesh, grid.T.ravel())
+        prefix, vertices = _vertices(mesh, grid.T.ravel(), "U")
         yield f"{{ = {prefix}MESH {grid.shape[0]} {grid.shape[1]}\n".encode()
         yield vertices
         yield b"}\n"
@@ -136,7 +153,7 @@ def _meshes(mesh: Mesh) -> Iterator[bytes]:
 
 def _off(mesh: Mesh) -> Iterator[bytes]:
     """One NOFF (OFF without normals): the number of edges must be there and is not used."""
-    prefix, vertices = _vertices(mesh, slice(None))
+    prefix, vertices = _vertices(mesh, slice(None), "ST")
     faces = len(mesh.quads) + len(mesh.triangles)
     yield f"{{ = {prefix}OFF {len(mesh.positions)} {faces} 0\n".encode()
     yield vertices
@@ -145,12 +162,24 @@ def _off(mesh: Mesh) -> Iterator[bytes]:
     yield b"}\n"
 
 
-def _vertices(mesh: Mesh, chosen: IndexArray | slice) -> tuple[str, bytes]:
-    """Lines of the chosen vertices, positions and then normals, and the letter announcing them."""
-    positions = absolute(mesh.positions[chosen], mesh)
-    if mesh.normals is None:
-        return "", rows(positions)
-    return "N", joined_rows(positions, mesh.normals[chosen].astype(np.float32, copy=False))
+def _vertices(mesh: Mesh, chosen: IndexArray | slice, texture: str) -> tuple[str, bytes]:
+    """Lines of the chosen vertices, and the letters announcing what is behind the positions.
+
+    Texture coordinates are announced by `texture`: `ST`, two numbers, or `U`, three.
+    """
+    columns: list[RealArray] = [absolute(mesh.positions[chosen], mesh)]
+    prefix = ""
+    if mesh.normals is not None:
+        prefix = "N"
+        columns.append(mesh.normals[chosen].astype(np.float32, copy=False))
+    if mesh.colors is not None:
+        prefix = "C" + prefix
+        columns.append(with_opacity(mesh.colors[chosen]))
+    if mesh.uvs is not None:
+        prefix = texture + prefix
+        uvs = mesh.uvs[chosen].astype(np.float32, copy=False)
+        columns.append(np.pad(uvs, ((0, 0), (0, 1))) if texture == "U" else uvs)
+    return prefix, joined_rows(*columns)
 
 
 def _overlays(mesh: Mesh) -> Iterator[bytes]:

@@ -2,7 +2,9 @@
 
 Geomview's BEZ takes tensor-product patches of degree up to 12, polynomial or rational. A B-spline
 comes lowered; a triangle of degree n as the patch of degree (n, n) that it is, one side of it a
-point. Control points run u fastest; rational ones are homogeneous, (wx, wy, wz, w).
+point. Control points run u fastest; rational ones are homogeneous, (wx, wy, wz, w). Of texture
+coordinates and colours BEZ has those at the four corners of a patch, between which the program
+that draws it blends: the whole of a net of degree (1, 1), less of others.
 
 References
 ----------
@@ -13,12 +15,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from service.bases.arrays import RealArray
 from service.encoders.content import drawn
 from service.encoders.oogl import skeleton
 from service.encoders.text import rows
 from service.engine.mesh import Overlay
 from service.errors import Issue, UnsupportedByFormat
-from service.surface.lowered import Patches, PatchModel, TrianglePatches
+from service.surface.lowered import Patches, PatchModel, TensorPatches, TrianglePatches
+from service.surface.sides import corners_of
 
 HIGHEST_DEGREE = 12
 """What Geomview's BEZ reads."""
@@ -63,6 +67,28 @@ def _bez(batch: Patches) -> Iterator[bytes]:
         weights = batch.weights[..., np.newaxis]
         points = np.concatenate((points * weights, weights), axis=-1)
     dimension = points.shape[-1]
-    yield f"{{ = BEZ {p} {q} {dimension}\n".encode()
-    yield rows(points.swapaxes(1, 2).reshape(-1, dimension))
+    nets = points.swapaxes(1, 2).reshape(batch.count, -1, dimension)
+    prefix, corners = _corners(batch)
+    yield f"{{ = {prefix}BEZ {p} {q} {dimension}\n".encode()
+    if corners:
+        for k, net in enumerate(nets):
+            yield rows(net)
+            yield from (rows(values[k]) for values in corners)
+    else:
+        yield rows(nets.reshape(-1, dimension))
     yield b"}\n"
+
+
+def _corners(batch: TensorPatches) -> tuple[str, list[RealArray]]:
+    """Texture coordinates and colours (P, 4, d) at the corners (0, 0) (1, 0) (0, 1) (1, 1)."""
+    found = {channel.kind: corners_of(channel.nets)[:, [0, 2, 1, 3]] for channel in batch.channels}
+    prefix, corners = "", list[RealArray]()
+    if "uvs" in found:
+        prefix += "ST"
+        corners.append(found["uvs"])
+    if "colors" in found:
+        prefix += "C"
+        colors = found["colors"]
+        opaque = np.ones((batch.count, 4, 4 - colors.shape[-1]))
+        corners.append(np.concatenate((colors, opaque), axis=-1))
+    return prefix, corners

@@ -2,19 +2,24 @@
 
 Written by us: trimesh writes float32 positions and triangles only, so that it would lose half the
 digits, and quads. The faces are the quads, then the triangles. Coordinates are `double`, the rest
-`float`; parameters are called `s` and `t`, as Blender and MeshLab do.
+`float`; parameters are called `s` and `t`, as Blender and MeshLab do. Colours are bytes of sRGB,
+`red`, `green`, `blue` and, if they have an opacity, `alpha`: what every reader knows. The attribute
+`heat` is the property `_heat`, one of several numbers `_heat_0`, `_heat_1` and so on.
 """
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from service.bases.arrays import IndexArray
+from service.encoders.colors import in_bytes
 from service.encoders.content import absolute
 from service.encoders.format import EncodeOptions, MeshSize
 from service.engine.mesh import Mesh
 
 HEADER_BYTES = 512
-"""More than the longest header: 14 lines, and two counts."""
+"""More than the longest header without attributes: 18 lines, and two counts."""
+
+COLORS = ("red", "green", "blue", "alpha")
 
 VERTEX_BYTES = 3 * 8 + 3 * 4 + 2 * 4
 
@@ -29,12 +34,17 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
         fields += _columns(("nx", "ny", "nz"), mesh.normals)
     if mesh.uvs is not None:
         fields += _columns(("s", "t"), mesh.uvs)
+    if mesh.colors is not None:
+        columns = in_bytes(mesh.colors).T
+        fields += [(n, "u1", c) for n, c in zip(COLORS[: len(columns)], columns, strict=True)]
+    for name, values in mesh.attributes:
+        fields += _columns(_properties(name, values.shape[1]), values)
 
     vertices = np.empty(len(mesh.positions), dtype=[(name, kind) for name, kind, _ in fields])
     for name, _, column in fields:
         vertices[name] = column
 
-    scalar = {"<f8": "double", "<f4": "float"}
+    scalar = {"<f8": "double", "<f4": "float", "u1": "uchar"}
     header = [
         "ply",
         "format binary_little_endian 1.0",
@@ -51,12 +61,21 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     """Bytes at most: normals and parameters counted."""
+    named = [property_ for name, d in size.attributes for property_ in _properties(name, d)]
     return (
         HEADER_BYTES
-        + size.vertices * VERTEX_BYTES
+        + sum(len("property float \n") + len(property_) for property_ in named)
+        + size.vertices * (VERTEX_BYTES + size.colors + 4 * len(named))
         + size.triangles * (1 + 3 * 4)
         + size.quads * (1 + 4 * 4)
     )
+
+
+def _properties(name: str, dimension: int) -> tuple[str, ...]:
+    """Names of the columns of an attribute; no property of PLY's own begins like them."""
+    if dimension == 1:
+        return (f"_{name}",)
+    return tuple(f"_{name}_{k}" for k in range(dimension))
 
 
 def _columns(

@@ -62,6 +62,7 @@ FORMATS: tuple[Format, ...] = (
         encode=oogl.encode,
         byte_bound=oogl.byte_bound,
         encode_exact=encode_patches,
+        carries=frozenset({"colors", "uvs"}),
     ),
     Format(
         name="stl",
@@ -84,7 +85,7 @@ FORMATS: tuple[Format, ...] = (
         overlays=True,
         encode=obj.encode,
         byte_bound=obj.byte_bound,
-        carries=frozenset({"uvs"}),
+        carries=frozenset({"colors", "uvs"}),
     ),
     Format(
         name="ply",
@@ -96,7 +97,7 @@ FORMATS: tuple[Format, ...] = (
         overlays=False,
         encode=ply.encode,
         byte_bound=ply.byte_bound,
-        carries=frozenset({"uvs"}),
+        carries=EVERYTHING,
     ),
     Format(
         name="off",
@@ -108,6 +109,7 @@ FORMATS: tuple[Format, ...] = (
         overlays=False,
         encode=off.encode,
         byte_bound=off.byte_bound,
+        carries=frozenset({"colors"}),
     ),
 )
 """In the order in which they are listed; texts are UTF-8."""

@@ -42,12 +42,14 @@ def rows(array: RealArray | IndexArray | NDArray[np.int64], start: bytes = b"") 
     return start + inside.replace(b"],[", b"\n" + start).replace(b",", b" ") + b"\n"
 
 
-def joined_rows(left: RealArray, right: RealArray) -> bytes:
-    """Lines of two arrays of as many rows side by side, each array in its own precision."""
-    if not len(left):
+def joined_rows(*arrays: RealArray, start: bytes = b"") -> bytes:
+    """Lines of arrays of as many rows side by side, each array in its own precision."""
+    if not len(arrays[0]):
         return b""
-    pairs = zip(rows(left).splitlines(), rows(right).splitlines(), strict=True)
-    return b"\n".join(map(b" ".join, pairs)) + b"\n"
+    first, *others = arrays
+    columns = (rows(first, start), *map(rows, others))
+    lines = zip(*(column.splitlines() for column in columns), strict=True)
+    return b"\n".join(map(b" ".join, lines)) + b"\n"
 
 
 def general_lines(array: RealArray, template: str) -> list[str]:

@@ -12,10 +12,14 @@ from tests.tools import program
 
 @dataclass(frozen=True)
 class Read:
-    """What Geomview made of a file: vertices as it stores them, float32, and faces."""
+    """What Geomview made of a file: vertices as it stores them, float32, and faces.
+
+    `colors`, red, green, blue and opacity, are None where it knows of none.
+    """
 
     vertices: NDArray[np.float64]
     faces: list[list[int]]
+    colors: NDArray[np.float64] | None
 
 
 def read_oogl(content: bytes, folder: Path) -> Read:
@@ -40,4 +44,4 @@ def _parse_off(text: str) -> Read:
     # A face may be followed by its colour: each stands on a line of its own.
     lines = [line.split() for line in text.strip().rstrip("}").splitlines() if line.strip()]
     loops = [[int(word) for word in line[1 : 1 + int(line[0])]] for line in lines[-faces:]]
-    return Read(table[:, :3], loops)
+    return Read(table[:, :3], loops, table[:, -4:] if "C" in keyword else None)

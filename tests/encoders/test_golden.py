@@ -11,7 +11,7 @@ import pytest
 from service.encoders import gltf
 from service.encoders.format import EncodeOptions, OoglForm
 from service.encoders.registry import BY_NAME
-from tests.meshes import silo, single, with_overlays
+from tests.meshes import carrying, silo, single, with_overlays
 
 FOLDER = Path(__file__).parents[1] / "golden"
 
@@ -29,12 +29,23 @@ FILES: dict[str, OoglForm | None] = {
     "silo.obj": None,
     "silo.ply": None,
     "silo.off": None,
+    "silo-colors.glb": None,
+    "silo-colors.gltf": None,
+    "silo-colors.json": None,
+    "silo-colors.oogl": None,
+    "silo-colors-mesh.oogl": "mesh",
+    "silo-colors-off.oogl": "off",
+    "silo-colors.obj": None,
+    "silo-colors.ply": None,
+    "silo-colors.off": None,
 }
 
 
 def content(file: str) -> bytes:
     known = BY_NAME[file.rpartition(".")[2]]
     mesh = with_overlays(silo(faces="quads" if known.quads else "triangles"))
+    if "colors" in file:
+        mesh = carrying(mesh)
     if known.single:
         mesh = single(mesh, (10.0, 0.0, 0.5), "z")
     return known.encode(mesh, EncodeOptions(FILES[file]))

@@ -8,7 +8,7 @@ import pytest
 from service.encoders import obj
 from service.encoders.format import EncodeOptions
 from service.engine.mesh import Mesh
-from tests.meshes import Faces, silo, single, with_overlays
+from tests.meshes import Faces, carrying, silo, single, with_overlays
 from tests.oracles.topology import topology
 
 
@@ -50,6 +50,35 @@ def test_each_corner_has_position_parameters_and_normal(faces: Faces) -> None:
             np.testing.assert_array_equal(v[a], mesh.positions[vertex])
             np.testing.assert_allclose(vt[b], mesh.uvs[vertex], rtol=1e-7)
             np.testing.assert_allclose(vn[c], mesh.normals[vertex], rtol=1e-7)
+
+
+def test_colors_stand_behind_positions() -> None:
+    """One position has one line, as its colour is one; the body stays closed by its indices."""
+    mesh = carrying(silo(5, 2), opacity=True)
+    assert mesh.colors is not None
+    found = records(mesh)
+    v = numbers(found, "v")
+    assert len(np.unique(v[:, :3], axis=0)) == len(v)
+    for face, vertices in zip(corners(found), mesh.triangles.tolist(), strict=True):
+        for (a, *_), vertex in zip(face, vertices, strict=True):
+            np.testing.assert_array_equal(v[a, :3], mesh.positions[vertex])
+            np.testing.assert_allclose(v[a, 3:], mesh.colors[vertex, :3], rtol=1e-7)
+    assert topology([[corner[0] for corner in face] for face in corners(found)]).watertight
+
+
+def test_a_position_of_two_colors_has_two_lines() -> None:
+    """Each vertex finds its own."""
+    mesh = silo(5, 2)
+    either = np.random.default_rng(2).integers(0, 2, (len(mesh.positions), 3)).astype(np.float64)
+    mesh = replace(mesh, colors=either)
+    found = records(mesh)
+    v = numbers(found, "v")
+    assert mesh.report.vertices > len(np.unique(v[:, :3], axis=0))
+    assert len(np.unique(v, axis=0)) == len(v) > len(np.unique(v[:, :3], axis=0))
+    assert mesh.colors is not None
+    for face, vertices in zip(corners(found), mesh.triangles.tolist(), strict=True):
+        for (a, *_), vertex in zip(face, vertices, strict=True):
+            np.testing.assert_array_equal(v[a], [*mesh.positions[vertex], *mesh.colors[vertex]])
 
 
 def test_positions_are_shared_across_creases() -> None:

@@ -11,7 +11,7 @@ from service.encoders.format import EncodeOptions, OoglForm
 from service.engine.mesh import Mesh
 from service.errors import UnsupportedByFormat
 from tests.clients.geomview import read_oogl
-from tests.meshes import Faces, sheet, silo, single, with_overlays, without_faces
+from tests.meshes import Faces, carrying, sheet, silo, single, with_overlays, without_faces
 
 FORMS: list[OoglForm] = ["cquad", "mesh", "off"]
 
@@ -103,7 +103,7 @@ def test_control_net_is_one_skeleton_a_cell_and_the_boundary_one_in_all() -> Non
 
 
 def test_mesh_form_runs_u_fastest() -> None:
-    mesh = silo(4, 2)
+    mesh = replace(silo(4, 2), uvs=None)
     assert mesh.normals is not None
     found = lines(encode(mesh, "mesh"))
     assert found[0] == "LIST"
@@ -119,13 +119,56 @@ def test_mesh_form_runs_u_fastest() -> None:
 
 
 def test_off_form_shares_vertices() -> None:
-    mesh = silo(faces="quads")
+    mesh = replace(silo(faces="quads"), uvs=None)
     found = lines(encode(mesh, "off"))
     assert found[1] == f"{{ = NOFF {len(mesh.positions)} 12 0"
     body = found[2 + len(mesh.positions) : -1]
     expected = [[4, *quad] for quad in mesh.quads.tolist()]
     expected += [[3, *triangle] for triangle in mesh.triangles.tolist()]
     assert [[int(x) for x in line.split()] for line in body] == expected
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("opacity", [False, True])
+def test_geomview_reads_the_colors(form: OoglForm, opacity: bool, tmp_path: Path) -> None:
+    mesh = carrying(silo(5, 3, "quads"), opacity)
+    assert mesh.colors is not None
+    read = read_oogl(encode(mesh, form), tmp_path)
+    assert read.colors is not None
+    four = np.ones((len(mesh.colors), 4))
+    four[:, : mesh.colors.shape[1]] = mesh.colors
+    own = np.hstack([mesh.positions, four])
+    found = np.hstack([read.vertices, read.colors])
+    # Each of its vertices is one of ours, and none of ours is missing.
+    distance = np.abs(own[:, None] - found).max(axis=-1)
+    assert max(distance.min(axis=0).max(), distance.min(axis=1).max()) < 1e-5
+
+
+@pytest.mark.parametrize(("form", "prefix", "tail"), [("mesh", "UCN", [0.0]), ("off", "STCN", [])])
+def test_a_vertex_is_position_normal_color_texture(
+    form: OoglForm, prefix: str, tail: list[float], tmp_path: Path
+) -> None:
+    mesh = carrying(sheet(3))
+    assert mesh.normals is not None
+    assert mesh.uvs is not None
+    assert mesh.colors is not None
+    content = encode(mesh, form)
+    found = lines(content)
+    assert found[1].startswith(f"{{ = {prefix}{form.upper()} ")
+    order = mesh.grids[0][0].T.ravel() if form == "mesh" else np.arange(16)
+    for line, k in zip(found[2:18], order.tolist(), strict=True):
+        color = [*mesh.colors[k].tolist(), 1.0]
+        expected = [*mesh.positions[k], *mesh.normals[k], *color, *mesh.uvs[k], *tail]
+        np.testing.assert_allclose([float(x) for x in line.split()], expected, rtol=1e-7)
+    assert len(read_oogl(content, tmp_path).faces) == (9 if form == "mesh" else 18)
+
+
+def test_seed_form_has_six_digits_of_every_color() -> None:
+    mesh = carrying(sheet(2), opacity=True)
+    assert mesh.colors is not None
+    assert lines(encode(mesh, "cquad"))[2] == "{:g} {:g} {:g} {:g} {:g} {:g} {:g}".format(
+        *mesh.positions[0], *mesh.colors[0]
+    )
 
 
 def test_the_default_is_the_seed_form_where_there_are_grids() -> None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from service.encoders.oogl_patches import encode_patches
 from service.errors import UnsupportedByFormat
-from service.surface.lowered import Part, PatchModel, TensorPatches
+from service.surface.lowered import Channel, Part, PatchModel, TensorPatches
 from tests.clients.geomview import read_oogl
 from tests.meshes import boundary, control_net
 
@@ -83,6 +83,46 @@ def test_batches_and_overlays_stand_in_one_list(tmp_path: Path) -> None:
     assert content.count(b"BEZ") == 2
     assert content.count(b"SKEL") == 2
     assert len(read_oogl(content, tmp_path).vertices) >= 5 * DICE * DICE
+
+
+def test_corners_have_their_colors(tmp_path: Path) -> None:
+    """A net of degree (1, 1) is all that BEZ can say: Geomview's colours are then the surface's."""
+    colors = np.random.default_rng(6).random((2, 2, 2, 4))
+    points = net(2, 1, patches=2)
+    points[1] += 9
+    batch = TensorPatches(points, channels=(Channel("colors", "colors", colors),))
+    content = encode_patches(model(batch))
+    assert content.startswith(b"LIST\n{ = CBEZ 2 1 3\n")
+    read = read_oogl(content, tmp_path)
+    assert read.colors is not None
+    t = np.arange(DICE) / (DICE - 1)
+    pairs = [(u, v) for v in t for u in t]
+    expected = np.array(
+        [
+            [*de_casteljau(de_casteljau(n, u), v), *de_casteljau(de_casteljau(c, u), v)]
+            for n, c in zip(points, colors, strict=True)
+            for u, v in pairs
+        ]
+    )
+    found = np.hstack([read.vertices, read.colors])
+    distance = np.abs(expected[:, None] - found).max(axis=-1)
+    assert max(distance.min(axis=0).max(), distance.min(axis=1).max()) < 2e-5
+
+
+def test_corners_have_texture_coordinates_before_colors(tmp_path: Path) -> None:
+    uvs = np.arange(16.0).reshape(1, 2, 4, 2)
+    colors = np.linspace(0, 1, 18).reshape(1, 3, 2, 3)
+    channels = (Channel("uvs", "uvs", uvs), Channel("colors", "colors", colors))
+    rational = quarter_cylinder()
+    batch = TensorPatches(rational.points, rational.weights, channels)
+    content = encode_patches(model(batch))
+    head, *body, tail = content.decode().splitlines()[1:]
+    assert (head, tail) == ("{ = STCBEZ 2 1 4", "}")
+    corners = [(0, 0), (-1, 0), (0, -1), (-1, -1)]
+    rows = [[float(x) for x in line.split()] for line in body[6:]]
+    assert rows[:4] == [uvs[0, i, j].tolist() for i, j in corners]
+    assert rows[4:] == [[*colors[0, i, j].tolist(), 1.0] for i, j in corners]
+    assert len(read_oogl(content, tmp_path).vertices) == DICE * DICE
 
 
 @pytest.mark.parametrize("degree", [(13, 1), (1, 13)])

@@ -8,9 +8,9 @@ import pytest
 from service.encoders import ply
 from service.encoders.format import EncodeOptions
 from service.engine.mesh import Mesh
-from tests.meshes import Faces, silo
+from tests.meshes import Faces, carrying, silo
 
-SCALARS = {"double": "<f8", "float": "<f4"}
+SCALARS = {"double": "<f8", "float": "<f4", "uchar": "u1"}
 
 
 def read(mesh: Mesh) -> tuple[np.ndarray, list[list[int]]]:
@@ -43,6 +43,23 @@ def test_faces_and_columns(faces: Faces) -> None:
     columns = np.hstack((mesh.positions, mesh.normals, mesh.uvs)).T
     for name, column in zip(("x", "y", "z", "nx", "ny", "nz", "s", "t"), columns, strict=True):
         np.testing.assert_array_equal(table[name], column.astype(table.dtype[name]))
+
+
+@pytest.mark.parametrize("opacity", [False, True])
+def test_colors_are_bytes_and_attributes_properties(opacity: bool) -> None:
+    mesh = carrying(silo(5, 2), opacity)
+    assert mesh.colors is not None
+    table, loops = read(mesh)
+    assert len(loops) == len(mesh.triangles)
+    names = ("red", "green", "blue", "alpha")[: mesh.colors.shape[1]]
+    for name, column in zip(names, mesh.colors.T, strict=True):
+        assert table.dtype[name] == np.uint8
+        assert np.abs(table[name] / 255 - column).max() <= 0.5 / 255 + 1e-12
+    (_, temperature), (_, flow) = mesh.attributes
+    np.testing.assert_array_equal(table["_temperature"], temperature[:, 0].astype(np.float32))
+    for k in range(6):
+        np.testing.assert_array_equal(table[f"_flow_{k}"], flow[:, k].astype(np.float32))
+    assert ("alpha" in (table.dtype.names or ())) == opacity
 
 
 def test_what_is_not_there_has_no_column() -> None:

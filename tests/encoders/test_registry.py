@@ -7,7 +7,8 @@ import pytest
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import BY_NAME, BY_SUFFIX, FORMATS
 from service.errors import UnsupportedByFormat
-from tests.meshes import silo, single, with_overlays, without_faces
+from service.surface.lowered import ChannelKind
+from tests.meshes import carrying, silo, single, with_overlays, without_faces
 
 each_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.name)
 
@@ -45,6 +46,21 @@ def test_overlays_are_written_where_they_are_said_to_be(known: Format) -> None:
     bare, decorated = silo(), with_overlays(silo())
     differ = known.encode(bare, EncodeOptions()) != known.encode(decorated, EncodeOptions())
     assert differ == known.overlays
+
+
+@each_format
+@pytest.mark.parametrize("kind", ["colors", "uvs", "attribute"])
+def test_channels_are_written_where_they_are_said_to_be(known: Format, kind: ChannelKind) -> None:
+    """OOGL in the form that has a place for most."""
+    options = EncodeOptions("off")
+    full = carrying(silo())
+    lacking = {
+        "colors": replace(full, colors=None),
+        "uvs": replace(full, uvs=None),
+        "attribute": replace(full, attributes=()),
+    }
+    differ = known.encode(full, options) != known.encode(lacking[kind], options)
+    assert differ == (kind in known.carries)
 
 
 @each_format

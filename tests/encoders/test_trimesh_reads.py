@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from trimesh.visual import ColorVisuals
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.mesh import Mesh
-from tests.meshes import Faces, sheet, silo, single, with_overlays
+from tests.meshes import Faces, carrying, sheet, silo, single, with_overlays
 
 SIDES, ROWS = 12, 3
 AREA = SIDES / 2 * np.sin(2 * np.pi / SIDES)
@@ -87,6 +88,35 @@ def test_obj_lines_disturb_nobody() -> None:
     loaded = read(with_overlays(body("obj")), "obj", process=True, merge_norm=True, merge_tex=True)
     assert len(loaded.faces) == len(silo(SIDES, ROWS).triangles)
     assert loaded.volume == pytest.approx(VOLUME, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["obj", "ply"])
+@pytest.mark.parametrize("opacity", [False, True])
+def test_colors_arrive(name: str, opacity: bool) -> None:
+    """As bytes of sRGB, where trimesh reads them; OBJ has no opacity."""
+    mesh = carrying(body(name), opacity and name == "ply")
+    loaded = read(mesh, name, process=False)
+    assert isinstance(loaded.visual, ColorVisuals)
+    assert loaded.visual.kind == "vertex"
+    assert mesh.colors is not None
+    four = np.ones((len(mesh.colors), 4))
+    four[:, : mesh.colors.shape[1]] = mesh.colors
+    found = loaded.visual.vertex_colors[loaded.faces].astype(int)
+    np.testing.assert_allclose(found, 255 * four[mesh.triangles], atol=1)
+
+
+def test_colored_off_is_read_and_closed() -> None:
+    """Trimesh passes over the colours."""
+    loaded = read(carrying(body("off"), opacity=True), "off", process=False)
+    assert loaded.is_watertight
+    assert loaded.volume == pytest.approx(VOLUME, rel=1e-6)
+
+
+def test_ply_attributes_arrive() -> None:
+    mesh = carrying(body("ply"))
+    loaded = read(mesh, "ply", process=False)
+    found = loaded.metadata["_ply_raw"]["vertex"]["data"]["_temperature"]
+    np.testing.assert_array_equal(found.ravel(), mesh.attributes[0][1].ravel().astype(np.float32))
 
 
 @pytest.mark.parametrize("name", ["stl", "obj", "ply", "off"])
