@@ -8,6 +8,13 @@ from pydantic import BeforeValidator, Field, PlainValidator, ValidationInfo, Wit
 from service.bases.arrays import FloatArray
 from service.errors import Issue
 from service.schemas.arrays import KNOTS, SPLINE_NET, SPLINE_WEIGHTS
+from service.schemas.channels import (
+    SplineAttributes,
+    SplineColors,
+    SplineUvs,
+    channels,
+    define_channels,
+)
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import NameField, StrictModel, UpField
 from service.schemas.refusals import refusal, wrong_type
@@ -131,13 +138,17 @@ class BsplineDefinition(StrictModel):
         "surface is polynomial.",
         examples=[[[1, 1, 1, 1], [1, 2, 2, 1], [1, 2, 2, 1], [1, 1, 1, 1]]],
     )
+    colors: SplineColors = None
+    uvs: SplineUvs = None
+    attributes: SplineAttributes = Field(default_factory=dict)
     up: UpField = "y"
     name: NameField = "surface"
 
     def to_surface(self) -> BsplineSurface:
         """The surface itself; raises `InvalidRequest` with pointers relative to it."""
+        carried = channels(self.colors, self.uvs, self.attributes)
         return BsplineSurface(
-            self.control_net, self.degree, self.knots, self.weights, self.up, self.name
+            self.control_net, self.degree, self.knots, self.weights, self.up, self.name, carried
         )
 
 
@@ -151,4 +162,5 @@ def define(surface: BsplineSurface) -> dict[str, Any]:
     }
     if surface.weights is not None:
         content["weights"] = surface.weights
+    content |= define_channels(surface.channels)
     return content | {"up": surface.up, "name": surface.name}

@@ -30,6 +30,11 @@ def _net(numbers: str, **more: Any) -> NumberGrid:
     )
 
 
+def _spline_net(numbers: str, **more: Any) -> NumberGrid:
+    """The same, or a net as large as that of a spline."""
+    return NumberGrid(("rows", "values", numbers), point_levels=2, **more)
+
+
 def _per_vertex(numbers: str, **more: Any) -> NumberGrid:
     """One value a vertex."""
     return NumberGrid(("values", numbers), point_levels=1, **more)
@@ -74,6 +79,11 @@ _ATTRIBUTES_TEXT = (
 _NET_TEXT = (
     " Rows along u as in the control net; the net has a degree of its own, from 0 (one value)."
 )
+_SPLINE_TEXT = (
+    " Rows along u as in the control net. A net of as many rows and columns as the control net is "
+    "a spline of the same degree and knots; any other is one Bézier net over the whole domain, of "
+    "a degree of its own, from 0 (one value)."
+)
 _VERTEX_TEXT = " One value for every vertex, blended over the patches as the vertices are."
 
 NetColors: TypeAlias = Annotated[
@@ -94,6 +104,27 @@ NetAttributes: TypeAlias = Annotated[
     *_ATTRIBUTES,
     Field(
         description=_ATTRIBUTES_TEXT + _NET_TEXT,
+        examples=[{"temperature": [[[20], [20]], [[35], [60]]]}],
+    ),
+]
+SplineColors: TypeAlias = Annotated[
+    FloatArray | None,
+    _spline_net("numbers", documented=_COLOR),
+    Field(
+        description="Colours. " + _COLORS_TEXT + _SPLINE_TEXT,
+        examples=[[[[0.8, 0.1, 0.1], [0.9, 0.9, 0.2]], [[0.1, 0.2, 0.8], [0.2, 0.8, 0.3]]]],
+    ),
+]
+SplineUvs: TypeAlias = Annotated[
+    FloatArray | None,
+    _spline_net("numbers", width=2, width_rule=_TWO),
+    Field(description=_UVS_TEXT + _SPLINE_TEXT, examples=[[[[0, 0], [0, 2]], [[1, 0], [1, 2]]]]),
+]
+SplineAttributes: TypeAlias = Annotated[
+    dict[str, Annotated[FloatArray, _spline_net("numbers", documented=_VALUE)]],
+    *_ATTRIBUTES,
+    Field(
+        description=_ATTRIBUTES_TEXT + _SPLINE_TEXT,
         examples=[{"temperature": [[[20], [20]], [[35], [60]]]}],
     ),
 ]

@@ -7,6 +7,8 @@ import numpy as np
 from service.bases import knots as bases
 from service.bases.arrays import FloatArray
 from service.bases.extraction import bezier_points
+from service.bases.restriction import restricted
+from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import check_up, checked_points, checked_weights
 from service.surface.knots import (
     Knots,
@@ -44,6 +46,10 @@ class BsplineSurface:
         The model's vertical axis.
     name : str
         Name of the part and of its glTF node.
+    channels : Channels
+        Colours, texture coordinates and attributes. A net of the control net's rows and columns is
+        a function in the surface's own degree and knots; any other is one Bézier net over the whole
+        domain.
 
     Raises
     ------
@@ -61,6 +67,7 @@ class BsplineSurface:
     weights: FloatArray | None = None
     up: Up = "y"
     name: str = "surface"
+    channels: Channels = NO_CHANNELS
 
     def __post_init__(self) -> None:
         points = checked_points(self.control_net, "control_net", axes=3)
@@ -76,6 +83,7 @@ class BsplineSurface:
         check_bezier_points(self.knot_vectors, self.degree, "/control_net")
         if self.weights is not None:
             object.__setattr__(self, "weights", checked_weights(self.weights, counts))
+        self._check_channels()
         check_up(self.up)
 
     @property
@@ -90,13 +98,29 @@ class BsplineSurface:
         """One Bézier patch a span, the control points that spans share computed once."""
         (p, q), (knots_u, knots_v) = self.degree, self.knot_vectors
         domain = Domain(bases.breaks(knots_u, p), bases.breaks(knots_v, q))
-        rows, columns = len(domain.u) - 1, len(domain.v) - 1
         weights = None
         # Equal weights cancel.
         if self.weights is not None and self.weights.min() < self.weights.max():
-            weights = self._wrapped(self.weights)
-        lines, heavy = bezier_points(self._wrapped(self.control_net), knots_u, p, weights)
-        points = np.empty((rows, columns, p + 1, q + 1, 3))
+            weights = self.weights
+        points, loads = self._nets(self.control_net, weights)
+        channels = self.channels.lower(
+            lambda net: (
+                self._nets(net)[0] if self._own(net) else restricted(net, domain.u, domain.v)
+            )
+        )
+        batch = TensorPatches(points, loads, channels)
+        part = Part(self.name, 0, batch.count)
+        return PatchModel(self.name, (batch,), (part,), self.up, domain)
+
+    def _nets(
+        self, net: FloatArray, weights: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray | None]:
+        """Bézier nets (P, p+1, q+1, d), and weights, of what the control points or others say."""
+        (p, q), (knots_u, knots_v) = self.degree, self.knot_vectors
+        rows, columns = len(bases.spans(knots_u, p)), len(bases.spans(knots_v, q))
+        loads = None if weights is None else self._wrapped(weights)
+        lines, heavy = bezier_points(self._wrapped(net), knots_u, p, loads)
+        points = np.empty((rows, columns, p + 1, q + 1, net.shape[-1]))
         loads = None if heavy is None else np.empty(points.shape[:-1])
         step = max(1, BLOCK_POINTS // ((p + 1) * columns * (q + 1)))
         for first in range(0, rows, step):
@@ -111,12 +135,21 @@ class BsplineSurface:
                     None if loads is None else np.moveaxis(loads[block], (1, 3), (0, 1)),
                 ),
             )
-        batch = TensorPatches(
-            points.reshape(-1, p + 1, q + 1, 3),
+        return (
+            points.reshape(-1, p + 1, q + 1, net.shape[-1]),
             None if loads is None else loads.reshape(-1, p + 1, q + 1),
         )
-        part = Part(self.name, 0, batch.count)
-        return PatchModel(self.name, (batch,), (part,), self.up, domain)
+
+    def _own(self, net: FloatArray) -> bool:
+        """Whether the net of a channel has the form of the control net."""
+        return net.shape[:2] == self.control_net.shape[:2]
+
+    def _check_channels(self) -> None:
+        """Refuses nets of absurd degree, and those that would take too much memory."""
+        rows, columns = (
+            len(bases.spans(u, p)) for u, p in zip(self.knot_vectors, self.degree, strict=True)
+        )
+        self.channels.check_spans(self.control_net.shape[:2], self.degree, (rows, columns))
 
     def _wrapped(self, net: FloatArray) -> FloatArray:
         """A net over the control points, continued along periodic directions."""

@@ -81,22 +81,30 @@ class Channels:
         for name, net in self.attributes:
             yield name, "attribute", pointer(("attributes", name)), net
 
-    def check_nets(self, patches: int = 1) -> None:
-        """Refuses what is no grid of values, or of absurd degree; `patches` share every net."""
+    def check_nets(self) -> None:
+        """Refuses what is no grid of values, or of absurd degree."""
         for _, _, where, net in self.each():
-            if net.ndim != 3:
-                raise InvalidRequest(_wrong_axes(where, net, "rows of values"))
-            if max(net.shape[:2]) - 1 > MAX_DEGREE:
-                raise InvalidRequest(
-                    Issue(
-                        "degree_too_high",
-                        "A net of r × c values is one function of degree r − 1 by c − 1.",
-                        where,
-                        f"degree {net.shape[0] - 1} × {net.shape[1] - 1}",
-                        f"degrees up to {MAX_DEGREE}",
-                    )
-                )
-            _check_numbers(where, patches * net.size)
+            _check_grid(where, net)
+            _check_degree(where, net)
+
+    def check_spans(
+        self, own: tuple[int, ...], degree: tuple[int, int], spans: tuple[int, int]
+    ) -> None:
+        """The same for nets over all spans of a spline.
+
+        A net of `own` rows and columns is a spline of this degree itself, and may be larger.
+        """
+        patches = spans[0] * spans[1]
+        for _, _, where, net in self.each():
+            _check_grid(where, net)
+            if net.shape[:2] == own:
+                size = (degree[0] + 1) * (degree[1] + 1) * net.shape[2]
+                _check_numbers(where, patches * size)
+                continue
+            _check_degree(where, net)
+            # Nets of all patches, and what leads to them.
+            operators = (n * rows**2 for n, rows in zip(spans, net.shape[:2], strict=True))
+            _check_numbers(where, max(patches * net.size, *operators))
 
     def check_per_vertex(self, vertices: int, indices: int) -> None:
         """Refuses what has not one value for each vertex; the patches index so many in all."""
@@ -220,6 +228,24 @@ def _clash(name: str, got: str) -> Issue:
         got,
         "another name",
     )
+
+
+def _check_grid(where: str, net: FloatArray) -> None:
+    if net.ndim != 3:
+        raise InvalidRequest(_wrong_axes(where, net, "rows of values"))
+
+
+def _check_degree(where: str, net: FloatArray) -> None:
+    if max(net.shape[:2]) - 1 > MAX_DEGREE:
+        raise InvalidRequest(
+            Issue(
+                "degree_too_high",
+                "A net of r × c values is one function of degree r − 1 by c − 1.",
+                where,
+                f"degree {net.shape[0] - 1} × {net.shape[1] - 1}",
+                f"degrees up to {MAX_DEGREE}",
+            )
+        )
 
 
 def _check_numbers(where: str, count: int) -> None:

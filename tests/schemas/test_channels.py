@@ -18,6 +18,7 @@ PATCHES = {
     "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1]],
     "patches": [[[0, 1], [2, 3]]],
 }
+SPLINE = {"type": "bspline", "control_net": [[[i, j, i * j] for j in range(4)] for i in range(5)]}
 LIMITS = DocumentLimits(max_control_points=100)
 
 CARRIED: list[tuple[dict[str, Any], dict[str, Any]]] = [
@@ -25,6 +26,8 @@ CARRIED: list[tuple[dict[str, Any], dict[str, Any]]] = [
     (NET, {"attributes": {"t": [[[1], [2]], [[3], [4]]], "flow": [[[1, 2, 3, 4, 5]]]}}),
     (PATCHES, {"colors": [[1, 0, 0, 1]] * 4, "uvs": [[0, 0], [0, 1], [1, 0], [1, 1]]}),
     (PATCHES, {"attributes": {"t": [[1], [2], [3], [4]]}}),
+    (SPLINE, {"colors": [[[1, 0, j / 4] for j in range(4)] for i in range(5)]}),
+    (SPLINE, {"uvs": [[[0, 0], [0, 1]]], "attributes": {"t": [[[1], [2], [3]]]}}),
 ]
 
 

@@ -1,12 +1,18 @@
 """What a surface may carry beside its points, and what is refused at birth."""
 
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from service.engine.options import MeshOptions
+from service.engine.tessellate import tessellate
 from service.errors import InvalidRequest
 from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
 from service.surface.channels import (
     MAX_ATTRIBUTES,
     MAX_DIMENSION,
@@ -17,6 +23,8 @@ from service.surface.channels import (
 from service.surface.checks import MAX_DEGREE
 from service.surface.lowered import ChannelKind
 from service.surface.patches import PatchSurface
+from tests.oracles.exact import exact_net, surface_point
+from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
 
 SQUARE = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
 ONE = np.ones((1, 1, 1))
@@ -131,3 +139,109 @@ def test_only_some_channels() -> None:
     for kinds, names in cases:
         (batch,) = only_channels(model, frozenset(kinds)).batches
         assert [channel.name for channel in batch.channels] == names
+
+
+small_knots = knot_vectors(st.integers(1, 4), max_spans=3)
+
+
+def spline(u: KnotVector, v: KnotVector, channels: Channels, rational: bool) -> BsplineSurface:
+    net = points_for(u.points, 7, v.points)
+    weights = weights_for(u.points, 8, v.points) if rational else None
+    degree, knots = (u.degree, v.degree), (u.knots, v.knots)
+    return BsplineSurface(net, degree, knots, weights, channels=channels)
+
+
+@settings(max_examples=25, deadline=None)
+@given(small_knots, small_knots, st.booleans())
+def test_a_net_like_the_control_net_is_a_spline_like_the_surface(
+    u: KnotVector, v: KnotVector, rational: bool
+) -> None:
+    """The control points as an attribute are the points of the surface without weights."""
+    net = points_for(u.points, 7, v.points)
+    channels = Channels(attributes=(("place", net), ("wide", np.concatenate([net, net], axis=2))))
+    (batch,) = spline(u, v, channels, rational).lower().batches
+    (plain,) = spline(u, v, Channels(), rational=False).lower().batches
+    place, wide = (channel.nets for channel in batch.channels)
+    np.testing.assert_array_equal(place, plain.points)
+    np.testing.assert_array_equal(wide, np.concatenate([place, place], axis=3))
+
+
+@settings(max_examples=25, deadline=None)
+@given(small_knots, small_knots, st.data())
+def test_any_other_net_is_one_function_over_the_whole_domain(
+    u: KnotVector, v: KnotVector, data: st.DataObject
+) -> None:
+    """At every vertex, whose parameters the mesh tells, as de Casteljau has it exactly."""
+    shape = data.draw(st.tuples(st.integers(1, 6), st.integers(1, 6)))
+    if shape == (u.points, v.points):
+        shape = (7, 1)
+    net = np.random.default_rng(shape).random((*shape, 2))
+    model = spline(u, v, Channels(attributes=(("heat", net),)), rational=True).lower()
+    assert model.domain is not None
+    made = tessellate(model, MeshOptions((2, 2), uvs=True))
+    ((_, heat),) = made.attributes
+    assert made.uvs is not None
+    low = model.domain.u[0], model.domain.v[0]
+    high = model.domain.u[-1], model.domain.v[-1]
+    exact = exact_net(net)
+    for place, found in zip(made.uvs.tolist(), heat, strict=True):
+        t = [
+            (Fraction(x) - Fraction(float(a))) / (Fraction(float(b)) - Fraction(float(a)))
+            for x, a, b in zip(place, low, high, strict=True)
+        ]
+        right = surface_point(exact, min(t[0], Fraction(1)), min(t[1], Fraction(1)))
+        np.testing.assert_allclose(found, [float(x) for x in right], atol=1e-13)
+
+
+def ring(channels: Channels) -> BsplineSurface:
+    """A tube that closes along u, of four spans by one."""
+    angle = np.arange(4) * np.pi / 2
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    net = np.array([[[x, y, z] for z in (0.0, 1.0)] for x, y in circle])
+    return BsplineSurface(net, (3, 1), ("periodic", "clamped"), channels=channels)
+
+
+def test_interior_seams_weld_and_the_seam_of_a_texture_stays() -> None:
+    """Colours like the control net close with it; u runs from 0 to 1 and does not."""
+    colors = np.random.default_rng(5).random((4, 2, 3))
+    uvs = np.array([[[0.0, 0], [0, 1]], [[1, 0], [1, 1]]])
+    plain, colored, textured = (
+        tessellate(ring(channels).lower(), MeshOptions((4, 4)))
+        for channels in (Channels(), Channels(colors), Channels(colors, uvs))
+    )
+    assert len(plain.positions) == len(colored.positions) == 16 * 5
+    assert len(textured.positions) == 17 * 5
+    assert plain.report == colored.report == textured.report
+    assert textured.welds is not None
+    seam = np.flatnonzero(textured.welds != np.arange(85))
+    assert textured.uvs is not None
+    u = textured.uvs[seam, 0], textured.uvs[textured.welds[seam], 0]
+    assert {tuple(pair) for pair in np.stack(u, axis=1).tolist()} == {(1.0, 0.0)}
+
+
+def test_parameters_of_a_spline_weld_inside() -> None:
+    """And run over its own domain."""
+    made = tessellate(ring(Channels()).lower(), MeshOptions((4, 4), uvs=True))
+    assert len(made.positions) == 17 * 5
+    assert made.uvs is not None
+    assert sorted(set(made.uvs[:, 0])) == [k / 4 for k in range(17)]
+
+
+def test_spline_channels_are_limited() -> None:
+    """By degree where they are Bézier nets, by numbers always."""
+    random = np.random.default_rng(1)
+    net = random.random((MAX_DEGREE + 10, 4, 3))
+    assert BsplineSurface(net, channels=Channels(net)).lower().batches[0].channels
+    with pytest.raises(InvalidRequest) as caught:
+        BsplineSurface(net, channels=Channels(net[1:]))
+    assert caught.value.issues[0].code == "degree_too_high"
+    spans = 2100
+    for heat in (np.ones((64, 1, 1)), np.ones((64, 64, 1))):
+        with pytest.raises(InvalidRequest) as caught:
+            BsplineSurface(
+                random.random((spans + 1, 2, 3)),
+                (1, 1),
+                channels=Channels(attributes=(("h", heat),)),
+            )
+        (issue,) = caught.value.issues
+        assert (issue.code, issue.pointer) == ("too_many_values", "/attributes/h")

@@ -1,0 +1,68 @@
+"""Pieces of Bézier polynomials against exact de Casteljau."""
+
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.bases.restriction import restricted, restrictions
+from tests.oracles.exact import curve_point, exact_net, surface_point
+
+breaks_of = st.lists(st.integers(-20, 20), min_size=2, max_size=6, unique=True).map(
+    lambda numbers: np.array(sorted(numbers)) / 4
+)
+
+
+def blossom(points: list[tuple[Fraction, ...]], places: list[Fraction]) -> tuple[Fraction, ...]:
+    """De Casteljau with a parameter of its own at every step."""
+    for t in places:
+        points = [
+            tuple((1 - t) * x + t * y for x, y in zip(a, b, strict=True))
+            for a, b in pairwise(points)
+        ]
+    return points[0]
+
+
+@settings(max_examples=30)
+@given(st.integers(0, 12), breaks_of)
+def test_rows_are_blossoms(degree: int, breaks: np.ndarray) -> None:
+    rows = restrictions(degree, breaks)
+    unit = [tuple(Fraction(int(i == k)) for k in range(degree + 1)) for i in range(degree + 1)]
+    first, last = Fraction(breaks[0]), Fraction(breaks[-1])
+    t = [(Fraction(b) - first) / (last - first) for b in breaks]
+    for k, (s, e) in enumerate(pairwise(t)):
+        for j in range(degree + 1):
+            exact = [float(x) for x in blossom(unit, [s] * (degree - j) + [e] * j)]
+            np.testing.assert_allclose(rows[k, j], exact, rtol=1e-13, atol=1e-16)
+
+
+def test_high_degrees_keep_their_digits_and_meet() -> None:
+    rows = restrictions(64, np.array([0.0, 1e-3, 0.3, 0.5, 0.9, 1.0]))
+    assert rows.min() >= 0
+    np.testing.assert_allclose(rows.sum(axis=2), 1, rtol=1e-14)
+    np.testing.assert_array_equal(rows[1:, 0], rows[:-1, -1])
+    np.testing.assert_array_equal(rows[0, 0], np.eye(65)[0])
+    np.testing.assert_array_equal(rows[-1, -1], np.eye(65)[-1])
+
+
+def test_one_interval_is_all_of_it() -> None:
+    np.testing.assert_array_equal(restrictions(5, np.array([-3.0, 7.0])), np.eye(6)[np.newaxis])
+
+
+def test_cells_are_in_order_and_have_the_same_values() -> None:
+    net = np.random.default_rng(4).random((4, 3, 2))
+    u, v = np.array([0.0, 1.0, 4.0]), np.array([1.0, 2.0, 2.5, 3.0])
+    cells = restricted(net, u, v)
+    assert cells.shape == (6, 4, 3, 2)
+    whole = exact_net(net)
+    half = Fraction(1, 2)
+    for number, cell in enumerate(cells):
+        k, column = divmod(number, 3)
+        middle = (u[k] + u[k + 1]) / 8, ((v[column] + v[column + 1]) / 2 - 1) / 2
+        right = surface_point(whole, Fraction(middle[0]), Fraction(middle[1]))
+        found = surface_point(exact_net(cell), half, half)
+        np.testing.assert_allclose([float(x) for x in found], [float(x) for x in right], rtol=1e-14)
+    corner = curve_point([row[0] for row in whole], Fraction(1, 4))
+    np.testing.assert_allclose(cells[3, 0, 0], [float(x) for x in corner], rtol=1e-15)
