@@ -96,6 +96,8 @@ def _count(description: str) -> Json:
 
 _BOUND = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
 
+_CONTINUITY = ["C0", "G1", "C1"]
+
 _REPORT = _object(
     {
         "vertices": _count("Number of positions: one with several normals counts once."),
@@ -109,8 +111,31 @@ _REPORT = _object(
         },
         "boundary_edges": _count("Edges that only one face uses."),
         "poles_repaired": _count("Samples whose normal is a limit, since du × dv vanishes there."),
+        "closed_u": {
+            "type": "boolean",
+            "description": "Whether the surface closes along u: its last line is its first one. "
+            "Left out, as the next three, for several patches that are not one surface.",
+        },
+        "closed_v": {"type": "boolean", "description": "The same along v."},
+        "continuity_u": _text(
+            "There if it closes along u: whether it does so with one partial du (C1), with one "
+            "tangent plane (G1), or with neither (C0).",
+            enum=_CONTINUITY,
+        ),
+        "continuity_v": _text("The same along v.", enum=_CONTINUITY),
         "engine": {"type": "integer", "description": "Version of the numbers."},
     },
+    [
+        "vertices",
+        "triangles",
+        "quads",
+        "patches",
+        "bounds",
+        "watertight",
+        "boundary_edges",
+        "poles_repaired",
+        "engine",
+    ],
     description="What is known about a mesh.",
 )
 

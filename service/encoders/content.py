@@ -74,6 +74,11 @@ def refuse_quads(mesh: Mesh, title: str) -> None:
 
 def report_object(report: MeshReport) -> dict[str, object]:
     """The report as the JSON object that every format with a place for it carries."""
+    closed: dict[str, object] = {}
+    if report.closure is not None:
+        seams = {"u": report.closure.u, "v": report.closure.v}
+        closed = {f"closed_{name}": seam is not None for name, seam in seams.items()}
+        closed |= {f"continuity_{name}": seam for name, seam in seams.items() if seam is not None}
     return {
         "vertices": report.vertices,
         "triangles": report.triangles,
@@ -83,5 +88,6 @@ def report_object(report: MeshReport) -> dict[str, object]:
         "watertight": report.watertight,
         "boundary_edges": report.boundary_edges,
         "poles_repaired": report.poles_repaired,
+        **closed,
         "engine": report.engine,
     }

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
+from service.engine.closure import Closure
 from service.surface.lowered import Up
 
 ENGINE = 1
@@ -46,7 +47,9 @@ class MeshReport:
     `bounds_min` and `bounds_max` are those of the vertices as stored, in model coordinates.
     `boundary_edges` counts the edges that only one face uses; `watertight` means that every edge
     is used by exactly two. `poles_repaired` counts the samples at which du × dv vanishes and the
-    normal is a limit. `engine` is the version of the numbers (`ENGINE`).
+    normal is a limit. `closure` tells along which parameters the surface closes, and how smoothly;
+    it is there if the patches are pieces of one surface. `engine` is the version of the numbers
+    (`ENGINE`).
     """
 
     vertices: int
@@ -58,6 +61,7 @@ class MeshReport:
     watertight: bool
     boundary_edges: int
     poles_repaired: int
+    closure: Closure | None = None
     engine: int = ENGINE
 
 

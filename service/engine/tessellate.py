@@ -12,6 +12,7 @@ from service.bases import triangle
 from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
 from service.engine.borders import borders
 from service.engine.channels import agreeing, by_kind
+from service.engine.closure import closure
 from service.engine.extent import extent, local_origin
 from service.engine.join import join
 from service.engine.layout import Layout
@@ -74,6 +75,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
             watertight=watertight,
             boundary_edges=boundary,
             poles_repaired=rows.poles,
+            closure=closure(model),
         ),
         colors=colors,
         attributes=attributes,

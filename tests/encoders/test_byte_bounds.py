@@ -14,6 +14,7 @@ from service.encoders.oogl import byte_bound
 from service.encoders.oogl_patches import HIGHEST_DEGREE, encode_patches
 from service.encoders.registry import FORMATS
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, json_array
+from service.engine.closure import Closure
 from service.engine.mesh import Mesh
 from service.errors import UnsupportedByFormat
 from service.surface.lowered import Part, PatchModel, TensorPatches
@@ -69,7 +70,9 @@ def test_the_worst_numbers_fit(known: Format, patches: str) -> None:
     overlay = control_net()
     overlay = replace(overlay, positions=np.full_like(overlay.positions, AWKWARD), name="\x01" * 99)
     parts = tuple(replace(part, name="\x01" * 99) for part in mesh.parts)
+    report = replace(mesh.report, closure=Closure("C0", "C1"))
     mesh = replace(mesh, positions=awful, normals=awful_normals, parts=parts, name="\x01" * 99)
+    mesh = replace(mesh, report=report)
     mesh = replace(mesh, overlays=(overlay,), origin=np.full(3, AWKWARD))
     attributes = tuple(
         (f"{d:a<32}", np.full((len(awful), d), -1.1754943508222875e-38))
