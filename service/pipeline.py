@@ -6,12 +6,11 @@ HTTP, the command line and whatever else comes call these functions and nothing 
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from service.bases.arrays import FloatArray, Ints
 from service.encoders import json_points
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
-from service.engine.places import Places, locate
+from service.engine.places import Places, Query, locate
 from service.engine.points import points
 from service.engine.tessellate import overlays_of, predicted_size, tessellate
 from service.errors import Issue, TooLarge, UnsupportedByFormat
@@ -102,25 +101,19 @@ class PointsWork:
         return json_points.encode(points(self.model, self.places, self.order))
 
 
-def plan_points(
-    surface: Lowerable,
-    uv: FloatArray,
-    patch: Ints | None,
-    order: int,
-    limits: Limits = DEFAULT_LIMITS,
-) -> PointsWork:
-    """What is to be computed at parameters of a surface, up to an order of derivatives.
+def plan_points(surface: Lowerable, query: Query, limits: Limits = DEFAULT_LIMITS) -> PointsWork:
+    """What is to be computed at places of a surface.
 
     Raises
     ------
     InvalidRequest
-        Where a parameter lies outside the surface, or on no patch.
+        Where a place lies outside the surface, or on no patch.
     TooLarge
-        From the number of points alone.
+        From the number of places alone.
     """
-    _check_points(len(uv), order, limits)
+    _check_points(query, limits)
     model = surface.lower()
-    return PointsWork(model, locate(model, uv, patch), order)
+    return PointsWork(model, locate(model, query), query.order)
 
 
 def mesh(model: PatchModel, options: MeshOptions, fmt: Format) -> Mesh:
@@ -223,25 +216,26 @@ def _check_limits(size: MeshSize, fmt: Format, encode: EncodeOptions, limits: Li
         )
 
 
-def _check_points(count: int, order: int, limits: Limits) -> None:
+def _check_points(query: Query, limits: Limits) -> None:
     """Refuses queries of too many points."""
+    count = len(query.places)
     if count > limits.max_points:
         raise TooLarge(
             Issue(
                 "too_many_points",
                 "The query has more points than this service computes at once.",
-                "/uv",
+                f"/{query.field}",
                 f"{count} points",
                 f"at most {limits.max_points}",
             )
         )
-    most = json_points.byte_bound(count, order)
+    most = json_points.byte_bound(count, query.order)
     if most > limits.max_bytes:
         raise TooLarge(
             Issue(
                 "too_many_bytes",
                 "The answer could become too large.",
-                "/uv",
+                f"/{query.field}",
                 f"up to {most} bytes",
                 f"at most {limits.max_bytes}",
             )

@@ -65,7 +65,7 @@ def post_points() -> Json:
         "tags": ["points"],
         "summary": "Points of a surface, with derivatives and curvatures",
         "description": "Evaluates the surface at the parameters given, in float64, and answers in "
-        "columns: row k of each belongs to pair k of `uv`.",
+        "columns: row k of each belongs to place k of `uv` or `barycentric`.",
         "requestBody": {
             "required": True,
             "content": {
@@ -110,7 +110,7 @@ def points_schema() -> Json:
         "type": "object",
         "properties": properties,
         "required": ["positions"],
-        "description": "Points of a surface in columns, float64, a row for every pair of `uv`.",
+        "description": "Points of a surface in columns, float64, a row for every place asked for.",
     }
 
 
@@ -125,5 +125,4 @@ def _row(items: Json, width: int) -> Json:
 @cache
 def _answer() -> Any:
     wanted = points_request(_PATCH, DocumentLimits())
-    work = plan_points(wanted.to_surface(), wanted.uv, wanted.patch, wanted.derivatives)
-    return orjson.loads(work.run())
+    return orjson.loads(plan_points(wanted.to_surface(), wanted.to_query()).run())

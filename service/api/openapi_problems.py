@@ -15,6 +15,7 @@ from service.api.parameters import named_example, only_format
 from service.api.problems import MEDIA_TYPE, Place, problem_document, problem_of
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
+from service.engine.places import Query
 from service.errors import SurfaceError
 from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.query import options_from_text
@@ -46,7 +47,8 @@ def _render(fmt: str, options: MeshOptions) -> Callable[[], object]:
 
 
 def _outside() -> object:
-    return pipeline.plan_points(find("saddle").surface(), np.array([[0.5, 1.5]]), None, 0)
+    query = Query(np.array([[0.5, 1.5]]), None, 0)
+    return pipeline.plan_points(find("saddle").surface(), query)
 
 
 _RAGGED = (

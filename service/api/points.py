@@ -26,7 +26,7 @@ async def post_points(request: Request) -> Response:
     parse = partial(_parse, body, settings)
     work = await run(request, parse, in_thread=len(body) > INLINE_BYTES)
     del body, parse
-    degree = max(max(batch.degree) for batch in work.model.batches)
+    degree = max(max(batch.side_degrees) for batch in work.model.batches)
     is_long = len(work.places.patch) > INLINE_POINTS or degree > INLINE_DEGREE
     content = await run(request, work.run, in_thread=is_long)
     return ChunkedResponse(content, 200, HEADERS, "application/json")
@@ -35,5 +35,4 @@ async def post_points(request: Request) -> Response:
 def _parse(body: bytes, settings: Settings) -> PointsWork:
     """What a body asks for, found possible and affordable."""
     wanted = points_request(parse_document(body), document_limits(settings))
-    limits = result_limits(settings)
-    return plan_points(wanted.to_surface(), wanted.uv, wanted.patch, wanted.derivatives, limits)
+    return plan_points(wanted.to_surface(), wanted.to_query(), result_limits(settings))

@@ -6,7 +6,10 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
-from service.surface.lowered import PatchModel
+from service.surface.lowered import PatchModel, TrianglePatches
+
+SAME_SUM = 1e-9
+"""How far three barycentric coordinates may be from a sum of 1: people round them."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -18,7 +21,7 @@ class Places:
     patch : ndarray of int, shape (m,)
         In the numbering across all batches.
     local : ndarray of float64, shape (m, 2)
-        Parameters of the patch, in [0, 1].
+        Parameters of the patch, in [0, 1]; (s, t) on a triangle.
     widths : ndarray of float64, shape (m, 2)
         How far the patch reaches in the parameters of the surface.
     """
@@ -28,27 +31,54 @@ class Places:
     widths: FloatArray
 
 
-def locate(model: PatchModel, uv: FloatArray, patch: Ints | None) -> Places:
-    """The places of parameters uv (m, 2), of the surface or, where it has no domain, of patches.
+@dataclass(frozen=True, eq=False, slots=True)
+class Query:
+    """What is asked of a surface.
+
+    Attributes
+    ----------
+    places : ndarray of float64, shape (m, 2) or (m, 3)
+        Parameters (u, v) of the surface or, where it has no domain, of patches; or barycentric
+        coordinates (r, s, t) on triangles.
+    patch : ndarray of int, shape () or (m,), or None
+        Numbers of patches as the request has them; not needed where there is but one.
+    order : 0, 1 or 2
+        Of the derivatives.
+    """
+
+    places: FloatArray
+    patch: Ints | None
+    order: int
+
+    @property
+    def field(self) -> str:
+        """What the request calls the places."""
+        return "uv" if self.places.shape[1] == 2 else "barycentric"
+
+
+def locate(model: PatchModel, query: Query) -> Places:
+    """The places of a query.
 
     At a knot the patch that begins there counts, at the end of the domain the last one.
-
-    Parameters
-    ----------
-    patch : ndarray of int, shape () or (m,), optional
-        Numbers of patches as the request has them; not needed where there is but one.
+    Barycentric coordinates are made to add up to 1 exactly.
 
     Raises
     ------
     InvalidRequest
-        `outside_domain` and whatever is wrong with the numbers, pointing into the request.
+        `outside_domain` and whatever is wrong with the numbers of patches, pointing into the
+        request.
     """
     if model.domain is None:
-        numbers = _numbers(model, len(uv), patch)
-        unit = np.array([0.0, 1.0])
-        _check_inside(uv, (unit, unit))
-        return Places(numbers, uv, np.ones(uv.shape))
-    if patch is not None:
+        numbers = _numbers(model, query)
+        _check_form(model, numbers, query)
+        if query.field == "barycentric":
+            local = _unit_sums(query.places)[:, 1:]
+        else:
+            local = query.places
+            unit = np.array([0.0, 1.0])
+            _check_inside(local, (unit, unit))
+        return Places(numbers, local, np.ones(local.shape))
+    if query.patch is not None:
         raise InvalidRequest(
             Issue(
                 "unexpected_patch",
@@ -58,14 +88,52 @@ def locate(model: PatchModel, uv: FloatArray, patch: Ints | None) -> Places:
                 "none for this kind of surface",
             )
         )
+    _check_form(model, np.zeros(1, dtype=np.intp), query)
+    uv = query.places
     knots = model.domain.u, model.domain.v
     _check_inside(uv, knots)
-    spans, local, widths = zip(
-        *(_span(uv[:, k], line) for k, line in enumerate(knots)), strict=True
+    (k, u, wu), (m, v, wv) = (_span(uv[:, axis], line) for axis, line in enumerate(knots))
+    patch = k * (len(knots[1]) - 1) + m
+    return Places(patch, np.stack([u, v], axis=1), np.stack([wu, wv], axis=1))
+
+
+def _unit_sums(places: FloatArray) -> FloatArray:
+    """Barycentric coordinates (m, 3), which must be some."""
+    total = places.sum(axis=1)
+    inside = (places >= 0).all(axis=1) & (np.abs(total - 1) <= SAME_SUM)
+    if not inside.all():
+        raise InvalidRequest(
+            *(
+                Issue(
+                    "outside_domain",
+                    "The place lies outside the triangle.",
+                    f"/barycentric/{row}",
+                    f"a least number of {places[row].min():.6g}, a sum of {total[row]:.10g}",
+                    "no number below 0, a sum of 1",
+                )
+                for row in np.flatnonzero(~inside)[:MAX_ISSUES].tolist()
+            )
+        )
+    same: FloatArray = places / total[:, np.newaxis]
+    return same
+
+
+def _check_form(model: PatchModel, numbers: Ints, query: Query) -> None:
+    """Refuses places as patches of the other form have them."""
+    triangular = np.concatenate(
+        [np.full(batch.count, isinstance(batch, TrianglePatches)) for batch in model.batches]
     )
-    return Places(
-        spans[0] * (len(knots[1]) - 1) + spans[1], np.stack(local, 1), np.stack(widths, 1)
-    )
+    wrong = np.flatnonzero(triangular[numbers] != (query.field == "barycentric"))
+    if len(wrong):
+        raise InvalidRequest(
+            Issue(
+                "wrong_parameters",
+                "Places on a triangle are barycentric, on every other patch they are uv.",
+                f"/{query.field}/{wrong[0]}",
+                query.field,
+                "uv" if query.field == "barycentric" else "barycentric",
+            )
+        )
 
 
 def _span(t: FloatArray, knots: FloatArray) -> tuple[Ints, FloatArray, FloatArray]:
@@ -93,8 +161,9 @@ def _check_inside(uv: FloatArray, knots: tuple[FloatArray, FloatArray]) -> None:
         )
 
 
-def _numbers(model: PatchModel, count: int, patch: Ints | None) -> Ints:
-    """The patch of each of `count` points, in the numbering of the model."""
+def _numbers(model: PatchModel, query: Query) -> Ints:
+    """The patch of each place, in the numbering of the model."""
+    count, patch = len(query.places), query.patch
     if patch is None:
         if model.patch_count > 1:
             raise InvalidRequest(

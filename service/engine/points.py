@@ -8,7 +8,8 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray
 from service.engine.differential import jets
 from service.engine.places import Places
-from service.surface.lowered import PatchModel
+from service.engine.triangle_differential import triangle_jets
+from service.surface.lowered import PatchModel, TrianglePatches
 
 Column: TypeAlias = FloatArray | Bools
 Columns: TypeAlias = Mapping[str, Column]
@@ -45,7 +46,11 @@ def points(model: PatchModel, places: Places, order: int) -> Columns:
         rows = np.flatnonzero(here)
         if len(rows):
             u, v = places.local[rows].T
-            found = jets(batch, places.patch[rows] - first, u, v, order)
+            index = places.patch[rows] - first
+            if isinstance(batch, TrianglePatches):
+                found = triangle_jets(batch, index, u, v, order)
+            else:
+                found = jets(batch, index, u, v, order)
             wu, wv = places.widths[rows].T[:, :, np.newaxis]
             columns["positions"][rows] = found.partials[0]
             if found.normals is not None and found.degenerate is not None:

@@ -5,11 +5,14 @@ patch (`service.engine.normals`). Slow beside `service.engine.triangular`, which
 samples here whose normals it cannot vouch for.
 """
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from service.bases import triangle
-from service.bases.arrays import FloatArray
+from service.bases.arrays import Bools, FloatArray
 from service.engine.degenerate import VANISHING
 from service.engine.normals import unit_normals
 from service.engine.triangle_nets import differences
@@ -41,20 +44,49 @@ def triangle_normals(
     """
     normals = np.empty((len(index), 3))
     limits = 0
-    step = max(1, CHUNK_NUMBERS // patches.points.shape[1])
-    order = np.argsort(index, kind="stable")
-    for first in range(0, len(order), step):
-        here = order[first : first + step]
-        used, which = np.unique(index[here], return_inverse=True)
-        normals[here], found = _chunk(patches.take(used), which, s[here], t[here])
-        limits += found
+    for local, rows, which in triangles_of_samples(patches, index):
+        normals[rows], vanishes = local_normals(local.patches, which, s[rows], t[rows])
+        limits += int(np.count_nonzero(vanishes))
     return normals, limits
 
 
-def _chunk(
-    patches: TrianglePatches, which: NDArray[np.intp], s: FloatArray, t: FloatArray
-) -> tuple[FloatArray, int]:
-    local = _local(patches)
+@dataclass(frozen=True, eq=False, slots=True)
+class LocalTriangles:
+    """Some patches as (S − middle) · scale: their own middles (K, 3) and scales (K,).
+
+    What is raised in degree is rounded: to the digits of its own size, not of its distance.
+    """
+
+    patches: TrianglePatches
+    middle: FloatArray
+    scale: FloatArray
+
+
+def triangles_of_samples(
+    patches: TrianglePatches, index: NDArray[np.intp]
+) -> Iterator[tuple[LocalTriangles, NDArray[np.intp], NDArray[np.intp]]]:
+    """The patches that samples of patches `index` (m,) need, some samples at a time.
+
+    Yields
+    ------
+    local : LocalTriangles
+    rows : ndarray of int, shape (r,)
+        Rows of `index`; each comes once.
+    which : ndarray of int, shape (r,)
+        The row of `local` for each of them.
+    """
+    step = max(1, CHUNK_NUMBERS // patches.points.shape[1])
+    order = np.argsort(index, kind="stable")
+    for first in range(0, len(order), step):
+        rows = order[first : first + step]
+        used, which = np.unique(index[rows], return_inverse=True)
+        yield _local(patches.take(used)), rows, which
+
+
+def local_normals(
+    local: TrianglePatches, which: NDArray[np.intp], s: FloatArray, t: FloatArray
+) -> tuple[FloatArray, Bools]:
+    """The same for rows `which` of patches at hand; and at which samples S_s × S_t vanishes."""
     places = np.stack([np.maximum(1.0 - s - t, 0.0), s, t], axis=1)
     nets = local.points
     if local.weights is not None:
@@ -73,30 +105,28 @@ def _chunk(
     vectors = cross(ds, dt)
     length, length_s, length_t = (np.linalg.norm(rows, axis=-1) for rows in (vectors, ds, dt))
     longest_s, longest_t = (_longest(net)[which] for net in along)
-    vanishes = length <= VANISHING * length_s * length_t
+    vanishes: Bools = length <= VANISHING * length_s * length_t
     vanishes |= length_s <= VANISHING * longest_s
     vanishes |= length_t <= VANISHING * longest_t
     zero = np.flatnonzero(vanishes)
     length[zero] = 1.0
     normals = vectors / length[:, None]
     if len(zero):
-        u = _across(local, which[zero], places[zero])
+        u = across(local, which[zero], places[zero])
         normals[zero], _ = unit_normals(local.tensor(), which[zero], u, t[zero])
-    return normals, len(zero)
+    return normals, vanishes
 
 
-def _local(patches: TrianglePatches) -> TrianglePatches:
-    """The patches about their own middles and in their own scale.
-
-    What is raised in degree is rounded: to the digits of its own size, not of its distance.
-    """
-    points = patches.points - patches.points.mean(axis=1, keepdims=True)
+def _local(patches: TrianglePatches) -> LocalTriangles:
+    middle = patches.points.mean(axis=1, keepdims=True)
+    points = patches.points - middle
     size = np.abs(points).max(axis=(1, 2), keepdims=True)
     scale = np.exp2(np.minimum(-np.frexp(size)[1].astype(np.float64), 1000.0))
-    return TrianglePatches(points * scale, patches.weights)
+    local = TrianglePatches(points * scale, patches.weights)
+    return LocalTriangles(local, middle[:, 0], scale[:, 0, 0])
 
 
-def _across(patches: TrianglePatches, which: NDArray[np.intp], places: FloatArray) -> FloatArray:
+def across(patches: TrianglePatches, which: NDArray[np.intp], places: FloatArray) -> FloatArray:
     """U of barycentric places in the tensor form, s / (r + s).
 
     At the corner t = 1 it is the direction in which the corner is approached: along a side if the

@@ -1,12 +1,15 @@
 """A query as a document says it: a surface, and parameters at which to look at it."""
 
-from typing import Annotated, Any
+from dataclasses import replace
+from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import Field, ValidationError, WithJsonSchema, WrapValidator
+from pydantic import Field, ValidationError, WithJsonSchema, WrapValidator, model_validator
 from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from service.bases.arrays import FloatArray, Ints
+from service.engine.places import Query
+from service.errors import Issue
 from service.schemas.arrays import MAX_INDEX, NumberGrid, index_too_large
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import StrictModel
@@ -17,6 +20,11 @@ from service.surface import Surface
 
 UV = NumberGrid(
     ("points", "parameters"), width=2, width_rule="A point of a surface has two parameters [u, v]."
+)
+BARYCENTRIC = NumberGrid(
+    ("places", "coordinates"),
+    width=3,
+    width_rule="A place on a triangle has three barycentric coordinates [r, s, t].",
 )
 NUMBERS = NumberGrid(("patch numbers",), whole=True)
 
@@ -46,10 +54,17 @@ class PointsRequest(StrictModel):
     """Parameters at which a surface is evaluated, and what shall be told of each point."""
 
     surface: SurfaceDefinition = Field(description="The surface, by its control points.")
-    uv: Annotated[FloatArray, UV] = Field(
+    uv: Annotated[FloatArray | None, UV] = Field(
+        default=None,
         description="Parameters [u, v], one pair a point, within the surface's own domain: from 0 "
         "to 1 for a patch. At a knot the span that begins there counts, at the end the last one.",
         examples=[[[0.5, 0.5], [0, 1]]],
+    )
+    barycentric: Annotated[FloatArray | None, BARYCENTRIC] = Field(
+        default=None,
+        description="On triangles, instead of `uv`: barycentric coordinates [r, s, t], none below "
+        "0, with a sum of 1. `du` is then the partial along (−1, 1, 0), `dv` along (−1, 0, 1).",
+        examples=[[[0.5, 0.25, 0.25], [1, 0, 0]]],
     )
     patch: PatchChoice = Field(
         default=None,
@@ -64,6 +79,23 @@ class PointsRequest(StrictModel):
         "`normals` and `degenerate`; 2 adds `duu`, `duv`, `dvv` and the curvatures.",
         examples=[2],
     )
+
+    @model_validator(mode="after")
+    def _has_places(self) -> Self:
+        if (self.uv is None) == (self.barycentric is None):
+            given = "neither" if self.uv is None else "both"
+            message = "There must be one list of places: `uv`, or on triangles `barycentric`."
+            issue = Issue("missing_field" if self.uv is None else "unexpected_field", message)
+            where = ("uv",) if self.uv is None else ("barycentric",)
+            raise refusal([(where, replace(issue, got=given, needed="one of the two"))])
+        return self
+
+    def to_query(self) -> Query:
+        """The places, and what is asked about them."""
+        places = self.barycentric if self.uv is None else self.uv
+        if places is None:
+            raise ValueError("a request without places was not validated")
+        return Query(places, self.patch, self.derivatives)
 
     def to_surface(self) -> Surface:
         """The surface itself; raises `InvalidRequest` with pointers into the whole request."""

@@ -520,6 +520,13 @@ def queries() -> Iterator[Hostile]:
     ):
         yield case(f"uv {text}", query(f'"uv":{text}'), 422, code, "/uv" + place)
     yield case("no uv", query('"derivatives":1'), 422, "missing_field", "/uv")
+    yield case("both kinds of places", query('"uv":[[0,0]],"barycentric":[[1,0,0]]'), 422,
+               "unexpected_field", "/barycentric")  # fmt: skip
+    yield case("barycentric places of a square", query('"barycentric":[[1,0,0]]'), 422,
+               "wrong_parameters", "/barycentric/0")  # fmt: skip
+    yield case("two barycentric coordinates", query('"barycentric":[[1,0,0],[1,0]]'), 422,
+               "wrong_dimension", "/barycentric/1")  # fmt: skip
+    yield case("barycentric null", query('"barycentric":null'), 422, "null_value", "/barycentric")
     for text, code in (
         ("3", "out_of_range"), ("-1", "out_of_range"), ("1.0", "wrong_type"),
         ("true", "wrong_type"), ('"1"', "wrong_type"), ("null", "null_value"),

@@ -11,6 +11,7 @@ from service.engine.curvature import Curvatures
 from service.engine.differential import jets
 from service.surface import quadrics
 from service.surface.lowered import TensorPatches
+from service.surface.patches import PatchSurface
 from tests.oracles import exact
 from tests.strategies import Array, height_nets, nets, weighted_nets, weights_like
 
@@ -19,6 +20,12 @@ ROOT_HALF = np.sqrt(0.5)
 
 def batch(net: Array, weights: Array | None = None) -> TensorPatches:
     return TensorPatches(np.array(net)[None], None if weights is None else np.array(weights)[None])
+
+
+def tensor(surface: PatchSurface) -> TensorPatches:
+    (patches,) = surface.lower().batches
+    assert isinstance(patches, TensorPatches)
+    return patches
 
 
 def at(patches: TensorPatches, patch: int, places: list[tuple[float, float]]) -> Curvatures:
@@ -43,7 +50,7 @@ def scattered(patches: TensorPatches, count: int = 200) -> tuple[Array, Array, C
 @pytest.mark.parametrize("radius", [1.0, 3.0, 1e-12, 1e12])
 def test_sphere_is_round_everywhere_poles_included(radius: float) -> None:
     """K = 1/r², H = k_1 = k_2 = −1/r: the normals point outwards."""
-    _, _, found, degenerate = scattered(quadrics.sphere(radius).lower().batches[0])
+    _, _, found, degenerate = scattered(tensor(quadrics.sphere(radius)))
     assert degenerate.any()
     np.testing.assert_allclose(found.gaussian * radius**2, 1, rtol=0, atol=1e-11)
     for k in (found.mean, found.larger, found.smaller):
@@ -52,7 +59,7 @@ def test_sphere_is_round_everywhere_poles_included(radius: float) -> None:
 
 @pytest.mark.parametrize("distance", [2.0**-4, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-14, 0.0])
 def test_sphere_is_round_beside_its_poles(distance: float) -> None:
-    patches = quadrics.sphere().lower().batches[0]
+    patches = tensor(quadrics.sphere())
     south, north = [(u, distance) for u in (0.0, 0.3, 1.0)], [(u, 1 - distance) for u in (0.0, 0.3)]
     for patch, places in ((0, south), (4, north)):
         found = at(patches, patch, places)
@@ -62,7 +69,7 @@ def test_sphere_is_round_beside_its_poles(distance: float) -> None:
 
 def test_torus() -> None:
     """K = cos θ / (r (R + r cos θ)), k_2 = −1/r across the tube."""
-    points, _, found, _ = scattered(quadrics.torus(2.0, 0.5).lower().batches[0])
+    points, _, found, _ = scattered(tensor(quadrics.torus(2.0, 0.5)))
     rho = np.hypot(points[:, 0], points[:, 1])
     cosine = (rho - 2.0) / 0.5
     np.testing.assert_allclose(found.gaussian, cosine / (0.5 * rho), rtol=0, atol=1e-12)
@@ -73,7 +80,7 @@ def test_torus() -> None:
 
 def test_cylinder_and_its_caps() -> None:
     """K = 0 and H = −1/(2r) on the side; flat caps, their middles, which are poles, included."""
-    points, normals, found, degenerate = scattered(quadrics.cylinder(2.0, 3.0).lower().batches[0])
+    points, normals, found, degenerate = scattered(tensor(quadrics.cylinder(2.0, 3.0)))
     side = np.abs(normals[:, 2]) < 0.5
     assert degenerate.any()
     assert 0 < side.sum() < len(points)
@@ -85,7 +92,7 @@ def test_cylinder_and_its_caps() -> None:
 
 def test_cone_has_no_mean_curvature_at_its_apex() -> None:
     """H = −cos α / (2ρ) grows without bounds; K = 0 along every ruling, so that is its limit."""
-    patches = quadrics.cone(1.0, 2.0).lower().batches[0]
+    patches = tensor(quadrics.cone(1.0, 2.0))
     places = [(0.4, v) for v in (0.0, 0.5, 0.9, 1 - 1e-6, 1.0)]
     found = at(patches, 0, places)
     np.testing.assert_allclose(found.gaussian, 0, atol=1e-9)
@@ -114,7 +121,7 @@ def test_saddle() -> None:
 
 def test_ellipsoid_has_two_curvatures_at_its_pole() -> None:
     """Half axes a, b, c: there k = −c/a² and −c/b², whatever the ruling by which it is reached."""
-    sphere = quadrics.sphere().lower().batches[0]
+    sphere = tensor(quadrics.sphere())
     patches = TensorPatches(sphere.points * [3.0, 2.0, 1.5], sphere.weights)
     found = at(patches, 5, [(u, v) for u in (0.0, 0.3, 1.0) for v in (1.0, 1 - 1e-9)])
     np.testing.assert_allclose(found.larger, -1.5 / 9, rtol=1e-8)

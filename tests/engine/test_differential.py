@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 
 from service.engine import nets as nets_module
 from service.engine.differential import jets
-from service.surface.examples import find
 from service.surface.lowered import TensorPatches
 from tests.oracles import exact
-from tests.strategies import Array, moved, nets, weighted_nets
+from tests.strategies import Array, example_batch, moved, nets, weighted_nets
 
 LIMITS = (1e-12, 1e-9, 1e-9, 1e-7, 1e-7, 1e-7)
 """Of S, S_u, S_v, S_uu, S_uv, S_vv relative to the size of the net."""
@@ -111,7 +110,7 @@ def test_differences_of_points_tend_to_the_partials() -> None:
     """Central differences of order h², of every example with weights or without."""
     h = 2.0**-10
     for name in ("sphere", "torus", "utah-teapot", "saddle"):
-        patches = find(name).surface().lower().batches[0]
+        patches = example_batch(name)
         index = np.arange(patches.count)
         u, v = np.full(patches.count, 0.375), np.full(patches.count, 0.625)
 
@@ -130,7 +129,7 @@ def test_differences_of_points_tend_to_the_partials() -> None:
 
 def test_corners_and_poles_are_their_control_points() -> None:
     """Bit for bit, as in a mesh."""
-    patches = find("sphere").surface().lower().batches[0]
+    patches = example_batch("sphere")
     for patch in range(patches.count):
         for corner, (u, v) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
             got = jets(patches, np.array([patch]), np.array([u * 1.0]), np.array([v * 1.0]), 0)
@@ -145,7 +144,7 @@ def test_corners_and_poles_are_their_control_points() -> None:
 
 
 def test_the_order_decides_what_is_computed() -> None:
-    patches = find("saddle").surface().lower().batches[0]
+    patches = example_batch("saddle")
     middle = np.array([0.5])
     for order, count in enumerate((1, 3, 6)):
         found = jets(patches, np.array([0]), middle, middle, order)
@@ -156,7 +155,7 @@ def test_the_order_decides_what_is_computed() -> None:
 
 def test_chunks_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
     """Many samples of few patches and few of many, in small pieces and in one."""
-    patches = find("utah-teapot").surface().lower().batches[0]
+    patches = example_batch("utah-teapot")
     rng = np.random.default_rng(5)
     index = np.concatenate([rng.integers(0, patches.count, 60), np.full(40, 3)])
     u, v = rng.random((2, 100))

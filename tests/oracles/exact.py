@@ -140,10 +140,18 @@ def _project(value: Vector, du: Vector, dv: Vector) -> Jet:
 def second_jet(net: Net, u: Fraction, v: Fraction) -> list[Vector]:
     """S, S_u, S_v, S_uu, S_uv, S_vv at one place, projected where the net is homogeneous.
 
-    The hodographs of degree below zero are zero. Quotient rule from the product rule: X = w S gives
-    X_uv = w S_uv + w_u S_v + w_v S_u + w_uv S.
+    The hodographs of degree below zero are zero.
     """
-    x = [_value(net, i, j, u, v) for i, j in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))]
+    return projected(
+        [_value(net, i, j, u, v) for i, j in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))]
+    )
+
+
+def projected(x: list[Vector]) -> list[Vector]:
+    """The six partials of a surface from those of its homogeneous form, if that is what they are.
+
+    Quotient rule from the product rule: X = w S gives X_uv = w S_uv + w_u S_v + w_v S_u + w_uv S.
+    """
     if len(x[0]) == 3:
         return x
     w = [value[3] for value in x]
@@ -173,8 +181,13 @@ def _value(net: Net, i: int, j: int, u: Fraction, v: Fraction) -> Vector:
 
 
 def curvatures(net: Net, u: Fraction, v: Fraction) -> tuple[mpmath.mpf, ...]:
-    """K, H, k_1 ≥ k_2 from the fundamental forms, with 50 digits; a regular point is needed."""
-    _, du, dv, duu, duv, dvv = second_jet(net, u, v)
+    """K, H, k_1 ≥ k_2 at a regular point, with 50 digits."""
+    return bending(second_jet(net, u, v))
+
+
+def bending(jet: Sequence[Vector]) -> tuple[mpmath.mpf, ...]:
+    """The same from S, S_u, S_v, S_uu, S_uv, S_vv: the two fundamental forms."""
+    _, du, dv, duu, duv, dvv = jet
     n = cross(du, dv)
     square = dot(n, n)
     e, f, g = (dot(second, n) for second in (duu, duv, dvv))

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from tests.oracles.exact import Jet, Vector, cross, unit
+from tests.oracles.exact import Jet, Vector, cross, projected, unit
 
 Key: TypeAlias = tuple[int, int, int]
 Triangle: TypeAlias = dict[Key, Vector]
@@ -77,6 +77,17 @@ def jet(net: Triangle, place: Vector) -> Jet:
         tuple((x - d[3] * p) / w for x, p in zip(d[:3], point, strict=True)) for d in (ds, dt)
     )
     return Jet(point, first, second)
+
+
+def second_jet(net: Triangle, place: Vector) -> list[Vector]:
+    """Point, first and second partials along s and t: S, S_s, S_t, S_ss, S_st, S_tt."""
+    nothing = (Fraction(0),) * len(value(net, place))
+    first = [partial(net, towards) for towards in (1, 2)]
+    second = [nothing] * 3
+    if sum(next(iter(net))) > 1:
+        pairs = ((0, 1), (0, 2), (1, 2))
+        second = [value(partial(first[i], towards), place) for i, towards in pairs]
+    return projected([value(net, place), *(value(d, place) for d in first), *second])
 
 
 def places(divisions: int) -> list[Vector]:
