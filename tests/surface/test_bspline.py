@@ -16,7 +16,7 @@ from service.errors import InvalidRequest, Issue
 from service.surface import bspline
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_WEIGHT_RATIO
-from service.surface.lowered import Part, PatchModel
+from service.surface.lowered import Part, PatchModel, TensorPatches
 from tests.oracles.exact import exact_net
 from tests.oracles.splines import fractions, spline_surface_point
 from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
@@ -40,6 +40,7 @@ def surface_of(u: KnotVector, v: KnotVector, seed: int, rational: bool) -> Bspli
 def values(model: PatchModel, at: Array = PLACES) -> Array:
     """Points of all patches at local parameters at × at: (P, m, m, 3), by plain products."""
     (batch,) = model.batches
+    assert isinstance(batch, TensorPatches)
     p, q = batch.degree
     grid = np.einsum("ai,bj->abij", bernstein(p, at), bernstein(q, at))
     if batch.weights is None:
