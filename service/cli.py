@@ -1,4 +1,4 @@
-"""The command `surface`: serve, mesh, examples, formats, openapi.
+"""The command `surface`: serve, mesh, convert, examples, formats, openapi.
 
 Whatever is heavy is imported by the command that needs it, so that `--help` answers at once.
 """
@@ -7,6 +7,7 @@ import argparse
 import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -105,6 +106,20 @@ def _parser() -> argparse.ArgumentParser:
     _add_options(mesh)
     mesh.set_defaults(run=_mesh)
 
+    convert = commands.add_parser(
+        "convert",
+        help="write a surface in another form with the same points",
+        epilog=_EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    convert.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP)
+    convert.add_argument(
+        "-o", "--output", required=True, help="JSON file to write, or - for standard output"
+    )
+    convert.add_argument("--url", help="let the service at this address do the work")
+    _add_operations(convert)
+    convert.set_defaults(run=_convert)
+
     for name, run, text in (
         ("examples", _examples, "list the built-in surfaces"),
         ("formats", _formats, "list the formats"),
@@ -129,6 +144,46 @@ def _add_options(mesh: argparse.ArgumentParser) -> None:
     group.add_argument("--crease-angle", metavar="RADIANS", help="keep normals apart beyond (1°)")
     group.add_argument("--overlays", metavar="A,B", help="lines: control_net, boundary")
     group.add_argument("--oogl", metavar="FORM", help="form of OOGL: cquad, mesh, off, bez")
+
+
+class _Append(argparse.Action):
+    """Appends the name of a flag and its text to the operations, whichever flag it is."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[Any] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """The flags in the order in which they stand, for that is the order of the work."""
+        del parser, option_string
+        text = values if isinstance(values, str) else ""
+        namespace.operations = [*(namespace.operations or []), (self.metavar_name, text)]
+
+    @property
+    def metavar_name(self) -> str:
+        """The flag without its hyphens."""
+        return self.option_strings[0].removeprefix("--")
+
+
+def _add_operations(convert: argparse.ArgumentParser) -> None:
+    """The operations, done in the order in which they are given; they replace those of a file."""
+    group = convert.add_argument_group("operations, done in the order given")
+    for flag, metavar, text in (
+        ("elevate", "P,Q|N", "raise the degree"),
+        ("split", "u=A,v=B|R,S,T", "cut at u, at v or at both; a triangle at a point"),
+        ("restrict", "u=A:B,v=C:D", "cut out a piece"),
+        ("transpose", None, "exchange u and v"),
+        ("reverse", "u|v", "run u or v backwards"),
+        ("bezier", None, "make Bézier patches of a B-spline"),
+        ("triangle", "lower|upper", "make a triangular patch of half a patch"),
+        ("operations", "JSON", "a list of operations as in a request"),
+    ):
+        nargs = 0 if metavar is None else None
+        group.add_argument(
+            f"--{flag}", action=_Append, dest="operations", nargs=nargs, metavar=metavar, help=text
+        )
 
 
 def _serve(arguments: argparse.Namespace) -> int:
@@ -165,6 +220,69 @@ def _mesh(arguments: argparse.Namespace) -> int:
         raise Refused(*(_issue_line(issue, chosen) for issue in error.issues)) from None
     _write(arguments.output, content)
     return OK
+
+
+def _convert(arguments: argparse.Namespace) -> int:
+    from service.schemas.operation_text import operations_from_text
+
+    if not arguments.output:
+        raise UsageError("--output: empty; needed a file, or - for standard output")
+    source = _source(arguments.source)
+    flags: list[str] = []
+    try:
+        document = _document(source)
+        if arguments.operations is not None:
+            flags, operations = operations_from_text(arguments.operations)
+            document = document | {"operations": operations}
+        if arguments.url is None:
+            content = _converted_here(document)
+        else:
+            from service.remote import remote_convert
+
+            content = remote_convert(arguments.url, document)
+    except SurfaceError as error:
+        raise Refused(*(_operation_line(issue, flags) for issue in error.issues)) from None
+    _write(arguments.output, content)
+    return OK
+
+
+def _document(source: str | dict[str, Any]) -> dict[str, Any]:
+    """The request in a file, or the surface of an example as one."""
+    import orjson
+
+    from service.encoders.text import json_text
+    from service.schemas.surfaces import definition
+    from service.surface.examples import find
+
+    if isinstance(source, dict):
+        return source
+    # As a file would hold it: numbers in lists, not in arrays.
+    return {"surface": orjson.loads(json_text(definition(find(source).surface())))}
+
+
+def _converted_here(document: dict[str, Any]) -> bytes:
+    """The new surface, computed in this process."""
+    from service import pipeline
+    from service.schemas.convert import convert_request
+    from service.settings import document_limits, from_environment, pin_blas, result_limits
+    from service.surface.convert.nets import Allowed
+
+    pin_blas()
+    settings = from_environment()
+    request = convert_request(document, document_limits(settings))
+    surface, operations = request.to_surface(), request.to_operations()
+    allowed = Allowed(settings.max_control_points, settings.max_degree)
+    return pipeline.converted(surface, operations, allowed, result_limits(settings))
+
+
+def _operation_line(issue: Issue, flags: Sequence[str]) -> str:
+    """One issue as a line; it names the flag that asked for the operation."""
+    _, first, number = (*issue.pointer.split("/"), "", "")[:3]
+    if first == "operations" and number.isdecimal() and int(number) < len(flags):
+        return _issue_line(
+            replace(issue, pointer=f"/{flags[int(number)]}"), dict.fromkeys(flags, "")
+        )
+    return _issue_line(issue)
 
 
 def _format(arguments: argparse.Namespace) -> "Format":

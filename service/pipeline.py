@@ -3,18 +3,25 @@
 HTTP, the command line and whatever else comes call these functions and nothing below them.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 from service.encoders import json_points
 from service.encoders.format import EncodeOptions, Format, MeshSize
+from service.encoders.text import json_bound, json_text
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.places import Places, Query, locate
 from service.engine.points import points
 from service.engine.tessellate import overlays_of, predicted_size, tessellate
 from service.errors import Issue, TooLarge, UnsupportedByFormat
+from service.schemas.surfaces import definition
+from service.surface import Surface
 from service.surface.channels import only_channels
+from service.surface.convert import convert
+from service.surface.convert.nets import Allowed
+from service.surface.convert.operations import Operation
 from service.surface.lowered import PatchModel, TrianglePatches
 
 
@@ -114,6 +121,34 @@ def plan_points(surface: Lowerable, query: Query, limits: Limits = DEFAULT_LIMIT
     _check_points(query, limits)
     model = surface.lower()
     return PointsWork(model, locate(model, query), query.order)
+
+
+def converted(
+    surface: Surface,
+    operations: Sequence[Operation],
+    allowed: Allowed,
+    limits: Limits = DEFAULT_LIMITS,
+) -> bytes:
+    """The surface after the operations, as a JSON document that other requests can begin with.
+
+    Raises
+    ------
+    InvalidRequest, TooLarge
+        With pointers into the request for it, `/operations/…`.
+    """
+    document = {"surface": definition(convert(surface, operations, allowed))}
+    most = json_bound(document)
+    if most > limits.max_bytes:
+        raise TooLarge(
+            Issue(
+                "too_many_bytes",
+                "The surface could become too large as JSON.",
+                "/operations",
+                f"up to {most} bytes",
+                f"at most {limits.max_bytes}",
+            )
+        )
+    return json_text(document)
 
 
 def mesh(model: PatchModel, options: MeshOptions, fmt: Format) -> Mesh:

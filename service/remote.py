@@ -32,24 +32,45 @@ def remote_mesh(
         What the service found wrong, as if it had been found here.
     BadAddress, ServiceFailed
     """
+    if isinstance(source, str):
+        path = f"/v1/surfaces/{source}/mesh.{fmt.suffix}"
+        return _asked(url, fmt.media_type, "GET", path, params=dict(chosen))
+    document = source | values_from_text(chosen.items())
+    return _posted(url, fmt.media_type, "/v1/mesh", document, {"format": fmt.name})
+
+
+def remote_convert(url: str, document: dict[str, Any]) -> bytes:
+    """The answer of the service at `url` to a request for a conversion.
+
+    Raises
+    ------
+    InvalidRequest
+        What the service found wrong, as if it had been found here.
+    BadAddress, ServiceFailed
+    """
+    return _posted(url, "application/json", "/v1/convert", document, {})
+
+
+def _posted(
+    url: str, wanted: str, path: str, document: dict[str, Any], params: dict[str, str]
+) -> bytes:
+    """The answer to a document."""
+    content = orjson.dumps(document, option=orjson.OPT_SERIALIZE_NUMPY)
+    headers = {"Content-Type": "application/json"}
+    return _asked(url, wanted, "POST", path, params=params, content=content, headers=headers)
+
+
+def _asked(url: str, wanted: str, method: str, path: str, **request: Any) -> bytes:
+    """The body of the answer, if it is of the media type that is wanted."""
     try:
         with httpx.Client(base_url=url, timeout=httpx.Timeout(PATIENCE, connect=10)) as client:
-            if isinstance(source, str):
-                path = f"/v1/surfaces/{source}/mesh.{fmt.suffix}"
-                answer = client.get(path, params=dict(chosen))
-            else:
-                answer = client.post(
-                    "/v1/mesh",
-                    params={"format": fmt.name},
-                    content=orjson.dumps(source | values_from_text(chosen.items())),
-                    headers={"Content-Type": "application/json"},
-                )
+            answer = client.request(method, path, **request)
     except (httpx.InvalidURL, httpx.UnsupportedProtocol) as error:
         raise BadAddress(f"--url: {error}") from None
     except httpx.TransportError as error:
         raise ServiceFailed(f"{url} does not answer: {type(error).__name__}") from None
     media_type = answer.headers.get("content-type", "").partition(";")[0]
-    if answer.status_code == httpx.codes.OK and media_type == fmt.media_type.partition(";")[0]:
+    if answer.status_code == httpx.codes.OK and media_type == wanted.partition(";")[0]:
         return answer.content
     problem = _problem(answer) if media_type == "application/problem+json" else {}
     if not problem:

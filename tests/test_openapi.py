@@ -14,6 +14,7 @@ from service.api.app import create_app
 from service.api.openapi import document
 from service.encoders.registry import FORMATS
 from service.errors import InvalidRequest
+from service.schemas.convert import OPERATIONS, convert_request
 from service.schemas.document import DocumentLimits
 from service.schemas.request import mesh_request
 from service.settings import Settings
@@ -108,6 +109,39 @@ def test_request_examples_are_valid_and_answered(client: Client) -> None:
         answer = client.post("/v1/mesh", example["value"])
         assert answer.status_code == 200
         assert errors("Mesh", answer.json()) == []
+
+
+def test_examples_of_conversions_are_true(client: Client) -> None:
+    operation = DOCUMENT["paths"]["/v1/convert"]["post"]
+    requests = operation["requestBody"]["content"]["application/json"]["examples"]
+    answers = operation["responses"]["200"]["content"]["application/json"]["examples"]
+    used = {op["op"] for example in requests.values() for op in example["value"]["operations"]}
+    assert used <= set(OPERATIONS)
+    for name, example in requests.items():
+        assert errors("ConvertRequest", example["value"]) == []
+        answer = client.post("/v1/convert", example["value"]).json()
+        assert answer == answers[name]["value"]
+        assert errors("SurfaceDocument", answer) == []
+
+
+def test_operations_are_described_and_their_examples_taken() -> None:
+    schemas = DOCUMENT["components"]["schemas"]
+    items = schemas["ConvertRequest"]["properties"]["operations"]["items"]["oneOf"]
+    surface = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]}
+    for reference in items:
+        fields = schemas[reference["$ref"].rpartition("/")[2]]["properties"]
+        op = fields["op"]["const"]
+        required = {
+            name: fields[name]["examples"][0]
+            for name in schemas[reference["$ref"].rpartition("/")[2]]["required"]
+            if name != "op"
+        }
+        for name, schema in fields.items():
+            assert schema["description"], f"{op}.{name}"
+            for example in schema.get("examples", []):
+                operation = {"op": op} | required | {name: example}
+                request = {"surface": surface, "operations": [operation]}
+                convert_request(request, DocumentLimits()).to_operations()
 
 
 def test_examples_of_meshes_show_both_kinds_of_normals() -> None:

@@ -8,6 +8,7 @@ errors from the code that makes them.
 from functools import cache
 
 from service import __version__
+from service.api.openapi_convert import post_convert
 from service.api.openapi_examples import meshes
 from service.api.openapi_mesh import EXAMPLE_PARAMETER, get_mesh, post_mesh
 from service.api.openapi_operations import get_operation
@@ -29,6 +30,7 @@ never repeated. A request that would cost too much is refused before anything is
 _TAGS = [
     {"name": "meshes", "description": "Surfaces to meshes."},
     {"name": "points", "description": "Points of surfaces, one by one."},
+    {"name": "surfaces", "description": "Surfaces to surfaces."},
     {"name": "catalogue", "description": "What there is to ask for."},
     {"name": "operations", "description": "Whether the service is well."},
 ]
@@ -54,6 +56,7 @@ def _paths() -> Json:
     return {
         "/v1/mesh": {"post": post_mesh()},
         "/v1/points": {"post": post_points()},
+        "/v1/convert": {"post": post_convert()},
         "/v1/surfaces": {
             "get": get_operation(
                 "listSurfaces", "catalogue", "The built-in surfaces", "SurfaceList", "InvalidQuery"

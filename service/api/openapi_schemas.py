@@ -6,6 +6,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue, models_jso
 from pydantic_core import core_schema
 
 from service.errors import MAX_ISSUES
+from service.schemas.convert import ConvertRequest
 from service.schemas.options import MeshOptionFields
 from service.schemas.points import PointsRequest
 from service.schemas.query import LIST_NAMES
@@ -33,7 +34,7 @@ def ref(name: str) -> Json:
 def schemas() -> dict[str, Json]:
     """All component schemas by name."""
     _, generated = models_json_schema(
-        [(MeshRequest, "validation"), (PointsRequest, "validation")],
+        [(m, "validation") for m in (MeshRequest, PointsRequest, ConvertRequest)],
         ref_template="#/components/schemas/{model}",
         schema_generator=_WithoutNull,
     )

@@ -4,6 +4,8 @@ Shortest digits come from orjson, which writes a whole array in C; swapping JSON
 commas for the separators of another format is cheaper than formatting a row at a time.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 import orjson
 from numpy.typing import NDArray
@@ -21,6 +23,20 @@ LONGEST_ESCAPE = 6
 def json_text(value: object) -> bytes:
     """JSON (RFC 8259) of a value that may hold contiguous NumPy arrays."""
     return orjson.dumps(value, option=orjson.OPT_SERIALIZE_NUMPY)
+
+
+def json_bound(value: object) -> int:
+    """Bytes of `json_text` at most, without writing any of it."""
+    if isinstance(value, np.ndarray):
+        # A number and a comma; each number may be a row of its own.
+        return value.size * (FLOAT64_CHARS + 1 + 2 * value.ndim) + 2
+    if isinstance(value, Mapping):
+        return 2 + sum(json_bound(key) + json_bound(item) + 2 for key, item in value.items())
+    if isinstance(value, list | tuple):
+        return 2 + sum(json_bound(item) + 1 for item in value)
+    if isinstance(value, str):
+        return 2 + LONGEST_ESCAPE * len(value.encode())
+    return FLOAT64_CHARS
 
 
 def json_array(array: NDArray[np.generic]) -> bytes:

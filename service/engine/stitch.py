@@ -8,13 +8,12 @@ whatever the order of the patches and whichever of them are computed together.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import sampled
+from service.bases.rows import distinct_rows
 from service.engine.near import leaders
 from service.surface.lowered import Patches
 
@@ -154,28 +153,6 @@ def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> F
     return place
 
 
-def distinct_rows(rows: FloatArray) -> tuple[Ints, Ints]:
-    """First place of every distinct row, and the number of each row among them.
-
-    Rows are equal if their numbers are; −0 does not occur. Found by a hash of the bits, which is
-    checked: if two different rows ever share one, sorting the rows themselves decides.
-
-    Returns
-    -------
-    first : ndarray of int, shape (D,)
-    number : ndarray of int, shape (len(rows),)
-        `rows[first][number]` equals `rows`.
-    """
-    rows = np.ascontiguousarray(rows)
-    bits = rows.view(np.uint64)
-    mixed = (bits ^ (bits >> np.uint64(29))) * _multipliers(rows.shape[1])
-    mixed ^= mixed >> np.uint64(32)
-    _, first, number = np.unique(mixed.sum(axis=1), return_index=True, return_inverse=True)
-    if not np.array_equal(rows[first][number], rows):
-        _, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    return first, number.reshape(-1)
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class _Sides:
     """All sides of one degree: where they belong (patch · 4 + side) and their control points."""
@@ -223,14 +200,3 @@ def _canonical(sides: _Sides) -> tuple[FloatArray, FloatArray | None, Bools]:
     if sides.weights is None:
         return points, None, turn
     return points, np.where(turn[:, None], sides.weights[:, ::-1], sides.weights), turn
-
-
-@cache
-def _multipliers(count: int) -> NDArray[np.uint64]:
-    """Odd numbers without pattern (splitmix64), the same in every run."""
-    state = np.arange(1, count + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
-    state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    state = (state ^ (state >> np.uint64(31))) | np.uint64(1)
-    state.flags.writeable = False
-    return state

@@ -5,6 +5,7 @@ What is not of the right form stays a string, and the model refuses it like any 
 
 import re
 from collections.abc import Iterable
+from math import inf, isfinite
 from types import MappingProxyType
 
 from service.errors import InvalidRequest, Issue, pointer
@@ -81,6 +82,14 @@ def _value(name: str, text: str) -> object:
     if name in _FLAG_NAMES:
         return _FLAGS.get(text, text)
     return text
+
+
+def number_from_text(text: str) -> int | float | str:
+    """A number as a body would hold it; what is none stays a string."""
+    if _WHOLE.fullmatch(text):
+        return int(text)
+    number = float(text) if _NUMBER.fullmatch(text) else inf
+    return number if isfinite(number) else text
 
 
 def _whole(text: str) -> int | str:

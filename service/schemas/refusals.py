@@ -17,6 +17,9 @@ UNIONS = frozenset({"surface"})
 """Fields that hold one of several models. Pydantic names the chosen one in its paths; the
 document has no such level."""
 
+LISTS_OF_UNIONS = frozenset({"operations"})
+"""Fields of a request that hold a list of such."""
+
 _KINDS = {
     type(None): "null",
     bool: "true or false",
@@ -122,6 +125,8 @@ def _length(value: object) -> str:
 
 def _pointer(path: Path) -> str:
     """JSON pointer of pydantic's path, without the names of union members."""
+    if len(path) > 2 and path[0] in LISTS_OF_UNIONS:
+        path = (*path[:2], *path[3:])
     parts: list[str | int] = []
     previous: str | int | None = None
     for part in path:

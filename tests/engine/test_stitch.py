@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from service.bases.rows import distinct_rows
 from service.engine.mesh import Mesh
-from service.engine.stitch import distinct_rows, find_seams
+from service.engine.stitch import find_seams
 from service.surface.examples import find
 from service.surface.lowered import Part, PatchModel, TensorPatches
 from tests.engine.meshing import (

@@ -1,0 +1,67 @@
+"""Bernstein nets in another form: raised in degree, cut in two, cut out.
+
+A net is its points and its weights (None where all are one); the direction that is worked on is
+axis 0, whatever else there is comes along. All is done by means of two neighbours at a time, so
+that no digit is lost to cancellation, the first and the last row keep their bits, and equal rows
+stay equal. Farin, Curves and Surfaces for CAGD, 5th ed., sections 5.3 and 6.1.
+"""
+
+from typing import TypeAlias
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.bases.combine import combine
+
+Net: TypeAlias = tuple[FloatArray, FloatArray | None]
+"""Points (n+1, …, d) and weights (n+1, …) or None."""
+
+
+def elevate(net: Net, degree: int) -> Net:
+    """The same polynomials in a higher degree, raised by one at a time.
+
+        P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i,   i = 0 … n+1
+
+    The reversed net gives the same bits reversed.
+    """
+    points, weights = net
+    for n in range(len(points) - 1, degree):
+        i = np.arange(n + 2)
+        index = np.stack([np.maximum(i - 1, 0), np.minimum(i, n)])
+        points, weights = combine(points, weights, index, np.stack([i, n + 1 - i]) / (n + 1))
+    return points, weights
+
+
+def split(net: Net, t: float) -> tuple[Net, Net]:
+    """The polynomials over [0, t] and over [t, 1], each in parameters of its own from 0 to 1.
+
+    de Casteljau: the first and the last points of b ← (1 − t) b_i + t b_{i+1}. The last row of the
+    one half is the first of the other.
+    """
+    points, weights = net
+    left, right = [(points[0], _row(weights, 0))], [(points[-1], _row(weights, -1))]
+    for n in range(len(points) - 1, 0, -1):
+        i = np.arange(n)
+        shares = np.repeat([[1 - t], [t]], n, axis=1)
+        points, weights = combine(points, weights, np.stack([i, i + 1]), shares)
+        left.append((points[0], _row(weights, 0)))
+        right.append((points[-1], _row(weights, -1)))
+    return _stacked(left), _stacked(right[::-1])
+
+
+def restrict(net: Net, first: float, last: float) -> Net:
+    """The polynomials over [first, last] ⊆ [0, 1], in parameters of their own from 0 to 1."""
+    if first > 0:
+        _, net = split(net, first)
+    if last < 1:
+        net, _ = split(net, (last - first) / (1 - first))
+    return net
+
+
+def _row(weights: FloatArray | None, row: int) -> FloatArray | None:
+    return None if weights is None else weights[row]
+
+
+def _stacked(rows: list[tuple[FloatArray, FloatArray | None]]) -> Net:
+    weights = [weight for _, weight in rows if weight is not None]
+    return np.stack([point for point, _ in rows]), np.stack(weights) if weights else None

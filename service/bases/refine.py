@@ -1,0 +1,98 @@
+"""B-splines over other knots: refined, clamped, cut out, raised in degree, all by blossoms.
+
+A spline of degree p is on each of its spans a polynomial, and that has one symmetric function of
+p parameters, affine in each, its blossom f: f(t, …, t) is the curve at t, and the control point
+P_i is f(U_{i+1}, …, U_{i+p}). So whatever the new knots V are, the new control points are values
+of f. As a polynomial of the higher degree n the blossom is the mean over all choices,
+
+    F(t_1, …, t_n) = Σ f(t_{k_1}, …, t_{k_p}) / C(n, p).
+
+If V has every knot of U, n − p times more often where the degree rises, every value is a mean of
+control points with shares that are not negative: nothing cancels.
+
+Ramshaw, Blossoms are polar forms, CAGD 6 (1989); Cohen, Lyche and Riesenfeld, Discrete B-splines
+and subdivision techniques, CGIP 14 (1980); Prautzsch, Degree elevation of B-spline curves, CAGD 1
+(1984).
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+
+
+def blossoms(
+    knots: FloatArray, degree: int, target: FloatArray, raised: int
+) -> tuple[Ints, FloatArray]:
+    """Which control points make those over other knots, and their shares.
+
+    Parameters
+    ----------
+    knots : ndarray of float64, shape (m,)
+        U, with p + 1 knots up to the first and from the last parameter of the domain on.
+    target : ndarray of float64, shape (N+n+1,)
+        V: the knots of U strictly within, n − p times more often each, and any others within the
+        domain; at both ends n + 1 times the same.
+    raised : int
+        n ≥ p.
+
+    Returns
+    -------
+    index : ndarray of int, shape (p+1, N)
+        Rows of the control net.
+    shares : ndarray of float64, shape (p+1, N)
+        Exactly one and zeros where the new control point is an old one.
+    """
+    windows = np.lib.stride_tricks.sliding_window_view(target[1:-1], raised)
+    count, first = len(windows), windows[:, 0]
+    # Where the spline parts, the point that ends a piece is one of the span before.
+    ends = (target[:count] < first) & (windows[:, -1] == first)
+    span = np.searchsorted(knots, first, side="right")
+    span = np.where(ends, np.searchsorted(knots, first, side="left"), span) - 1
+    # means[r] is the mean over all choices of r of the arguments met so far, as shares (N, r+1)
+    # of the r + 1 points that are left after p − r steps of de Boor's algorithm.
+    means: list[FloatArray] = [np.ones((count, 1))]
+    for k in range(1, raised + 1):
+        t = windows[:, k - 1]
+        for r in range(min(k, degree), max(0, k - 1 - raised + degree), -1):
+            step = _carried(means[r - 1], knots, span, t)
+            if r == k:
+                means.append(step)
+            else:
+                means[r] = ((k - r) * means[r] + r * step) / k
+    index = span - degree + np.arange(degree + 1)[:, np.newaxis]
+    return index, np.ascontiguousarray(means[degree].T)
+
+
+def _carried(shares: FloatArray, knots: FloatArray, span: Ints, t: FloatArray) -> FloatArray:
+    """Shares of r + 1 points, from those of the r points that a step of de Boor makes of them.
+
+    d_i ← (U_{i+r} − t)/(U_{i+r} − U_i) d_{i−1} + (t − U_i)/(U_{i+r} − U_i) d_i
+    """
+    count, r = shares.shape
+    carried = np.zeros((count, r + 1))
+    for column in range(r):
+        i = span - r + 1 + column
+        low, high = knots[i], knots[i + r]
+        width = high - low
+        carried[:, column] += shares[:, column] * ((high - t) / width)
+        carried[:, column + 1] += shares[:, column] * ((t - low) / width)
+    return carried
+
+
+def raised_knots(
+    knots: FloatArray, degree: int, raised: int, first: float, last: float
+) -> FloatArray:
+    """Knots of the spline over [first, last] in a degree that is higher or the same.
+
+    Those within stand as many times more as the degree rises, so that the continuity there stays;
+    the ends stand one more time than the degree.
+    """
+    within = knots[(knots > first) & (knots < last)]
+    breaks, many = np.unique(within, return_counts=True)
+    return np.concatenate(
+        [
+            np.full(raised + 1, first),
+            np.repeat(breaks, many + raised - degree),
+            np.full(raised + 1, last),
+        ]
+    )

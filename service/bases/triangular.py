@@ -1,0 +1,125 @@
+"""Nets of triangular Bernstein polynomials in another form: raised, cut in three, turned about.
+
+The net of degree n is one axis of K = (n+1)(n+2)/2 rows, row k of the triangle after row k − 1,
+from b_{n−k,0,k} to b_{0,n−k,k}. As in `service.bases.polynomials` everything is a mean of
+neighbours. Farin, Curves and Surfaces for CAGD, 5th ed., chapter 17.
+"""
+
+from math import comb, isqrt
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.bases.combine import combine
+from service.bases.polynomials import Net
+
+
+def exponents(degree: int) -> tuple[Ints, Ints, Ints]:
+    """i, j, k of every control point in the order of the net, each of shape (K,)."""
+    k = np.repeat(np.arange(degree + 1), np.arange(degree + 1, 0, -1))
+    j = np.arange(len(k)) - _start(degree, k)
+    return degree - j - k, j, k
+
+
+def place(degree: int, j: Ints, k: Ints) -> Ints:
+    """Where b_ijk stands in the net."""
+    return _start(degree, k) + j
+
+
+def degree_of(count: int) -> int:
+    """The degree n of (n+1)(n+2)/2 control points."""
+    return isqrt(2 * count) - 1
+
+
+def elevate(net: Net, degree: int) -> Net:
+    """The same polynomials in a higher degree, raised by one at a time.
+
+        b*_ijk = (i b_{i−1,j,k} + j b_{i,j−1,k} + k b_{i,j,k−1})/(n+1)
+
+    Sides come out as `service.bases.polynomials.elevate` raises them, bit for bit.
+    """
+    points, weights = net
+    for n in range(degree_of(len(points)), degree):
+        i, j, k = exponents(n + 1)
+        index = np.stack([place(n, j, k), place(n, j - 1, k), place(n, j, k - 1)])
+        shares = np.stack([i, j, k])
+        index[shares == 0] = 0
+        points, weights = combine(points, weights, index, shares / (n + 1))
+    return points, weights
+
+
+def split(net: Net, at: tuple[float, float, float]) -> tuple[Net, Net, Net]:
+    """The three triangles that a point (r, s, t) makes, taking the place of one corner of each.
+
+    First that which has it instead of b_n00, last instead of b_00n. de Casteljau; what two of
+    them share is computed once.
+    """
+    points, weights = net
+    n = degree_of(len(points))
+    levels = [net]
+    for m in range(n - 1, -1, -1):
+        _, j, k = exponents(m)
+        index = np.stack([place(m + 1, j, k), place(m + 1, j + 1, k), place(m + 1, j, k + 1)])
+        shares = np.repeat(np.array(at)[:, np.newaxis], len(j), axis=1)
+        points, weights = combine(points, weights, index, shares)
+        levels.append((points, weights))
+    i, j, k = exponents(n)
+    nothing = np.zeros_like(i)
+    return (
+        _gathered(levels, i, j, k),
+        _gathered(levels, j, nothing, k),
+        _gathered(levels, k, j, nothing),
+    )
+
+
+def _gathered(levels: list[Net], level: Ints, j: Ints, k: Ints) -> Net:
+    """One point of the given level for every row."""
+    n = len(levels) - 1
+    rows = [(le, int(_start(n - le, c)) + b) for le, b, c in zip(level, j, k, strict=True)]
+    points = np.stack([levels[le][0][row] for le, row in rows])
+    weights = [w[row] for le, row in rows if (w := levels[le][1]) is not None]
+    return points, np.stack(weights) if weights else None
+
+
+def exchanged(degree: int, first: int, second: int) -> Ints:
+    """The order of the rows in which two of the barycentric coordinates have changed places."""
+    turned = list(exponents(degree))
+    turned[first], turned[second] = turned[second], turned[first]
+    return place(degree, turned[1], turned[2])
+
+
+def lower_half(net: Net) -> Net:
+    """The triangle of degree p + q over the corners (0, 0), (1, 0), (0, 1) of a tensor net.
+
+        b_ijk = Σ_bc C(i, p−b−k+c) C(j, b) C(k, c) / C(p+q, p) P_bc
+
+    Choose which p of the p + q arguments, i times the first corner, j times the second and k times
+    the third, are parameters u: those that stand at the second give b, the others at the third c.
+
+    Parameters
+    ----------
+    net : points (p+1, q+1, …, d) and weights (p+1, q+1, …) or None
+    """
+    points, weights = net
+    p, q = points.shape[0] - 1, points.shape[1] - 1
+    i, j, k = exponents(p + q)
+    b, c = (axis.reshape(-1, 1) for axis in np.indices((p + 1, q + 1)))
+    shares = _choices(i, p - b - k + c) * _choices(j, b) * _choices(k, c) / comb(p + q, p)
+    index = np.repeat(np.arange(len(shares))[:, np.newaxis], len(i), axis=1)
+    if weights is not None:
+        weights = weights.reshape(-1, *weights.shape[2:])
+    return combine(points.reshape(-1, *points.shape[2:]), weights, index, shares)
+
+
+def _choices(n: Ints, k: Ints) -> FloatArray:
+    """Binomials C(n, k), zero for k outside 0 … n."""
+    top = int(n.max())
+    table = np.array([[float(comb(a, b)) for b in range(top + 1)] for a in range(top + 1)])
+    inside = (k >= 0) & (k <= n)
+    values: FloatArray = np.where(inside, table[n, np.clip(k, 0, top)], 0.0)
+    return values
+
+
+def _start(degree: int, k: Ints) -> Ints:
+    """Where row k of the triangle begins."""
+    return k * (degree + 1) - k * (k - 1) // 2

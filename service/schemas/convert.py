@@ -1,0 +1,306 @@
+"""Conversions as a document says them: a surface, and what shall be done with it in turn.
+
+To add an operation: its value in `service.surface.convert.operations`, here its model and its line
+in `_MODELS` and in `OperationDefinition`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Annotated, Literal, TypeAlias, get_args
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError, WithJsonSchema
+
+from service.errors import InvalidRequest, Issue, pointer
+from service.schemas.document import DocumentLimits
+from service.schemas.fields import Omittable, StrictModel
+from service.schemas.refusals import invalid_request, refusal, wrong_type
+from service.schemas.request import surface_of
+from service.schemas.surfaces import SurfaceDefinition
+from service.surface import Surface
+from service.surface.checks import MAX_DEGREE
+from service.surface.convert import operations as values
+
+Degree: TypeAlias = Annotated[int, Field(ge=1, le=MAX_DEGREE)]
+Number: TypeAlias = Annotated[float, Field(allow_inf_nan=False)]
+
+
+def _both(value: object) -> object:
+    """An int stands for both directions."""
+    if type(value) is int:
+        if not 1 <= value <= MAX_DEGREE:
+            needed = f"1 to {MAX_DEGREE}"
+            issue = Issue("out_of_range", "The number is out of range.", "", str(value), needed)
+            raise refusal([((), issue)])
+        return [value, value]
+    if not isinstance(value, list):
+        raise refusal([((), wrong_type(value, "a whole number or a list of two"))])
+    return _of_length(value, 2)
+
+
+def _of_length(value: object, length: int) -> object:
+    if isinstance(value, list) and len(value) != length:
+        got, needed = f"{len(value)} numbers", f"{length} numbers"
+        issue = Issue("wrong_length", "The list has another length.", "", got, needed)
+        raise refusal([((), issue)])
+    return value
+
+
+_DEGREE_SCHEMA = {"type": "integer", "minimum": 1, "maximum": MAX_DEGREE}
+
+Degrees: TypeAlias = Annotated[
+    tuple[Degree, Degree],
+    Field(strict=False),
+    BeforeValidator(_both),
+    WithJsonSchema(
+        {
+            "oneOf": [
+                _DEGREE_SCHEMA,
+                {"type": "array", "items": _DEGREE_SCHEMA, "minItems": 2, "maxItems": 2},
+            ]
+        }
+    ),
+]
+Interval: TypeAlias = Annotated[
+    tuple[Number, Number], Field(strict=False), BeforeValidator(lambda value: _of_length(value, 2))
+]
+Barycentric: TypeAlias = Annotated[
+    tuple[Number, Number, Number],
+    Field(strict=False),
+    BeforeValidator(lambda value: _of_length(value, 3)),
+]
+
+
+class ElevateDefinition(StrictModel):
+    """Raises the degree; the points stay. Degrees can be raised, not lowered.
+
+    Raised to [n, n] a patch has p = q, as forms with one degree ask for. The continuity of a
+    B-spline stays: each knot stands as many times more as the degree rises.
+    """
+
+    op: Literal["elevate"] = Field(description="The operation.")
+    degree: Degrees = Field(
+        description="The new degree, [p, q] or one number for both; of triangles one number.",
+        examples=[[3, 3], 4],
+    )
+
+    def to_value(self) -> values.Elevate:
+        """The operation itself; raises `InvalidRequest` with pointers relative to it."""
+        return values.Elevate(self.degree)
+
+
+class SplitDefinition(StrictModel):
+    """Cuts one patch or a B-spline in two or four, a triangle in three.
+
+    A patch becomes `patches`: piece (k, l) of the pieces along u and v has number
+    k · (pieces along v) + l. A triangle is cut at a point: the three triangles between it and the
+    sides, first the one that has the point instead of the corner r = 1, last instead of t = 1.
+    """
+
+    op: Literal["split"] = Field(description="The operation.")
+    u: Annotated[Number | None, Omittable()] = Field(
+        default=None,
+        description="Where to cut across u: inside the surface's domain.",
+        examples=[0.5],
+    )
+    v: Annotated[Number | None, Omittable()] = Field(
+        default=None,
+        description="Where to cut across v: inside the surface's domain.",
+        examples=[0.25],
+    )
+    at: Annotated[Barycentric | None, Omittable()] = Field(
+        default=None,
+        description="Where to cut a triangle: barycentric coordinates [r, s, t] of a point inside.",
+        examples=[[0.25, 0.25, 0.5]],
+    )
+
+    def to_value(self) -> values.Split:
+        """The operation itself; raises `InvalidRequest` with pointers relative to it."""
+        return values.Split(self.u, self.v, self.at)
+
+
+class RestrictDefinition(StrictModel):
+    """Cuts a piece out of one patch or a B-spline.
+
+    A patch becomes a patch over [0, 1]² again; a B-spline keeps its parameters and its knots.
+    """
+
+    op: Literal["restrict"] = Field(description="The operation.")
+    u: Annotated[Interval | None, Omittable()] = Field(
+        default=None,
+        description="First and last u of the piece; left out, all of them.",
+        examples=[[0.25, 0.75]],
+    )
+    v: Annotated[Interval | None, Omittable()] = Field(
+        default=None,
+        description="First and last v of the piece; left out, all of them.",
+        examples=[[0, 0.5]],
+    )
+
+    def to_value(self) -> values.Restrict:
+        """The operation itself; raises `InvalidRequest` with pointers relative to it."""
+        return values.Restrict(self.u, self.v)
+
+
+class TransposeDefinition(StrictModel):
+    """Exchanges u and v, of every patch; s and t of a triangle. Normals turn to the other side."""
+
+    op: Literal["transpose"] = Field(description="The operation.")
+
+    def to_value(self) -> values.Transpose:
+        """The operation itself."""
+        return values.Transpose()
+
+
+class ReverseDefinition(StrictModel):
+    """Runs u or v of every patch backwards; normals turn to the other side.
+
+    Of a triangle, `u` exchanges r and s, `v` exchanges r and t. A B-spline over [a, b] is one over
+    [−b, −a] then, for these knots are exact. Reversed twice it is as it was.
+    """
+
+    op: Literal["reverse"] = Field(description="The operation.")
+    direction: values.Direction = Field(
+        description="The parameter that runs backwards.", examples=["u"]
+    )
+
+    def to_value(self) -> values.Reverse:
+        """The operation itself."""
+        return values.Reverse(self.direction)
+
+
+class BezierConversion(StrictModel):
+    """Makes `patches` of a B-spline: one Bézier patch a span, over shared vertices.
+
+    What is made of Bézier patches already stays as it is.
+    """
+
+    op: Literal["bezier"] = Field(description="The operation.")
+
+    def to_value(self) -> values.ToBezier:
+        """The operation itself."""
+        return values.ToBezier()
+
+
+class TriangleConversion(StrictModel):
+    """Makes a triangular patch of degree p + q of half a patch of degree (p, q), exactly.
+
+    `lower` has its corners r, s, t = 1 at (u, v) = (0, 0), (1, 0), (0, 1), `upper` at (1, 1),
+    (0, 1), (1, 0).
+    """
+
+    op: Literal["triangle"] = Field(description="The operation.")
+    half: values.Half = Field(
+        description="The half on either side of the diagonal from (1, 0) to (0, 1).",
+        examples=["lower"],
+    )
+
+    def to_value(self) -> values.ToTriangle:
+        """The operation itself."""
+        return values.ToTriangle(self.half)
+
+
+_MODELS: Mapping[str, type[StrictModel]] = MappingProxyType(
+    {
+        str(get_args(model.model_fields["op"].annotation)[0]): model
+        for model in (
+            ElevateDefinition,
+            SplitDefinition,
+            RestrictDefinition,
+            TransposeDefinition,
+            ReverseDefinition,
+            BezierConversion,
+            TriangleConversion,
+        )
+    }
+)
+
+OPERATIONS = tuple(_MODELS)
+"""Names of the operations."""
+
+
+def _op_of(value: object) -> str:
+    """The member of the union that a checked value wants to be."""
+    assert isinstance(value, dict)
+    return str(value["op"])
+
+
+def _of_known_op(value: object) -> object:
+    """Refuses what names no operation, before the union is asked."""
+    if not isinstance(value, dict):
+        raise refusal([((), wrong_type(value, "an object"))])
+    needed = "one of " + ", ".join(OPERATIONS)
+    if "op" not in value:
+        issue = Issue("missing_field", "A required field is missing.", "/op", "nothing", needed)
+        raise refusal([((), issue)])
+    wanted = value["op"]
+    if not isinstance(wanted, str):
+        raise refusal([((), replace(wrong_type(wanted, needed), pointer="/op"))])
+    if wanted not in OPERATIONS:
+        got = "an unknown name"
+        issue = Issue("unknown_operation", "There is no such operation.", "/op", got, needed)
+        raise refusal([((), issue)])
+    return value
+
+
+OperationDefinition: TypeAlias = Annotated[
+    Annotated[ElevateDefinition, Tag("elevate")]
+    | Annotated[SplitDefinition, Tag("split")]
+    | Annotated[RestrictDefinition, Tag("restrict")]
+    | Annotated[TransposeDefinition, Tag("transpose")]
+    | Annotated[ReverseDefinition, Tag("reverse")]
+    | Annotated[BezierConversion, Tag("bezier")]
+    | Annotated[TriangleConversion, Tag("triangle")],
+    Discriminator(_op_of),
+    BeforeValidator(_of_known_op),
+]
+
+
+def _not_too_many(value: object) -> object:
+    """Refuses a list of another length before any of its operations is looked at."""
+    if isinstance(value, list) and not 1 <= len(value) <= values.MAX_OPERATIONS:
+        got, needed = f"{len(value)} operations", f"1 to {values.MAX_OPERATIONS}"
+        issue = Issue("wrong_length", "The list has another length.", "", got, needed)
+        raise refusal([((), issue)])
+    return value
+
+
+class ConvertRequest(StrictModel):
+    """A surface, and the operations that it shall go through, one after the other."""
+
+    surface: SurfaceDefinition = Field(description="The surface, by its control points.")
+    operations: Annotated[
+        tuple[OperationDefinition, ...], Field(strict=False), BeforeValidator(_not_too_many)
+    ] = Field(
+        description="What to do, each with the surface that the one before has made.",
+        examples=[[{"op": "elevate", "degree": [3, 3]}, {"op": "split", "u": 0.5}]],
+        json_schema_extra={"minItems": 1, "maxItems": values.MAX_OPERATIONS},
+    )
+
+    def to_surface(self) -> Surface:
+        """The surface itself; raises `InvalidRequest` with pointers into the whole request."""
+        return surface_of(self.surface)
+
+    def to_operations(self) -> tuple[values.Operation, ...]:
+        """The operations; raises `InvalidRequest` with pointers into the whole request."""
+        wanted: list[values.Operation] = []
+        for number, definition in enumerate(self.operations):
+            try:
+                wanted.append(definition.to_value())
+            except InvalidRequest as error:
+                raise error.within(pointer(("operations", number))) from None
+        return tuple(wanted)
+
+
+def convert_request(document: object, limits: DocumentLimits) -> ConvertRequest:
+    """The request that a JSON document makes.
+
+    Raises
+    ------
+    InvalidRequest
+        With pointers into the document.
+    """
+    try:
+        return ConvertRequest.model_validate(document, context=limits)
+    except ValidationError as error:
+        raise invalid_request(error) from None

@@ -1,0 +1,79 @@
+"""Operations as the command line gives them: the text of a flag to the value a body would hold.
+
+What is not of the right form stays a string, and the model refuses it like any other.
+"""
+
+from collections.abc import Iterable
+from typing import Any
+
+import orjson
+
+from service.errors import InvalidRequest, Issue
+from service.schemas.query import number_from_text
+
+OPERATIONS_FLAG = "operations"
+"""The flag whose text is a JSON list of operations."""
+
+
+def operations_from_text(given: Iterable[tuple[str, str]]) -> tuple[list[str], list[Any]]:
+    """The operations of flags, given as (name, text), and the flag that each comes from.
+
+    Raises
+    ------
+    InvalidRequest
+        If a text that shall be JSON is no list.
+    """
+    flags: list[str] = []
+    operations: list[Any] = []
+    for name, text in given:
+        found = _listed(text) if name == OPERATIONS_FLAG else [_operation(name, text)]
+        operations += found
+        flags += [name] * len(found)
+    return flags, operations
+
+
+def _operation(name: str, text: str) -> dict[str, object]:
+    fields: dict[str, object] = {}
+    match name:
+        case "elevate":
+            degrees = _numbers(text, ",")
+            fields = {"degree": degrees[0] if len(degrees) == 1 else degrees}
+        case "split" if "=" in text:
+            fields = {key: number_from_text(value) for key, value in _pairs(text)}
+        case "split":
+            fields = {"at": _numbers(text, ",")}
+        case "restrict":
+            fields = {key: _numbers(value, ":") for key, value in _pairs(text)}
+        case "reverse":
+            fields = {"direction": text}
+        case "triangle":
+            fields = {"half": text}
+    return {"op": name} | fields
+
+
+def _numbers(text: str, separator: str) -> list[int | float | str]:
+    return [number_from_text(part) for part in text.split(separator)]
+
+
+def _pairs(text: str) -> list[tuple[str, str]]:
+    """Names and values of "u=…,v=…"."""
+    parts = (part.partition("=") for part in text.split(","))
+    return [(key, value) for key, _, value in parts]
+
+
+def _listed(text: str) -> list[Any]:
+    try:
+        value = orjson.loads(text)
+    except orjson.JSONDecodeError:
+        value = None
+    if not isinstance(value, list):
+        raise InvalidRequest(
+            Issue(
+                "wrong_type",
+                "This must be a JSON list of operations.",
+                "--operations",
+                "something else",
+                '[{"op": …}, …]',
+            )
+        )
+    return value

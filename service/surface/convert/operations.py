@@ -1,0 +1,128 @@
+"""The operations of a conversion: frozen values, checked at birth."""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from service.errors import InvalidRequest, Issue
+from service.surface.checks import MAX_DEGREE
+
+Direction: TypeAlias = Literal["u", "v"]
+Half: TypeAlias = Literal["lower", "upper"]
+Interval: TypeAlias = tuple[float, float]
+
+MAX_OPERATIONS = 20
+"""Operations of one conversion: each may cost as much as a mesh."""
+
+UNIT = 1e-9
+"""How far the sum of barycentric coordinates may be from one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Elevate:
+    """The degree raised to (p, q); triangles take p, which must then equal q."""
+
+    degree: tuple[int, int]
+
+    def __post_init__(self) -> None:
+        for axis, degree in enumerate(self.degree):
+            if not 1 <= degree <= MAX_DEGREE:
+                needed = f"1 to {MAX_DEGREE}"
+                raise InvalidRequest(
+                    Issue(
+                        "out_of_range",
+                        "Degrees are whole numbers of a limited size.",
+                        f"/degree/{axis}",
+                        str(degree),
+                        needed,
+                    )
+                )
+
+
+@dataclass(frozen=True, slots=True)
+class Split:
+    """Cut at u, at v or at both; a triangle at the barycentric coordinates (r, s, t)."""
+
+    u: float | None = None
+    v: float | None = None
+    at: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if (self.at is None) == (self.u is None and self.v is None):
+            raise InvalidRequest(
+                Issue(
+                    "missing_field" if self.at is None else "unknown_field",
+                    "A surface is split at u, at v or at both, a triangle at [r, s, t].",
+                    "",
+                    "no parameter" if self.at is None else "`at` beside `u` or `v`",
+                    "`u`, `v` or both; or `at` alone",
+                )
+            )
+        if self.at is not None and not (min(self.at) > 0 and abs(sum(self.at) - 1) <= UNIT):
+            raise InvalidRequest(
+                Issue(
+                    "out_of_range",
+                    "Barycentric coordinates of a point within the triangle are positive and add "
+                    "up to one.",
+                    "/at",
+                    f"a least of {min(self.at):.6g} and a sum of {sum(self.at):.6g}",
+                    "numbers above 0, their sum 1",
+                )
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Restrict:
+    """The piece over [u₀, u₁] × [v₀, v₁]; a direction that is left out stays whole."""
+
+    u: Interval | None = None
+    v: Interval | None = None
+
+    def __post_init__(self) -> None:
+        if self.u is None and self.v is None:
+            raise InvalidRequest(
+                Issue(
+                    "missing_field",
+                    "A piece is given by an interval of u, of v or of both.",
+                    "",
+                    "no interval",
+                    "`u`, `v` or both",
+                )
+            )
+        for name, interval in (("u", self.u), ("v", self.v)):
+            if interval is not None and not interval[0] < interval[1]:
+                raise InvalidRequest(
+                    Issue(
+                        "out_of_range",
+                        "An interval begins before it ends.",
+                        f"/{name}",
+                        f"[{interval[0]:.6g}, {interval[1]:.6g}]",
+                        "the smaller number first",
+                    )
+                )
+
+
+@dataclass(frozen=True, slots=True)
+class Transpose:
+    """u and v exchanged; the normal turns to the other side."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reverse:
+    """One parameter run backwards; the normal turns to the other side."""
+
+    direction: Direction
+
+
+@dataclass(frozen=True, slots=True)
+class ToBezier:
+    """A B-spline as the Bézier patches of its spans."""
+
+
+@dataclass(frozen=True, slots=True)
+class ToTriangle:
+    """One half of a patch as a triangular patch, either side of its diagonal (1, 0)–(0, 1)."""
+
+    half: Half
+
+
+Operation: TypeAlias = Elevate | Split | Restrict | Transpose | Reverse | ToBezier | ToTriangle

@@ -1,0 +1,262 @@
+"""POST /v1/convert: surfaces out that are surfaces in, and pointed refusals."""
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.api.app import create_app
+from service.errors import MAX_ISSUES
+from service.schemas.convert import OPERATIONS
+from service.settings import Settings
+from tests.api.client import Client, client_of
+from tests.api.hostile import ECHO, MIB
+
+NET = [[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]
+BEZIER: dict[str, Any] = {
+    "control_net": NET,
+    "weights": [[1, 2, 1], [1, 0.5, 1]],
+    "colors": [[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [0, 0, 1]]],
+    "uvs": [[[0, 0], [0, 1]], [[1, 0], [1, 1]]],
+    "attributes": {"heat": [[[1], [2]], [[3], [4]]]},
+    "up": "z",
+    "name": "sail",
+}
+PATCHES: dict[str, Any] = {
+    "type": "patches",
+    "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1], [2, 0, 0], [2, 1, 0]],
+    "patches": [[[0, 1], [2, 3]], [[2, 3], [4, 5]]],
+    "colors": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 1, 1]],
+    "parts": {"left": [0], "right": [1]},
+}
+SURFACES = {"bezier": BEZIER, "patches": PATCHES}
+WORK: dict[str, list[tuple[str, Any]]] = {
+    "bezier": [
+        ("elevate", {"degree": 4}),
+        ("split", {"u": 0.5, "v": 0.25}),
+        ("restrict", {"u": [0, 0.5]}),
+        ("transpose", {}),
+        ("reverse", {"direction": "v"}),
+        ("bezier", {}),
+    ],
+    "patches": [
+        ("elevate", {"degree": [3, 2]}),
+        ("transpose", {}),
+        ("reverse", {"direction": "u"}),
+        ("bezier", {}),
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "op", "fields"),
+    [(kind, op, fields) for kind, works in WORK.items() for op, fields in works],
+)
+def test_what_comes_out_can_go_in(client: Client, kind: str, op: str, fields: Any) -> None:
+    """Converted, posted to be meshed, and converted again by nothing: the same digits."""
+    document = {"surface": SURFACES[kind], "operations": [{"op": op, **fields}]}
+    answer = client.post("/v1/convert", document)
+    assert answer.status_code == 200
+    assert answer.headers["content-type"] == "application/json"
+    assert set(answer.json()) == {"surface"}
+    mesh = client.post("/v1/mesh", answer.json() | {"resolution": 2}).json()
+    assert mesh["report"]["vertices"] == len(mesh["vertices"])
+    assert len(mesh["colors"]) == len(mesh["normals"])
+    again = client.post("/v1/convert", answer.json() | {"operations": [{"op": "bezier"}]})
+    assert again.content == answer.content
+
+
+def test_operations_come_one_after_the_other(client: Client) -> None:
+    operations = [
+        {"op": "elevate", "degree": [3, 3]},
+        {"op": "restrict", "u": [0.5, 1]},
+        {"op": "transpose"},
+        {"op": "split", "v": 0.5},
+    ]
+    surface = {"control_net": NET}
+    together = client.post("/v1/convert", {"surface": surface, "operations": operations})
+    for operation in operations:
+        answer = client.post("/v1/convert", {"surface": surface, "operations": [operation]})
+        surface = answer.json()["surface"]
+    assert together.json()["surface"] == surface
+    assert len(surface["patches"]) == 2
+
+
+def test_the_mesh_of_a_raised_example_is_the_mesh_of_the_example(client: Client) -> None:
+    request = client.get("/v1/surfaces/utah-teapot").json()
+    raised = client.post(
+        "/v1/convert", request | {"operations": [{"op": "elevate", "degree": [4, 5]}]}
+    ).json()
+    before, after = (
+        client.post("/v1/mesh", surface | {"resolution": 4}).json() for surface in (request, raised)
+    )
+    assert after["faces"] == before["faces"]
+    np.testing.assert_allclose(after["vertices"], before["vertices"], atol=1e-14)
+    for key in ("boundary_edges", "poles_repaired", "vertices"):
+        assert after["report"][key] == before["report"][key]
+
+
+def refused(client: Client, body: str | bytes) -> tuple[int, str, str]:
+    """Status, code and pointer of the first error; nothing of the body comes back."""
+    answer = client.request("POST", "/v1/convert", body if isinstance(body, bytes) else
+                            body.encode(), {"Content-Type": "application/json"})  # fmt: skip
+    assert answer.headers["content-type"] == "application/problem+json"
+    errors = answer.json()["errors"]
+    assert 1 <= len(errors) <= MAX_ISSUES
+    for error in errors:
+        assert {"code", "pointer", "detail", "got", "needed"} == set(error)
+    assert ECHO not in str([{**error, "pointer": ""} for error in errors])
+    assert len(answer.content) < 20_000
+    return answer.status_code, errors[0]["code"], errors[0]["pointer"]
+
+
+OPERATION_FAULTS = [
+    ("null", "null_value", ""),
+    ("1", "wrong_type", ""),
+    ("[]", "wrong_type", ""),
+    ("{}", "missing_field", "/op"),
+    ('{"op":null}', "null_value", "/op"),
+    ('{"op":1}', "wrong_type", "/op"),
+    (f'{{"op":"{ECHO}"}}', "unknown_operation", "/op"),
+    ('{"op":"Elevate"}', "unknown_operation", "/op"),
+    ('{"op":"elevate"}', "missing_field", "/degree"),
+    ('{"op":"elevate","degree":null}', "null_value", "/degree"),
+    ('{"op":"elevate","degree":0}', "out_of_range", "/degree"),
+    ('{"op":"elevate","degree":65}', "out_of_range", "/degree"),
+    ('{"op":"elevate","degree":1e1}', "wrong_type", "/degree"),
+    ('{"op":"elevate","degree":true}', "wrong_type", "/degree"),
+    ('{"op":"elevate","degree":[]}', "wrong_length", "/degree"),
+    ('{"op":"elevate","degree":[3]}', "wrong_length", "/degree"),
+    ('{"op":"elevate","degree":[3,3,3]}', "wrong_length", "/degree"),
+    ('{"op":"elevate","degree":[3,65]}', "out_of_range", "/degree/1"),
+    ('{"op":"elevate","degree":[3,"3"]}', "wrong_type", "/degree/1"),
+    ('{"op":"elevate","degree":[3,null]}', "null_value", "/degree/1"),
+    ('{"op":"elevate","degree":[3,1]}', "degree_too_low", "/degree/1"),
+    (f'{{"op":"elevate","degree":3,"{ECHO}":1}}', "unknown_field", f"/{ECHO}"),
+    ('{"op":"split"}', "missing_field", ""),
+    ('{"op":"split","u":null}', "null_value", "/u"),
+    ('{"op":"split","u":"0.5"}', "wrong_type", "/u"),
+    ('{"op":"split","u":true}', "wrong_type", "/u"),
+    ('{"op":"split","u":0}', "out_of_range", "/u"),
+    ('{"op":"split","v":1}', "out_of_range", "/v"),
+    ('{"op":"split","v":1e300}', "out_of_range", "/v"),
+    ('{"op":"split","u":0.5,"at":[0.25,0.25,0.5]}', "unknown_field", ""),
+    ('{"op":"split","at":[0.25,0.75]}', "wrong_length", "/at"),
+    ('{"op":"split","at":[0.25,0.25,0.25]}', "out_of_range", "/at"),
+    ('{"op":"split","at":[1e308,1e308,1e308]}', "out_of_range", "/at"),
+    ('{"op":"split","at":[0.25,null,0.25]}', "null_value", "/at/1"),
+    ('{"op":"split","at":[0.25,0.25,0.5]}', "unknown_field", "/at"),
+    ('{"op":"restrict"}', "missing_field", ""),
+    ('{"op":"restrict","u":0.5}', "wrong_type", "/u"),
+    ('{"op":"restrict","u":[0.5]}', "wrong_length", "/u"),
+    ('{"op":"restrict","u":[0,[1]]}', "wrong_type", "/u/1"),
+    ('{"op":"restrict","u":[0.5,0.5]}', "out_of_range", "/u"),
+    ('{"op":"restrict","u":[1,0]}', "out_of_range", "/u"),
+    ('{"op":"restrict","u":[-1,1]}', "out_of_range", "/u/0"),
+    ('{"op":"restrict","v":[0,2]}', "out_of_range", "/v/1"),
+    ('{"op":"restrict","v":[0,1e308]}', "out_of_range", "/v/1"),
+    ('{"op":"transpose","u":1}', "unknown_field", "/u"),
+    ('{"op":"reverse"}', "missing_field", "/direction"),
+    ('{"op":"reverse","direction":"w"}', "wrong_value", "/direction"),
+    ('{"op":"reverse","direction":null}', "null_value", "/direction"),
+    ('{"op":"bezier","degree":3}', "unknown_field", "/degree"),
+    ('{"op":"triangle"}', "missing_field", "/half"),
+    ('{"op":"triangle","half":"left"}', "wrong_value", "/half"),
+]
+
+
+@pytest.mark.parametrize(("text", "code", "pointer"), OPERATION_FAULTS)
+def test_faults_of_an_operation_are_pointed_at(
+    client: Client, text: str, code: str, pointer: str
+) -> None:
+    body = f'{{"surface":{json.dumps({"control_net": NET})},"operations":[{{"op":"transpose"}},'
+    body += f'{{"op":"transpose"}},{text}]}}'
+    assert refused(client, body) == (422, code, f"/operations/2{pointer}")
+
+
+def test_there_are_no_other_operations() -> None:
+    assert OPERATIONS == (
+        "elevate", "split", "restrict", "transpose", "reverse", "bezier", "triangle",
+    )  # fmt: skip
+
+
+GOOD = '{"control_net":[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0]]]}'
+TURN = '{"op":"transpose"}'
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "code", "pointer"),
+    [
+        ("", 400, "malformed_json", ""),
+        ("{}", 422, "missing_field", "/surface"),
+        (f'{{"surface":{GOOD}}}', 422, "missing_field", "/operations"),
+        (f'{{"surface":{GOOD},"operations":null}}', 422, "null_value", "/operations"),
+        (f'{{"surface":{GOOD},"operations":{TURN}}}', 422, "wrong_type", "/operations"),
+        (f'{{"surface":{GOOD},"operations":[]}}', 422, "wrong_length", "/operations"),
+        (f'{{"surface":{GOOD},"operations":[{TURN}],"resolution":3}}', 422, "unknown_field",
+         "/resolution"),
+        (f'{{"surface":{GOOD},"operations":[{TURN}],"operations":[]}}', 422, "repeated_key",
+         "/operations"),
+        (f'{{"surface":{GOOD},"operations":[{{"op":"split","u":NaN}}]}}', 422, "not_finite",
+         "/operations/0/u"),
+        (f'{{"surface":{GOOD},"operations":[{{"op":"split","u":1e999}}]}}', 422, "not_finite",
+         "/operations/0/u"),
+        (f'{{"surface":{{"type":"sponge"}},"operations":[{TURN}]}}', 422, "unknown_type",
+         "/surface/type"),
+        (f'{{"surface":{{"control_net":[[[0,0,0]]]}},"operations":[{TURN}]}}', 422,
+         "too_few_points", "/surface/control_net"),
+    ],
+)  # fmt: skip
+def test_faults_of_the_rest(
+    client: Client, body: str, status: int, code: str, pointer: str
+) -> None:
+    assert refused(client, body) == (status, code, pointer)
+
+
+def test_bombs_are_refused(client: Client) -> None:
+    start = f'{{"surface":{GOOD},"operations":['.encode()
+    many = b",".join([b'{"op":"elevate","degree":[null,null]}'] * 10_000)
+    assert refused(client, start + many + b"]}") == (422, "wrong_length", "/operations")
+    nulls = b"null," * 500_000 + b"null]}"
+    assert refused(client, start + nulls) == (422, "wrong_length", "/operations")
+    degrees = start + b'{"op":"elevate","degree":[' + b"4," * 500_000 + b"4]}]}"
+    assert refused(client, degrees) == (422, "wrong_length", "/operations/0/degree")
+    assert refused(client, start + b"[" * 60 * MIB) == (422, "too_many_values", "")
+
+
+def test_what_would_be_too_large_is_refused_before_it_is_made(client: Client) -> None:
+    """Twenty thousand patches over four vertices, raised to degree 64: 84 million points."""
+    surface = {
+        "type": "patches",
+        "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]],
+        "patches": [[[0, 1], [2, 3]]] * 20_000,
+    }
+    turn = {"op": "transpose"}
+    operations = [turn, turn, {"op": "elevate", "degree": 64}]
+    answer = client.post("/v1/convert", {"surface": surface, "operations": operations})
+    assert answer.status_code == 422
+    assert answer.json()["code"] == "result_too_large"
+    (error,) = answer.json()["errors"]
+    assert (error["code"], error["pointer"]) == ("too_many_control_points", "/operations/2")
+    assert error["got"] == "84500000 control points"
+
+
+def test_limits_are_those_of_the_settings() -> None:
+    operations = [{"op": "elevate", "degree": 9}]
+    document = {"surface": {"control_net": NET}, "operations": operations}
+    with client_of(create_app(Settings(max_control_points=99))) as client:
+        error = client.post("/v1/convert", document).json()["errors"][0]
+        assert (error["code"], error["needed"]) == ("too_many_control_points", "at most 99")
+    with client_of(create_app(Settings(max_response_bytes=1024))) as client:
+        error = client.post("/v1/convert", document).json()["errors"][0]
+        assert (error["code"], error["pointer"]) == ("too_many_bytes", "/operations")
+    with client_of(create_app(Settings(max_degree=8))) as client:
+        error = client.post("/v1/convert", document).json()["errors"][0]
+        assert (error["code"], error["pointer"]) == ("degree_too_high", "/operations/0/degree/0")
+
+
+def test_there_is_nothing_to_choose_in_the_query(client: Client) -> None:
+    answer = client.post("/v1/convert?format=glb", {"surface": BEZIER, "operations": []})
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["parameter"] == "format"

@@ -1,0 +1,157 @@
+"""Bernstein nets raised, cut and cut out: the same points in exact arithmetic, and their bits."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from geomdl import helpers
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from service.bases.combine import combine
+from service.bases.polynomials import Net, elevate, restrict, split
+from tests.oracles.exact import Vector, curve_point
+
+Array = np.ndarray
+PARAMETERS = (Fraction(0), Fraction(1, 3), Fraction(5, 8), Fraction(1))
+numbers = st.floats(-8, 8, allow_subnormal=False)
+inner = st.floats(0.01, 0.99)
+
+
+@st.composite
+def curves(draw: st.DrawFn, most: int = 6) -> Net:
+    """Control points of a curve, with weights or, as often, without."""
+    count = draw(st.integers(2, most + 1))
+    points = draw(arrays.arrays(np.float64, (count, 3), elements=numbers))
+    weight = arrays.arrays(np.float64, count, elements=st.floats(0.2, 5))
+    return points, draw(st.none() | weight)
+
+
+def point_of(net: Net, t: Fraction) -> Vector:
+    """The curve at t, exactly."""
+    points, weights = net
+    ws = np.ones(len(points)) if weights is None else weights
+    rows = [
+        (*(Fraction(w) * Fraction(x) for x in point), Fraction(w))
+        for point, w in zip(points.tolist(), ws.tolist(), strict=True)
+    ]
+    *spatial, w = curve_point(rows, t)
+    return tuple(x / w for x in spatial)
+
+
+def assert_near(got: Vector, wanted: Vector) -> None:
+    """Equal up to 1e-12 of the nets, which have size 8."""
+    assert max(abs(a - b) for a, b in zip(got, wanted, strict=True)) < 1e-12 * 8
+
+
+def bits(net: Net) -> tuple[bytes, bytes | None]:
+    points, weights = net
+    return points.tobytes(), None if weights is None else weights.tobytes()
+
+
+def turned(net: Net) -> Net:
+    points, weights = net
+    return points[::-1].copy(), None if weights is None else weights[::-1].copy()
+
+
+@settings(max_examples=60)
+@given(curves(), st.integers(0, 6))
+def test_raised_it_has_the_same_points(net: Net, more: int) -> None:
+    higher = elevate(net, len(net[0]) - 1 + more)
+    assert len(higher[0]) == len(net[0]) + more
+    for t in PARAMETERS:
+        assert_near(point_of(higher, t), point_of(net, t))
+    np.testing.assert_array_equal(higher[0][[0, -1]], net[0][[0, -1]])
+
+
+@settings(max_examples=40)
+@given(curves(), st.integers(1, 6))
+def test_raised_backwards_it_has_the_same_bits(net: Net, more: int) -> None:
+    degree = len(net[0]) - 1 + more
+    assert bits(turned(elevate(turned(net), degree))) == bits(elevate(net, degree))
+
+
+def test_the_highest_degree_loses_nothing() -> None:
+    points = np.random.default_rng(3).uniform(-1, 1, (4, 3))
+    weights = np.random.default_rng(4).uniform(0.2, 5, 4)
+    higher = elevate((points, weights), 64)
+    for t in PARAMETERS:
+        assert_near(point_of(higher, t), point_of((points, weights), t))
+
+
+@settings(max_examples=60)
+@given(curves(), inner)
+def test_both_sides_of_a_cut(net: Net, t: float) -> None:
+    left, right = split(net, t)
+    cut = Fraction(t)
+    for s in PARAMETERS:
+        assert_near(point_of(left, s), point_of(net, s * cut))
+        assert_near(point_of(right, s), point_of(net, cut + s * (1 - cut)))
+    np.testing.assert_array_equal(left[0][0], net[0][0])
+    np.testing.assert_array_equal(right[0][-1], net[0][-1])
+    np.testing.assert_array_equal(left[0][-1], right[0][0])
+
+
+@settings(max_examples=60)
+@given(curves(), st.lists(st.floats(0, 1), min_size=2, max_size=2, unique=True).map(sorted))
+def test_a_piece(net: Net, ends: list[float]) -> None:
+    first, last = ends
+    piece = restrict(net, first, last)
+    for s in PARAMETERS:
+        at = Fraction(first) + s * (Fraction(last) - Fraction(first))
+        assert_near(point_of(piece, s), point_of(net, at))
+
+
+@given(curves(), inner)
+def test_a_piece_that_begins_or_ends_with_the_whole_is_a_side_of_a_cut(net: Net, t: float) -> None:
+    left, right = split(net, t)
+    assert bits(restrict(net, 0, t)) == bits(left)
+    assert bits(restrict(net, t, 1)) == bits(right)
+    assert bits(restrict(net, 0, 1)) == bits(net)
+
+
+@settings(max_examples=40)
+@given(st.integers(2, 5), numbers, st.floats(0.2, 5), inner)
+def test_what_is_one_point_stays_one_point(count: int, x: float, weight: float, t: float) -> None:
+    """Bit for bit, whatever the weights: poles are found by equality."""
+    points = np.full((count, 3), x)
+    weights = np.linspace(1, weight, count)
+    for loads in (None, weights):
+        net = (points, loads)
+        for made in (elevate(net, count + 9), *split(net, t), restrict(net, t / 2, t)):
+            assert (made[0] == x).all()
+
+
+def test_whatever_else_has_axes_comes_along() -> None:
+    rng = np.random.default_rng(5)
+    points, weights = rng.uniform(-1, 1, (4, 5, 2, 3)), rng.uniform(1, 2, (4, 5, 2))
+    together = elevate((points, weights), 6)
+    one = elevate((points[:, 3, 1], weights[:, 3, 1]), 6)
+    assert together[1] is not None
+    assert one[1] is not None
+    np.testing.assert_array_equal(together[0][:, 3, 1], one[0])
+    np.testing.assert_array_equal(together[1][:, 3, 1], one[1])
+
+
+@pytest.mark.parametrize("count", [2, 4, 7])
+def test_geomdl_raises_to_the_same_points(count: int) -> None:
+    points = np.random.default_rng(count).uniform(-1, 1, (count, 3))
+    theirs = helpers.degree_elevation(count - 1, points.tolist(), num=2)
+    np.testing.assert_allclose(elevate((points, None), count + 1)[0], theirs, atol=1e-14)
+
+
+def test_shares_of_nothing_have_no_say() -> None:
+    """A term without a share neither pulls nor widens the bounds of the mean."""
+    points = np.array([[0.1], [0.1], [9.0]])
+    index = np.array([[0], [2], [1]])
+    mean, _ = combine(points, None, index, np.array([[1 / 3], [0.0], [2 / 3]]))
+    assert mean[0, 0] == 0.1
+
+
+def test_weights_beyond_their_products_do_not_overflow() -> None:
+    points = np.array([[3e38, 0, 0], [-3e38, 0, 0]])
+    mean, weights = elevate((points, np.array([1e300, 1e300])), 2)
+    np.testing.assert_array_equal(mean[1], [0, 0, 0])
+    assert weights is not None
+    np.testing.assert_allclose(weights, 1e300)

@@ -1,0 +1,137 @@
+"""B-splines over other knots: the same points in exact arithmetic, and nothing that cancels."""
+
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from geomdl import BSpline, operations
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import interpolate
+
+from service.bases.combine import combine
+from service.bases.knots import breaks, clamped, domain
+from service.bases.refine import blossoms, raised_knots
+from tests.oracles.splines import fractions, spline_point
+from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
+
+seeds = st.integers(0, 10**6)
+shares = st.lists(st.floats(0, 1), min_size=2, max_size=2, unique=True).map(sorted)
+
+
+def homogeneous(points: np.ndarray, weights: np.ndarray) -> list[tuple[Fraction, ...]]:
+    return [
+        (*(x * w for x in fractions(point)), w)
+        for point, w in zip(points, fractions(weights), strict=True)
+    ]
+
+
+def exact(
+    points: np.ndarray, weights: np.ndarray, knots: np.ndarray, degree: int, t: Fraction
+) -> list[float]:
+    """The rational curve at t."""
+    *x, w = spline_point(homogeneous(points, weights), fractions(knots), degree, t)
+    return [float(c / w) for c in x]
+
+
+@settings(max_examples=80)
+@given(knot_vectors(parted=True), seeds, st.integers(0, 3), shares, st.booleans())
+def test_over_other_knots_it_has_the_same_points(
+    vector: KnotVector, seed: int, more: int, ends: list[float], whole: bool
+) -> None:
+    """Raised, clamped and cut out at once: shares are not negative and add up to one."""
+    (knots, degree), count = vector, vector.points
+    low, high = domain(knots, degree)
+    first, last = (low, high) if whole else ((1 - s) * low + s * high for s in ends)
+    if not first < last:
+        return
+    raised = degree + more
+    target = raised_knots(knots, degree, raised, first, last)
+    index, parts = blossoms(knots, degree, target, raised)
+    assert index.shape[1] == len(target) - raised - 1
+    assert index.min() >= 0
+    assert index.max() < count
+    assert parts.min() >= 0
+    np.testing.assert_allclose(parts.sum(axis=0), 1, rtol=1e-14)
+    points, weights = points_for(count, seed), weights_for(count, seed)
+    made, loads = combine(points, weights, index, parts)
+    assert loads is not None
+    for a, b in pairwise(fractions(breaks(target, raised))):
+        for t in (a, a + (b - a) * Fraction(3, 8)):
+            np.testing.assert_allclose(
+                exact(made, loads, target, raised, t),
+                exact(points, weights, knots, degree, t),
+                atol=4e-12,
+            )
+
+
+@settings(max_examples=40)
+@given(knot_vectors(parted=True), seeds)
+def test_control_points_that_stay_keep_their_bits(vector: KnotVector, seed: int) -> None:
+    """A clamped spline over its own knots is itself, however often its knots come."""
+    knots, degree = vector
+    low, high = domain(knots, degree)
+    own = raised_knots(knots, degree, degree, low, high)
+    count = len(own) - degree - 1
+    points, weights = points_for(count, seed), weights_for(count, seed)
+    made, loads = combine(points, weights, *blossoms(own, degree, own, degree))
+    np.testing.assert_array_equal(made, points)
+    np.testing.assert_array_equal(loads, weights)
+
+
+@settings(max_examples=40)
+@given(knot_vectors(), seeds, st.integers(1, 4))
+def test_raised_it_begins_and_ends_at_the_same_bits(
+    vector: KnotVector, seed: int, more: int
+) -> None:
+    knots, degree = vector
+    low, high = domain(knots, degree)
+    own = raised_knots(knots, degree, degree, low, high)
+    points = points_for(len(own) - degree - 1, seed)
+    target = raised_knots(own, degree, degree + more, low, high)
+    made, _ = combine(points, None, *blossoms(own, degree, target, degree + more))
+    np.testing.assert_array_equal(made[[0, -1]], points[[0, -1]])
+
+
+def test_continuity_stays() -> None:
+    """Raised by one, the knots of the clamped cubic stand twice within: C² as before."""
+    target = raised_knots(clamped(6, 3), 3, 4, 0.0, 3.0)
+    np.testing.assert_array_equal(target, [0] * 5 + [1, 1, 2, 2] + [3] * 5)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 5])
+def test_scipy_inserts_the_same_points(degree: int) -> None:
+    knots = clamped(degree + 4, degree)
+    points = points_for(degree + 4, degree)[..., 0]
+    target = np.sort(np.append(knots, [0.5, 1.25]))
+    made, _ = combine(points[:, None], None, *blossoms(knots, degree, target, degree))
+    spline = interpolate.BSpline(knots, points, degree)
+    spline = spline.insert_knot(0.5).insert_knot(1.25)
+    np.testing.assert_allclose(made[:, 0], spline.c, atol=1e-13)
+
+
+def test_geomdl_splits_at_the_same_points() -> None:
+    curve = BSpline.Curve()
+    curve.degree = 3
+    points = points_for(7, 1)
+    curve.ctrlpts = points.tolist()
+    curve.knotvector = clamped(7, 3).tolist()
+    theirs = operations.split_curve(curve, 0.3)  # its knots run from 0 to 1
+    for piece, (first, last) in zip(theirs, ((0.0, 1.2), (1.2, 4.0)), strict=True):
+        target = raised_knots(clamped(7, 3), 3, 3, first, last)
+        made, _ = combine(points, None, *blossoms(clamped(7, 3), 3, target, 3))
+        np.testing.assert_allclose(made, piece.ctrlpts, atol=1e-13)
+
+
+def test_the_highest_degree_loses_nothing() -> None:
+    knots = np.array([0.0, 0, 0, 0, 1, 2, 2, 3.5, 4, 4, 4, 4])
+    points, weights = points_for(8, 2), weights_for(8, 2)
+    target = raised_knots(knots, 3, 64, 0.0, 4.0)
+    index, parts = blossoms(knots, 3, target, 64)
+    made, loads = combine(points, weights, index, parts)
+    assert loads is not None
+    for t in (Fraction(1, 3), Fraction(2), Fraction(15, 4)):
+        np.testing.assert_allclose(
+            exact(made, loads, target, 64, t), exact(points, weights, knots, 3, t), atol=4e-12
+        )

@@ -1,0 +1,1 @@
+"""Conversions: the same points in exact arithmetic, whatever the kind of surface."""

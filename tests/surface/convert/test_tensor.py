@@ -1,0 +1,353 @@
+"""Operations on one patch and on many: the same points, the same channels, and their bits."""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.options import MeshOptions
+from service.engine.tessellate import tessellate
+from service.errors import InvalidRequest, SurfaceError, TooLarge
+from service.surface import Surface
+from service.surface.bezier import BezierSurface
+from service.surface.convert import convert
+from service.surface.convert.nets import Allowed
+from service.surface.convert.operations import (
+    Elevate,
+    Operation,
+    Restrict,
+    Reverse,
+    Split,
+    ToBezier,
+    Transpose,
+)
+from service.surface.examples import EXAMPLES, find
+from service.surface.patches import PatchSurface
+from tests.surface.convert.exact import (
+    assert_same,
+    bezier_values,
+    patch_values,
+    random_bezier,
+    random_patches,
+)
+
+degrees = st.tuples(st.integers(1, 4), st.integers(1, 4))
+seeds = st.integers(0, 10**6)
+inner = st.floats(0.05, 0.95)
+cuts = st.tuples(inner, st.none() | inner) | st.tuples(st.none(), inner)
+ends = st.lists(st.floats(0, 1), min_size=2, max_size=2, unique=True).map(sorted)
+
+
+def bezier(surface: Surface, *operations: Operation) -> BezierSurface:
+    result = convert(surface, operations)
+    assert isinstance(result, BezierSurface)
+    return result
+
+
+def patches(surface: Surface, *operations: Operation) -> PatchSurface:
+    result = convert(surface, operations)
+    assert isinstance(result, PatchSurface)
+    return result
+
+
+def refusal(surface: Surface, *operations: Operation, points: int = 10**6) -> tuple[str, str]:
+    """Code and pointer of the only issue."""
+    with pytest.raises(SurfaceError) as caught:
+        convert(surface, operations, Allowed(points))
+    (issue,) = caught.value.issues
+    assert issue.got
+    assert issue.needed
+    return issue.code, issue.pointer
+
+
+def arrays_of(surface: Surface) -> list[bytes | None]:
+    """Everything numeric in a surface, bit for bit."""
+    assert isinstance(surface, BezierSurface | PatchSurface)
+    nets = [net for _, _, _, net in surface.channels.each()]
+    if isinstance(surface, BezierSurface):
+        nets += [surface.control_net]
+    else:
+        nets += [surface.vertices, surface.patches]  # type: ignore[list-item]
+    weights = None if surface.weights is None else surface.weights.tobytes()
+    return [*(net.tobytes() for net in nets), weights]
+
+
+def named(surface: Surface) -> tuple[str, str]:
+    return surface.up, surface.name
+
+
+@settings(max_examples=15)
+@given(degrees, degrees, seeds, st.booleans())
+def test_raised_patch(
+    degree: tuple[int, int], more: tuple[int, int], seed: int, rational: bool
+) -> None:
+    surface = random_bezier(degree, seed, rational)
+    wanted = degree[0] + more[0], degree[1] + more[1]
+    higher = bezier(surface, Elevate(wanted))
+    assert higher.degree == wanted
+    assert named(higher) == ("z", "sail")
+    assert_same(bezier_values(higher), bezier_values(surface))
+    corners = np.ix_([0, -1], [0, -1])
+    np.testing.assert_array_equal(higher.control_net[corners], surface.control_net[corners])
+
+
+@settings(max_examples=12)
+@given(degrees, st.integers(4, 6), seeds, st.booleans())
+def test_raised_patches(degree: tuple[int, int], most: int, seed: int, rational: bool) -> None:
+    surface = random_patches(degree, seed, rational)
+    higher = patches(surface, Elevate((most, most)))
+    assert higher.degree == (most, most)
+    assert (higher.parts, *named(higher)) == (surface.parts, "z", "sail")
+    assert len(higher.vertices) == (2 * most + 1) * (most + 1), "the edge is there once"
+    for patch in (0, 1):
+        assert_same(patch_values(higher, patch), patch_values(surface, patch))
+
+
+@settings(max_examples=12)
+@given(degrees, seeds, st.booleans(), cuts)
+def test_split_patch(
+    degree: tuple[int, int], seed: int, rational: bool, cuts: tuple[float | None, float | None]
+) -> None:
+    surface = random_bezier(degree, seed, rational)
+    u, v = cuts
+    pieces = patches(surface, Split(u, v))
+    borders = [[Fraction(0), *([] if t is None else [Fraction(t)]), Fraction(1)] for t in (u, v)]
+    count = [len(b) - 1 for b in borders]
+    assert len(pieces.patches) == count[0] * count[1]
+    assert named(pieces) == ("z", "sail")
+    rows, columns = (n * d + 1 for n, d in zip(count, pieces.degree, strict=True))
+    assert len(pieces.vertices) == rows * columns
+    for k in range(count[0]):
+        for m in range(count[1]):
+            begins, widths = zip(
+                *((b[i], b[i + 1] - b[i]) for b, i in zip(borders, (k, m), strict=True)),
+                strict=True,
+            )
+            assert_same(
+                patch_values(pieces, k * count[1] + m),
+                bezier_values(surface),
+                partial(_within, begins, widths),
+            )
+
+
+def _within(
+    begins: Sequence[Fraction], widths: Sequence[Fraction], u: Fraction, v: Fraction
+) -> tuple[Fraction, Fraction]:
+    return begins[0] + u * widths[0], begins[1] + v * widths[1]
+
+
+@settings(max_examples=12)
+@given(degrees, seeds, st.booleans(), ends, ends)
+def test_piece_of_a_patch(
+    degree: tuple[int, int], seed: int, rational: bool, u: list[float], v: list[float]
+) -> None:
+    surface = random_bezier(degree, seed, rational)
+    piece = bezier(surface, Restrict((u[0], u[1]), (v[0], v[1])))
+    assert piece.degree == degree
+    begins = Fraction(u[0]), Fraction(v[0])
+    widths = Fraction(u[1]) - begins[0], Fraction(v[1]) - begins[1]
+    assert_same(bezier_values(piece), bezier_values(surface), partial(_within, begins, widths))
+
+
+def test_split_twice_is_a_piece() -> None:
+    """[0, ½] of the upper side of a cut at ½ is [½, ¾]: exact for these parameters."""
+    surface = random_bezier((3, 2), 5, True, channels=False)
+    last = patches(surface, Split(u=0.5))
+    upper = BezierSurface(last.vertices[last.patches[1]], last.weights[last.patches[1]])  # type: ignore[index]
+    first = patches(upper, Split(u=0.5))
+    piece = bezier(surface, Restrict(u=(0.5, 0.75)))
+    np.testing.assert_array_equal(first.vertices[first.patches[0]], piece.control_net)
+
+
+@settings(max_examples=12)
+@given(degrees, seeds, st.booleans())
+def test_turned_patches(degree: tuple[int, int], seed: int, rational: bool) -> None:
+    surface = random_bezier(degree, seed, rational)
+    wanted = bezier_values(surface)
+    assert_same(bezier_values(bezier(surface, Transpose())), wanted, lambda u, v: (v, u))
+    assert_same(bezier_values(bezier(surface, Reverse("u"))), wanted, lambda u, v: (1 - u, v))
+    assert_same(bezier_values(bezier(surface, Reverse("v"))), wanted, lambda u, v: (u, 1 - v))
+    many = random_patches(degree, seed, rational)
+    for patch in (0, 1):
+        wanted = patch_values(many, patch)
+        turned = patch_values(patches(many, Transpose()), patch)
+        assert_same(turned, wanted, lambda u, v: (v, u))
+        turned = patch_values(patches(many, Reverse("u")), patch)
+        assert_same(turned, wanted, lambda u, v: (1 - u, v))
+        turned = patch_values(patches(many, Reverse("v")), patch)
+        assert_same(turned, wanted, lambda u, v: (u, 1 - v))
+
+
+@pytest.mark.parametrize("operation", [Transpose(), Reverse("u"), Reverse("v")])
+@pytest.mark.parametrize("make", [random_bezier, random_patches])
+def test_turned_twice_it_is_as_it_was(make: object, operation: Operation) -> None:
+    surface = make((3, 2), 1, True)  # type: ignore[operator]
+    once = convert(surface, [operation])
+    twice = convert(once, [operation])
+    assert arrays_of(twice) == arrays_of(surface)
+    assert arrays_of(once) != arrays_of(surface)
+
+
+def test_a_turn_is_to_the_other_side() -> None:
+    options = MeshOptions(resolution=(2, 2))
+    before = tessellate(find("saddle").surface().lower(), options).normals
+    for operation in (Transpose(), Reverse("u"), Reverse("v")):
+        turned = convert(find("saddle").surface(), [operation])
+        after = tessellate(turned.lower(), options).normals
+        assert before is not None
+        assert after is not None
+        assert before[4] @ after[4] == pytest.approx(-1)
+
+
+@pytest.mark.parametrize("operation", [ToBezier(), Elevate((3, 3))])
+def test_nothing_to_do(operation: Operation) -> None:
+    for surface in (random_bezier((3, 3), 1, True), random_patches((3, 3), 1, True)):
+        result = convert(surface, [operation])
+        assert arrays_of(result) == arrays_of(surface)
+
+
+@pytest.mark.parametrize("degree", [(4, 5), (5, 4), (3, 4), (7, 7)])
+def test_the_teapot_stays_as_closed_as_it_is(degree: tuple[int, int]) -> None:
+    options = MeshOptions(resolution=(3, 3))
+    teapot = find("utah-teapot").surface()
+    before = tessellate(teapot.lower(), options).report
+    higher = patches(teapot, Elevate(degree), Reverse("u"))
+    after = tessellate(higher.lower(), options).report
+    assert (after.vertices, after.triangles, after.boundary_edges, after.poles_repaired) == (
+        before.vertices,
+        before.triangles,
+        before.boundary_edges,
+        before.poles_repaired,
+    )
+    assert [name for name, _ in higher.parts] == [name for name, _ in teapot.parts]  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("example", ["cylinder", "cone", "sphere", "torus"])
+def test_closed_rational_surfaces_stay_closed(example: str) -> None:
+    surface = find(example).surface()
+    higher = patches(surface, Elevate((5, 5)), Transpose())
+    report = tessellate(higher.lower(), MeshOptions(resolution=(3, 3))).report
+    assert report.watertight
+    assert (
+        report.poles_repaired
+        == tessellate(surface.lower(), MeshOptions(resolution=(3, 3))).report.poles_repaired
+    )
+
+
+def test_seams_stay_where_weights_have_a_common_factor() -> None:
+    """Two patches with an edge of their own each: equal points, weights three times as large."""
+    one = random_bezier((2, 2), 3, True, channels=False)
+    two = random_bezier((2, 2), 4, True, channels=False)
+    assert one.weights is not None
+    assert two.weights is not None
+    points, weights = two.control_net.copy(), two.weights.copy()
+    points[0], weights[0] = one.control_net[-1, ::-1], one.weights[-1, ::-1] * 3
+    both = PatchSurface(
+        np.concatenate([one.control_net.reshape(-1, 3), points.reshape(-1, 3)]),
+        np.arange(18).reshape(2, 3, 3),
+        np.concatenate([one.weights.ravel(), weights.ravel()]),
+    )
+    options = MeshOptions(resolution=(3, 3))
+    assert tessellate(both.lower(), options).report.boundary_edges == 18
+    for degree in ((7, 7), (3, 5)):
+        higher = patches(both, Elevate(degree))
+        assert tessellate(higher.lower(), options).report.boundary_edges == 18
+
+
+def test_a_seam_across_the_directions_is_not_opened() -> None:
+    """The edge v = 0 of one patch is the edge u = 0 of the other."""
+    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, -1, 0], [1, -1, 1]])
+    surface = PatchSurface(vertices, np.array([[[0, 2], [1, 3]], [[0, 1], [4, 5]]]))
+    assert refusal(surface, Elevate((2, 3))) == ("seam_would_open", "/operations/0/degree")
+    turned = PatchSurface(vertices, np.array([[[0, 2], [1, 3]], [[1, 0], [5, 4]]]))
+    assert refusal(turned, Elevate((2, 3))) == ("seam_would_open", "/operations/0/degree")
+    report = tessellate(
+        convert(surface, [Elevate((3, 3))]).lower(), MeshOptions(resolution=(2, 2))
+    ).report
+    assert report.boundary_edges == 12
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_every_example_can_be_raised_and_turned(example: str) -> None:
+    surface = find(example).surface()
+    degree = max(surface.degree) + 1
+    made = convert(surface, [Elevate((degree, degree)), Reverse("v"), Transpose()])
+    assert made.degree == (degree, degree)
+
+
+def test_a_part_keeps_its_name_when_it_is_split() -> None:
+    one = random_bezier((2, 2), 3, True, channels=False)
+    surface = PatchSurface(
+        one.control_net.reshape(-1, 3), np.arange(9).reshape(1, 3, 3), parts=(("lid", (0,)),)
+    )
+    assert patches(surface, Split(0.5, 0.5)).parts == (("lid", (0, 1, 2, 3)),)
+    piece = patches(surface, Restrict(u=(0.0, 0.5)))
+    assert (piece.parts, len(piece.patches)) == ((("lid", (0,)),), 1)
+    assert_same(patch_values(piece, 0), patch_values(surface, 0), lambda u, v: (u / 2, v))
+
+
+@pytest.mark.parametrize(
+    ("operation", "code", "pointer"),
+    [
+        (Elevate((2, 3)), "degree_too_low", "/degree/0"),
+        (Elevate((3, 1)), "degree_too_low", "/degree/1"),
+        (Split(u=0.0), "out_of_range", "/u"),
+        (Split(v=1.0), "out_of_range", "/v"),
+        (Split(u=float("nan")), "out_of_range", "/u"),
+        (Split(at=(0.25, 0.25, 0.5)), "unknown_field", "/at"),
+        (Restrict(u=(-0.5, 1)), "out_of_range", "/u/0"),
+        (Restrict(v=(0.0, 1.5)), "out_of_range", "/v/1"),
+    ],
+)
+def test_refusals_of_a_patch(operation: Operation, code: str, pointer: str) -> None:
+    surface = random_bezier((3, 2), 1, False)
+    assert refusal(surface, Transpose(), Transpose(), operation) == (
+        code,
+        f"/operations/2{pointer}",
+    )
+
+
+@pytest.mark.parametrize("operation", [Split(0.5), Restrict(u=(0, 0.5))])
+def test_patches_have_no_parameters_in_common(operation: Operation) -> None:
+    surface = random_patches((2, 2), 1, False)
+    assert refusal(surface, operation) == ("several_patches", "/operations/0")
+
+
+def test_too_much_is_refused_before_it_is_made() -> None:
+    surface = random_patches((3, 3), 1, False)
+    assert refusal(surface, Transpose(), Elevate((64, 64)), points=8449) == (
+        "too_many_control_points",
+        "/operations/1",
+    )
+    assert len(patches(surface, Elevate((12, 12))).patches) == 2
+    with pytest.raises(TooLarge):
+        convert(random_bezier((3, 3), 1, False), [Split(0.5, 0.5)], Allowed(63))
+    with pytest.raises(TooLarge):
+        convert(random_bezier((3, 3), 1, False), [Elevate((7, 7))], Allowed(63))
+
+
+@pytest.mark.parametrize(
+    ("make", "code", "pointer"),
+    [
+        (lambda: Elevate((0, 1)), "out_of_range", "/degree/0"),
+        (lambda: Elevate((1, 65)), "out_of_range", "/degree/1"),
+        (Split, "missing_field", ""),
+        (lambda: Split(0.5, None, (0.2, 0.3, 0.5)), "unknown_field", ""),
+        (lambda: Split(at=(0.5, 0.5, 0.0)), "out_of_range", "/at"),
+        (lambda: Split(at=(0.5, 0.5, 0.5)), "out_of_range", "/at"),
+        (lambda: Split(at=(0.5, 0.5, float("nan"))), "out_of_range", "/at"),
+        (Restrict, "missing_field", ""),
+        (lambda: Restrict(u=(0.5, 0.5)), "out_of_range", "/u"),
+        (lambda: Restrict(v=(1.0, 0.0)), "out_of_range", "/v"),
+        (lambda: Restrict(v=(float("nan"), 1.0)), "out_of_range", "/v"),
+    ],
+)
+def test_operations_are_checked_at_birth(make: object, code: str, pointer: str) -> None:
+    with pytest.raises(InvalidRequest) as caught:
+        make()  # type: ignore[operator]
+    (issue,) = caught.value.issues
+    assert (issue.code, issue.pointer) == (code, pointer)
