@@ -137,7 +137,7 @@ def _add_options(mesh: argparse.ArgumentParser) -> None:
     group.add_argument("--faces", metavar="KIND", help="triangles (default) or quads")
     for name, text in (
         ("normals", "unit normals (yes)"),
-        ("uvs", "parameters (u, v) (no)"),
+        ("uvs", "parameters (u, v) where the surface has no uvs of its own (no)"),
         ("weld", "vertices shared along shared edges (yes)"),
     ):
         group.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=text)

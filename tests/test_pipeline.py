@@ -11,14 +11,14 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.encoders.format import EncodeOptions, Format
+from service.encoders.format import EncodeOptions, Format, OoglForm
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MAX_RESOLUTION, Faces, MeshOptions
 from service.errors import SurfaceError, TooLarge, UnsupportedByFormat
-from service.pipeline import Limits, mesh, predict, render
+from service.pipeline import Limits, mesh, plan, predict, render
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
-from service.surface.lowered import PatchModel
+from service.surface.lowered import ChannelKind, PatchModel
 from tests.strategies import (
     Array,
     cube,
@@ -197,3 +197,44 @@ def test_a_high_degree_is_refused_where_the_format_ends() -> None:
     with pytest.raises(UnsupportedByFormat):
         render(surface, MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
     assert render(surface, MeshOptions(), BY_NAME["oogl"])
+
+
+KINDS: tuple[ChannelKind, ...] = ("colors", "uvs", "attribute")
+
+
+@each_format
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_a_format_has_no_place_for_is_left_out(fmt: Format, kind: ChannelKind) -> None:
+    """Bytes and prediction are then those of a surface that never had it."""
+    full = find("heated-panel").surface()
+    assert isinstance(full, BezierSurface)
+    without = {
+        "colors": replace(full.channels, colors=None),
+        "uvs": replace(full.channels, uvs=None),
+        "attribute": replace(full.channels, attributes=()),
+    }
+    less = replace(full, channels=without[kind])
+    options = MeshOptions((3, 3))
+    works = [plan(surface, options, fmt, EncodeOptions("off")) for surface in (full, less)]
+    alike = works[0].run() == works[1].run()
+    assert alike == (kind not in fmt.carries)
+    if alike:
+        assert works[0].size == works[1].size
+
+
+@each_format
+def test_parameters_are_left_out_like_texture_coordinates(fmt: Format) -> None:
+    surface = find("saddle").surface()
+    contents = [
+        render(surface, MeshOptions((3, 3), uvs=uvs), fmt, EncodeOptions("off"))
+        for uvs in (False, True)
+    ]
+    assert (contents[0] == contents[1]) == ("uvs" not in fmt.carries)
+
+
+@pytest.mark.parametrize("form", ["cquad", "mesh", "off", "bez"])
+def test_colors_in_every_form_of_oogl(form: OoglForm) -> None:
+    """No more bytes than predicted."""
+    surface, options = find("heated-panel").surface(), MeshOptions((9, 9))
+    work = plan(surface, options, BY_NAME["oogl"], EncodeOptions(form))
+    assert 0 < len(work.run()) <= work.fmt.byte_bound(work.size, work.encode)

@@ -13,6 +13,7 @@ import numpy as np
 from service.errors import Issue, UnknownSurface
 from service.surface import Surface, quadrics
 from service.surface.bezier import BezierSurface
+from service.surface.colored import colored_by_height, heated_panel
 from service.surface.lowered import Up
 from service.surface.patches import PatchSurface
 
@@ -107,6 +108,13 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
                 lambda: _net("bourke-1111", "z"),
             ),
             Example(
+                "bourke-1111-colors",
+                "Random surface, coloured by its height",
+                "The same surface with `colors`: a net in the surface's own degree, from blue in "
+                "the valleys to yellow on the hills.",
+                lambda: colored_by_height(_net("bourke-1111", "z"), "bourke-1111-colors"),
+            ),
+            Example(
                 "tveit",
                 "Tutorial patch",
                 "A bicubic patch over the 16 control points A to P of a tutorial.",
@@ -117,6 +125,13 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
                 "Saddle",
                 "The patch of degree (1, 1) over four corners: the hyperbolic paraboloid z = xy.",
                 _saddle,
+            ),
+            Example(
+                "heated-panel",
+                "Heated panel",
+                "A biquadratic panel with the attribute `temperature`, colours that follow it, and "
+                "texture coordinates in metres: each a net of a degree of its own.",
+                heated_panel,
             ),
             Example(
                 "cylinder",

@@ -6,7 +6,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from service.engine.options import MeshOptions
+from service.engine.tessellate import tessellate
 from service.errors import UnknownSurface
+from service.surface.colored import COLD, HOT
 from service.surface.examples import EXAMPLES, find
 from tests.oracles import exact, quadrics
 from tests.oracles.limits import limit_normal
@@ -16,8 +19,10 @@ PATCHES = {
     "utah-teapot": (32, (3, 3)),
     "utah-teapot-original": (32, (3, 3)),
     "bourke-1111": (1, (5, 4)),
+    "bourke-1111-colors": (1, (5, 4)),
     "tveit": (1, (3, 3)),
     "saddle": (1, (1, 1)),
+    "heated-panel": (1, (2, 2)),
     "cylinder": (12, (2, 1)),
     "cone": (8, (2, 1)),
     "sphere": (8, (2, 2)),
@@ -199,3 +204,32 @@ def test_caps_are_flat_discs(example: str, part: str, z: float) -> None:
         np.testing.assert_array_equal(points[..., 2], z)
         assert np.hypot(points[..., 0], points[..., 1]).max() == pytest.approx(1, abs=1e-15)
         np.testing.assert_allclose(normals[1:-1, 1:-1], np.full((2, 2, 3), (0, 0, z)), atol=1e-15)
+
+
+def test_the_colored_surface_shows_its_height() -> None:
+    """At every vertex, not only at control points; and it is the surface it was."""
+    made, plain = (
+        tessellate(find(name).surface().lower(), MeshOptions((8, 8)))
+        for name in ("bourke-1111-colors", "bourke-1111")
+    )
+    np.testing.assert_array_equal(made.positions, plain.positions)
+    assert made.colors is not None
+    (batch,) = find("bourke-1111").surface().lower().batches
+    low, high = batch.bounds[0][2], batch.bounds[1][2]
+    share = (made.positions[:, 2:] - low) / (high - low)
+    expected = (1 - share) * COLD + share * HOT
+    np.testing.assert_allclose(made.colors, expected, atol=1e-15)
+
+
+def test_the_heated_panel_is_hot_where_it_is_yellow() -> None:
+    """Colour and temperature are one function; a unit of its texture is a metre of its plan."""
+    made = tessellate(find("heated-panel").surface().lower(), MeshOptions((16, 16)))
+    ((name, temperature),) = made.attributes
+    assert name == "temperature"
+    assert temperature.min() == 20
+    assert 50 < temperature.max() < 140
+    assert made.colors is not None
+    share = (temperature - 20) / 120
+    np.testing.assert_allclose(made.colors, (1 - share) * COLD + share * HOT, atol=1e-15)
+    assert made.uvs is not None
+    np.testing.assert_allclose(made.uvs, made.positions[:, :2], atol=1e-15)

@@ -89,6 +89,7 @@ function frame(bounds, radius) {
 function describe(mesh) {
   const position = mesh.geometry.getAttribute('position');
   const normal = mesh.geometry.getAttribute('normal');
+  const color = mesh.geometry.getAttribute('color');
   const turn = new THREE.Matrix3().getNormalMatrix(mesh.matrixWorld);
   const point = new THREE.Vector3();
   const facts = {
@@ -98,8 +99,11 @@ function describe(mesh) {
     hasNormals: normal !== undefined,
     flatShaded: mesh.material.flatShading,
     longestNormalError: 0,
+    vertexColors: mesh.material.vertexColors,
+    attributes: Object.keys(mesh.geometry.attributes).sort(),
     positions: [],
     normals: [],
+    colors: color === undefined ? [] : Array.from(color.array),
   };
   for (let i = 0; i < position.count; i += 1) {
     point.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld);

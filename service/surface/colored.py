@@ -1,0 +1,46 @@
+"""Surfaces that carry something: one coloured by its height, one with a temperature.
+
+Colours that are an affine function of the control points are the same function of every point of
+the surface, since the basis adds up to one: the ramp below is exact, not sampled.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.surface.bezier import BezierSurface
+from service.surface.channels import Channels
+
+COLD, HOT = (0.08, 0.25, 0.55), (1.0, 0.82, 0.35)
+"""Ends of a ramp from blue to yellow, sRGB."""
+
+
+def ramp(values: FloatArray) -> FloatArray:
+    """Colours (…, 3) of values (…): the least is cold, the greatest hot, and linear between."""
+    share = ((values - values.min()) / np.ptp(values))[..., np.newaxis]
+    colors: FloatArray = (1.0 - share) * COLD + share * HOT
+    return colors
+
+
+def colored_by_height(surface: BezierSurface, name: str) -> BezierSurface:
+    """The surface with the colour of every control point's z: a net in the surface's degree."""
+    colors = ramp(surface.control_net[..., 2])
+    return replace(surface, name=name, channels=Channels(colors))
+
+
+def heated_panel() -> BezierSurface:
+    """A vaulted panel of 4 × 3 metres, heated on one spot.
+
+    Degree (2, 2), with an attribute `temperature` (°C) and colours of degree (4, 3) that follow it,
+    and texture coordinates of degree (1, 1) in metres.
+    """
+    x, y = np.meshgrid(np.linspace(0, 4, 3), np.linspace(0, 3, 3), indexing="ij")
+    z = np.array([[0.0, 0.5, 0.0], [0.5, 1.5, 0.5], [0.0, 0.5, 0.0]])
+    temperature = np.full((5, 4), 20.0)
+    temperature[1:4, 1:3] = [[60.0, 40.0], [140.0, 70.0], [50.0, 30.0]]
+    uvs = np.array([[[0.0, 0.0], [0.0, 3.0]], [[4.0, 0.0], [4.0, 3.0]]])
+    channels = Channels(ramp(temperature), uvs, (("temperature", temperature[..., np.newaxis]),))
+    return BezierSurface(
+        np.stack([x, y, z], axis=-1), up="z", name="heated-panel", channels=channels
+    )

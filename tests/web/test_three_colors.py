@@ -1,0 +1,30 @@
+"""Colours and attributes as three.js has them of a served GLB, in headless Chromium."""
+
+import numpy as np
+
+from service.engine.options import MeshOptions
+from service.engine.tessellate import tessellate
+from service.surface.examples import find
+from tests.tools import chromium, node_package
+from tests.web.browser import viewer
+
+
+def test_colors_arrive_linear(server: str) -> None:
+    """Three.js takes them, and the attribute under its name, without a complaint."""
+    node_package("three")
+    model = f"{server}/v1/surfaces/heated-panel/mesh.glb?resolution=6"
+    with viewer(chromium(), model) as (page, complaints):
+        (mesh,) = page.evaluate("window.viewer.meshes()")
+        assert page.evaluate("window.viewerError") is None
+    assert complaints == []
+    assert mesh["vertexColors"]
+    assert mesh["attributes"] == ["_temperature", "color", "normal", "position", "uv"]
+    made = tessellate(find("heated-panel").surface().lower(), MeshOptions((6, 6)))
+    assert made.colors is not None
+    light = [[linear_light(float(c)) for c in row] for row in made.colors]
+    np.testing.assert_allclose(np.array(mesh["colors"]).reshape(-1, 3), light, atol=1e-7)
+
+
+def linear_light(c: float) -> float:
+    """The formula of IEC 61966-2-1."""
+    return c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4
