@@ -3,33 +3,46 @@
 HTTP, the command line and whatever else comes call these functions and nothing below them.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Protocol
+from collections.abc import Iterable, Sequence
+from dataclasses import astuple, dataclass, replace
+from itertools import zip_longest
+from typing import Protocol, TypeAlias
 
 from service.encoders import json_points
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.text import json_bound, json_text
+from service.engine.build import as_patches, build, build_scene, carrying, colored
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.places import Places, Query, locate
 from service.engine.points import points
-from service.engine.tessellate import overlays_of, predicted_size, tessellate
-from service.errors import Issue, TooLarge, UnsupportedByFormat
+from service.engine.tessellate import overlays_of, predicted_size
+from service.errors import InvalidRequest, Issue, TooLarge, UnsupportedByFormat
 from service.schemas.surfaces import definition
 from service.surface import Surface
-from service.surface.channels import only_channels
 from service.surface.convert import convert
 from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import Operation
-from service.surface.lowered import PatchModel, TrianglePatches
+from service.surface.group import GroupSurface
+from service.surface.lowered import GroupModel, Model, PatchModel, TrianglePatches
+
+NOT_PARAMETRIC = Issue(
+    "not_parametric",
+    "Parameters mean nothing on a group; each of its surfaces has its own.",
+    "/surface",
+    "a group",
+    "one of its members",
+)
+
+Attributes: TypeAlias = tuple[tuple[str, int], ...]
+"""Names and numbers of numbers."""
 
 
 class Lowerable(Protocol):
-    """Whatever lowers to Bézier patches."""
+    """Whatever lowers to a model that can be meshed."""
 
-    def lower(self) -> PatchModel:
-        """The surface as batches of Bézier patches."""
+    def lower(self) -> Model:
+        """The surface as batches of Bézier patches, or as a group of such."""
         ...
 
 
@@ -50,7 +63,7 @@ DEFAULT_LIMITS = Limits()
 class Work:
     """A file that may be computed: everything is known of it but its bytes."""
 
-    model: PatchModel
+    model: Model
     options: MeshOptions
     fmt: Format
     encode: EncodeOptions
@@ -59,7 +72,11 @@ class Work:
     def run(self) -> bytes:
         """The file."""
         if self.encode.exact and self.fmt.encode_exact is not None:
-            return self.fmt.encode_exact(self.model, overlays_of(self.model, self.options))
+            patches = as_patches(self.model)
+            return self.fmt.encode_exact(patches, overlays_of(patches, self.options))
+        if isinstance(self.model, GroupModel) and self.fmt.encode_scene is not None:
+            scene = build_scene(self.model, self.options, single=self.fmt.single)
+            return self.fmt.encode_scene(scene, self.encode)
         return self.fmt.encode(mesh(self.model, self.options, self.fmt), self.encode)
 
 
@@ -79,8 +96,11 @@ def plan(
     """
     model, options = carried(surface.lower(), options, fmt)
     size = predict(model, options)
+    shared = fmt.encode_scene is not None and not encode.exact
+    stored = predict(model, options, shared=True) if shared else size
     _check_format(options, fmt)
-    _check_limits(size, fmt, encode, limits)
+    _check_vertices(size, limits)
+    _check_bytes(stored, fmt, encode, limits)
     return Work(model, options, fmt, encode, size)
 
 
@@ -114,12 +134,12 @@ def plan_points(surface: Lowerable, query: Query, limits: Limits = DEFAULT_LIMIT
     Raises
     ------
     InvalidRequest
-        Where a place lies outside the surface, or on no patch.
+        Where a place lies outside the surface, or on no patch; `not_parametric`.
     TooLarge
         From the number of places alone.
     """
     _check_points(query, limits)
-    model = surface.lower()
+    model = parametric(surface.lower())
     return PointsWork(model, locate(model, query), query.order)
 
 
@@ -136,6 +156,8 @@ def converted(
     InvalidRequest, TooLarge
         With pointers into the request for it, `/operations/…`.
     """
+    if isinstance(surface, GroupSurface):
+        raise InvalidRequest(NOT_PARAMETRIC)
     document = {"surface": definition(convert(surface, operations, allowed))}
     most = json_bound(document)
     if most > limits.max_bytes:
@@ -151,23 +173,73 @@ def converted(
     return json_text(document)
 
 
-def mesh(model: PatchModel, options: MeshOptions, fmt: Format) -> Mesh:
+def parametric(model: Model) -> PatchModel:
+    """A model that has points at parameters, and patches that can be converted.
+
+    Raises
+    ------
+    InvalidRequest
+        `not_parametric`, pointing into the request.
+    """
+    if not isinstance(model, PatchModel):
+        raise InvalidRequest(NOT_PARAMETRIC)
+    return model
+
+
+def mesh(model: Model, options: MeshOptions, fmt: Format) -> Mesh:
     """The mesh of a model in the precision that the format stores."""
-    return tessellate(model, options, single=fmt.single)
+    return build(model, options, single=fmt.single)
 
 
-def carried(model: PatchModel, options: MeshOptions, fmt: Format) -> tuple[PatchModel, MeshOptions]:
+def carried(model: Model, options: MeshOptions, fmt: Format) -> tuple[Model, MeshOptions]:
     """The model and the options without what the format has no place for beside positions.
 
     A surface keeps its colours and attributes whatever becomes of it, so they are left out and not
     refused; and nothing is computed, or kept apart, for their sake.
     """
     uvs = options.uvs and "uvs" in fmt.carries
-    return only_channels(model, fmt.carries), replace(options, uvs=uvs)
+    model = carrying(model, fmt.carries, apart=fmt.encode_scene is not None)
+    return model, replace(options, uvs=uvs)
 
 
-def predict(model: PatchModel, options: MeshOptions) -> MeshSize:
-    """Counts of the mesh from the shapes alone; upper bounds where welding takes some away."""
+def predict(model: Model, options: MeshOptions, *, shared: bool = False) -> MeshSize:
+    """Counts of the mesh from the shapes alone; upper bounds where welding takes some away.
+
+    With `shared`, the arrays of equal members of a group count once, as where they are stored
+    once; else every copy counts.
+    """
+    if isinstance(model, PatchModel):
+        return _predict_patches(model, options)
+    sizes = [_predict_patches(own, options) for own in model.models]
+    copies = [sizes[member.model] for member in model.members]
+    names = [len(member.name.encode()) + 1 for member in model.members]
+    counts = (astuple(replace(size, attributes=())) for size in (sizes if shared else copies))
+    total = MeshSize(*(sum(column) for column in list(zip(*counts, strict=True))[:-1]))
+    return replace(
+        total,
+        colors=4 if colored(model) else max(size.colors for size in sizes),
+        attributes=_largest([size.attributes for size in sizes]),
+        # A node for every member, and below it one for everything that has a name.
+        named=sum(size.named + 1 for size in copies),
+        name_bytes=len(model.name.encode())
+        + sum(
+            size.name_bytes + (size.named + 1) * name
+            for size, name in zip(copies, names, strict=True)
+        ),
+    )
+
+
+def _largest(found: Iterable[Attributes]) -> Attributes:
+    """Attributes that need at least as many bytes as any of these, name by name."""
+    ranked = (sorted(attributes, key=lambda named: -named[1]) for attributes in found)
+    return tuple(
+        (max((name for name, _ in column), key=len), max(size for _, size in column))
+        for column in zip_longest(*ranked, fillvalue=("", 0))
+    )
+
+
+def _predict_patches(model: PatchModel, options: MeshOptions) -> MeshSize:
+    """Counts of the mesh of patches."""
     vertices, triangles, quads = predicted_size(model, options)
     points = segments = cells = 0
     control_points = 0
@@ -226,8 +298,8 @@ def _check_format(options: MeshOptions, fmt: Format) -> None:
         )
 
 
-def _check_limits(size: MeshSize, fmt: Format, encode: EncodeOptions, limits: Limits) -> None:
-    """Refuses what would be too large."""
+def _check_vertices(size: MeshSize, limits: Limits) -> None:
+    """Refuses a mesh that would be too large."""
     if size.vertices > limits.max_vertices:
         raise TooLarge(
             Issue(
@@ -238,6 +310,10 @@ def _check_limits(size: MeshSize, fmt: Format, encode: EncodeOptions, limits: Li
                 f"at most {limits.max_vertices}",
             )
         )
+
+
+def _check_bytes(size: MeshSize, fmt: Format, encode: EncodeOptions, limits: Limits) -> None:
+    """Refuses an answer that would be too large."""
     most = fmt.byte_bound(size, encode)
     if most > limits.max_bytes:
         raise TooLarge(

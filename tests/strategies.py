@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
-from service.surface.examples import find
 from service.surface.lowered import Part, Patches, PatchModel, TensorPatches, TrianglePatches
+from tests.examples import patches_of
 from tests.oracles import triangles
 from tests.oracles.exact import split
 
@@ -199,7 +199,7 @@ def mixed_model(
 
 def example_batch(name: str) -> TensorPatches:
     """The patches of an example that is one batch of grids."""
-    (batch,) = find(name).surface().lower().batches
+    (batch,) = patches_of(name).batches
     assert isinstance(batch, TensorPatches)
     return batch
 
@@ -227,3 +227,14 @@ def cube(symmetry: Sequence[int] = (0,) * 6) -> list[Array]:
         bottom[..., axis] = 0
         faces += [top, bottom]
     return [turned(face, s) for face, s in zip(faces, symmetry, strict=True)]
+
+
+@st.composite
+def placements(draw: st.DrawFn) -> Array:
+    """Affine matrices that keep a body a body: any turn, stretch, shear and mirror image."""
+    entries = arrays.arrays(np.float64, (3, 3), elements=_multiples(2))
+    linear = draw(entries.filter(lambda m: abs(np.linalg.det(m)) > 0.25))
+    matrix = np.eye(4)
+    matrix[:3, :3] = linear
+    matrix[:3, 3] = draw(arrays.arrays(np.float64, 3, elements=_multiples(8)))
+    return matrix

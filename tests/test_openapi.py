@@ -83,7 +83,14 @@ def test_operations_are_named_once_tagged_and_explained() -> None:
 
 
 def test_every_field_of_a_request_is_described() -> None:
-    for name in ("MeshRequest", "BezierDefinition", "BsplineDefinition", "PatchesDefinition"):
+    for name in (
+        "MeshRequest",
+        "BezierDefinition",
+        "BsplineDefinition",
+        "PatchesDefinition",
+        "GroupDefinition",
+        "MemberDefinition",
+    ):
         for field, schema in DOCUMENT["components"]["schemas"][name]["properties"].items():
             assert schema["description"], f"{name}.{field}"
 
@@ -157,7 +164,7 @@ def test_examples_of_meshes_show_both_kinds_of_normals() -> None:
 
 def test_field_examples_are_taken() -> None:
     schemas = DOCUMENT["components"]["schemas"]
-    for name in ("BezierDefinition", "BsplineDefinition", "PatchesDefinition"):
+    for name in ("BezierDefinition", "BsplineDefinition", "PatchesDefinition", "GroupDefinition"):
         fields = schemas[name]["properties"].items()
         value = {field: schema["examples"][0] for field, schema in fields if "examples" in schema}
         value["type"] = schemas[name]["properties"]["type"]["const"]
@@ -176,6 +183,8 @@ def test_field_examples_are_taken() -> None:
         ("/v1/surfaces", "SurfaceList"),
         ("/v1/surfaces/utah-teapot", "SurfaceDocument"),
         ("/v1/surfaces/sphere", "SurfaceDocument"),
+        ("/v1/surfaces/tea-service", "SurfaceDocument"),
+        ("/v1/surfaces/tea-service/mesh.json?resolution=1&overlays=boundary", "Mesh"),
         ("/v1/surfaces/utah-teapot", "MeshRequest"),
         ("/v1/surfaces/utah-teapot/mesh.json?resolution=2&uvs=true&overlays=boundary", "Mesh"),
         ("/v1/surfaces/sphere/mesh.json?resolution=2&faces=quads&normals=false", "Mesh"),

@@ -19,6 +19,7 @@ from service.pipeline import Limits, mesh, plan, predict, render
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
 from service.surface.lowered import ChannelKind, PatchModel
+from tests.examples import patches_of
 from tests.strategies import (
     Array,
     cube,
@@ -64,7 +65,7 @@ def test_json_has_the_numbers_of_the_mesh() -> None:
 @each_format
 def test_a_format_gets_the_precision_it_stores(fmt: Format) -> None:
     """float32 where files hold float32, float64 elsewhere."""
-    made = mesh(find("tveit").surface().lower(), MeshOptions(), fmt)
+    made = mesh(patches_of("tveit"), MeshOptions(), fmt)
     assert made.positions.dtype == (np.float32 if fmt.single else np.float64)
 
 

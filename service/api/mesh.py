@@ -10,8 +10,9 @@ from service.api.answers import HEADERS, ChunkedResponse
 from service.api.body import read_body
 from service.api.negotiation import by_accept, by_suffix
 from service.api.parameters import named_example, only_format
-from service.api.work import INLINE_BYTES, run
+from service.api.work import long_to_read, run
 from service.encoders.format import EncodeOptions, Format
+from service.engine.build import highest_degree
 from service.pipeline import Work, plan
 from service.schemas.document import parse_document
 from service.schemas.options import MeshOptionFields
@@ -19,6 +20,7 @@ from service.schemas.query import options_from_text
 from service.schemas.request import mesh_request
 from service.settings import Settings, document_limits, result_limits
 from service.surface import Surface
+from service.surface.lowered import GroupModel
 
 INLINE_VERTICES, INLINE_DEGREE = 1000, 8
 """Up to here a mesh takes 1 to 2 ms, which the event loop can spare: a thread would add as much,
@@ -39,7 +41,7 @@ async def post_mesh(request: Request) -> Response:
     fmt = named or by_accept(request.headers.get("accept"))
     body = await read_body(request, settings)
     parse = partial(_parse, body, fmt, settings)
-    work = await run(request, parse, in_thread=len(body) > INLINE_BYTES)
+    work = await run(request, parse, in_thread=long_to_read(body))
     del body, parse  # half of the memory of a large request
     return _answer(await _content(request, work), fmt, work.model.name, POST_HEADERS)
 
@@ -66,8 +68,12 @@ def _planned(surface: Surface, wanted: MeshOptionFields, fmt: Format, settings: 
 
 async def _content(request: Request, work: Work) -> bytes:
     """The file, computed here when that is quick and in a thread when it is not."""
-    degree = max(max(batch.side_degrees) for batch in work.model.batches)
-    is_long = work.size.vertices > INLINE_VERTICES or degree > INLINE_DEGREE
+    # Every different member of a group takes a time of its own.
+    is_long = (
+        isinstance(work.model, GroupModel)
+        or work.size.vertices > INLINE_VERTICES
+        or highest_degree(work.model) > INLINE_DEGREE
+    )
     return await run(request, work.run, in_thread=is_long)
 
 

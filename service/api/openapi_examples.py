@@ -14,6 +14,8 @@ from service.schemas.request import mesh_request
 _STRIP = [[[0, 1], [2, 3]], [[2, 3], [4, 5]]]
 """Two patches of degree (1, 1) over six vertices; they share the edge of the two in the middle."""
 
+_WING = {"control_net": [[[0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 1, 0.5]]]}
+
 REQUESTS: Json = {
     "patch": {
         "summary": "One patch of degree (1, 2)",
@@ -54,6 +56,23 @@ REQUESTS: Json = {
             },
             "faces": "quads",
             "overlays": ["boundary"],
+        },
+    },
+    "group": {
+        "summary": "A patch and its mirror image, in two colours",
+        "value": {
+            "surface": {
+                "type": "group",
+                "members": [
+                    {"surface": _WING, "name": "right", "color": [0.2, 0.4, 0.8]},
+                    {
+                        "surface": _WING,
+                        "name": "left",
+                        "color": [0.8, 0.2, 0.2, 0.5],
+                        "matrix": [[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
+                    },
+                ],
+            },
         },
     },
 }

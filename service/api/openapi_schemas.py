@@ -194,7 +194,15 @@ _MESH = _object(
                         "maxItems": 2,
                         "description": "First face, and the one after the last.",
                     },
-                }
+                    "color": {
+                        "type": "array",
+                        "items": {"type": "number", "minimum": 0, "maximum": 1},
+                        "minItems": 4,
+                        "maxItems": 4,
+                        "description": "Base colour [r, g, b, a], sRGB, where one was told.",
+                    },
+                },
+                ["name", "faces"],
             ),
         },
         "lines": {
@@ -256,7 +264,7 @@ _SUMMARY = _object(
             "items": {"type": "integer"},
             "minItems": 2,
             "maxItems": 2,
-            "description": "Degree [p, q] of its patches.",
+            "description": "Degree [p, q] of its patches; of a group's, the highest.",
         },
         "links": _object(
             {
@@ -300,6 +308,7 @@ ANSWERS: dict[str, Json] = {
                     ref("BezierDefinition"),
                     ref("BsplineDefinition"),
                     ref("PatchesDefinition"),
+                    ref("GroupDefinition"),
                 ],
                 "description": "The definition, as a request would give it.",
             }

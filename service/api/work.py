@@ -9,7 +9,15 @@ from starlette.requests import Request
 INLINE_BYTES = 1 << 18
 """Bodies up to this size are parsed in some 5 ms."""
 
+INLINE_OBJECTS = 32
+"""Objects in a body up to which that holds; each of a group's members is some of them."""
+
 Result = TypeVar("Result")
+
+
+def long_to_read(body: bytes) -> bool:
+    """Whether the event loop cannot spare the time to parse and check a body."""
+    return len(body) > INLINE_BYTES or body.count(b"{") > INLINE_OBJECTS
 
 
 async def run(request: Request, work: Callable[[], Result], *, in_thread: bool) -> Result:

@@ -1,30 +1,9 @@
-"""Colours of vertices in the forms that formats want: linear, in bytes, with an opacity."""
+"""Colours of vertices in the forms that formats want: in bytes, with an opacity."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from service.bases.arrays import FloatArray, RealArray
-
-
-def linear(colors: RealArray) -> FloatArray:
-    """Linear light of sRGB; an opacity stays as it is.
-
-        c / 12.92                    for c ≤ 0.04045
-        ((c + 0.055) / 1.055)^2.4    above
-
-    Parameters
-    ----------
-    colors : ndarray, shape (V, 3) or (V, 4)
-        From 0 to 1.
-
-    References
-    ----------
-    IEC 61966-2-1:1999, section 5.2.
-    """
-    light = colors.astype(np.float64)
-    srgb = light[:, :3]
-    light[:, :3] = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-    return light
+from service.bases.arrays import RealArray
 
 
 def in_bytes(colors: RealArray) -> NDArray[np.uint8]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from service.engine.mesh import Mesh, Overlay
+from service.engine.scene import Scene
 from service.surface.lowered import ChannelKind, PatchModel
 
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
@@ -55,8 +56,9 @@ class Format:
     `single` formats store float32 positions about a local origin, the others float64. `quads`,
     `overlays`: whether the format can hold them. `suffix` has no dot. `encode` gives the file's
     bytes; `byte_bound` an upper bound of their number, before anything is computed. A format that
-    can hold Bézier patches as they are has `encode_exact`. `carries` are the kinds of channels that
-    it can hold; others are left out.
+    can hold Bézier patches as they are has `encode_exact`; one that has nodes has `encode_scene`,
+    and the others get groups flattened to one mesh. `carries` are the kinds of channels that it can
+    hold; others are left out.
     """
 
     name: str
@@ -70,3 +72,4 @@ class Format:
     byte_bound: Callable[[MeshSize, EncodeOptions], int]
     encode_exact: Callable[[PatchModel, tuple[Overlay, ...]], bytes] | None = None
     carries: frozenset[ChannelKind] = frozenset()
+    encode_scene: Callable[[Scene, EncodeOptions], bytes] | None = None

@@ -16,17 +16,20 @@ KHR_materials_unlit.
 import base64
 import struct
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from service import __version__
 from service.bases.arrays import Bools, IndexArray
-from service.encoders.colors import linear, translucent
+from service.encoders.colors import translucent
 from service.encoders.content import drawn, refuse_quads, report_object
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.gltf_buffer import BufferBuilder, JsonObject
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE, json_text
-from service.engine.mesh import Mesh, Overlay
+from service.engine.light import linear
+from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
+from service.surface.lowered import Color
 
 GENERATOR = f"Surface Service {__version__}"
 
@@ -77,7 +80,11 @@ def encode_glb(mesh: Mesh, _options: EncodeOptions) -> bytes:
         If the mesh holds quads.
     """
     buffer = BufferBuilder()
-    document = _document(mesh, buffer)
+    return binary(_document(mesh, buffer), buffer)
+
+
+def binary(document: JsonObject, buffer: BufferBuilder) -> bytes:
+    """The file of a document and its buffer, as header and chunks."""
     if buffer.length:
         document["buffers"] = [{"byteLength": buffer.length}]
     text = json_text(document)
@@ -97,7 +104,11 @@ def encode_gltf(mesh: Mesh, _options: EncodeOptions) -> bytes:
         If the mesh holds quads.
     """
     buffer = BufferBuilder()
-    document = _document(mesh, buffer)
+    return textual(_document(mesh, buffer), buffer)
+
+
+def textual(document: JsonObject, buffer: BufferBuilder) -> bytes:
+    """The file of a document with its buffer inside it."""
     if buffer.length:
         uri = DATA_URI + base64.b64encode(b"".join(buffer.chunks)).decode("ascii")
         document["buffers"] = [{"byteLength": buffer.length, "uri": uri}]
@@ -116,15 +127,17 @@ def gltf_byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
 
 def _document(mesh: Mesh, buffer: BufferBuilder) -> JsonObject:
     """Everything but the buffer itself, whose chunks are left in `buffer`."""
-    refuse_quads(mesh, "glTF")
-    parts = list(_part_primitives(mesh, buffer))
-    lines = [(overlay.name, _line_primitive(overlay, buffer)) for overlay in drawn(mesh.overlays)]
-    groups = ((_surface_material(mesh), parts), (LINE_MATERIAL, lines))
-    materials = [material for material, primitives in groups if primitives]
+    found = [(piece, piece.material()) for piece in pieces(mesh, buffer)]
+    materials: list[JsonObject] = []
+    for _, material in found:
+        if material not in materials:
+            materials.append(material)
     meshes: list[JsonObject] = [
-        {"name": name, "primitives": [primitive | {"material": materials.index(material)}]}
-        for material, primitives in groups
-        for name, primitive in primitives
+        {
+            "name": piece.name,
+            "primitives": [piece.primitive | {"material": materials.index(material)}],
+        }
+        for piece, material in found
     ]
     place: JsonObject = {"translation": mesh.origin.tolist()} if mesh.origin.any() else {}
     nodes = [{"name": m["name"], "mesh": k, **place} for k, m in enumerate(meshes)]
@@ -132,18 +145,26 @@ def _document(mesh: Mesh, buffer: BufferBuilder) -> JsonObject:
     root: JsonObject = {"name": mesh.name, "children": list(range(1, len(nodes) + 1))}
     if mesh.up == "z":
         root["rotation"] = Z_UP_TO_Y_UP
+    arrays: JsonObject = {
+        "nodes": [root, *nodes] if nodes else [],
+        "meshes": meshes,
+        "materials": materials,
+    }
+    return whole(mesh.name, mesh.report, arrays, buffer)
+
+
+def whole(name: str, report: MeshReport, arrays: JsonObject, buffer: BufferBuilder) -> JsonObject:
+    """The document of these nodes, meshes and materials; the first node is the root."""
     document: JsonObject = {
         "asset": {
             "version": "2.0",
             "generator": GENERATOR,
-            "extras": {"report": report_object(mesh.report)},
+            "extras": {"report": report_object(report)},
         },
-        "extensionsUsed": ["KHR_materials_unlit"] if lines else [],
+        "extensionsUsed": ["KHR_materials_unlit"] if LINE_MATERIAL in arrays["materials"] else [],
         "scene": 0,
-        "scenes": [{"name": mesh.name, "nodes": [0]} if nodes else {"name": mesh.name}],
-        "nodes": [root, *nodes] if nodes else [],
-        "meshes": meshes,
-        "materials": materials,
+        "scenes": [{"name": name, "nodes": [0]} if arrays["nodes"] else {"name": name}],
+        **arrays,
         "accessors": buffer.accessors,
         "bufferViews": buffer.views,
     }
@@ -151,17 +172,64 @@ def _document(mesh: Mesh, buffer: BufferBuilder) -> JsonObject:
     return {key: value for key, value in document.items() if value != []}
 
 
-def _part_primitives(mesh: Mesh, buffer: BufferBuilder) -> Iterator[tuple[str, JsonObject]]:
-    """Name and primitive of every part that has faces, with no vertices but its own."""
-    whole = len(mesh.parts) == 1
-    used = np.zeros(0 if whole else len(mesh.positions), dtype=np.bool_)
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """What becomes a glTF mesh: a part, or an overlay, in which case `mesh` is None.
+
+    `color` is the base colour of a part.
+    """
+
+    name: str
+    primitive: JsonObject
+    mesh: Mesh | None = None
+    color: Color | None = None
+
+    def material(self, color: Color | None = None) -> JsonObject:
+        """Its material; `color` is its base colour where it has none of its own."""
+        if self.mesh is None:
+            return LINE_MATERIAL
+        colors = self.mesh.colors
+        blended = colors is not None and translucent(colors)
+        color = self.color or color
+        return surface_material(color, colored=colors is not None, blended=blended)
+
+
+def pieces(mesh: Mesh, buffer: BufferBuilder) -> Iterator[Piece]:
+    """Every part that has faces and every overlay that has lines."""
+    refuse_quads(mesh, "glTF")
+    for part, primitive in _part_primitives(mesh, buffer):
+        yield Piece(part.name, primitive, mesh, part.color)
+    for overlay in drawn(mesh.overlays):
+        yield Piece(overlay.name, _line_primitive(overlay, buffer))
+
+
+def surface_material(color: Color | None, *, colored: bool, blended: bool = False) -> JsonObject:
+    """The material of faces: glaze, or white where vertices are coloured, or the base colour.
+
+    A base colour multiplies the colours of the vertices; the material is named after it.
+    """
+    material = COLORED_MATERIAL if colored else SURFACE_MATERIAL
+    if color is not None:
+        code = "".join(f"{round(255 * value):02x}" for value in color[: 4 if color[3] < 1 else 3])
+        (factor,) = linear(np.array([color])).tolist()
+        shade = material["pbrMetallicRoughness"] | {"baseColorFactor": factor}
+        name = f"{material['name']} #{code}"
+        material = material | {"name": name, "pbrMetallicRoughness": shade}
+        blended = blended or color[3] < 1
+    return material | ({"alphaMode": "BLEND"} if blended else {})
+
+
+def _part_primitives(mesh: Mesh, buffer: BufferBuilder) -> Iterator[tuple[MeshPart, JsonObject]]:
+    """Primitive of every part that has faces, with no vertices but its own."""
+    alone = len(mesh.parts) == 1
+    used = np.zeros(0 if alone else len(mesh.positions), dtype=np.bool_)
     lookup = np.empty(len(used), dtype=np.uint32)
     for part in mesh.parts:
         triangles = mesh.triangles[slice(*part.triangles)]
         if not len(triangles):
             continue
         own: IndexArray | slice = slice(None)
-        if not whole:
+        if not alone:
             own, triangles = _own_vertices(triangles, used, lookup)
         attributes = {"POSITION": buffer.add_positions(mesh.positions[own])}
         if mesh.normals is not None:
@@ -175,7 +243,7 @@ def _part_primitives(mesh: Mesh, buffer: BufferBuilder) -> Iterator[tuple[str, J
                 attributes[key] = buffer.add_attribute(values[own, columns])
         vertices = len(mesh.positions[own])
         yield (
-            part.name,
+            part,
             {
                 "attributes": attributes,
                 "indices": buffer.add_indices(triangles, vertices),
@@ -191,13 +259,6 @@ def attribute_columns(name: str, dimension: int) -> Iterator[tuple[str, slice]]:
         return
     for piece, first in enumerate(range(0, dimension, 4)):
         yield f"_{name.upper()}_{piece}", slice(first, first + 4)
-
-
-def _surface_material(mesh: Mesh) -> JsonObject:
-    """Glaze for a mesh without colours; white, blended where it must be, for one with them."""
-    if mesh.colors is None:
-        return SURFACE_MATERIAL
-    return COLORED_MATERIAL | ({"alphaMode": "BLEND"} if translucent(mesh.colors) else {})
 
 
 def _line_primitive(overlay: Overlay, buffer: BufferBuilder) -> JsonObject:

@@ -72,7 +72,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     position = 3 * (FLOAT64_CHARS + 1) + 2
     vertex = position + (5 + size.colors) * (FLOAT32_CHARS + 1) + 7
     vertex += sum(d * (FLOAT64_CHARS + 1) + 2 for d in dimensions)
-    named = 80 + 2 * digits(size.triangles + size.quads)
+    named = 100 + 2 * digits(size.triangles + size.quads) + 4 * FLOAT64_CHARS
     report = 512 + 6 * FLOAT64_CHARS
     return (
         size.vertices * vertex
@@ -106,9 +106,10 @@ def _faces(mesh: Mesh, row: IndexArray | None = None) -> bytes:
 
 
 def _parts(mesh: Mesh) -> Iterator[dict[str, object]]:
-    """Name of each part and its run of `faces`, [first, last)."""
+    """Name of each part, its run of `faces`, [first, last), and its base colour if it has one."""
     first = 0
     for part in mesh.parts:
         last = first + part.quads[1] - part.quads[0] + part.triangles[1] - part.triangles[0]
-        yield {"name": part.name, "faces": [first, last]}
+        color = {} if part.color is None else {"color": part.color}
+        yield {"name": part.name, "faces": [first, last], **color}
         first = last

@@ -7,7 +7,7 @@ the OpenAPI document follow from this table.
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from service.encoders import gltf, json_mesh, obj, off, oogl, ply, stl
+from service.encoders import gltf, gltf_scene, json_mesh, obj, off, oogl, ply, stl
 from service.encoders.format import Format
 from service.encoders.oogl_patches import encode_patches
 from service.surface.lowered import ChannelKind
@@ -25,6 +25,7 @@ FORMATS: tuple[Format, ...] = (
         overlays=True,
         encode=gltf.encode_glb,
         byte_bound=gltf.glb_byte_bound,
+        encode_scene=gltf_scene.encode_glb_scene,
         carries=EVERYTHING,
     ),
     Format(
@@ -37,6 +38,7 @@ FORMATS: tuple[Format, ...] = (
         overlays=True,
         encode=gltf.encode_gltf,
         byte_bound=gltf.gltf_byte_bound,
+        encode_scene=gltf_scene.encode_gltf_scene,
         carries=EVERYTHING,
     ),
     Format(

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.engine.closure import Closure
-from service.surface.lowered import Up
+from service.surface.lowered import Color, Up
 
 ENGINE = 1
 """Version of the numbers. Raised only when the same request would give other figures."""
@@ -12,11 +12,15 @@ ENGINE = 1
 
 @dataclass(frozen=True, slots=True)
 class MeshPart:
-    """A named run of faces: rows [first, last) of `Mesh.triangles` and of `Mesh.quads`."""
+    """A named run of faces: rows [first, last) of `Mesh.triangles` and of `Mesh.quads`.
+
+    `color` is the base colour of these faces, None where nothing was said.
+    """
 
     name: str
     triangles: tuple[int, int]
     quads: tuple[int, int]
+    color: Color | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -39,7 +39,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     """
     layout = Layout.plan(model, options.resolution)
     dtype: Real = np.float32 if single else np.float64
-    origin = _origin(model, single)
+    origin = local_origin(*model.bounds) if single else np.zeros(3)
     rows = sample(layout, options, dtype, origin, model.domain)
     welding = _weld(layout, rows, options)
     triangles, quads, parts = join(model, layout, welding, options.faces)
@@ -178,16 +178,6 @@ def _welds(welding: Welding | None) -> IndexArray | None:
     if welding is None or bool((welding.welds == np.arange(len(welding.welds))).all()):
         return None
     return welding.welds.astype(np.uint32)
-
-
-def _origin(model: PatchModel, single: bool) -> FloatArray:
-    """Origin of the stored positions: zero, unless float32 far from zero would lose the shape."""
-    if not single:
-        return np.zeros(3)
-    bounds = [batch.bounds for batch in model.batches]
-    low = np.min([low for low, _ in bounds], axis=0)
-    high = np.max([high for _, high in bounds], axis=0)
-    return local_origin(low, high)
 
 
 def _count(positions: RealArray, welds: IndexArray | None) -> int:

@@ -218,6 +218,7 @@ VERTEX_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
 PATCHES = NumberGrid(
     ("patches", "rows", "indices"), whole=True, point_levels=3, degree_levels=(1, 2)
 )
+MATRIX = NumberGrid(("rows", "numbers"))
 PATCH_NUMBERS = NumberGrid(("patch numbers",), whole=True, point_levels=1)
 
 

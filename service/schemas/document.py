@@ -138,20 +138,22 @@ def parse_document(body: bytes) -> object:
         # Only the message and the position go on: the exception holds the whole text.
         raise _refusal(error, body) from None
     # Colons are as many as keys, unless a key is repeated, a string holds one, or an object
-    # hides in a list, where nothing is valid: only then is the text scanned.
+    # hides in a list of other things, where nothing is valid: only then is the text scanned.
     if body.count(b":") != _count_keys(value):
         _refuse_repeated_key(body)
     return value
 
 
 def _count_keys(value: object) -> int:
-    """Keys of all objects that are reached through objects."""
+    """Keys of all objects that are reached through objects and lists that begin with one."""
     count, waiting = 0, [value]
     while waiting:
         item = waiting.pop()
         if isinstance(item, dict):
             count += len(item)
-            waiting.extend(child for child in item.values() if type(child) is dict)
+            waiting.extend(child for child in item.values() if type(child) in (dict, list))
+        elif isinstance(item, list) and item and type(item[0]) is dict:
+            waiting.extend(item)
     return count
 
 

@@ -12,11 +12,12 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import BeforeValidator, Discriminator, Tag
 
 from service.errors import Issue
-from service.schemas import bezier, bspline, patches
+from service.schemas import bezier, bspline, group, patches
 from service.schemas.refusals import refusal, wrong_type
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
+from service.surface.group import GroupSurface
 from service.surface.patches import PatchSurface
 
 DEFINE: Mapping[type[Surface], Callable[..., dict[str, Any]]] = MappingProxyType(
@@ -24,11 +25,12 @@ DEFINE: Mapping[type[Surface], Callable[..., dict[str, Any]]] = MappingProxyType
         BezierSurface: bezier.define,
         BsplineSurface: bspline.define,
         PatchSurface: patches.define,
+        GroupSurface: lambda surface: group.define(surface, definition),
     }
 )
 """What writes each kind of surface back in the language of requests."""
 
-KINDS = ("bezier", "bspline", "patches")
+KINDS = ("bezier", "bspline", "patches", "group")
 """Names of the kinds of surface; the first is meant where none is said."""
 
 
@@ -55,10 +57,15 @@ def _of_known_kind(value: object) -> object:
 SurfaceDefinition: TypeAlias = Annotated[
     Annotated[bezier.BezierDefinition, Tag("bezier")]
     | Annotated[bspline.BsplineDefinition, Tag("bspline")]
-    | Annotated[patches.PatchesDefinition, Tag("patches")],
+    | Annotated[patches.PatchesDefinition, Tag("patches")]
+    | Annotated[group.GroupDefinition, Tag("group")],
     Discriminator(_kind_of),
     BeforeValidator(_of_known_kind),
 ]
+
+# Its members are surfaces as well, of a union that exists only now.
+group.MemberDefinition.model_rebuild(_types_namespace={"SurfaceDefinition": SurfaceDefinition})
+group.GroupDefinition.model_rebuild()
 
 
 def definition(surface: Surface) -> dict[str, Any]:

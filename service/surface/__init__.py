@@ -4,7 +4,8 @@ from typing import TypeAlias
 
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
+from service.surface.group import GroupSurface
 from service.surface.patches import PatchSurface
 
-Surface: TypeAlias = BezierSurface | BsplineSurface | PatchSurface
+Surface: TypeAlias = BezierSurface | BsplineSurface | PatchSurface | GroupSurface
 """Every kind of surface there is."""

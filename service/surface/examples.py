@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from service.errors import Issue, UnknownSurface
-from service.surface import Surface, quadrics
+from service.surface import Surface, quadrics, tea
 from service.surface.bezier import BezierSurface
 from service.surface.colored import colored_by_height, heated_panel
 from service.surface.lowered import Up
@@ -156,6 +156,13 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
                 "Torus",
                 "Exact torus of radius 1, tube radius 0.4: sixteen rational biquadratic patches.",
                 quadrics.torus,
+            ),
+            Example(
+                "tea-service",
+                "Tea service",
+                "A group: the teapot, four cups and saucers around it and a tray, each placed and "
+                "coloured; the cups are one surface, two of them mirrored.",
+                lambda: tea.service(_teapot("utah-teapot", 1.0)),
             ),
         )
     }

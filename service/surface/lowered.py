@@ -297,3 +297,49 @@ class PatchModel:
     def patch_count(self) -> int:
         """Number of patches in all batches."""
         return sum(batch.count for batch in self.batches)
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest coordinates of the control points: they enclose the surface."""
+        lows, highs = zip(*(batch.bounds for batch in self.batches), strict=True)
+        return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+Color: TypeAlias = tuple[float, float, float, float]
+"""Red, green, blue and opacity, sRGB, 0 … 1."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlacedModel:
+    """One copy of a model, at a place of its own.
+
+    `model` is its number in `GroupModel.models`. `matrix` is affine, float64 of shape (4, 4), and
+    acts on columns (x, y, z, 1); None leaves the model where it is. `color` is what white becomes.
+    """
+
+    name: str
+    model: int
+    color: Color | None = None
+    matrix: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class GroupModel:
+    """Placed copies of models: what a group of surfaces lowers to.
+
+    The models are different from one another; all matrices turn them to the group's own `up`.
+    """
+
+    name: str
+    models: tuple[PatchModel, ...]
+    members: tuple[PlacedModel, ...]
+    up: Up = "y"
+
+    @property
+    def patch_count(self) -> int:
+        """Number of patches of all copies."""
+        return sum(self.models[member.model].patch_count for member in self.members)
+
+
+Model: TypeAlias = PatchModel | GroupModel
+"""What a surface lowers to."""

@@ -27,52 +27,52 @@ def sphere(radius: float = 1.0) -> PatchSurface:
     """Sphere about the origin: 4 × 2 octants of degree (2, 2), u eastwards, v northwards."""
     south = [(x * radius, -y * radius, w) for x, y, w in reversed(ARC)]
     north = [(x * radius, y * radius, w) for x, y, w in ARC]
-    return _assemble("sphere", [("sphere", _revolve(south) + _revolve(north))])
+    return assemble("sphere", [("sphere", revolve(south) + revolve(north))])
 
 
 def torus(radius: float = 1.0, tube: float = 0.4) -> PatchSurface:
     """Ring torus, radius of its centre line and of its tube: 4 × 4 patches of degree (2, 2)."""
     patches: list[Patch] = []
     for quarter in range(4):
-        turned = [_turn(x, y, w, quarter) for x, y, w in ARC]
-        patches += _revolve([(radius + tube * x, tube * z, w) for x, z, w in turned])
-    return _assemble("torus", [("torus", patches)])
+        turned = [turn(x, y, w, quarter) for x, y, w in ARC]
+        patches += revolve([(radius + tube * x, tube * z, w) for x, z, w in turned])
+    return assemble("torus", [("torus", patches)])
 
 
 def cylinder(radius: float = 1.0, height: float = 2.0) -> PatchSurface:
     """Cylinder from z = -height/2 to height/2: a side and two caps of degree (2, 1)."""
     half = height / 2
-    side = _revolve([(radius, -half, 1.0), (radius, half, 1.0)])
-    bottom = _revolve([(0.0, -half, 1.0), (radius, -half, 1.0)])
-    top = _revolve([(radius, half, 1.0), (0.0, half, 1.0)])
-    return _assemble("cylinder", [("side", side), ("top", top), ("bottom", bottom)])
+    side = revolve([(radius, -half, 1.0), (radius, half, 1.0)])
+    bottom = revolve([(0.0, -half, 1.0), (radius, -half, 1.0)])
+    top = revolve([(radius, half, 1.0), (0.0, half, 1.0)])
+    return assemble("cylinder", [("side", side), ("top", top), ("bottom", bottom)])
 
 
 def cone(radius: float = 1.0, height: float = 2.0) -> PatchSurface:
     """Cone from its base at z = -height/2 to the apex at height/2; degree (2, 1)."""
     half = height / 2
-    side = _revolve([(radius, -half, 1.0), (0.0, half, 1.0)])
-    base = _revolve([(0.0, -half, 1.0), (radius, -half, 1.0)])
-    return _assemble("cone", [("side", side), ("base", base)])
+    side = revolve([(radius, -half, 1.0), (0.0, half, 1.0)])
+    base = revolve([(0.0, -half, 1.0), (radius, -half, 1.0)])
+    return assemble("cone", [("side", side), ("base", base)])
 
 
-def _turn(x: float, y: float, w: float, quarter: int) -> tuple[float, float, float]:
+def turn(x: float, y: float, w: float, quarter: int) -> tuple[float, float, float]:
     """(x, y) turned by quarters of a full turn, exactly."""
     for _ in range(quarter):
         x, y = -y, x
     return x, y, w
 
 
-def _revolve(profile: list[tuple[float, float, float]]) -> list[Patch]:
+def revolve(profile: list[tuple[float, float, float]]) -> list[Patch]:
     """Four patches: the profile (distance from the axis, z, weight) along v, turned along u."""
     patches = []
     for quarter in range(4):
-        turned = [_turn(x, y, w, quarter) for x, y, w in ARC]
+        turned = [turn(x, y, w, quarter) for x, y, w in ARC]
         patches.append([[(x * r, y * r, z, a * w) for r, z, w in profile] for x, y, a in turned])
     return patches
 
 
-def _assemble(name: str, parts: list[tuple[str, list[Patch]]]) -> PatchSurface:
+def assemble(name: str, parts: list[tuple[str, list[Patch]]]) -> PatchSurface:
     """One surface of named parts over shared vertices."""
     number: dict[Point, int] = {}
     grids: list[list[list[int]]] = []

@@ -320,6 +320,70 @@ def repeated() -> Iterator[Hostile]:
                "/surface/name")  # fmt: skip
 
 
+def groups() -> Iterator[Hostile]:
+    """Groups whose members, names, colours or places are something else."""
+    at, identity = "/surface/members", "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"
+
+    def group(members: str) -> str:
+        return surface(f'"type":"group","members":{members}')
+
+    def member(fields: str) -> str:
+        return group(f'[{{"surface":{GOOD}}},{{"surface":{GOOD},{fields}}}]')
+
+    for text, code, place in (
+        ("[]", "wrong_length", ""),
+        ("{}", "wrong_type", ""),
+        ("null", "null_value", ""),
+        ("[1]", "wrong_type", "/0"),
+        ("[null]", "null_value", "/0"),
+        ("[{}]", "missing_field", "/0/surface"),
+        ('[{"surface":null}]', "null_value", "/0/surface"),
+        ('[{"surface":{"type":"group","members":[]}}]', "nested_group", "/0/surface/type"),
+        ('[{"surface":{"type":"tvist"}}]', "unknown_type", "/0/surface/type"),
+        (f'[{{"surface":{{"control_net":{NET},"up":"x"}}}}]', "wrong_value", "/0/surface/up"),
+        ('[{"surface":{"control_net":[[[0,0,0]]]}}]', "too_few_points", "/0/surface/control_net"),
+        ('[{"surface":{"control_net":[[["0",0,0]]]}}]', "wrong_type",
+         "/0/surface/control_net/0/0/0"),
+        (f'[{{"surface":{GOOD},"{ECHO}":1}}]', "unknown_field", f"/0/{ECHO}"),
+        (f'[{{"surface":{GOOD},"name":"a","name":"b"}}]', "repeated_key", "/0/name"),
+    ):  # fmt: skip
+        yield case(f"members {text[:90]}", group(text), 422, code, at + place)
+    deep = '{"type":"group","members":[{"surface":' * 200 + GOOD + "}]}" * 200
+    yield case("groups in groups", f'{{"surface":{deep}}}', 422, "nested_group",
+               f"{at}/0/surface/type")  # fmt: skip
+    yield case("members left out", surface('"type":"group"'), 422, "missing_field", at)
+    yield case("too many members", group(f'[{",".join([f"""{{"surface":{GOOD}}}"""] * 4097)}]'),
+               422, "wrong_length", at)  # fmt: skip
+    for text, code, place in (
+        ("null", "null_value", ""),
+        ("1", "wrong_type", ""),
+        ("[]", "empty_list", ""),
+        ("[1,0,0,0]", "wrong_type", "/0"),
+        ("[[1,0,0],[0,1,0],[0,0,1]]", "wrong_dimension", ""),
+        (identity.replace("[0,1,0,0]", "[0,1,0]"), "ragged", "/1"),
+        (identity.replace("[0,1,0,0]", "[0,true,0,0]"), "wrong_type", "/1/1"),
+        (identity.replace("[0,1,0,0]", "[0,1,0,1e308]"), "out_of_range", "/1/3"),
+        (identity.replace("[0,1,0,0]", "[0,1,0,NaN]"), "not_finite", "/1/3"),
+        (identity.replace("[0,1,0,0]", "[0,0,0,0]"), "singular_matrix", ""),
+        (identity.replace("[0,0,0,1]", "[0,0,1,1]"), "not_affine", "/3"),
+    ):
+        yield case(f"matrix {text}", member(f'"matrix":{text}'), 422, code, f"{at}/1/matrix{place}")
+    far = identity.replace("[0,1,0,0]", "[0,3e38,0,3e38]").replace("1,0", "3e38,0")
+    yield case("placed too far away", member(f'"matrix":{far.replace("[0,0,1", "[0,0,3e38")}'), 422,
+               "coordinate_too_large", f"{at}/1/matrix")  # fmt: skip
+    for text, code, place in (
+        ("null", "null_value", ""),
+        ('"red"', "wrong_type", ""),
+        ("[1,1]", "wrong_length", ""),
+        ("[1,1,1,1,1]", "wrong_length", ""),
+        ("[0,0,255]", "out_of_range", "/2"),
+        ("[-0.1,0,0]", "out_of_range", "/0"),
+        ("[0,true,0]", "wrong_type", "/1"),
+        ("[0,null,0]", "null_value", "/1"),
+    ):
+        yield case(f"color {text}", member(f'"color":{text}'), 422, code, f"{at}/1/color{place}")
+
+
 def choices() -> Iterator[Hostile]:
     """Options of the wrong type or out of range."""
     for text, code, place in (
@@ -490,6 +554,7 @@ HOSTILE: tuple[Hostile, ...] = (
     *nets(),
     *weights(),
     *patch_lists(),
+    *groups(),
     *choices(),
     *numbers(),
     *giants(),

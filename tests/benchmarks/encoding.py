@@ -12,9 +12,9 @@ from service.engine.options import MeshOptions
 from service.pipeline import mesh
 from service.settings import pin_blas
 from service.surface.bezier import BezierSurface
-from service.surface.examples import find
 from tests.benchmarks.alternately import alternately
 from tests.benchmarks.evaluation import hills
+from tests.examples import patches_of
 
 
 def by_trimesh(made: Mesh) -> Callable[[], object]:
@@ -32,7 +32,7 @@ def run() -> None:
     glb = BY_NAME["glb"]
     square = BezierSurface(hills(1, 3).points[0]).lower()
     works = (
-        ("teapot at 16 divisions", find("utah-teapot").surface().lower(), 16),
+        ("teapot at 16 divisions", patches_of("utah-teapot"), 16),
         ("1 bicubic patch at 512 divisions", square, 512),
     )
     for title, model, divisions in works:
@@ -47,7 +47,7 @@ def run() -> None:
     print()
     print("Every encoder on the teapot at 16 divisions")
     print(f"{'format':38}{'ms':>10}{'bytes':>12}")
-    model = find("utah-teapot").surface().lower()
+    model = patches_of("utah-teapot")
     for fmt in FORMATS:
         made = mesh(model, MeshOptions(), fmt)
         seconds = alternately({fmt.name: partial(fmt.encode, made, EncodeOptions())}, rounds=5)

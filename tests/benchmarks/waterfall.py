@@ -24,6 +24,7 @@ from service.schemas.surfaces import definition
 from service.settings import Settings, document_limits, pin_blas
 from service.surface.examples import find
 from tests.benchmarks.alternately import alternately
+from tests.examples import patches_of
 
 HEADERS = {"content-type": "application/json", "accept": "model/gltf-binary"}
 
@@ -61,7 +62,7 @@ def run() -> None:
     )
     document = parse_document(body)
     limits = document_limits(Settings())
-    model = surface.lower()
+    model = patches_of("utah-teapot")
     made = tessellate(model, options, single=True)
     single: Real = made.positions.dtype.type
     steps: dict[str, Callable[[], object]] = {

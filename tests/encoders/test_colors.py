@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from service.encoders.colors import in_bytes, linear, translucent, with_opacity
+from service.encoders.colors import in_bytes, translucent, with_opacity
+from service.engine.light import linear
 
 LINEAR = {
     0x00: 0.0,

@@ -4,26 +4,24 @@ from typing import Any
 
 import numpy as np
 
+from service.engine.build import build
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
-from service.engine.tessellate import tessellate
 from service.surface.examples import find
-from service.surface.lowered import PatchModel
+from service.surface.lowered import Model
 from tests.oracles.topology import Topology, topology, winding_agreement
 from tests.strategies import Array, model_of
 
 Faces = list[list[int]]
 
 
-def mesh_of(
-    source: str | PatchModel | list[Array], *, single: bool = False, **options: Any
-) -> Mesh:
+def mesh_of(source: str | Model | list[Array], *, single: bool = False, **options: Any) -> Mesh:
     """The mesh of an example, a model, or a list of nets."""
     if isinstance(source, str):
         source = find(source).surface().lower()
     elif isinstance(source, list):
         source = model_of(source)
-    return tessellate(source, MeshOptions(**options), single=single)
+    return build(source, MeshOptions(**options), single=single)
 
 
 def faces_of(mesh: Mesh) -> Faces:

@@ -14,6 +14,7 @@ from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
 from service.surface.lowered import PatchModel
 from tests.engine.meshing import check_sound, check_winding, mesh_of, shape_of
+from tests.examples import patches_of
 from tests.spline_strategies import points_for, weights_for
 from tests.strategies import Array
 
@@ -225,4 +226,4 @@ def test_the_report_tells() -> None:
         "closed_v": False,
         "continuity_u": "G1",
     }
-    assert told(find("torus").surface().lower()) == {}
+    assert told(patches_of("torus")) == {}

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from service.engine.evaluate import Formulation, choose, evaluate
 from service.engine.evaluation import Samples
 from service.surface.checks import MAX_WEIGHT_RATIO
-from service.surface.examples import find
 from service.surface.lowered import TensorPatches
+from tests.examples import patches_of
 from tests.oracles import exact
 from tests.strategies import (
     Array,
@@ -295,7 +295,7 @@ def test_degree_elevation_changes_nothing() -> None:
 
 def test_tveits_normal_at_a() -> None:
     """The tutorial's figure: (4, 2, 3)/√29 at the corner A."""
-    found = evaluate(find("tveit").surface().lower().batches[0], (10, 10))
+    found = evaluate(patches_of("tveit").batches[0], (10, 10))
     expected = [0.7427813527082074, 0.3713906763541037, 0.5570860145311556]
     np.testing.assert_allclose(_of(found)[0, 0, 0], expected, atol=1e-15)
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from service.engine.evaluate import evaluate
 from service.engine.normals import unit_normals
-from service.surface.examples import find
 from service.surface.lowered import TensorPatches
+from tests.examples import patches_of
 from tests.oracles import exact, quadrics
 from tests.oracles.limits import limit_normal
 from tests.strategies import (
@@ -239,7 +239,7 @@ def test_teapot_poles_look_straight_up_and_down(
     resolution: tuple[int, int], dtype: type[np.float32] | type[np.float64]
 ) -> None:
     """All along the collapsed edges of lid and bottom, to the last digit."""
-    model = find("utah-teapot").surface().lower()
+    model = patches_of("utah-teapot")
     (batch,) = model.batches
     found = evaluate(batch, resolution, dtype=dtype)
     assert found.normals is not None
@@ -256,7 +256,7 @@ def test_teapot_poles_look_straight_up_and_down(
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_sphere_poles_are_smooth(dtype: type[np.float32] | type[np.float64]) -> None:
     """The normal of the unit sphere is its point, at the poles too."""
-    found = evaluate(find("sphere").surface().lower().batches[0], (6, 6), dtype=dtype)
+    found = evaluate(patches_of("sphere").batches[0], (6, 6), dtype=dtype)
     assert found.normals is not None
     assert np.abs(found.normals - found.positions).max() < (1e-12 if dtype == np.float64 else 5e-7)
     assert found.poles == 8 * 7
@@ -264,7 +264,7 @@ def test_sphere_poles_are_smooth(dtype: type[np.float32] | type[np.float64]) -> 
 
 def test_cone_apex_keeps_the_normal_of_every_ruling() -> None:
     """At the apex u still says from which side one comes."""
-    model = find("cone").surface().lower()
+    model = patches_of("cone")
     side = next(part for part in model.parts if part.name == "side")
     found = evaluate(model.batches[0], (8, 4))
     assert found.normals is not None
@@ -293,4 +293,4 @@ def test_near_a_pole_normals_are_right_too() -> None:
 def test_torus_and_the_open_examples_have_no_poles() -> None:
     """Nothing to repair there."""
     for name in ("torus", "saddle", "tveit", "bourke-1111"):
-        assert evaluate(find(name).surface().lower().batches[0], (8, 8)).poles == 0
+        assert evaluate(patches_of(name).batches[0], (8, 8)).poles == 0

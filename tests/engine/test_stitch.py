@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from service.bases.rows import distinct_rows
 from service.engine.mesh import Mesh
 from service.engine.stitch import find_seams
-from service.surface.examples import find
 from service.surface.lowered import Part, PatchModel, TensorPatches
 from tests.engine.meshing import (
     check_sound,
@@ -20,6 +19,7 @@ from tests.engine.meshing import (
     mesh_of,
     shape_of,
 )
+from tests.examples import patches_of
 from tests.strategies import (
     ROTATIONS,
     Array,
@@ -38,7 +38,7 @@ from tests.strategies import (
 
 def test_the_teapots_edges_are_the_known_ones() -> None:
     """52 edges of two patches, 16 open ones, and 8 sides in one point."""
-    seams = find_seams(find("utah-teapot").surface().lower().batches)
+    seams = find_seams(patches_of("utah-teapot").batches)
     lines = np.bincount(seams.edge[~seams.collapsed], minlength=len(seams.users))
     assert (np.sum(lines == 2), np.sum(lines == 1), lines.max()) == (52, 16, 2)
     assert seams.collapsed.sum() == 8
@@ -134,7 +134,7 @@ def test_quadrics_stay_closed_however_their_patches_are_turned(
     example: str, turns: list[int], resolution: tuple[int, int], faces: str
 ) -> None:
     """Strips between unequal divisions meet poles, creases and rational edges."""
-    (batch,) = find(example).surface().lower().batches
+    (batch,) = patches_of(example).batches
     assert batch.weights is not None
     pieces = [turned(net, k) for net, k in zip(batch.points, turns, strict=False)]
     weights = [turned(net, k) for net, k in zip(batch.weights, turns, strict=False)]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from service.engine.evaluate import evaluate
 from service.engine.mesh import Mesh
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples import EXAMPLES
 from service.surface.lowered import PatchModel, TensorPatches
 from tests.engine.meshing import (
     as_triangles,
@@ -25,6 +25,7 @@ from tests.engine.meshing import (
     places_of,
     shape_of,
 )
+from tests.examples import patches_of
 from tests.oracles import exact, quadrics
 from tests.oracles.topology import topology, volume, welded_by_position
 from tests.strategies import (
@@ -289,7 +290,7 @@ def test_degenerate_nets_make_usable_meshes(
 @pytest.mark.parametrize("example", ["utah-teapot", "sphere", "tveit"])
 def test_large_coordinates_stand_about_a_local_origin(example: str, offset: float) -> None:
     """Extent 1 at a million: single precision keeps its digits of the shape, not of the place."""
-    model = find(example).surface().lower()
+    model = patches_of(example)
     (batch,) = model.batches
     # Adding and subtracting the offset is what the input itself loses.
     moved = TensorPatches(batch.points + offset, batch.weights)
@@ -325,7 +326,7 @@ def test_small_coordinates_stay_where_they_are(example: str) -> None:
 @pytest.mark.parametrize("example", ["utah-teapot", "cone"])
 def test_the_unit_of_length_does_not_matter(example: str, power: int, single: bool) -> None:
     """Scaled by powers of two up to about 1e±30, every face and normal is the same."""
-    model = find(example).surface().lower()
+    model = patches_of(example)
     (batch,) = model.batches
     factor = 2.0**power
     scaled = PatchModel(
@@ -341,7 +342,7 @@ def test_the_unit_of_length_does_not_matter(example: str, power: int, single: bo
 
 def test_positions_are_the_evaluated_samples() -> None:
     """Stitching replaces borders by samples of the same curves, and touches nothing else."""
-    (batch,) = find("utah-teapot").surface().lower().batches
+    (batch,) = patches_of("utah-teapot").batches
     mesh = mesh_of("utah-teapot", resolution=(9, 6), weld=False)
     found = evaluate(batch, (9, 6))
     np.testing.assert_allclose(mesh.positions[mesh.grids[0]], found.positions, atol=1e-14)
@@ -356,6 +357,7 @@ def digest(mesh: Mesh) -> str:
 
 FRESH = """
 from tests.engine.test_tessellate import digest
+from tests.examples import patches_of
 from tests.engine.meshing import mesh_of
 print(digest(mesh_of("cone", uvs=True)), digest(mesh_of("utah-teapot", single=True)))
 """
@@ -395,7 +397,7 @@ def test_overlays_are_lines_beside_the_faces(name: str) -> None:
 
 def test_the_control_net_overlay_is_the_net() -> None:
     """16 points, 12 segments each way, nine cells wound (i,j) (i,j+1) (i+1,j+1) (i+1,j)."""
-    net = find("tveit").surface().lower().batches[0].points[0]
+    net = patches_of("tveit").batches[0].points[0]
     (overlay,) = mesh_of("tveit", overlays=("control_net",)).overlays
     np.testing.assert_array_equal(overlay.positions, net.reshape(-1, 3))
     edges = {frozenset(s) for s in overlay.segments.tolist()}

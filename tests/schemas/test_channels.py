@@ -11,6 +11,7 @@ from service.schemas.document import DocumentLimits
 from service.schemas.request import mesh_request
 from service.schemas.surfaces import definition
 from service.surface import Surface
+from tests.examples import patches_of
 
 NET = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
 PATCHES = {
@@ -40,8 +41,8 @@ def test_what_is_read_is_written_back(surface: dict[str, Any], carried: dict[str
     found = surface_of(surface | carried)
     again = orjson.loads(orjson.dumps(definition(found), option=orjson.OPT_SERIALIZE_NUMPY))
     assert {key: again[key] for key in carried} == carried
-    assert surface_of(again).lower().batches[0].channels[0].nets.tolist() == (
-        found.lower().batches[0].channels[0].nets.tolist()
+    assert patches_of(surface_of(again)).batches[0].channels[0].nets.tolist() == (
+        patches_of(found).batches[0].channels[0].nets.tolist()
     )
 
 
@@ -109,5 +110,5 @@ def test_very_many_names_make_no_many_issues() -> None:
 
 
 def test_a_channel_is_float64() -> None:
-    (channel,) = surface_of(NET | {"uvs": [[[1, 2]]]}).lower().batches[0].channels
+    (channel,) = patches_of(surface_of(NET | {"uvs": [[[1, 2]]]})).batches[0].channels
     assert channel.nets.dtype == np.float64

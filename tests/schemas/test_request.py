@@ -1,7 +1,7 @@
 """Whole requests to surfaces and options; options as text."""
 
-from math import pi, radians
 from dataclasses import fields, is_dataclass
+from math import pi, radians
 from typing import Any, get_args
 
 import numpy as np

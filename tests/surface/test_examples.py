@@ -11,6 +11,7 @@ from service.engine.tessellate import tessellate
 from service.errors import UnknownSurface
 from service.surface.colored import COLD, HOT
 from service.surface.examples import EXAMPLES, find
+from tests.examples import patches_of
 from tests.oracles import exact, quadrics
 from tests.oracles.limits import limit_normal
 from tests.strategies import Array
@@ -38,13 +39,13 @@ ON = {
 
 def points_of(example: str) -> np.ndarray:
     """All patches of an example that lowers to one batch."""
-    (batch,) = find(example).surface().lower().batches
+    (batch,) = patches_of(example).batches
     return batch.points
 
 
 def test_ids_are_the_promised_ones() -> None:
     """All of them, each under its own key, each with a text for people."""
-    assert set(EXAMPLES) == set(PATCHES)
+    assert set(EXAMPLES) == {*PATCHES, "tea-service"}
     for key, example in EXAMPLES.items():
         assert example.id == key
         assert example.title
@@ -54,7 +55,7 @@ def test_ids_are_the_promised_ones() -> None:
 @pytest.mark.parametrize("example", PATCHES)
 def test_lowers_to_so_many_patches(example: str) -> None:
     """The part names, the number and the degree of the patches."""
-    model = find(example).surface().lower()
+    model = patches_of(example)
     (batch,) = model.batches
     assert (batch.count, batch.degree) == PATCHES[example]
     assert model.parts[0].first == 0
@@ -78,7 +79,7 @@ def test_an_unknown_id_is_an_error_that_lists_the_known_ones() -> None:
 
 def test_teapot_has_its_parts_and_stands_upright() -> None:
     """Six parts, z up, from the table at 0 to the knob at 3.15."""
-    model = find("utah-teapot").surface().lower()
+    model = patches_of("utah-teapot")
     sizes = [(part.name, part.last - part.first) for part in model.parts]
     assert sizes == [
         ("rim", 4),
@@ -104,7 +105,7 @@ def test_the_original_is_a_third_taller() -> None:
 
 def test_teapot_normals_point_outwards() -> None:
     """At the middle of every patch round the axis; the knob, like the body, bulges sideways."""
-    model = find("utah-teapot").surface().lower()
+    model = patches_of("utah-teapot")
     runs = {part.name: range(part.first, part.last) for part in model.parts}
     knob, roof = runs["lid"][:4], runs["lid"][4:]
     for k, net in enumerate(model.batches[0].points):
@@ -120,7 +121,7 @@ def test_teapot_normals_point_outwards() -> None:
 @pytest.mark.parametrize(("part", "z"), [("lid", 1.0), ("bottom", -1.0)])
 def test_teapot_poles_have_vertical_limit_normals(part: str, z: float) -> None:
     """Every collapsed edge, all along it, whichever of the four edges it is."""
-    model = find("utah-teapot").surface().lower()
+    model = patches_of("utah-teapot")
     run = next(p for p in model.parts if p.name == part)
     poles = 0
     for net in model.batches[0].points[run.first : run.last]:
@@ -174,7 +175,7 @@ def test_saddle_is_z_equals_xy() -> None:
 @pytest.mark.parametrize(("example", "part"), ON)
 def test_quadrics_are_exact_and_look_outwards(example: str, part: str) -> None:
     """The exact points of the rational patches lie on the closed form, to the rounding of √½."""
-    model = find(example).surface().lower()
+    model = patches_of(example)
     run = next(p for p in model.parts if p.name == part)
     (batch,) = model.batches
     assert batch.weights is not None
@@ -194,7 +195,7 @@ def test_quadrics_are_exact_and_look_outwards(example: str, part: str) -> None:
 )
 def test_caps_are_flat_discs(example: str, part: str, z: float) -> None:
     """At z = ±1, within the unit circle, the normal straight up or down."""
-    model = find(example).surface().lower()
+    model = patches_of(example)
     run = next(p for p in model.parts if p.name == part)
     (batch,) = model.batches
     assert batch.weights is not None
@@ -209,12 +210,12 @@ def test_caps_are_flat_discs(example: str, part: str, z: float) -> None:
 def test_the_colored_surface_shows_its_height() -> None:
     """At every vertex, not only at control points; and it is the surface it was."""
     made, plain = (
-        tessellate(find(name).surface().lower(), MeshOptions((8, 8)))
+        tessellate(patches_of(name), MeshOptions((8, 8)))
         for name in ("bourke-1111-colors", "bourke-1111")
     )
     np.testing.assert_array_equal(made.positions, plain.positions)
     assert made.colors is not None
-    (batch,) = find("bourke-1111").surface().lower().batches
+    (batch,) = patches_of("bourke-1111").batches
     low, high = batch.bounds[0][2], batch.bounds[1][2]
     share = (made.positions[:, 2:] - low) / (high - low)
     expected = (1 - share) * COLD + share * HOT
@@ -223,7 +224,7 @@ def test_the_colored_surface_shows_its_height() -> None:
 
 def test_the_heated_panel_is_hot_where_it_is_yellow() -> None:
     """Colour and temperature are one function; a unit of its texture is a metre of its plan."""
-    made = tessellate(find("heated-panel").surface().lower(), MeshOptions((16, 16)))
+    made = tessellate(patches_of("heated-panel"), MeshOptions((16, 16)))
     ((name, temperature),) = made.attributes
     assert name == "temperature"
     assert temperature.min() == 20

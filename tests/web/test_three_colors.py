@@ -4,7 +4,7 @@ import numpy as np
 
 from service.engine.options import MeshOptions
 from service.engine.tessellate import tessellate
-from service.surface.examples import find
+from tests.examples import patches_of
 from tests.tools import chromium, node_package
 from tests.web.browser import viewer
 
@@ -19,7 +19,7 @@ def test_colors_arrive_linear(server: str) -> None:
     assert complaints == []
     assert mesh["vertexColors"]
     assert mesh["attributes"] == ["_temperature", "color", "normal", "position", "uv"]
-    made = tessellate(find("heated-panel").surface().lower(), MeshOptions((6, 6)))
+    made = tessellate(patches_of("heated-panel"), MeshOptions((6, 6)))
     assert made.colors is not None
     light = [[linear_light(float(c)) for c in row] for row in made.colors]
     np.testing.assert_allclose(np.array(mesh["colors"]).reshape(-1, 3), light, atol=1e-7)

@@ -26,7 +26,9 @@ from service.surface.convert.operations import (
     Transpose,
 )
 from service.surface.examples import EXAMPLES, find
+from service.surface.lowered import PatchModel
 from service.surface.patches import PatchSurface
+from tests.examples import patches_of
 from tests.surface.convert.exact import (
     assert_same,
     bezier_values,
@@ -194,10 +196,10 @@ def test_turned_twice_it_is_as_it_was(make: object, operation: Operation) -> Non
 
 def test_a_turn_is_to_the_other_side() -> None:
     options = MeshOptions(resolution=(2, 2))
-    before = tessellate(find("saddle").surface().lower(), options).normals
+    before = tessellate(patches_of("saddle"), options).normals
     for operation in (Transpose(), Reverse("u"), Reverse("v")):
         turned = convert(find("saddle").surface(), [operation])
-        after = tessellate(turned.lower(), options).normals
+        after = tessellate(patches_of(turned), options).normals
         assert before is not None
         assert after is not None
         assert before[4] @ after[4] == pytest.approx(-1)
@@ -214,9 +216,9 @@ def test_nothing_to_do(operation: Operation) -> None:
 def test_the_teapot_stays_as_closed_as_it_is(degree: tuple[int, int]) -> None:
     options = MeshOptions(resolution=(3, 3))
     teapot = find("utah-teapot").surface()
-    before = tessellate(teapot.lower(), options).report
+    before = tessellate(patches_of(teapot), options).report
     higher = patches(teapot, Elevate(degree), Reverse("u"))
-    after = tessellate(higher.lower(), options).report
+    after = tessellate(patches_of(higher), options).report
     assert (after.vertices, after.triangles, after.boundary_edges, after.poles_repaired) == (
         before.vertices,
         before.triangles,
@@ -230,11 +232,11 @@ def test_the_teapot_stays_as_closed_as_it_is(degree: tuple[int, int]) -> None:
 def test_closed_rational_surfaces_stay_closed(example: str) -> None:
     surface = find(example).surface()
     higher = patches(surface, Elevate((5, 5)), Transpose())
-    report = tessellate(higher.lower(), MeshOptions(resolution=(3, 3))).report
+    report = tessellate(patches_of(higher), MeshOptions(resolution=(3, 3))).report
     assert report.watertight
     assert (
         report.poles_repaired
-        == tessellate(surface.lower(), MeshOptions(resolution=(3, 3))).report.poles_repaired
+        == tessellate(patches_of(surface), MeshOptions(resolution=(3, 3))).report.poles_repaired
     )
 
 
@@ -252,10 +254,10 @@ def test_seams_stay_where_weights_have_a_common_factor() -> None:
         np.concatenate([one.weights.ravel(), weights.ravel()]),
     )
     options = MeshOptions(resolution=(3, 3))
-    assert tessellate(both.lower(), options).report.boundary_edges == 18
+    assert tessellate(patches_of(both), options).report.boundary_edges == 18
     for degree in ((7, 7), (3, 5)):
         higher = patches(both, Elevate(degree))
-        assert tessellate(higher.lower(), options).report.boundary_edges == 18
+        assert tessellate(patches_of(higher), options).report.boundary_edges == 18
 
 
 def test_a_seam_across_the_directions_is_not_opened() -> None:
@@ -266,12 +268,17 @@ def test_a_seam_across_the_directions_is_not_opened() -> None:
     turned = PatchSurface(vertices, np.array([[[0, 2], [1, 3]], [[1, 0], [5, 4]]]))
     assert refusal(turned, Elevate((2, 3))) == ("seam_would_open", "/operations/0/degree")
     report = tessellate(
-        convert(surface, [Elevate((3, 3))]).lower(), MeshOptions(resolution=(2, 2))
+        patches_of(convert(surface, [Elevate((3, 3))])), MeshOptions(resolution=(2, 2))
     ).report
     assert report.boundary_edges == 12
 
 
-@pytest.mark.parametrize("example", EXAMPLES)
+PARAMETRIC = [
+    name for name, example in EXAMPLES.items() if isinstance(example.surface().lower(), PatchModel)
+]
+
+
+@pytest.mark.parametrize("example", PARAMETRIC)
 def test_every_example_can_be_raised_and_turned(example: str) -> None:
     surface = find(example).surface()
     degree = max(surface.degree) + 1

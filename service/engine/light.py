@@ -1,0 +1,63 @@
+"""Colours as people pick them, sRGB, and as light adds up, linear.
+
+References
+----------
+IEC 61966-2-1:1999, section 5.2.
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, RealArray
+
+
+def linear(colors: RealArray) -> FloatArray:
+    """Linear light of sRGB; an opacity stays as it is.
+
+        c / 12.92                    for c ≤ 0.04045
+        ((c + 0.055) / 1.055)^2.4    above
+
+    Parameters
+    ----------
+    colors : ndarray, shape (V, 3) or (V, 4)
+        From 0 to 1.
+    """
+    light = colors.astype(np.float64)
+    srgb = light[:, :3]
+    light[:, :3] = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    return light
+
+
+def srgb(light: RealArray) -> FloatArray:
+    """The inverse of `linear`.
+
+    12.92 c                      for c ≤ 0.0031308
+    1.055 c^(1/2.4) − 0.055      above
+    """
+    colors = light.astype(np.float64)
+    rows = colors[:, :3]
+    colors[:, :3] = np.where(rows <= 0.0031308, rows * 12.92, 1.055 * rows ** (1 / 2.4) - 0.055)
+    return colors
+
+
+def tinted(colors: RealArray | None, base: RealArray, count: int) -> RealArray:
+    """Colours of vertices under a base colour, which multiplies their light; sRGB all of them.
+
+    Parameters
+    ----------
+    colors : ndarray, shape (V, 3) or (V, 4), or None
+        None is white.
+    base : ndarray of float64, shape (4,)
+    count : int
+        V.
+
+    Returns
+    -------
+    ndarray, shape (V, 3) if all is opaque, else (V, 4)
+    """
+    columns = 3 if base[3] == 1 and (colors is None or colors.shape[1] == 3) else 4
+    if colors is None:
+        return np.tile(base[:columns], (count, 1))
+    light = np.ones((count, columns))
+    light[:, : colors.shape[1]] = linear(colors)
+    light *= linear(base[None])[:, :columns]
+    return srgb(light).clip(0, 1).astype(colors.dtype)

@@ -1,0 +1,184 @@
+"""A group of surfaces as a document says it."""
+
+from collections.abc import Callable
+from math import prod
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+
+from pydantic import (
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationInfo,
+    model_validator,
+)
+from pydantic_core import core_schema
+
+from service.bases.arrays import FloatArray
+from service.errors import InvalidRequest, Issue, pointer
+from service.schemas.arrays import MATRIX, NumberGrid
+from service.schemas.document import DocumentLimits
+from service.schemas.fields import Name, Omittable, StrictModel, UpField
+from service.schemas.refusals import refusal
+from service.surface.group import MAX_MEMBERS, GroupSurface, Member, nested
+
+if TYPE_CHECKING:
+    from service.schemas.surfaces import SurfaceDefinition
+    from service.surface import Surface
+
+
+class NoGroup:
+    """Marks a surface that must not be a group, so that nothing can be nested deeply."""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        """The schema of all surfaces behind a refusal of groups, before these are read."""
+        return core_schema.no_info_before_validator_function(_refuse_group, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """All members of the union but the group."""
+        union = handler(schema)
+        kinds = [kind for kind in union["oneOf"] if "GroupDefinition" not in kind["$ref"]]
+        return union | {"oneOf": kinds}
+
+
+def _refuse_group(value: object) -> object:
+    if isinstance(value, dict) and value.get("type") == "group":
+        raise refusal([((), nested("/type"))])
+    return value
+
+
+Share: TypeAlias = Annotated[float, Field(ge=0, le=1)]
+
+Color: TypeAlias = Annotated[
+    tuple[Share, ...], Field(strict=False, min_length=3, max_length=4, fail_fast=True)
+]
+
+
+class MemberDefinition(StrictModel):
+    """One surface of a group: what it is, what it is called, how it looks, where it stands."""
+
+    surface: Annotated["SurfaceDefinition", NoGroup()] = Field(
+        description="The surface, of any kind but `group`.",
+        examples=[{"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]}],
+    )
+    name: Annotated[Name | None, Omittable()] = Field(
+        default=None,
+        description="Name of its glTF node and of its part elsewhere; its surface's name if left "
+        "out.",
+        examples=["left wing"],
+    )
+    color: Annotated[Color | None, Omittable()] = Field(
+        default=None,
+        description="Base colour: red, green, blue and, if there is a fourth number, opacity; "
+        "sRGB, each from 0 to 1.",
+        examples=[[0.8, 0.2, 0.1]],
+    )
+    matrix: Annotated[FloatArray | None, MATRIX] = Field(
+        default=None,
+        description="Where it stands: an affine 4 × 4 matrix, row by row, that acts on columns "
+        "(x, y, z, 1). Its last row is 0, 0, 0, 1; it may mirror, but must not flatten. Left out, "
+        "the surface stands where its control points are.",
+        examples=[[[1, 0, 0, 2], [0, 1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]],
+        json_schema_extra={"minItems": 4, "maxItems": 4},
+    )
+
+    def to_member(self) -> Member:
+        """The member itself; raises `InvalidRequest` with pointers relative to it."""
+        try:
+            surface = self.surface.to_surface()
+        except InvalidRequest as error:
+            raise error.within("/surface") from None
+        return Member(surface, self.name, self.color, self.matrix)
+
+
+class GroupDefinition(StrictModel):
+    """Surfaces side by side in one model, each with a name, a base colour and a place.
+
+    In glTF every member is a named node, and equal surfaces share one mesh; other formats get one
+    mesh, its parts named after the members. A member whose `up` is not the group's is turned
+    upright, by a quarter turn about x, before it is placed.
+    """
+
+    type: Literal["group"] = Field(description="The kind of surface.")
+    members: Annotated[
+        tuple[MemberDefinition, ...],
+        Field(strict=False, min_length=1, max_length=MAX_MEMBERS, fail_fast=True),
+    ] = Field(
+        description="The surfaces. Their control points count together.",
+        examples=[
+            [
+                {
+                    "surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]},
+                    "name": "sail",
+                    "color": [0.9, 0.8, 0.6],
+                }
+            ]
+        ],
+    )
+    up: UpField = "y"
+    name: Name = Field(
+        default="group",
+        description="Name of the whole: of the root node of a glTF file.",
+        examples=["tea service"],
+    )
+
+    @model_validator(mode="after")
+    def _of_limited_size(self, info: ValidationInfo) -> "GroupDefinition":
+        """Refuses members that are each small enough, but not all together."""
+        limits = info.context if isinstance(info.context, DocumentLimits) else DocumentLimits()
+        total = sum(_control_points(member.surface) for member in self.members)
+        if total > limits.max_control_points:
+            issue = Issue(
+                "too_many_control_points",
+                "The group has more control points than this service takes.",
+                "/members",
+                f"{total} control points",
+                f"at most {limits.max_control_points}",
+            )
+            raise refusal([((), issue)])
+        return self
+
+    def to_surface(self) -> GroupSurface:
+        """The group itself; raises `InvalidRequest` with pointers relative to it."""
+        members = []
+        for index, definition in enumerate(self.members):
+            try:
+                members.append(definition.to_member())
+            except InvalidRequest as error:
+                raise error.within(pointer(("members", index))) from None
+        return GroupSurface(tuple(members), self.up, self.name)
+
+
+def define(surface: GroupSurface, inner: Callable[["Surface"], dict[str, Any]]) -> dict[str, Any]:
+    """The group in the language of requests; `inner` writes the surfaces of its members."""
+    return {
+        "type": "group",
+        "members": [
+            {"surface": inner(member.surface)}
+            | {
+                key: value
+                for key in ("name", "color", "matrix")
+                if (value := getattr(member, key)) is not None
+            }
+            for member in surface.members
+        ],
+        "up": surface.up,
+        "name": surface.name,
+    }
+
+
+def _control_points(definition: "SurfaceDefinition") -> int:
+    """Control points of one surface, as its own arrays were counted."""
+    return max(
+        (
+            prod(value.shape[: grid.point_levels])
+            for name, field in type(definition).model_fields.items()
+            for grid in field.metadata
+            if isinstance(grid, NumberGrid) and grid.point_levels
+            if (value := getattr(definition, name)) is not None
+        ),
+        default=0,
+    )

@@ -1,0 +1,203 @@
+"""A group: surfaces with names, colours and places of their own, equal ones lowered once."""
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.errors import InvalidRequest, Issue, pointer
+from service.surface.checks import MAX_COORDINATE, check_up
+from service.surface.lowered import Color, GroupModel, PatchModel, PlacedModel, Up
+from service.surface.placement import checked_matrix, placed_bounds, upright
+
+if TYPE_CHECKING:
+    from service.surface import Surface
+
+MAX_MEMBERS = 4096
+"""Surfaces that differ take half a millisecond each, however small they are."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Member:
+    """One surface of a group.
+
+    Attributes
+    ----------
+    surface : Surface
+        Any kind but a group.
+    name : str or None
+        Name of its glTF node; None takes the surface's own.
+    color : tuple of three or four floats, or None
+        Base colour: red, green, blue and, if there is a fourth, opacity; sRGB, 0 … 1.
+    matrix : ndarray of float64, shape (4, 4), or None
+        Where it stands in the group: affine, acts on columns. None: where its points are.
+
+    Raises
+    ------
+    InvalidRequest
+        At birth, with pointers relative to the member.
+    """
+
+    surface: "Surface"
+    name: str | None = None
+    color: tuple[float, ...] | None = None
+    matrix: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        if isinstance(self.surface, GroupSurface):
+            raise InvalidRequest(nested("/surface/type"))
+        if self.color is not None:
+            _check_color(self.color)
+        if self.matrix is not None:
+            try:
+                object.__setattr__(self, "matrix", checked_matrix(self.matrix))
+            except InvalidRequest as error:
+                raise error.within("/matrix") from None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class GroupSurface:
+    """Surfaces side by side in one model.
+
+    A member whose vertical axis is not the group's is turned upright, by a quarter turn about x,
+    before it is placed. Surfaces that differ in nothing but their name and their `up` are one
+    model: it is computed once, and stored once where the format allows it.
+
+    Attributes
+    ----------
+    members : tuple of Member
+        1 to `MAX_MEMBERS`.
+    up : "y" or "z"
+        The group's vertical axis.
+    name : str
+        Name of the whole.
+
+    Raises
+    ------
+    InvalidRequest
+        At birth, with pointers relative to the group.
+    """
+
+    members: tuple[Member, ...]
+    up: Up = "y"
+    name: str = "group"
+    _model: GroupModel = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        check_up(self.up)
+        if not 1 <= len(self.members) <= MAX_MEMBERS:
+            raise InvalidRequest(
+                Issue(
+                    "wrong_length",
+                    "A group has members, and not more than can be told apart.",
+                    "/members",
+                    f"{len(self.members)} members",
+                    f"1 to {MAX_MEMBERS}",
+                )
+            )
+        object.__setattr__(self, "_model", _lowered(self))
+
+    @property
+    def degree(self) -> tuple[int, int]:
+        """Highest degree (p, q) among the members."""
+        p, q = zip(*(member.surface.degree for member in self.members), strict=True)
+        return max(p), max(q)
+
+    def lower(self) -> GroupModel:
+        """The different surfaces, each lowered once, and where their copies stand."""
+        return self._model
+
+
+def nested(where: str) -> Issue:
+    """The issue of a group that is a member of a group."""
+    return Issue(
+        "nested_group",
+        "A group holds surfaces, not groups.",
+        where,
+        "a group",
+        "its members, placed by the product of both matrices",
+    )
+
+
+def content_key(value: Any) -> Hashable:
+    """What is equal for equal values and nothing else: of types, numbers and shapes of arrays."""
+    if isinstance(value, np.ndarray):
+        # −0 and 0 are one number.
+        content = np.ascontiguousarray(value + 0)
+        return value.shape, value.dtype.str, sha256(content.data).digest()
+    if is_dataclass(value):
+        parts = (content_key(getattr(value, f.name)) for f in fields(value) if f.init)
+        return type(value), *parts
+    if isinstance(value, tuple):
+        return tuple(content_key(part) for part in value)
+    if isinstance(value, Mapping):
+        return tuple((key, content_key(part)) for key, part in value.items())
+    return value  # type: ignore[no-any-return]
+
+
+def _lowered(group: GroupSurface) -> GroupModel:
+    """The group's model; checks on the way that every member stands within float32."""
+    numbers: dict[Hashable, int] = {}
+    models: list[PatchModel] = []
+    placed: list[PlacedModel] = []
+    for index, member in enumerate(group.members):
+        surface = member.surface
+        key = (type(surface), *_content_of(surface))
+        number = numbers.setdefault(key, len(models))
+        if number == len(models):
+            model = surface.lower()
+            if isinstance(model, GroupModel):
+                raise InvalidRequest(nested(f"/members/{index}/surface/type"))
+            models.append(model)
+        matrix = upright(member.matrix, surface.up, group.up)
+        low, high = placed_bounds(models[number].bounds, matrix)
+        furthest = float(max(-low.min(), high.max()))
+        if furthest > MAX_COORDINATE:
+            raise InvalidRequest(
+                Issue(
+                    "coordinate_too_large",
+                    "Coordinates are stored in single precision.",
+                    pointer(("members", index, "matrix")),
+                    f"points placed as far as {furthest:.6g}",
+                    f"at most {MAX_COORDINATE:.7g}",
+                )
+            )
+        color = member.color
+        rgba: Color | None = None
+        if color is not None:
+            rgba = (color[0], color[1], color[2], color[3] if len(color) > 3 else 1.0)
+        placed.append(PlacedModel(member.name or surface.name, number, rgba, matrix))
+    return GroupModel(group.name, tuple(models), tuple(placed), group.up)
+
+
+def _content_of(surface: "Surface") -> tuple[Hashable, ...]:
+    """What makes a surface another one: all but its name and its vertical axis."""
+    names = (f.name for f in fields(surface) if f.name not in ("name", "up"))
+    return tuple(content_key(getattr(surface, name)) for name in names)
+
+
+def _check_color(color: tuple[float, ...]) -> None:
+    if len(color) not in (3, 4):
+        raise InvalidRequest(
+            Issue(
+                "wrong_length",
+                "A colour is red, green, blue and, if it has a fourth number, opacity.",
+                "/color",
+                f"{len(color)} numbers",
+                "three or four",
+            )
+        )
+    for index, value in enumerate(color):
+        if not 0 <= value <= 1:
+            raise InvalidRequest(
+                Issue(
+                    "out_of_range",
+                    "Colours are between black, 0, and full strength, 1.",
+                    f"/color/{index}",
+                    f"{value:.6g}",
+                    "0 to 1",
+                )
+            )

@@ -1,0 +1,98 @@
+"""Where a copy of a surface stands: affine matrices, checked, and exact quarter turns.
+
+A matrix acts on columns: x' = L x + t, with L its upper left 3 × 3 and t its last column.
+"""
+
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from service.bases.arrays import FloatArray
+from service.errors import InvalidRequest, Issue, pointer
+from service.surface.checks import MAX_COORDINATE
+from service.surface.lowered import Up
+
+LEAST_SCALING = float(np.finfo(np.float32).tiny)
+"""What viewers, which compute in float32, still take for more than nothing."""
+
+MAX_SCALING_RATIO = 1e6
+"""Largest quotient of two scalings of one placement. Beyond it a body is a sheet: float32 could
+not tell its two sides apart."""
+
+_TURNS = MappingProxyType(
+    {
+        ("z", "y"): ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)),
+        ("y", "z"): ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
+    }
+)
+"""Quarter turns about x that take the one axis to the other."""
+
+
+def checked_matrix(values: ArrayLike) -> FloatArray:
+    """`values` as a read-only affine matrix that can be undone.
+
+    Raises
+    ------
+    InvalidRequest
+        `wrong_dimension`, `not_finite`, `out_of_range`, `not_affine` or `singular_matrix`, with
+        pointers relative to the matrix.
+    """
+    matrix = np.array(values, dtype=np.float64, order="C")
+    if matrix.shape != (4, 4):
+        raise _refusal("wrong_dimension", "A placement is four rows of four numbers.",
+                       f"an array of shape {matrix.shape}", "shape (4, 4)")  # fmt: skip
+    # NaN fails the comparison as well.
+    wrong = np.argwhere(~(np.abs(matrix) <= MAX_COORDINATE))
+    if len(wrong):
+        place = wrong[0]
+        value = float(matrix[tuple(place)])
+        if np.isfinite(value):
+            raise _refusal("out_of_range", "Coordinates are stored in single precision.",
+                           f"{value:.6g}", f"at most {MAX_COORDINATE:.7g} in absolute value",
+                           pointer(place.tolist()))  # fmt: skip
+        raise _refusal("not_finite", "Every number must be finite.", "no finite number",
+                       "a finite number", pointer(place.tolist()))  # fmt: skip
+    if matrix[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
+        raise _refusal("not_affine", "A placement moves, turns, scales and shears; its last row "
+                       "says that it does no more.", "another row", "0, 0, 0, 1", "/3")  # fmt: skip
+    most, _, least = np.linalg.svd(matrix[:3, :3], compute_uv=False).tolist()
+    if least < LEAST_SCALING or most > MAX_SCALING_RATIO * least:
+        raise _refusal("singular_matrix", "A placement must keep a body a body.",
+                       f"scalings from {least:.6g} to {most:.6g}",
+                       f"scalings of at least {LEAST_SCALING:.7g}, the largest at most "
+                       f"{MAX_SCALING_RATIO:.0e} times the smallest")  # fmt: skip
+    # −0 and 0 are one number: equal placements shall have equal bytes.
+    matrix += 0.0
+    matrix.flags.writeable = False
+    return matrix
+
+
+def upright(matrix: FloatArray | None, up: Up, wanted: Up) -> FloatArray | None:
+    """A placement after the turn that takes a model's vertical axis to the one that is wanted.
+
+    A quarter turn exchanges coordinates, hence nothing is rounded. None stands for the identity.
+    """
+    if up != wanted:
+        turn = np.eye(4)
+        turn[:3, :3] = _TURNS[up, wanted]
+        matrix = turn if matrix is None else matrix @ turn + 0.0
+    if matrix is not None and np.array_equal(matrix, np.eye(4)):
+        return None
+    return matrix
+
+
+def placed_bounds(
+    bounds: tuple[FloatArray, FloatArray], matrix: FloatArray | None
+) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest coordinates of a box of these bounds after it was placed."""
+    if matrix is None:
+        return bounds
+    half = (bounds[1] - bounds[0]) / 2
+    middle = matrix[:3, :3] @ (bounds[0] + half) + matrix[:3, 3]
+    reach = np.abs(matrix[:3, :3]) @ half
+    return middle - reach, middle + reach
+
+
+def _refusal(code: str, message: str, got: str, needed: str, where: str = "") -> InvalidRequest:
+    return InvalidRequest(Issue(code, message, where, got, needed))

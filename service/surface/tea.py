@@ -1,0 +1,70 @@
+"""A group to look at: a tea service for four, made of the teapot and pieces turned on a lathe."""
+
+from math import cos, pi, sin
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.surface.group import GroupSurface, Member
+from service.surface.patches import PatchSurface
+from service.surface.quadrics import ARC, Patch, assemble, cylinder, revolve, sphere, turn
+
+CREAM, RUST, SAGE, OAK = (0.93, 0.89, 0.8), (0.72, 0.35, 0.23), (0.52, 0.6, 0.48), (0.5, 0.36, 0.24)
+
+
+def service(pot: PatchSurface) -> GroupSurface:
+    """The pot in the middle, cups and saucers at the corners of a square, a tray below; z up.
+
+    The handles of the cups follow one another round the pot on its one side, and meet them from
+    the mirror on its other.
+    """
+    tray = np.diag([6.2, 6.2, 0.08, 1.0])
+    tray[2, 3] = -0.08
+    members = [
+        Member(cylinder(), "tray", OAK, tray),
+        Member(pot, "teapot", CREAM),
+    ]
+    small, flat = cup(), sphere()
+    for corner in range(4):
+        place = _turned(corner * pi / 2 + pi / 4)
+        place[:3, 3] = place[:3, :3] @ (4.4, 0.0, 0.04)
+        saucer = place @ np.diag([1.3, 1.3, 0.07, 1.0])
+        standing = place @ np.diag([1.0, 1.0 if corner < 2 else -1.0, 1.0, 1.0])
+        standing[2, 3] += 0.06
+        color = RUST if corner % 2 else SAGE
+        members += [
+            Member(flat, f"saucer {corner + 1}", color, saucer),
+            Member(small, f"cup {corner + 1}", color, standing),
+        ]
+    return GroupSurface(tuple(members), up="z", name="tea-service")
+
+
+def cup() -> PatchSurface:
+    """A cup of radius and height 1 with a handle at y > 0: patches of degree (2, 2)."""
+    outside = revolve([(0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.0, 1.0, 1.0)])
+    inside = revolve([(1.0, 1.0, 1.0), (0.94, 0.07, 1.0), (0.0, 0.07, 1.0)])
+    return assemble("cup", [("cup", outside + inside), ("handle", _handle(0.25, 0.05))])
+
+
+def _handle(radius: float, thickness: float) -> list[Patch]:
+    """Half a torus that stands on end, its two ends within the wall of the cup."""
+    patches: list[Patch] = []
+    for quarter in range(4):
+        turned = [turn(x, y, w, quarter) for x, y, w in ARC]
+        ring = revolve([(radius + thickness * x, thickness * z, w) for x, z, w in turned])
+        patches += (ring[0], ring[3])
+    # Tilted as the wall is, by an angle of sine 7/25 and cosine 24/25.
+    return [
+        [
+            [(z, 0.93 + 0.96 * x + 0.28 * y, 0.62 - 0.28 * x + 0.96 * y, w) for x, y, z, w in row]
+            for row in patch
+        ]
+        for patch in patches
+    ]
+
+
+def _turned(angle: float) -> FloatArray:
+    """Rotation about z."""
+    place = np.eye(4)
+    place[:2, :2] = [[cos(angle), -sin(angle)], [sin(angle), cos(angle)]]
+    return place

@@ -1,0 +1,231 @@
+"""Groups in glTF: nodes where copies stand, meshes that they share, materials of their colours."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+
+from service.encoders.format import EncodeOptions
+from service.encoders.gltf_scene import placing, quaternion
+from service.encoders.registry import BY_NAME
+from service.engine.options import MeshOptions
+from service.pipeline import Limits, plan, predict, render
+from service.surface.bezier import BezierSurface
+from service.surface.examples import find
+from service.surface.group import GroupSurface, Member
+from tests.clients.gltf_validator import issues
+from tests.encoders.glb_reader import Gltf, read_glb, read_gltf
+from tests.strategies import Array, placements
+
+MIRROR = np.diag([1.0, 1.0, -1.0, 1.0])
+SHEAR = np.array([[1.0, 0.5, 0, 3], [0, 1, 0.25, 0], [0, 0, 2, 0], [0, 0, 0, 1]])
+COARSE = MeshOptions(resolution=(3, 3))
+
+
+def moved(x: float, y: float, z: float) -> Array:
+    matrix = np.eye(4)
+    matrix[:3, 3] = x, y, z
+    return matrix
+
+
+def group_of(*members: Member, **more: Any) -> GroupSurface:
+    return GroupSurface(members, **more)
+
+
+def written(group: GroupSurface, options: MeshOptions = COARSE) -> Gltf:
+    return read_glb(render(group, options, BY_NAME["glb"]))
+
+
+def local(node: dict[str, Any]) -> Array:
+    """The matrix T R S of a node (glTF 2.0, 3.5.3)."""
+    x, y, z, w = node.get("rotation", (0, 0, 0, 1))
+    turn = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.array(turn) @ np.diag(node.get("scale", (1, 1, 1)))
+    matrix[:3, 3] = node.get("translation", (0, 0, 0))
+    return matrix
+
+
+def copies(gltf: Gltf, name: str) -> list[tuple[Array, dict[str, Any]]]:
+    """World matrix below the root, and mesh, of everything at or below the nodes of this name."""
+    nodes, found = gltf.document["nodes"], []
+
+    def visit(number: int, above: Array) -> None:
+        node = nodes[number]
+        here = above @ local(node)
+        if "mesh" in node:
+            found.append((here, gltf.document["meshes"][node["mesh"]]))
+        for child in node.get("children", ()):
+            visit(child, here)
+
+    for number in nodes[0]["children"]:
+        if nodes[number]["name"] == name:
+            visit(number, np.eye(4))
+    return found
+
+
+@settings(max_examples=60)
+@given(placements())
+def test_nodes_multiply_to_the_placement(matrix: Array) -> None:
+    """Turns, stretches, mirrors and shears, in one node or in two."""
+    outer, inner = placing(matrix)
+    for node in (outer, inner):
+        if "rotation" in node:
+            assert np.linalg.norm(node["rotation"]) == pytest.approx(1, abs=1e-15)
+    np.testing.assert_allclose(local(outer) @ local(inner), matrix, atol=2e-14)
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("angle", [1e-9, 0.3, 2.0, np.pi - 1e-9, np.pi])
+def test_quaternions_of_all_turns(axis: int, angle: float) -> None:
+    """Also near half turns, where the sum of the diagonal tells nothing."""
+    turn = np.eye(3)
+    a, b = (axis + 1) % 3, (axis + 2) % 3
+    turn[[a, b, a, b], [a, b, b, a]] = np.cos(angle), np.cos(angle), -np.sin(angle), np.sin(angle)
+    expected = np.zeros(4)
+    expected[[axis, 3]] = np.sin(angle / 2), np.cos(angle / 2)
+    assert abs(np.dot(quaternion(turn), expected)) == pytest.approx(1, abs=1e-15)
+
+
+def test_simple_placements_are_written_as_they_are() -> None:
+    assert placing(None) == ({}, {})
+    assert placing(moved(1, 2, 3)) == ({"translation": [1.0, 2.0, 3.0]}, {})
+    assert placing(MIRROR) == ({"scale": [1.0, 1.0, -1.0]}, {})
+    assert placing(moved(0.1, 0, 0) @ np.diag([2.0, 3, 4, 1])) == (
+        {"translation": [0.1, 0.0, 0.0], "scale": [2.0, 3.0, 4.0]},
+        {},
+    )
+
+
+def test_equal_surfaces_share_one_mesh() -> None:
+    """Of one colour one mesh; in another colour another mesh over the same arrays."""
+    ball, ramp = find("sphere").surface(), find("saddle").surface()
+    group = group_of(
+        Member(ball, "a"),
+        Member(ball, "b", matrix=moved(3, 0, 0)),
+        Member(ball, "c", (1.0, 0.0, 0.0), MIRROR),
+        Member(ball, "d", (1.0, 0.0, 0.0), SHEAR),
+        Member(ramp, "e", (1.0, 0.0, 0.0)),
+        up="z",
+    )
+    gltf = written(group)
+    document = gltf.document
+    assert [node["name"] for node in document["nodes"] if "name" in node] == ["group", *"abcde"]
+    assert len(document["meshes"]) == 3
+    assert len(document["materials"]) == 2
+    # Positions, normals and indices of two different meshes.
+    assert len(document["accessors"]) == 6
+    meshes = {name: copies(gltf, name)[0][1] for name in "abcde"}
+    assert meshes["a"] is meshes["b"]
+    assert meshes["c"] is meshes["d"]
+    (first,), (other,) = meshes["a"]["primitives"], meshes["c"]["primitives"]
+    assert first["attributes"] == other["attributes"]
+    assert first["indices"] == other["indices"]
+    assert first["material"] != other["material"]
+
+
+def test_copies_stand_where_they_were_placed() -> None:
+    """A sheared one by two nodes; one of several parts with a node each; in both forms."""
+    ball, drum = find("sphere").surface(), find("cylinder").surface()
+    group = group_of(Member(ball, "ball", matrix=SHEAR), Member(drum, "drum", matrix=MIRROR))
+    for gltf in (written(group), read_gltf(render(group, COARSE, BY_NAME["gltf"]))):
+        # Members are z-up, the group is y-up.
+        upright = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+        ((world, mesh),) = copies(gltf, "ball")
+        np.testing.assert_allclose(world, SHEAR @ upright, atol=1e-15)
+        assert mesh["name"] == "ball"
+        parts = copies(gltf, "drum")
+        assert [part["name"] for _, part in parts] == ["side", "top", "bottom"]
+        for world, _ in parts:
+            np.testing.assert_allclose(world, MIRROR @ upright, atol=1e-15)
+
+
+def test_a_far_member_keeps_a_local_origin_below_its_placement() -> None:
+    far = BezierSurface(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]) + 1e6)
+    gltf = written(group_of(Member(far, "far", matrix=moved(-1e6, -1e6, -1e6))))
+    ((world, mesh),) = copies(gltf, "far")
+    (primitive,) = mesh["primitives"]
+    stored = gltf.array(primitive["attributes"]["POSITION"])
+    assert np.abs(stored).max() < 2
+    placed = stored @ world[:3, :3].T + world[:3, 3]
+    np.testing.assert_allclose([placed.min(axis=0), placed.max(axis=0)], [[0, 0, 0], [1, 1, 0]])
+
+
+def test_colors_are_linear_and_opacity_blends() -> None:
+    ball = find("sphere").surface()
+    group = group_of(
+        Member(ball, "solid", (1.0, 0.5, 0.02)), Member(ball, "glass", (0.0, 0.5, 1.0, 0.25))
+    )
+    solid, glass = written(group).document["materials"]
+    # ((0.5 + 0.055) / 1.055)^2.4 and 0.02 / 12.92
+    half, little = 0.21404114048223255, 0.0015479876160990712
+    assert solid["pbrMetallicRoughness"]["baseColorFactor"] == [1.0, half, little, 1.0]
+    assert glass["pbrMetallicRoughness"]["baseColorFactor"] == [0.0, half, 1.0, 0.25]
+    assert (solid["name"], glass["name"]) == ("surface #ff8005", "surface #0080ff40")
+    assert "alphaMode" not in solid
+    assert glass["alphaMode"] == "BLEND"
+
+
+@pytest.mark.parametrize("suffix", ["glb", "gltf"])
+def test_the_validator_has_nothing_to_say(suffix: str, tmp_path: Path) -> None:
+    ball, pot = find("sphere").surface(), find("utah-teapot").surface()
+    group = group_of(
+        Member(ball, "plain"),
+        Member(ball, "sheared", (0.1, 0.2, 0.3, 0.4), SHEAR),
+        Member(ball, "tiny", matrix=np.diag([1e-6, 1e-6, -1e-6, 1])),
+        Member(ball, "huge", matrix=np.diag([1e6, 1e9, 1e6, 1])),
+        Member(pot, "pot", (0.5, 0.5, 0.5), moved(1e5, 0, 0) @ SHEAR),
+    )
+    options = MeshOptions(resolution=(3, 3), uvs=True, overlays=("control_net", "boundary"))
+    content = render(group, options, BY_NAME[suffix])
+    assert issues(content, tmp_path / f"model.{suffix}") == []
+
+
+def test_trimesh_finds_the_graph_and_the_volumes(tmp_path: Path) -> None:
+    """By nodes, and flattened to STL: the same body."""
+    surface = find("tea-service").surface()
+    path = tmp_path / "tea.glb"
+    path.write_bytes(render(surface, COARSE, BY_NAME["glb"]))
+    scene = trimesh.load_scene(path)
+    names = {f"{piece} {corner}" for piece in ("cup", "saucer") for corner in range(1, 5)}
+    assert names | {"tray", "teapot"} <= set(scene.graph.nodes)
+    # One mesh for each part of each different surface in each of its colours.
+    assert len([name for name in scene.geometry if name.startswith("cup")]) == 2
+    stl = tmp_path / "tea.stl"
+    stl.write_bytes(render(surface, COARSE, BY_NAME["stl"]))
+    flat = trimesh.load_mesh(stl)
+    assert scene.to_mesh().volume == pytest.approx(flat.volume, rel=1e-5)
+    assert len(scene.to_mesh().faces) == len(flat.faces)
+
+
+def test_the_same_group_gives_the_same_bytes() -> None:
+    surface = find("tea-service").surface()
+    again = GroupSurface(surface.members, surface.up, surface.name)  # type: ignore[union-attr]
+    for suffix in ("glb", "json", "stl"):
+        assert render(surface, COARSE, BY_NAME[suffix]) == render(again, COARSE, BY_NAME[suffix])
+
+
+@pytest.mark.parametrize("name", BY_NAME)
+def test_predictions_hold_for_groups(name: str) -> None:
+    """Bytes and counts, where copies are stored once and where they are not."""
+    ball = find("sphere").surface()
+    group = group_of(
+        *(Member(ball, f"ball {k}" * 9, (1e-17, 0.1, 1 / 3, 2 / 3), SHEAR) for k in range(40)),
+        Member(find("utah-teapot").surface(), matrix=SHEAR),
+    )
+    fmt = BY_NAME[name]
+    overlays = ("control_net", "boundary") if fmt.overlays else ()
+    options = MeshOptions(resolution=(4, 2), overlays=overlays)  # type: ignore[arg-type]
+    shared = predict(group.lower(), options, shared=True)
+    each = predict(group.lower(), options)
+    assert each.vertices == shared.vertices + 39 * 8 * 15
+    bound = fmt.byte_bound(shared if fmt.encode_scene else each, EncodeOptions())
+    limits = Limits(each.vertices, bound)
+    assert len(plan(group, options, fmt, limits=limits).run()) <= bound
