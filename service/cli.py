@@ -1,26 +1,32 @@
-"""The command `surface`: serve, mesh, convert, examples, formats, openapi.
+"""The command `surface`: serve, mesh, convert, curve, examples, formats, openapi.
 
 Whatever is heavy is imported by the command that needs it, so that `--help` answers at once.
 """
 
 import argparse
-import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from service.errors import BadAddress, Issue, ServiceFailed, SurfaceError, first_part
+from service.output import Refused, print_bytes, write
 
 if TYPE_CHECKING:
-    from service.encoders.format import Format
+    from service.encoders.curve_format import CurveFormat
+    from service.encoders.format import FileFormat, Format
+
+AnyFormat = TypeVar("AnyFormat", bound="FileFormat")
 
 OPTIONS = (
     "resolution", "faces", "normals", "uvs", "weld", "crease_angle", "overlays", "oogl",
 )  # fmt: skip
 """The options of a mesh, by name; their models would take too long to import for `--help`."""
+
+CURVE_OPTIONS = ("resolution", "tolerance", "tangents", "arc_lengths")
+"""The options of a curve, by name."""
 
 _DRAIN = 25
 """Seconds that answers under way may take once the service is told to stop."""
@@ -37,6 +43,10 @@ exit codes:
   3  the service given by --url does not answer, or fails
 """
 
+_CURVE_HELP = (
+    "a JSON file (a curve, or a request with a curve and options), or - for standard input"
+)
+
 _FILE_HELP = (
     "a JSON file (a surface, or a request with a surface and options), the id of an example, "
     "or - for standard input"
@@ -45,10 +55,6 @@ _FILE_HELP = (
 
 class UsageError(Exception):
     """The command line cannot be understood."""
-
-
-class Refused(Exception):
-    """Nothing can be done, and the lines say why."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -98,11 +104,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     mesh.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP)
-    mesh.add_argument(
-        "-o", "--output", required=True, help="file to write, or - for standard output"
-    )
-    mesh.add_argument("--format", help="format, if the suffix of the output does not tell")
-    mesh.add_argument("--url", help="let the service at this address do the work")
+    _add_output(mesh)
     _add_options(mesh)
     mesh.set_defaults(run=_mesh)
 
@@ -119,6 +121,16 @@ def _parser() -> argparse.ArgumentParser:
     convert.add_argument("--url", help="let the service at this address do the work")
     _add_operations(convert)
     convert.set_defaults(run=_convert)
+    curve = commands.add_parser(
+        "curve",
+        help="write a curve as points or lines",
+        epilog=_EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    curve.add_argument("source", metavar="FILE", help=_CURVE_HELP)
+    _add_output(curve)
+    _add_curve_options(curve)
+    curve.set_defaults(run=_curve)
 
     for name, run, text in (
         ("examples", _examples, "list the built-in surfaces"),
@@ -128,6 +140,29 @@ def _parser() -> argparse.ArgumentParser:
         command = commands.add_parser(name, help=text)
         command.set_defaults(run=run)
     return parser
+
+
+def _add_output(command: argparse.ArgumentParser) -> None:
+    """Where the file goes, and who computes it."""
+    command.add_argument(
+        "-o", "--output", required=True, help="file to write, or - for standard output"
+    )
+    command.add_argument("--format", help="format, if the suffix of the output does not tell")
+    command.add_argument("--url", help="let the service at this address do the work")
+
+
+def _add_curve_options(curve: argparse.ArgumentParser) -> None:
+    """The options of a curve; each overrides the same one in the file."""
+    group = curve.add_argument_group("options of the curve")
+    group.add_argument("--resolution", metavar="N", help="divisions of every piece (16)")
+    group.add_argument(
+        "--tolerance", metavar="DISTANCE", help="instead: how far lines may be from the curve"
+    )
+    for name, text in (
+        ("tangents", "unit tangents (yes)"),
+        ("arc-lengths", "length up to every point (yes)"),
+    ):
+        group.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=text)
 
 
 def _add_options(mesh: argparse.ArgumentParser) -> None:
@@ -206,9 +241,9 @@ def _serve(arguments: argparse.Namespace) -> int:
 
 
 def _mesh(arguments: argparse.Namespace) -> int:
-    fmt = _format(arguments)
+    fmt = _mesh_format(arguments)
     source = _source(arguments.source)
-    chosen = _chosen(arguments)
+    chosen = _chosen(arguments, OPTIONS)
     try:
         if arguments.url is None:
             content = _local(source, chosen, fmt)
@@ -218,7 +253,7 @@ def _mesh(arguments: argparse.Namespace) -> int:
             content = remote_mesh(arguments.url, source, chosen, fmt)
     except SurfaceError as error:
         raise Refused(*(_issue_line(issue, chosen) for issue in error.issues)) from None
-    _write(arguments.output, content)
+    write(arguments.output, content)
     return OK
 
 
@@ -242,7 +277,7 @@ def _convert(arguments: argparse.Namespace) -> int:
             content = remote_convert(arguments.url, document)
     except SurfaceError as error:
         raise Refused(*(_operation_line(issue, flags) for issue in error.issues)) from None
-    _write(arguments.output, content)
+    write(arguments.output, content)
     return OK
 
 
@@ -285,37 +320,69 @@ def _operation_line(issue: Issue, flags: Sequence[str]) -> str:
     return _issue_line(issue)
 
 
-def _format(arguments: argparse.Namespace) -> "Format":
-    """The format by name, else by the suffix of the output."""
-    from service.encoders.registry import BY_NAME, BY_SUFFIX
+def _curve(arguments: argparse.Namespace) -> int:
+    from service.encoders.curve_registry import CURVE_FORMATS
 
+    fmt = _format(arguments, CURVE_FORMATS)
+    source = _read(arguments.source, "curve", "no such file")
+    chosen = _chosen(arguments, CURVE_OPTIONS)
+    if "resolution" in chosen or "tolerance" in chosen:
+        # One of the two on the command line takes the place of either in the file.
+        source = {key: value for key, value in source.items() if key not in CURVE_OPTIONS[:2]}
+    try:
+        if arguments.url is None:
+            content = _local_curve(source, chosen, fmt)
+        else:
+            from service.remote import remote_curve
+
+            content = remote_curve(arguments.url, source, chosen, fmt)
+    except SurfaceError as error:
+        raise Refused(*(_issue_line(issue, chosen) for issue in error.issues)) from None
+    write(arguments.output, content)
+    return OK
+
+
+def _mesh_format(arguments: argparse.Namespace) -> "Format":
+    from service.encoders.registry import FORMATS
+
+    return _format(arguments, FORMATS)
+
+
+def _format(arguments: argparse.Namespace, formats: Sequence[AnyFormat]) -> AnyFormat:
+    """The format by name, else by the suffix of the output."""
+    by_name = {fmt.name: fmt for fmt in formats}
+    by_suffix = {fmt.suffix: fmt for fmt in formats}
     if not arguments.output:
         raise UsageError("--output: empty; needed a file, or - for standard output")
     if arguments.format is not None:
-        if arguments.format not in BY_NAME:
-            raise UsageError(f"--format: unknown; needed one of {', '.join(BY_NAME)}")
-        return BY_NAME[arguments.format]
+        if arguments.format not in by_name:
+            raise UsageError(f"--format: unknown; needed one of {', '.join(by_name)}")
+        return by_name[arguments.format]
     suffix = Path(arguments.output).suffix.removeprefix(".").lower()
-    if arguments.output == "-" or suffix not in BY_SUFFIX:
+    if arguments.output == "-" or suffix not in by_suffix:
         raise UsageError(
             f"the output's name does not tell the format; needed --format or one of the suffixes "
-            f"{', '.join(BY_SUFFIX)}"
+            f"{', '.join(by_suffix)}"
         )
-    return BY_SUFFIX[suffix]
+    return by_suffix[suffix]
 
 
 def _source(source: str) -> str | dict[str, Any]:
-    """The id of an example, or the request in a file.
-
-    A file that holds a bare surface makes a request without options.
-    """
-    from service.schemas.document import parse_document
+    """The id of an example, or the request in a file."""
     from service.surface.examples import EXAMPLES
 
-    if not source:
-        raise UsageError("the name is empty; needed a file, an example or - for standard input")
     if source in EXAMPLES and not Path(source).exists():
         return source
+    missing = f"no such file and no such example; examples: {', '.join(EXAMPLES)}"
+    return _read(source, "surface", missing)
+
+
+def _read(source: str, what: str, missing: str) -> dict[str, Any]:
+    """The request in a file; one that holds a bare surface or curve makes one without options."""
+    from service.schemas.document import parse_document
+
+    if not source:
+        raise UsageError(f"the name is empty; needed a file with a {what}, or - for standard input")
     if source == "-":
         if sys.stdin is None:
             raise Refused("standard input is closed")
@@ -323,16 +390,16 @@ def _source(source: str) -> str | dict[str, Any]:
     elif Path(source).exists():
         document = parse_document(Path(source).read_bytes())
     else:
-        raise UsageError(f"no such file and no such example; examples: {', '.join(EXAMPLES)}")
-    if isinstance(document, dict) and "surface" in document:
+        raise UsageError(missing)
+    if isinstance(document, dict) and what in document:
         return document
-    return {"surface": document}
+    return {what: document}
 
 
-def _chosen(arguments: argparse.Namespace) -> dict[str, str]:
+def _chosen(arguments: argparse.Namespace, names: Sequence[str]) -> dict[str, str]:
     """The options that the command line gives, as a query would give them."""
     chosen: dict[str, str] = {}
-    for name in OPTIONS:
+    for name in names:
         value = getattr(arguments, name)
         if value is not None:
             chosen[name] = str(value).lower() if isinstance(value, bool) else value
@@ -359,6 +426,19 @@ def _local(source: str | dict[str, Any], chosen: Mapping[str, str], fmt: "Format
     return pipeline.render(
         surface, wanted.mesh_options(), fmt, EncodeOptions(wanted.oogl), result_limits(settings)
     )
+
+
+def _local_curve(source: dict[str, Any], chosen: Mapping[str, str], fmt: "CurveFormat") -> bytes:
+    """The file of a curve, computed in this process."""
+    from service.curve_pipeline import render_curve
+    from service.schemas.curve_request import curve_request
+    from service.schemas.query import values_from_text
+    from service.settings import document_limits, from_environment, pin_blas, result_limits
+
+    pin_blas()
+    settings = from_environment()
+    wanted = curve_request(source | values_from_text(chosen.items()), document_limits(settings))
+    return render_curve(wanted.to_curve(), wanted.curve_options(), fmt, result_limits(settings))
 
 
 def _examples(_: argparse.Namespace) -> int:
@@ -388,56 +468,7 @@ def _openapi(_: argparse.Namespace) -> int:
 
 
 def _print_lines(lines: Iterable[str]) -> None:
-    _print("".join(f"{line}\n" for line in lines).encode())
-
-
-def _write(output: str, content: bytes) -> None:
-    """Writes to a file, or to standard output for "-".
-
-    Raises
-    ------
-    OSError
-        With the name that was given, not that of a file beside it.
-    """
-    if output == "-":
-        _print(content)
-        return
-    try:
-        _write_file(Path(os.path.realpath(output)), content)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, output) from None
-
-
-def _write_file(place: Path, content: bytes) -> None:
-    """Writes a whole file or none: beside its place first, then into it."""
-    if place.exists() and not place.is_file():
-        # A device or a pipe: nothing may be put in its place.
-        place.write_bytes(content)
-        return
-    beside = place.with_name(f".{place.name}.{os.getpid()}.part")
-    try:
-        with beside.open("xb") as file:
-            file.write(content)
-        beside.replace(place)
-    finally:
-        beside.unlink(missing_ok=True)
-
-
-def _print(content: bytes) -> None:
-    """Writes to standard output; silent where the program that should read it has ended."""
-    if sys.stdout is None:
-        raise Refused("standard output is closed")
-    rest = memoryview(content)
-    try:
-        while rest:  # with PYTHONUNBUFFERED a write may end early, and only the next one fails
-            rest = rest[sys.stdout.buffer.write(rest) :]
-        sys.stdout.buffer.flush()
-    except OSError as error:
-        # Python writes what is left in the buffer when it ends, and would fail once more.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if isinstance(error, BrokenPipeError):
-            raise Refused from None
-        raise OSError(error.errno, error.strerror, "standard output") from None
+    print_bytes("".join(f"{line}\n" for line in lines).encode())
 
 
 def _issue_line(issue: Issue, chosen: Mapping[str, str] = MappingProxyType({})) -> str:

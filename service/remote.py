@@ -6,7 +6,7 @@ from typing import Any
 import httpx
 import orjson
 
-from service.encoders.format import Format
+from service.encoders.format import FileFormat, Format
 from service.errors import BadAddress, InvalidRequest, Issue, ServiceFailed, pointer
 from service.schemas.query import values_from_text
 
@@ -37,6 +37,14 @@ def remote_mesh(
         return _asked(url, fmt.media_type, "GET", path, params=dict(chosen))
     document = source | values_from_text(chosen.items())
     return _posted(url, fmt.media_type, "/v1/mesh", document, {"format": fmt.name})
+
+
+def remote_curve(
+    url: str, source: dict[str, Any], chosen: Mapping[str, str], fmt: FileFormat
+) -> bytes:
+    """The curve in this format, computed by the service at `url`; as `remote_mesh`."""
+    document = source | values_from_text(chosen.items())
+    return _posted(url, fmt.media_type, "/v1/curve", document, {"format": fmt.name})
 
 
 def remote_convert(url: str, document: dict[str, Any]) -> bytes:

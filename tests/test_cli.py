@@ -391,3 +391,33 @@ def _health(url: str, process: subprocess.Popen[bytes]) -> dict[str, str]:
         else:
             return answer
     raise AssertionError("the service does not answer")
+
+
+def test_a_curve_in_a_file(tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]) -> None:
+    """Bare, or in a request whose options the command line overrides."""
+    bare, request = tmp_path / "bare.json", tmp_path / "request.json"
+    bare.write_text('{"control_points": [[0, 0], [1, 1], [2, 0]]}')
+    request.write_text(
+        '{"curve": {"control_points": [[0, 0], [1, 1], [2, 0]]}, "resolution": 3,'
+        ' "tangents": false}'
+    )
+    output = tmp_path / "curve.obj"
+    assert main(["curve", str(bare), "-o", str(output), "--resolution", "2"]) == 0
+    assert output.read_text().splitlines()[-1] == "l 1 2 3"
+    arguments = ["curve", str(request), "-o", "-", "--format", "json", "--tolerance", "0.01"]
+    assert main([*arguments, "--tangents"]) == 0
+    answer = json.loads(capsysbinary.readouterr().out)
+    assert answer["report"]["deviation_bound"] <= 0.01
+    assert len(answer["tangents"]) == answer["report"]["points"]
+    assert main(["curve", str(bare), "-o", str(tmp_path / "curve.stl")]) == 2
+    assert main(["curve", str(tmp_path / "none.json"), "-o", str(output)]) == 2
+    assert main(["curve", str(bare), "-o", str(output), "--tolerance", "-1"]) == 1
+    assert b"--tolerance" in capsysbinary.readouterr().err
+
+
+def test_a_curve_by_a_service(server: str, tmp_path: Path) -> None:
+    source, here, there = (tmp_path / name for name in ("c.json", "here.glb", "there.glb"))
+    source.write_text('{"control_points": [[0, 0, 0], [1, 1, 0], [2, 0, 1]]}')
+    assert main(["curve", str(source), "-o", str(here)]) == 0
+    assert main(["curve", str(source), "-o", str(there), "--url", server]) == 0
+    assert here.read_bytes() == there.read_bytes()

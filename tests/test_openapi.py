@@ -12,6 +12,7 @@ from starlette.routing import Route
 
 from service.api.app import create_app
 from service.api.openapi import document
+from service.encoders.curve_registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
 from service.errors import InvalidRequest
 from service.schemas.convert import OPERATIONS, convert_request
@@ -84,6 +85,9 @@ def test_operations_are_named_once_tagged_and_explained() -> None:
 
 def test_every_field_of_a_request_is_described() -> None:
     for name in (
+        "CurveRequest",
+        "BezierCurveDefinition",
+        "BsplineCurveDefinition",
         "MeshRequest",
         "BezierDefinition",
         "BsplineDefinition",
@@ -149,6 +153,20 @@ def test_operations_are_described_and_their_examples_taken() -> None:
                 operation = {"op": op} | required | {name: example}
                 request = {"surface": surface, "operations": [operation]}
                 convert_request(request, DocumentLimits()).to_operations()
+
+
+def test_examples_of_curves_are_valid_and_answered(client: Client) -> None:
+    operation = DOCUMENT["paths"]["/v1/curve"]["post"]
+    for example in operation["requestBody"]["content"]["application/json"]["examples"].values():
+        assert errors("CurveRequest", example["value"]) == []
+        answer = client.post("/v1/curve", example["value"])
+        assert answer.status_code == 200
+        assert errors("Curve", answer.json()) == []
+    content = operation["responses"]["200"]["content"]
+    assert set(content) == {f.media_type for f in CURVE_FORMATS}
+    example = content["application/json"]["examples"]["quarter"]["value"]
+    assert errors("Curve", example) == []
+    assert len(example["points"]) == 3
 
 
 def test_examples_of_meshes_show_both_kinds_of_normals() -> None:

@@ -1,5 +1,6 @@
 """Answers: JSON documents, and long bodies sent piece by piece."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -7,11 +8,18 @@ import orjson
 from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
 
+from service.encoders.format import FileFormat
+
 CHUNK = 1 << 20
 """Bytes handed to the server at a time: it waits for a slow client after each, holding no more."""
 
 HEADERS = {"X-Content-Type-Options": "nosniff"}
 """On every answer: a browser shall not guess another type than the one that is said."""
+
+POST_HEADERS = HEADERS | {"Vary": "Accept"}
+"""On answers whose format `Accept` chooses."""
+
+_UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 
 
 class ChunkedResponse(Response):
@@ -47,3 +55,14 @@ def json_response(
     """A JSON document; arrays may be NumPy's."""
     body = orjson.dumps(content, option=orjson.OPT_SERIALIZE_NUMPY)
     return ChunkedResponse(body, status, headers, media_type)
+
+
+def file_response(
+    content: bytes, fmt: FileFormat, name: str, headers: Mapping[str, str]
+) -> Response:
+    """A file; with a name to save it under, unless it is JSON for a program."""
+    named = dict(headers)
+    if fmt.name != "json":
+        stem = _UNSAFE.sub("-", name).strip("-.") or "surface"
+        named["Content-Disposition"] = f'attachment; filename="{stem}.{fmt.suffix}"'
+    return ChunkedResponse(content, 200, named, fmt.media_type)

@@ -13,7 +13,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service import __version__
-from service.api import catalogue, convert, docs, mesh, points, problems
+from service.api import catalogue, convert, curve, docs, mesh, points, problems
 from service.api.answers import json_response
 from service.api.openapi import document
 from service.settings import Settings, from_environment, pin_blas
@@ -53,6 +53,7 @@ def _add_routes(app: FastAPI) -> None:
     app.add_route("/v1/mesh", mesh.post_mesh, methods=["POST"])
     app.add_route("/v1/points", points.post_points, methods=["POST"])
     app.add_route("/v1/convert", convert.post_convert, methods=["POST"])
+    app.add_route("/v1/curve", curve.post_curve, methods=["POST"])
     app.add_route("/v1/surfaces", catalogue.list_surfaces)
     app.add_route("/v1/surfaces/{example}", catalogue.get_surface)
     app.add_route("/v1/surfaces/{example}/mesh.{suffix}", mesh.get_example_mesh)

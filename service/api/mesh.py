@@ -1,17 +1,17 @@
 """Meshes: of a surface that is posted, and of an example by its URL."""
 
-import re
 from functools import partial
 
 from starlette.requests import Request
 from starlette.responses import Response
 
-from service.api.answers import HEADERS, ChunkedResponse
+from service.api.answers import HEADERS, POST_HEADERS, file_response
 from service.api.body import read_body
 from service.api.negotiation import by_accept, by_suffix
 from service.api.parameters import named_example, only_format
 from service.api.work import long_to_read, run
 from service.encoders.format import EncodeOptions, Format
+from service.encoders.registry import FORMATS
 from service.engine.build import highest_degree
 from service.pipeline import Work, plan
 from service.schemas.document import parse_document
@@ -29,21 +29,18 @@ answering, health checks above all. Patches of high degree may need their normal
 one, which takes longer."""
 
 GET_HEADERS = HEADERS | {"Cache-Control": "public, max-age=3600"}
-POST_HEADERS = HEADERS | {"Vary": "Accept"}
-
-_UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 
 
 async def post_mesh(request: Request) -> Response:
     """POST /v1/mesh: the surface and the options in the body."""
     settings: Settings = request.app.state.settings
-    named = only_format(request.query_params.multi_items())
-    fmt = named or by_accept(request.headers.get("accept"))
+    named = only_format(request.query_params.multi_items(), FORMATS)
+    fmt = named or by_accept(request.headers.get("accept"), FORMATS)
     body = await read_body(request, settings)
     parse = partial(_parse, body, fmt, settings)
     work = await run(request, parse, in_thread=long_to_read(body))
     del body, parse  # half of the memory of a large request
-    return _answer(await _content(request, work), fmt, work.model.name, POST_HEADERS)
+    return file_response(await _content(request, work), fmt, work.model.name, POST_HEADERS)
 
 
 async def get_example_mesh(request: Request) -> Response:
@@ -52,7 +49,7 @@ async def get_example_mesh(request: Request) -> Response:
     fmt = by_suffix(request.path_params["suffix"])
     wanted = options_from_text(request.query_params.multi_items())
     work = _planned(example.surface(), wanted, fmt, request.app.state.settings)
-    return _answer(await _content(request, work), fmt, example.id, GET_HEADERS)
+    return file_response(await _content(request, work), fmt, example.id, GET_HEADERS)
 
 
 def _parse(body: bytes, fmt: Format, settings: Settings) -> Work:
@@ -75,11 +72,3 @@ async def _content(request: Request, work: Work) -> bytes:
         or highest_degree(work.model) > INLINE_DEGREE
     )
     return await run(request, work.run, in_thread=is_long)
-
-
-def _answer(content: bytes, fmt: Format, name: str, headers: dict[str, str]) -> Response:
-    """The file; with a name to save it under, unless it is JSON for a program."""
-    if fmt.name != "json":
-        stem = _UNSAFE.sub("-", name).strip("-.") or "surface"
-        headers = headers | {"Content-Disposition": f'attachment; filename="{stem}.{fmt.suffix}"'}
-    return ChunkedResponse(content, 200, headers, fmt.media_type)

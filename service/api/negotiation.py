@@ -1,14 +1,19 @@
 """Which format to answer in: `?format=`, a suffix, or `Accept` (RFC 9110, section 12.5.1)."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from service.api.problems import InvalidQuery, NotAcceptable, UnknownSuffix
-from service.encoders.format import Format
-from service.encoders.registry import BY_NAME, BY_SUFFIX, FORMATS
+from service.encoders.format import FileFormat, Format
+from service.encoders.registry import BY_NAME, BY_SUFFIX
 from service.errors import Issue
 
-DEFAULT = BY_NAME["json"]
+DEFAULT = "json"
+"""Name of the format that is written where the client has no preference."""
+
+AnyFormat = TypeVar("AnyFormat", bound=FileFormat)
 
 _MAX_RANGES = 100
 _QUALITY = re.compile(r"(?:0(?:\.\d{0,3})?|1(?:\.0{0,3})?)", re.ASCII)
@@ -32,26 +37,29 @@ class _Range:
         return {sub: 2, "*": 1}.get(self.subtype, -1)
 
 
-def by_name(name: str) -> Format:
-    """The format of this name.
+def by_name(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
+    """The format of this name among those that can be written.
 
     Raises
     ------
     InvalidQuery
         If there is none.
     """
-    found = BY_NAME.get(name)
-    if found is None:
+    found = {f.name: f for f in formats}
+    if name not in found:
+        known = name in BY_NAME
         raise InvalidQuery(
             Issue(
-                "unknown_format",
-                "No format has this name.",
+                "unsupported_by_format" if known else "unknown_format",
+                f"The format {name} has no place for this."
+                if known
+                else "No format has this name.",
                 "/format",
-                "an unknown name",
-                "one of " + ", ".join(BY_NAME),
+                "a format of surfaces" if known else "an unknown name",
+                "one of " + ", ".join(found),
             )
         )
-    return found
+    return found[name]
 
 
 def by_suffix(suffix: str) -> Format:
@@ -76,22 +84,23 @@ def by_suffix(suffix: str) -> Format:
     return found
 
 
-def by_accept(header: str | None) -> Format:
-    """The best format for an Accept header; JSON where the client has no preference.
+def by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFormat:
+    """The best of some formats for an Accept header; JSON where the client has no preference.
 
     For each format the most precise range counts. Of equal qualities the more precisely named
-    wins, then JSON, then the order of the registry.
+    wins, then JSON, then the order of the formats.
 
     Raises
     ------
     NotAcceptable
         If the header excludes every format.
     """
+    default = by_name(DEFAULT, formats)
     if header is None or not header.strip():
-        return DEFAULT
+        return default
     ranges = _ranges(header)
-    best, best_rank = DEFAULT, (0.0, -1)
-    for candidate in (DEFAULT, *FORMATS):
+    best, best_rank = default, (0.0, -1)
+    for candidate in (default, *formats):
         matches = [(r.precision(candidate.media_type), r.quality) for r in ranges]
         precision, quality = max(matches, default=(-1, 0.0))
         rank = (quality, precision)
@@ -104,7 +113,7 @@ def by_accept(header: str | None) -> Format:
                 "No format that you accept is written here.",
                 "/Accept",
                 "none of the formats written here",
-                "one of " + ", ".join(f.media_type for f in FORMATS),
+                "one of " + ", ".join(f.media_type for f in formats),
             )
         )
     return best

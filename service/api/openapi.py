@@ -9,6 +9,7 @@ from functools import cache
 
 from service import __version__
 from service.api.openapi_convert import post_convert
+from service.api.openapi_curve import curve_schema, post_curve
 from service.api.openapi_examples import meshes
 from service.api.openapi_mesh import EXAMPLE_PARAMETER, get_mesh, post_mesh
 from service.api.openapi_operations import get_operation
@@ -31,6 +32,7 @@ _TAGS = [
     {"name": "meshes", "description": "Surfaces to meshes."},
     {"name": "points", "description": "Points of surfaces, one by one."},
     {"name": "surfaces", "description": "Surfaces to surfaces."},
+    {"name": "curves", "description": "Curves to points and lines."},
     {"name": "catalogue", "description": "What there is to ask for."},
     {"name": "operations", "description": "Whether the service is well."},
 ]
@@ -45,7 +47,7 @@ def document() -> Json:
         "tags": _TAGS,
         "paths": _paths(),
         "components": {
-            "schemas": schemas() | {"Points": points_schema()},
+            "schemas": schemas() | {"Points": points_schema(), "Curve": curve_schema()},
             "responses": responses(),
             "examples": meshes(),
         },
@@ -57,6 +59,7 @@ def _paths() -> Json:
         "/v1/mesh": {"post": post_mesh()},
         "/v1/points": {"post": post_points()},
         "/v1/convert": {"post": post_convert()},
+        "/v1/curve": {"post": post_curve()},
         "/v1/surfaces": {
             "get": get_operation(
                 "listSurfaces", "catalogue", "The built-in surfaces", "SurfaceList", "InvalidQuery"

@@ -13,7 +13,7 @@ from service.api.negotiation import by_accept, by_suffix
 from service.api.openapi_schemas import Json, ref
 from service.api.parameters import named_example, only_format
 from service.api.problems import MEDIA_TYPE, Place, problem_document, problem_of
-from service.encoders.registry import BY_NAME
+from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions
 from service.engine.places import Query
 from service.errors import SurfaceError
@@ -65,14 +65,14 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
             "suffix": lambda: _refused(lambda: by_suffix("fbx")),
         },
         "MethodNotAllowed": {"method": lambda: problem_document(problems.METHOD_NOT_ALLOWED)},
-        "NotAcceptable": {"pictures": lambda: _refused(lambda: by_accept("image/png"))},
+        "NotAcceptable": {"pictures": lambda: _refused(lambda: by_accept("image/png", FORMATS))},
         "BodyTooSlow": {"stalled": lambda: _raised(body_too_slow(0, _SETTINGS))},
         "BodyTooLarge": {"body": lambda: _raised(body_too_large(_SETTINGS))},
         "UnsupportedMediaType": {"form": lambda: _refused(lambda: check_media_type("text/plain"))},
         "InvalidRequest": {
             "net": lambda: _refused(_post(_RAGGED)),
             "options": lambda: _refused(_post(b'{"resolution": 0, "faces": null, "colour": 1}')),
-            "format": lambda: _refused(lambda: only_format([("format", "fbx")])),
+            "format": lambda: _refused(lambda: only_format([("format", "fbx")], FORMATS)),
             "quads": lambda: _refused(_render("stl", MeshOptions(faces="quads"))),
             "size": lambda: _refused(_render("glb", MeshOptions((9000, 9000)))),
             "points": lambda: _refused(_outside),

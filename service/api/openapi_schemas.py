@@ -7,6 +7,7 @@ from pydantic_core import core_schema
 
 from service.errors import MAX_ISSUES
 from service.schemas.convert import ConvertRequest
+from service.schemas.curve_request import CurveRequest
 from service.schemas.options import MeshOptionFields
 from service.schemas.points import PointsRequest
 from service.schemas.query import LIST_NAMES
@@ -34,7 +35,7 @@ def ref(name: str) -> Json:
 def schemas() -> dict[str, Json]:
     """All component schemas by name."""
     _, generated = models_json_schema(
-        [(m, "validation") for m in (MeshRequest, PointsRequest, ConvertRequest)],
+        [(m, "validation") for m in (MeshRequest, PointsRequest, ConvertRequest, CurveRequest)],
         ref_template="#/components/schemas/{model}",
         schema_generator=_WithoutNull,
     )

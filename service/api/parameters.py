@@ -1,10 +1,9 @@
 """What the path and the query of a request say: an example, a format, and nothing unknown."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
-from service.api.negotiation import by_name
+from service.api.negotiation import AnyFormat, by_name
 from service.api.problems import InvalidQuery
-from service.encoders.format import Format
 from service.errors import InvalidRequest, Issue, UnknownSurface, pointer
 from service.schemas.query import values_from_text
 from service.schemas.scan import shortened
@@ -25,7 +24,7 @@ def named_example(name: str) -> Example:
         raise error.within("/example") from None
 
 
-def only_format(query: Iterable[tuple[str, str]]) -> Format | None:
+def only_format(query: Iterable[tuple[str, str]], formats: Sequence[AnyFormat]) -> AnyFormat | None:
     """The format that the query of a POST names, if it does; it has no other parameter.
 
     Raises
@@ -38,7 +37,7 @@ def only_format(query: Iterable[tuple[str, str]]) -> Format | None:
     except InvalidRequest as error:
         raise InvalidQuery(*error.issues) from None
     _refuse_unknown(values.keys() - {"format"}, "only `format`; options go into the body")
-    return by_name(str(values["format"])) if values else None
+    return by_name(str(values["format"]), formats) if values else None
 
 
 def no_parameters(names: Iterable[str]) -> None:

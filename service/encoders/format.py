@@ -50,15 +50,10 @@ class MeshSize:
 
 
 @dataclass(frozen=True, slots=True)
-class Format:
-    """One way of writing a mesh.
+class FileFormat:
+    """What every format has: `suffix` without a dot.
 
-    `single` formats store float32 positions about a local origin, the others float64. `quads`,
-    `overlays`: whether the format can hold them. `suffix` has no dot. `encode` gives the file's
-    bytes; `byte_bound` an upper bound of their number, before anything is computed. A format that
-    can hold Bézier patches as they are has `encode_exact`; one that has nodes has `encode_scene`,
-    and the others get groups flattened to one mesh. `carries` are the kinds of channels that it can
-    hold; others are left out.
+    `single` formats store float32 positions about a local origin, the others float64.
     """
 
     name: str
@@ -66,6 +61,19 @@ class Format:
     media_type: str
     suffix: str
     single: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Format(FileFormat):
+    """One way of writing a mesh.
+
+    `quads`, `overlays`: whether the format can hold them. `encode` gives the file's bytes;
+    `byte_bound` an upper bound of their number, before anything is computed. A format that can hold
+    Bézier patches as they are has `encode_exact`; one that has nodes has `encode_scene`, and the
+    others get groups flattened to one mesh. `carries` are the kinds of channels that it can hold;
+    others are left out.
+    """
+
     quads: bool
     overlays: bool
     encode: Callable[[Mesh, EncodeOptions], bytes]

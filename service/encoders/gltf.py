@@ -72,7 +72,7 @@ DATA_URI = "data:application/gltf-buffer;base64,"
 
 
 def encode_glb(mesh: Mesh, _options: EncodeOptions) -> bytes:
-    """The binary form: header, JSON chunk padded with blanks, binary chunk (4.4).
+    """The binary form.
 
     Raises
     ------

@@ -29,7 +29,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     """The OBJ file, UTF-8: one object, a group for each part, an object for each overlay."""
     positions, colors, row = colored_positions(mesh)
     own = np.arange(len(row), dtype=np.uint32)
-    chunks = [b"o " + _identifier(mesh.name) + b"\n", _vertices(positions, colors)]
+    chunks = [b"o " + identifier(mesh.name) + b"\n", _vertices(positions, colors)]
     indices, separator = [row], b"/"
     if mesh.uvs is not None:
         chunks.append(rows(mesh.uvs.astype(np.float32, copy=False), b"vt "))
@@ -41,7 +41,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     corners = np.stack(indices, axis=1) + np.uint32(1)
     chunks += chain.from_iterable(
         (
-            b"g " + _identifier(part.name) + b"\n",
+            b"g " + identifier(part.name) + b"\n",
             _faces(corners, mesh.quads[slice(*part.quads)], separator),
             _faces(corners, mesh.triangles[slice(*part.triangles)], separator),
         )
@@ -50,7 +50,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     first = len(positions) + 1
     for overlay in drawn(mesh.overlays):
         chunks += (
-            b"o " + _identifier(overlay.name) + b"\n",
+            b"o " + identifier(overlay.name) + b"\n",
             rows(absolute(overlay.positions, mesh), b"v "),
             rows(overlay.segments.astype(np.int64) + first, b"l "),
         )
@@ -91,7 +91,7 @@ def _faces(corners: IndexArray, faces: IndexArray, separator: bytes) -> bytes:
     return b"f " + lines + b"\n"
 
 
-def _identifier(name: str) -> bytes:
+def identifier(name: str) -> bytes:
     """A name without white space and control characters, which would end it; `_` if none."""
     kept = "_".join("".join(c if c.isprintable() else " " for c in name).split())
     return (kept or "_").encode()

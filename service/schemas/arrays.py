@@ -45,8 +45,8 @@ class NumberGrid:
         Levels whose length less one is a degree.
     least_degree : int
         What the documentation says of it; the surface checks it.
-    width_rule : str
-        What is said where `width` is not met.
+    width_rule, degree_rule : str
+        What is said where `width` is not met, and where a degree is too high.
     documented : mapping
         What else the documentation says of the innermost lists; the surface checks it.
     """
@@ -59,6 +59,7 @@ class NumberGrid:
     degree_levels: tuple[int, ...] = ()
     least_degree: int = 1
     width_rule: str = "A control point has exactly three coordinates."
+    degree_rule: str = "A net of r × c control points is one patch of degree r − 1 by c − 1."
     documented: Mapping[str, int] = field(default_factory=dict)
 
     def array(self, value: object, limits: DocumentLimits) -> Array:
@@ -107,7 +108,9 @@ class NumberGrid:
         if level + 1 == self.point_levels and total > limits.max_control_points:
             raise refusal([((), _too_many(total, limits.max_control_points))])
         if level in self.degree_levels and longest - 1 > limits.max_degree:
-            raise refusal([((), _degree_too_high(longest - 1, limits.max_degree))])
+            raise refusal(
+                [((), _degree_too_high(longest - 1, limits.max_degree, self.degree_rule))]
+            )
 
     def _faults(self, value: object) -> Iterator[tuple[Path, Issue]]:
         """Every fault in the order of the document; the caller takes as many as it wants."""
@@ -213,6 +216,17 @@ NET_WEIGHTS = NumberGrid(("rows", "weights"), positive=True, degree_levels=(0, 1
 SPLINE_NET = NumberGrid(("rows", "control points", "coordinates"), width=3, point_levels=2)
 SPLINE_WEIGHTS = NumberGrid(("rows", "weights"), positive=True, point_levels=2)
 KNOTS = NumberGrid(("knots",))
+CURVE_POINTS = NumberGrid(
+    ("control points", "coordinates"),
+    point_levels=1,
+    degree_levels=(0,),
+    degree_rule="n + 1 control points are one Bézier curve of degree n.",
+    documented={"minItems": 2, "maxItems": 3},
+)
+SPLINE_POINTS = NumberGrid(
+    ("control points", "coordinates"), point_levels=1, documented={"minItems": 2, "maxItems": 3}
+)
+CURVE_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
 VERTICES = NumberGrid(("vertices", "coordinates"), width=3, point_levels=1)
 VERTEX_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
 PATCHES = NumberGrid(
@@ -237,10 +251,6 @@ def _too_many(got: int, limit: int) -> Issue:
     )
 
 
-def _degree_too_high(got: int, limit: int) -> Issue:
-    return Issue(
-        "degree_too_high",
-        "A net of r × c control points is one patch of degree r − 1 by c − 1.",
-        got=f"degree {got}",
-        needed=f"degrees up to {limit}; several patches instead of one",
-    )
+def _degree_too_high(got: int, limit: int, rule: str) -> Issue:
+    needed = f"degrees up to {limit}; several pieces instead of one"
+    return Issue("degree_too_high", rule, got=f"degree {got}", needed=needed)

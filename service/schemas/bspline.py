@@ -88,6 +88,9 @@ Degrees: TypeAlias = Annotated[
     BeforeValidator(_degrees),
     _one_or_two(_DEGREE_SCHEMA, _DEGREE_SCHEMA),
 ]
+KnotVector: TypeAlias = Annotated[Any, PlainValidator(_knots), WithJsonSchema(_VECTOR_SCHEMA)]
+"""Knots of one direction, by their name or their numbers."""
+
 KnotVectors: TypeAlias = Annotated[
     tuple[Annotated[Any, PlainValidator(_knots)], Annotated[Any, PlainValidator(_knots)]],
     Field(strict=False),

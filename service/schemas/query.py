@@ -9,6 +9,7 @@ from math import inf, isfinite
 from types import MappingProxyType
 
 from service.errors import InvalidRequest, Issue, pointer
+from service.schemas.curve_request import CurveOptionFields
 from service.schemas.options import MeshOptionFields
 from service.schemas.request import mesh_options
 from service.schemas.scan import shortened
@@ -17,8 +18,12 @@ _WHOLE = re.compile(r"-?\d{1,15}", re.ASCII)
 _NUMBER = re.compile(r"-?\d{1,30}(?:\.\d{1,30})?(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _FLAGS = MappingProxyType({"true": True, "false": False})
 _FLAG_NAMES = frozenset(
-    name for name, field in MeshOptionFields.model_fields.items() if field.annotation is bool
+    name
+    for model in (MeshOptionFields, CurveOptionFields)
+    for name, field in model.model_fields.items()
+    if field.annotation is bool
 )
+_NUMBER_NAMES = frozenset({"crease_angle", "tolerance"})
 LIST_NAMES = frozenset({"resolution", "overlays"})
 """Options that may be lists."""
 
@@ -77,7 +82,7 @@ def _value(name: str, text: str) -> object:
         return numbers[0] if len(numbers) == 1 else numbers
     if name == "overlays":
         return text.split(",") if text else []
-    if name == "crease_angle":
+    if name in _NUMBER_NAMES:
         return float(text) if _NUMBER.fullmatch(text) else text
     if name in _FLAG_NAMES:
         return _FLAGS.get(text, text)

@@ -13,7 +13,7 @@ from service.schemas.scan import shortened
 
 Path: TypeAlias = tuple[str | int, ...]
 
-UNIONS = frozenset({"surface"})
+UNIONS = frozenset({"surface", "curve"})
 """Fields that hold one of several models. Pydantic names the chosen one in its paths; the
 document has no such level."""
 
@@ -101,6 +101,9 @@ def _translated(name: str, value: object, context: dict[str, Any]) -> Issue:
             issue = Issue("wrong_value", "The value is none of those allowed.", "", got, needed)
         case "greater_than_equal":
             needed = f"at least {context['ge']}"
+            issue = Issue("out_of_range", "The number is too small.", "", f"{value:.6g}", needed)
+        case "greater_than":
+            needed = f"above {context['gt']}"
             issue = Issue("out_of_range", "The number is too small.", "", f"{value:.6g}", needed)
         case "less_than_equal":
             needed = f"at most {context['le']:.6g}"

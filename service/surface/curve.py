@@ -1,14 +1,23 @@
-"""Curves: one Bézier curve of any degree, polynomial or rational, in the plane or in space."""
+"""Curves, Bézier and B-spline, polynomial or rational, in the plane or in space."""
 
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
+from service.bases import knots as bases
 from service.bases.arrays import FloatArray
+from service.bases.extraction import bezier_points
 from service.errors import InvalidRequest, Issue
 from service.surface.checks import MAX_DEGREE, check_up, checked_points, checked_weights
 from service.surface.curve_pieces import CurvePieces
+from service.surface.knots import (
+    Knots,
+    check_bezier_points,
+    check_degree,
+    checked_knots,
+    knot_vector,
+)
 from service.surface.lowered import Up
 
 
@@ -64,7 +73,84 @@ class BezierCurve:
         return CurvePieces(points[np.newaxis], weights, breaks, points, self.name, self.up)
 
 
-Curve: TypeAlias = BezierCurve
+@dataclass(frozen=True, eq=False, slots=True)
+class BsplineCurve:
+    """C(t) = Σ_i N_i^p(t) P_i over [U_p, U_{n+1}]; rational (NURBS) if weights are given.
+
+    Attributes
+    ----------
+    control_points : ndarray of float64, shape (n+1, d)
+        The control polygon, d = 2 or 3. Model units.
+    degree : int
+        p, 1 to 64.
+    knots : ndarray of float64, shape (n+p+2,), or a name
+        Numbers that never decrease, those inside the domain at most p times: at p times there is
+        a corner. Or "clamped": the curve reaches its first and last points; "uniform": it does
+        not; "periodic": it closes, C^{p−1}, the control points given once.
+    weights : ndarray of float64, shape (n+1,), or None
+        Positive weights.
+    up : "y" or "z"
+        The model's vertical axis.
+    name : str
+        Name of the glTF node.
+
+    Raises
+    ------
+    InvalidRequest
+        At birth, with pointers relative to the curve.
+
+    References
+    ----------
+    Piegl and Tiller, The NURBS Book, 2nd ed., chapters 3 and 4.
+    """
+
+    control_points: FloatArray
+    degree: int = 3
+    knots: Knots = "clamped"
+    weights: FloatArray | None = None
+    up: Up = "y"
+    name: str = "curve"
+
+    def __post_init__(self) -> None:
+        points = checked_points(self.control_points, "control_points", axes=2, dimensions=(2, 3))
+        object.__setattr__(self, "control_points", points)
+        check_degree(self.degree, "/degree")
+        knots = checked_knots(self.knots, len(points), self.degree, "/knots", "/control_points")
+        object.__setattr__(self, "knots", knots)
+        _check_whole(self.knot_vector, self.degree)
+        check_bezier_points((self.knot_vector,), (self.degree,), "/control_points")
+        if self.weights is not None:
+            object.__setattr__(self, "weights", checked_weights(self.weights, (len(points),)))
+        check_up(self.up)
+        self.lower()  # refuses what is one point
+
+    @property
+    def periodic(self) -> bool:
+        """Whether the first control points follow the last ones."""
+        return isinstance(self.knots, str) and self.knots == "periodic"
+
+    @property
+    def knot_vector(self) -> FloatArray:
+        """The knots as numbers; of a periodic curve those of the wrapped control points."""
+        return knot_vector(self.knots, len(self.control_points), self.degree)
+
+    def lower(self) -> CurvePieces:
+        """The curve as one Bézier piece a span."""
+        points = polygon = self.control_points
+        weights = self.weights
+        if weights is not None and weights.min() == weights.max():
+            weights = None  # equal weights cancel
+        if self.periodic:
+            points = bases.wrapped(points, self.degree)
+            weights = None if weights is None else bases.wrapped(weights, self.degree)
+            polygon = bases.wrapped(polygon, 1)
+        knots = self.knot_vector
+        pieces, loads = bezier_points(points, knots, self.degree, weights)
+        breaks = bases.breaks(knots, self.degree)
+        return CurvePieces(pieces, loads, breaks, polygon, self.name, self.up)
+
+
+Curve: TypeAlias = BezierCurve | BsplineCurve
 """Every kind of curve there is."""
 
 
@@ -89,5 +175,24 @@ def _check_count(count: int) -> None:
                 "/control_points",
                 f"degree {count - 1}",
                 f"degrees up to {MAX_DEGREE}",
+            )
+        )
+
+
+def _check_whole(knots: FloatArray, degree: int) -> None:
+    """Refuses knots at which a curve would part in two."""
+    low, high = bases.domain(knots, degree)
+    distinct, counts = bases.multiplicities(knots)
+    parted = distinct[(counts > degree) & (distinct > low) & (distinct < high)]
+    if len(parted):
+        where = int(np.searchsorted(knots, parted[0]))
+        raise InvalidRequest(
+            Issue(
+                "knot_multiplicity",
+                "At degree + 1 equal knots inside its domain the curve would part in two; make "
+                "them two curves.",
+                f"/knots/{where + degree}",
+                f"{degree + 1} equal knots",
+                f"at most {degree} inside the domain",
             )
         )

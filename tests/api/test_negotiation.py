@@ -4,6 +4,7 @@ import pytest
 
 from service.api.negotiation import by_accept
 from service.api.problems import NotAcceptable
+from service.encoders.registry import FORMATS
 
 
 @pytest.mark.parametrize(
@@ -35,7 +36,7 @@ from service.api.problems import NotAcceptable
     ],
 )
 def test_best_format(header: str | None, name: str) -> None:
-    assert by_accept(header).name == name
+    assert by_accept(header, FORMATS).name == name
 
 
 @pytest.mark.parametrize(
@@ -54,5 +55,5 @@ def test_best_format(header: str | None, name: str) -> None:
 )
 def test_nothing_is_acceptable(header: str) -> None:
     with pytest.raises(NotAcceptable) as refusal:
-        by_accept(header)
+        by_accept(header, FORMATS)
     assert "model/gltf-binary" in refusal.value.issues[0].needed

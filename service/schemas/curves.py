@@ -1,0 +1,93 @@
+"""The kinds of curve as a document says them: one model a kind, one union of them all."""
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+
+from service.bases.arrays import FloatArray
+from service.schemas.arrays import CURVE_POINTS, CURVE_WEIGHTS, SPLINE_POINTS
+from service.schemas.bspline import KnotVector
+from service.schemas.fields import NameField, StrictModel, UpField
+from service.schemas.unions import kind_of, of_known_kind
+from service.surface.checks import MAX_DEGREE
+from service.surface.curve import BezierCurve, BsplineCurve
+
+CURVE_KINDS = ("bezier", "bspline")
+"""Names of the kinds of curve; the first is meant where none is said."""
+
+
+class BezierCurveDefinition(StrictModel):
+    """One Bézier curve of any degree, in the plane or in space, rational if weights are given.
+
+    C(t) = Σ B_i(t) w_i P_i / Σ B_i(t) w_i for t from 0 to 1; n + 1 control points have degree n.
+    A curve that ends in its first control point is closed.
+    """
+
+    type: Literal["bezier"] = Field(
+        default="bezier", description="The kind of curve; this one when left out."
+    )
+    control_points: Annotated[FloatArray, CURVE_POINTS] = Field(
+        description="The control polygon: points [x, y] or [x, y, z], all alike. At least two.",
+        examples=[[[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]], [[1, 0], [1, 1], [0, 1]]],
+    )
+    weights: Annotated[FloatArray | None, CURVE_WEIGHTS] = Field(
+        default=None,
+        description="One positive weight for every control point. Left out, the curve is "
+        "polynomial.",
+        examples=[[1, 0.7071067811865476, 1]],
+    )
+    up: UpField = "y"
+    name: NameField = "curve"
+
+    def to_curve(self) -> BezierCurve:
+        """The curve itself; raises `InvalidRequest` with pointers relative to it."""
+        return BezierCurve(self.control_points, self.weights, self.up, self.name)
+
+
+class BsplineCurveDefinition(StrictModel):
+    """One B-spline curve in the plane or in space, with weights a NURBS curve.
+
+    C(t) = Σ N_i(t) w_i P_i / Σ N_i(t) w_i over the domain of its knots: n control points need
+    n + degree + 1 knots. Every interval between two different knots of the domain is one Bézier
+    piece.
+    """
+
+    type: Literal["bspline"] = Field(description="The kind of curve.")
+    control_points: Annotated[FloatArray, SPLINE_POINTS] = Field(
+        description="The control polygon: points [x, y] or [x, y, z], all alike. At least "
+        "degree + 1 (3 of a periodic curve, whose points are given once).",
+        examples=[[[0, 0], [1, 2], [3, 2], [4, 0], [6, 1]]],
+    )
+    degree: Annotated[int, Field(ge=1, le=MAX_DEGREE)] = Field(
+        default=3, description="Degree, 1 to 64. Left out: 3.", examples=[2]
+    )
+    knots: KnotVector = Field(
+        default="clamped",
+        description="Numbers that never decrease, each at most degree times inside the domain "
+        "(there, a corner), or a name. `clamped` reaches the first and last control points; "
+        "`uniform` does not; `periodic` closes smoothly. Intervals of named knots have length 1, "
+        "the first begins at 0. Left out: clamped.",
+        examples=["periodic", [0, 0, 0, 0, 0.5, 1, 1, 1, 1]],
+    )
+    weights: Annotated[FloatArray | None, CURVE_WEIGHTS] = Field(
+        default=None,
+        description="One positive weight for every control point. Left out, the curve is "
+        "polynomial.",
+        examples=[[1, 2, 1, 2, 1]],
+    )
+    up: UpField = "y"
+    name: NameField = "curve"
+
+    def to_curve(self) -> BsplineCurve:
+        """The curve itself; raises `InvalidRequest` with pointers relative to it."""
+        return BsplineCurve(
+            self.control_points, self.degree, self.knots, self.weights, self.up, self.name
+        )
+
+
+CurveDefinition: TypeAlias = Annotated[
+    Annotated[BezierCurveDefinition, Tag("bezier")]
+    | Annotated[BsplineCurveDefinition, Tag("bspline")],
+    Discriminator(kind_of(CURVE_KINDS)),
+    BeforeValidator(of_known_kind(CURVE_KINDS, "curve")),
+]

@@ -1,0 +1,271 @@
+"""POST /v1/curve: every format, every refusal."""
+
+import math
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import orjson
+import pytest
+
+from service.api.app import create_app
+from service.curve_pipeline import plan_curve
+from service.encoders.curve_format import CurveFormat, CurveSize
+from service.encoders.curve_registry import CURVE_FORMATS
+from service.encoders.registry import FORMATS
+from service.engine.curve_options import CurveOptions
+from service.settings import Settings
+from service.surface.curve import BezierCurve
+from tests.api.client import Client, client_of
+from tests.clients.gltf_validator import issues
+from tests.encoders.glb_reader import read_glb
+from tests.tools import program
+
+QUARTER = {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, math.sqrt(0.5), 1]}
+LOOP = {
+    "type": "bspline",
+    "control_points": [[2, 0, 0], [0, 2, 1], [-2, 0, 0], [0, -2, 1]],
+    "knots": "periodic",
+    "up": "z",
+    "name": "loop",
+}
+REFUSED: dict[str, tuple[Any, str, str]] = {
+    "no curve": ({}, "missing_field", "/curve"),
+    "null": ({"curve": None}, "null_value", "/curve"),
+    "a list": ({"curve": []}, "wrong_type", "/curve"),
+    "another kind": ({"curve": {"type": "circle"}}, "unknown_type", "/curve/type"),
+    "another field": ({"curve": {**QUARTER, "radius": 1}}, "unknown_field", "/curve/radius"),
+    "one point": (
+        {"curve": {"control_points": [[0, 0]]}},
+        "too_few_points",
+        "/curve/control_points",
+    ),
+    "no extent": (
+        {"curve": {"control_points": [[1, 2], [1, 2]]}},
+        "degenerate_curve",
+        "/curve/control_points",
+    ),
+    "ragged": (
+        {"curve": {"control_points": [[0, 0], [1, 1, 1]]}},
+        "ragged",
+        "/curve/control_points/1",
+    ),
+    "one dimension": (
+        {"curve": {"control_points": [[0], [1]]}},
+        "wrong_dimension",
+        "/curve/control_points",
+    ),
+    "four dimensions": (
+        {"curve": {"control_points": [[0, 0, 0, 1], [1, 1, 1, 1]]}},
+        "wrong_dimension",
+        "/curve/control_points",
+    ),
+    "text": (
+        {"curve": {"control_points": [[0, 0], [1, "1"]]}},
+        "wrong_type",
+        "/curve/control_points/1/1",
+    ),
+    "too large": (
+        {"curve": {"control_points": [[0, 0], [1, 1e39]]}},
+        "coordinate_too_large",
+        "/curve/control_points/1/1",
+    ),
+    "degree": (
+        {"curve": {"control_points": [[k, 0] for k in range(66)]}},
+        "degree_too_high",
+        "/curve/control_points",
+    ),
+    "weights": ({"curve": {**QUARTER, "weights": [1, 1]}}, "weights_shape", "/curve/weights"),
+    "weight": (
+        {"curve": {**QUARTER, "weights": [1, 0, 1]}},
+        "weight_not_positive",
+        "/curve/weights/1",
+    ),
+    "resolution": ({"curve": QUARTER, "resolution": 0}, "out_of_range", "/resolution"),
+    "pair": ({"curve": QUARTER, "resolution": [4, 4]}, "wrong_type", "/resolution"),
+    "tolerance": ({"curve": QUARTER, "tolerance": 0}, "out_of_range", "/tolerance"),
+    "tiny": ({"curve": QUARTER, "tolerance": 1e-300}, "tolerance_too_small", "/tolerance"),
+    "both": (
+        {"curve": QUARTER, "resolution": 4, "tolerance": 0.1},
+        "contradiction",
+        "/tolerance",
+    ),
+    "flag": ({"curve": QUARTER, "tangents": 1}, "wrong_type", "/tangents"),
+    "spline degree": ({"curve": {**LOOP, "degree": 0}}, "out_of_range", "/curve/degree"),
+    "knot name": ({"curve": {**LOOP, "knots": "open"}}, "wrong_value", "/curve/knots"),
+    "knot count": (
+        {"curve": {**LOOP, "knots": [0, 0, 0, 0, 1, 1, 1]}},
+        "wrong_length",
+        "/curve/knots",
+    ),
+    "knot order": (
+        {"curve": {**LOOP, "knots": [0, 0, 0, 0, 1, 1, 1, 0]}},
+        "knots_decrease",
+        "/curve/knots/7",
+    ),
+    "parted": (
+        {
+            "curve": {
+                "type": "bspline",
+                "degree": 1,
+                "control_points": [[0, 0], [1, 0], [1, 1], [2, 1]],
+                "knots": [0, 0, 1, 1, 2, 2],
+            }
+        },
+        "knot_multiplicity",
+        "/curve/knots/3",
+    ),
+}
+
+
+def body(fmt: str, client: Client, document: Any) -> bytes:
+    answer = client.post(f"/v1/curve?format={fmt}", document)
+    assert answer.status_code == 200, answer.text
+    return answer.content
+
+
+def test_json_has_columns_of_equal_length(client: Client) -> None:
+    answer = client.post("/v1/curve", {"curve": QUARTER, "resolution": 4}).json()
+    points = np.array(answer["points"])
+    assert points.shape == (5, 2)
+    assert np.hypot(*points.T) == pytest.approx(1, abs=1e-15)
+    assert (np.array(answer["tangents"]) * points).sum(axis=1) == pytest.approx(0, abs=1e-15)
+    assert answer["parameters"] == [0, 0.25, 0.5, 0.75, 1]
+    assert answer["arc_lengths"][-1] == answer["report"]["length"] == pytest.approx(math.pi / 2)
+    report = answer["report"]
+    assert (report["points"], report["pieces"], report["closed"]) == (5, 1, False)
+    assert report["bounds"] == {"min": [0, 0], "max": [1, 1]}
+    sagitta = 1 - math.cos(math.pi / 16)
+    assert sagitta < report["deviation_bound"] < 1.5 * sagitta
+
+
+def test_columns_can_be_left_out(client: Client) -> None:
+    document = {"curve": QUARTER, "tangents": False, "arc_lengths": False}
+    assert set(client.post("/v1/curve", document).json()) == {"points", "parameters", "report"}
+
+
+def test_a_tolerance_is_kept(client: Client) -> None:
+    answer = client.post("/v1/curve", {"curve": LOOP, "tolerance": 1e-4}).json()
+    assert answer["report"]["deviation_bound"] <= 1e-4
+    assert answer["report"]["closed"]
+    assert answer["points"][0] == answer["points"][-1]
+
+
+@pytest.mark.parametrize("fmt", CURVE_FORMATS, ids=lambda f: f.name)
+def test_every_format_by_name_and_by_type(client: Client, fmt: CurveFormat) -> None:
+    document = {"curve": LOOP, "resolution": 3}
+    named = client.post(f"/v1/curve?format={fmt.name}", document)
+    typed = client.post("/v1/curve", document, {"Accept": fmt.media_type})
+    assert named.status_code == typed.status_code == 200
+    assert named.content == typed.content
+    assert named.headers["content-type"].partition(";")[0] == fmt.media_type
+    disposition = named.headers.get("content-disposition")
+    expected = None if fmt.name == "json" else f'attachment; filename="loop.{fmt.suffix}"'
+    assert disposition == expected
+
+
+@pytest.mark.parametrize("curve", [QUARTER, LOOP], ids=["plane", "space"])
+@pytest.mark.parametrize("suffix", ["glb", "gltf"])
+def test_the_gltf_is_valid(client: Client, tmp_path: Path, suffix: str, curve: Any) -> None:
+    content = body(suffix, client, {"curve": curve, "resolution": 5})
+    assert issues(content, tmp_path / f"curve.{suffix}") == []
+
+
+def test_the_gltf_is_one_strip_with_all_that_was_asked_for(client: Client) -> None:
+    content = body("glb", client, {"curve": LOOP, "resolution": 5})
+    glb = read_glb(content)
+    (node,) = glb.document["nodes"]
+    assert node["name"] == "loop"
+    assert "rotation" in node
+    (primitive,) = glb.document["meshes"][0]["primitives"]
+    assert primitive["mode"] == 3
+    assert set(primitive["attributes"]) == {"POSITION", "_TANGENT", "_PARAMETER", "_ARC_LENGTH"}
+    points = glb.array(primitive["attributes"]["POSITION"])
+    assert len(points) == 21
+    assert np.array_equal(points[0], points[-1])
+    assert glb.document["asset"]["extras"]["report"]["closed"] is True
+
+
+def test_a_far_curve_stands_where_it_should(client: Client) -> None:
+    """In three coordinates from a local origin, turned upright with everything else."""
+    points = [[1e6, 2e6, 3e6], [1e6 + 1, 2e6, 3e6], [1e6 + 1, 2e6 + 1, 3e6 + 2]]
+    glb = read_glb(body("glb", client, {"curve": {"control_points": points, "up": "z"}}))
+    (node,) = glb.document["nodes"]
+    x, y, z = glb.array(0)[0].astype(float)
+    upright = np.array([x, z, -y]) + node["translation"]
+    assert upright == pytest.approx([1e6, 3e6, -2e6], abs=1e-3)
+
+
+@pytest.mark.parametrize("curve", [QUARTER, LOOP], ids=["plane", "space"])
+def test_geomview_reads_the_vect(client: Client, tmp_path: Path, curve: Any) -> None:
+    content = body("oogl", client, {"curve": curve, "resolution": 5})
+    words = content.split()
+    closed = curve is LOOP
+    count = 20 if closed else 6
+    assert [int(w) for w in words[1:6]] == [1, count, 1, -count if closed else count, 1]
+    assert len(words) == 6 + 3 * count + 4
+    path = tmp_path / "curve.vect"
+    path.write_bytes(content)
+    done = subprocess.run(
+        [program("anytooff"), str(path)], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.stderr == ""
+
+
+def test_the_obj_is_one_line(client: Client) -> None:
+    lines = body("obj", client, {"curve": LOOP, "resolution": 2}).decode().splitlines()
+    assert lines[0] == "o loop"
+    assert sum(line.startswith("v ") for line in lines) == 8
+    assert lines[-1] == "l 1 2 3 4 5 6 7 8 1"
+    plane = body("obj", client, {"curve": QUARTER, "resolution": 2}).decode().splitlines()
+    assert plane[1] == "v 1.0 0.0 0.0"
+    assert plane[-1] == "l 1 2 3"
+
+
+@pytest.mark.parametrize("fmt", ["stl", "ply", "off"])
+def test_formats_of_surfaces_are_refused_with_those_of_curves(client: Client, fmt: str) -> None:
+    answer = client.post(f"/v1/curve?format={fmt}", {"curve": QUARTER})
+    assert answer.status_code == 422
+    (error,) = answer.json()["errors"]
+    assert (error["code"], error["parameter"]) == ("unsupported_by_format", "format")
+    assert error["needed"] == "one of glb, gltf, json, oogl, obj"
+    media_type = next(f.media_type for f in FORMATS if f.name == fmt)
+    answer = client.post("/v1/curve", {"curve": QUARTER}, {"Accept": media_type})
+    assert answer.status_code == 406
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_wrong_is_pointed_at(client: Client, name: str) -> None:
+    document, code, pointer = REFUSED[name]
+    answer = client.post("/v1/curve", document)
+    assert answer.status_code == 422, answer.text
+    assert (code, pointer) in [(e["code"], e["pointer"]) for e in answer.json()["errors"]]
+
+
+@pytest.mark.parametrize(
+    "options", [{"resolution": 65536}, {"tolerance": 1e-7}], ids=["resolution", "tolerance"]
+)
+def test_too_many_points_are_refused(options: dict[str, Any]) -> None:
+    with client_of(create_app(Settings(max_vertices=1000))) as client:
+        answer = client.post("/v1/curve", {"curve": QUARTER, **options})
+    assert answer.status_code == 422
+    assert answer.json()["code"] == "result_too_large"
+    assert answer.json()["errors"][0]["pointer"] == "/" + next(iter(options))
+
+
+@pytest.mark.parametrize("fmt", CURVE_FORMATS, ids=lambda f: f.name)
+def test_no_file_is_longer_than_foreseen(fmt: CurveFormat) -> None:
+    points = np.array([[1 / 3, 1e-300, -2e30], [-1e-5, 7 / 9, 3.3e38], [1 / 7, 1, 2]])
+    for resolution in (1, 300):
+        curve = BezierCurve(points, name="\x22" * 100)
+        work = plan_curve(curve, CurveOptions(resolution=resolution), fmt)
+        size = CurveSize(resolution + 1, len(curve.name.encode()))
+        assert len(work.run()) <= fmt.byte_bound(size)
+
+
+def test_bits_do_not_depend_on_the_way_they_are_asked_for(client: Client) -> None:
+    document = {"curve": LOOP, "resolution": 4}
+    assert body("json", client, document) == orjson.dumps(
+        orjson.loads(body("json", client, document))
+    )

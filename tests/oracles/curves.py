@@ -1,0 +1,115 @@
+"""Curves in exact arithmetic, and their lengths with many digits.
+
+A B-spline is evaluated by its own recurrence (Cox–de Boor) in fractions, never by Bézier pieces.
+"""
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+import mpmath
+
+from tests.oracles.exact import Vector, curve_point
+
+
+def exact_points(points: Any, weights: Any = None) -> list[Vector]:
+    """The control points as fractions; homogeneous, (wx, wy, w), where there are weights."""
+    rows = [tuple(Fraction(float(x)) for x in point) for point in points]
+    if weights is None:
+        return rows
+    loads = [Fraction(float(w)) for w in weights]
+    return [(*(w * x for x in row), w) for row, w in zip(rows, loads, strict=True)]
+
+
+def projected(value: Vector, dimension: int) -> Vector:
+    """The point of a value that may be homogeneous."""
+    if len(value) == dimension:
+        return value
+    return tuple(x / value[-1] for x in value[:-1])
+
+
+def bezier_point(points: Any, weights: Any, t: Fraction) -> Vector:
+    """C(t) by de Casteljau."""
+    return projected(curve_point(exact_points(points, weights), t), len(points[0]))
+
+
+def bezier_tangent(points: Any, weights: Any, t: Fraction, before: bool = False) -> list[float]:
+    """The limit of the unit tangent at t, from behind or from before, from the Taylor polynomial.
+
+    With C(t) as the origin, w (C − C(t)) is a polynomial in h; its lowest term tells.
+    """
+    homogeneous = exact_points(points, [1] * len(points) if weights is None else weights)
+    here = projected(curve_point(homogeneous, t), len(points[0]))
+    local = [tuple(x - q[-1] * c for x, c in zip(q[:-1], here, strict=True)) for q in homogeneous]
+    for order in range(1, len(points)):
+        local = [tuple(b - a for a, b in zip(*pair, strict=True)) for pair in pairwise(local)]
+        value = curve_point(local, t)
+        if any(value):
+            sign = -1 if (before or t == 1) and t > 0 and order % 2 == 0 else 1
+            with mpmath.workdps(40):
+                parts = [mpmath.mpf(sign * x.numerator) / x.denominator for x in value]
+                length = mpmath.sqrt(mpmath.fsum(x * x for x in parts))
+                return [float(x / length) for x in parts]
+    raise AssertionError("a curve that is one point has no tangent")
+
+
+def bspline_point(
+    points: Any, weights: Any, knots: Sequence[float], degree: int, t: Fraction
+) -> Vector:
+    """C(t) = Σ N_i(t) P_i with N_i from the recurrence, right-continuous, left at the end."""
+    exact = [Fraction(float(u)) for u in knots]
+    homogeneous = exact_points(points, weights)
+    last = exact[len(points)]
+    span = max(i for i in range(len(exact) - 1) if exact[i] < exact[i + 1] and exact[i] <= t)
+    if t == last:
+        span = max(i for i in range(len(points)) if exact[i] < last)
+    value = [Fraction(0)] * len(homogeneous[0])
+    for i in range(span - degree, span + 1):
+        point = homogeneous[i]
+        share = _basis(exact, i, degree, t, span)
+        value = [v + share * x for v, x in zip(value, point, strict=True)]
+    return projected(tuple(value), len(points[0]))
+
+
+def _basis(knots: Sequence[Fraction], i: int, degree: int, t: Fraction, span: int) -> Fraction:
+    if not i <= span <= i + degree:
+        return Fraction(0)
+    if degree == 0:
+        return Fraction(1)
+    total = Fraction(0)
+    if (width := knots[i + degree] - knots[i]) > 0:
+        total += (t - knots[i]) / width * _basis(knots, i, degree - 1, t, span)
+    if (width := knots[i + degree + 1] - knots[i + 1]) > 0:
+        far = knots[i + degree + 1] - t
+        total += far / width * _basis(knots, i + 1, degree - 1, t, span)
+    return total
+
+
+def bezier_length(points: Any, weights: Any, breaks: Sequence[float] = ()) -> float:
+    """∫ |C′|, by mpmath with 20 digits; `breaks` are parameters at which C′ vanishes."""
+    count, dimension = len(points), len(points[0])
+    with mpmath.workdps(20):
+        w = [mpmath.mpf(1)] * count if weights is None else [mpmath.mpf(float(x)) for x in weights]
+        p = [[mpmath.mpf(float(x)) for x in point] for point in points]
+
+        def value(coefficients: list[Any], t: Any) -> Any:
+            n = len(coefficients) - 1
+            terms = (
+                math.comb(n, i) * t**i * (1 - t) ** (n - i) * c for i, c in enumerate(coefficients)
+            )
+            return mpmath.fsum(terms)
+
+        def speed(t: Any) -> Any:
+            weight = value(w, t)
+            slope = (count - 1) * value([b - a for a, b in pairwise(w)], t)
+            total = mpmath.mpf(0)
+            for axis in range(dimension):
+                x = [w[i] * p[i][axis] for i in range(count)]
+                steps = [b - a for a, b in pairwise(x)]
+                first = (count - 1) * value(steps, t)
+                total += ((first - value(x, t) / weight * slope) / weight) ** 2
+            return mpmath.sqrt(total)
+
+        return float(mpmath.quad(speed, [0, *breaks, 1]))
