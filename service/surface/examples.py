@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from service.errors import Issue, UnknownSurface
-from service.surface import Surface, quadrics, tea
+from service.surface import Surface, quadrics, spline_shapes, tea
 from service.surface.bezier import BezierSurface
 from service.surface.colored import colored_by_height, heated_panel
 from service.surface.lowered import Up
@@ -163,6 +163,25 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
                 "A group: the teapot, four cups and saucers around it and a tray, each placed and "
                 "coloured; the cups are one surface, two of them mirrored.",
                 lambda: tea.service(_teapot("utah-teapot", 1.0)),
+            ),
+            Example(
+                "bspline-hills",
+                "Hills",
+                "A uniform bicubic B-spline over 7 × 8 control points, none of which it touches.",
+                spline_shapes.hills,
+            ),
+            Example(
+                "nurbs-goblet",
+                "Goblet",
+                "A NURBS surface of revolution, degree (2, 3): exact circles, sharp at foot and "
+                "rim, closed at two poles.",
+                spline_shapes.goblet,
+            ),
+            Example(
+                "bspline-ring",
+                "Ring",
+                "A bicubic B-spline, periodic both ways: it closes as smoothly as it is.",
+                spline_shapes.ring,
             ),
         )
     }

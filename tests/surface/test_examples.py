@@ -28,6 +28,9 @@ PATCHES = {
     "cone": (8, (2, 1)),
     "sphere": (8, (2, 2)),
     "torus": (16, (2, 2)),
+    "bspline-hills": (20, (3, 3)),
+    "nurbs-goblet": (44, (2, 3)),
+    "bspline-ring": (60, (3, 3)),
 }
 ON = {
     ("cylinder", "side"): quadrics.cylinder,

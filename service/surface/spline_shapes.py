@@ -1,0 +1,93 @@
+"""B-spline surfaces to look at: hills, a goblet turned on a lathe, a ring that closes both ways."""
+
+from math import cos, pi, sin, sqrt
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.surface.bspline import BsplineSurface
+
+HEIGHTS = (
+    (0, 0, 1, 0, 0, -1, 0, 0),
+    (0, 1, 2, 1, -1, -2, -1, 0),
+    (1, 2, 6, 4, 0, -2, -1, 0),
+    (0, 1, 4, 3, 1, 0, 0, 0),
+    (0, -1, 0, 1, 3, 4, 1, 0),
+    (-1, -3, -2, 0, 4, 7, 3, 1),
+    (0, -1, -1, 0, 1, 3, 1, 0),
+)
+"""Heights of the hills over whole numbers x and y, in quarters."""
+
+PROFILE = (
+    # Below, from the middle to the edge of the foot.
+    (0.0, 0.0, 1.0),
+    (0.3, 0.0, 1.0),
+    (0.6, 0.0, 1.0),
+    (0.8, 0.0, 1.0),
+    # Outside: foot, stem, bowl, up to the rim.
+    (0.8, 0.12, 1.0),
+    (0.3, 0.14, 1.0),
+    (0.12, 0.3, 1.0),
+    (0.1, 0.9, 2.0),
+    (0.14, 1.2, 1.0),
+    (0.6, 1.25, 1.0),
+    (0.8, 1.65, 2.0),
+    (0.72, 2.1, 1.0),
+    (0.62, 2.5, 1.0),
+    # Inside, down to the middle.
+    (0.66, 2.1, 1.0),
+    (0.72, 1.65, 2.0),
+    (0.52, 1.36, 1.0),
+    (0.25, 1.32, 1.0),
+    (0.0, 1.32, 1.0),
+)
+"""The goblet's section: distance from the axis, height, weight."""
+
+PROFILE_KNOTS = (0, 0, 0, 0, 1, 1, 1, 2, 3, 4, 5, 6, 7, 8, 8, 8, 9, 10, 11, 11, 11, 11)
+"""Triple knots: the edge of the foot and the rim are sharp."""
+
+CIRCLE = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0))
+"""Control points of the unit circle; those at the corners weigh √½."""
+
+CIRCLE_KNOTS = (0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4)
+
+
+def hills() -> BsplineSurface:
+    """Uniform bicubic over 7 × 8 control points: 4 × 5 patches, smooth to second order."""
+    rows, columns = np.shape(HEIGHTS)
+    x, y = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")
+    net = np.stack([x, y, np.array(HEIGHTS) / 4], axis=-1)
+    return BsplineSurface(net, (3, 3), ("uniform", "uniform"), up="z", name="bspline-hills")
+
+
+def goblet() -> BsplineSurface:
+    """Surface of revolution of degree (2, 3): exact circles about the z axis, u eastwards.
+
+    The NURBS Book, 2nd ed., section 8.5, and example 7.1 for the circle of nine control points.
+    """
+    ring = np.array([(x, y, 1.0 if x * y == 0 else sqrt(0.5)) for x, y in CIRCLE])
+    net = np.array([[(x * r, y * r, z) for r, z, _ in PROFILE] for x, y, _ in ring])
+    weights = np.multiply.outer(ring[:, 2], np.array(PROFILE)[:, 2])
+    return BsplineSurface(
+        net, (2, 3), (_knots(CIRCLE_KNOTS), _knots(PROFILE_KNOTS)), weights, "z", "nurbs-goblet"
+    )
+
+
+def ring() -> BsplineSurface:
+    """Periodic in both directions: a ring of 10 × 6 control points that swells five times."""
+    net = [
+        [_on_ring(2 * pi * i / 10, 2 * pi * j / 6, 0.3 + 0.2 * (i % 2)) for j in range(6)]
+        for i in range(10)
+    ]
+    # Rounded, since sines differ in their last digits from one machine to another.
+    points = np.round(np.array(net), 3)
+    return BsplineSurface(points, (3, 3), ("periodic", "periodic"), up="z", name="bspline-ring")
+
+
+def _on_ring(around: float, across: float, radius: float) -> tuple[float, float, float]:
+    away = 1.0 + radius * cos(across)
+    return away * cos(around), away * sin(around), radius * sin(across)
+
+
+def _knots(values: tuple[int, ...]) -> FloatArray:
+    return np.array(values, dtype=np.float64)

@@ -1,0 +1,150 @@
+"""B-splines through the engine: seams, creases, parted surfaces, parameters."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.bases import knots
+from service.surface.bspline import BsplineSurface
+from tests.engine.meshing import check_sound, check_winding, mesh_of, shape_of
+from tests.spline_strategies import points_for, weights_for
+from tests.strategies import Array
+
+
+def field(rows: int, columns: int) -> Array:
+    """Control points over a grid in x and y: a surface without folds, normals upwards."""
+    net = points_for(rows, 11, columns)
+    net[..., 0], net[..., 1] = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")
+    net[..., 2] /= 8
+    return net
+
+
+def ridge(rows: int, columns: int) -> Array:
+    """The field under a roof whose ridge is the middle row."""
+    net = field(rows, columns)
+    net[..., 2] -= 3 * np.abs(net[..., 0] - rows // 2)
+    return net
+
+
+def pairs(mesh: Any) -> tuple[Array, Array]:
+    """Normals of the vertices that stand at another's position, and of those others."""
+    assert mesh.normals is not None
+    if mesh.welds is None:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    twice = np.flatnonzero(mesh.welds != np.arange(len(mesh.welds)))
+    return mesh.normals[twice], mesh.normals[mesh.welds[twice]]
+
+
+@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("names", [("clamped", "uniform"), ("uniform", "clamped")])
+def test_patches_hang_together(names: Any, rational: bool) -> None:
+    """One sheet with one border, the normals of neighbours merged."""
+    weights = weights_for(7, 2, 6) if rational else None
+    surface = BsplineSurface(field(7, 6), (3, 2), names, weights)
+    mesh = mesh_of(surface.lower(), resolution=(3, 4))
+    check_sound(mesh)
+    check_winding(mesh)
+    assert len(mesh.positions) == (4 * 3 + 1) * (4 * 4 + 1)
+    assert mesh.report.boundary_edges == 2 * (4 * 3 + 4 * 4)
+    assert mesh.welds is None
+
+
+def test_a_knot_of_multiplicity_p_is_a_crease() -> None:
+    """Two normals at every position of that line, and on no other."""
+    vector = np.array([0, 0, 0, 0, 1, 2, 2, 2, 3, 4, 4, 4, 4.0])
+    surface = BsplineSurface(ridge(9, 6), (3, 3), (vector, "clamped"))
+    mesh = mesh_of(surface.lower(), resolution=(2, 3))
+    check_sound(mesh)
+    here, there = pairs(mesh)
+    assert len(here) == 3 * 3 + 1
+    assert (here * there).sum(axis=1).max() < np.cos(np.radians(1))
+    assert shape_of(mesh).components == 1
+
+
+@pytest.mark.parametrize("rational", [False, True])
+def test_a_knot_of_multiplicity_p_plus_one_parts_the_surface(rational: bool) -> None:
+    """Two sheets, each with a border of its own; the report counts it."""
+    net = field(8, 5)
+    net[4:, :, 2] += 1
+    weights = weights_for(8, 2, 5) if rational else None
+    vector = np.array([0, 0, 0, 0, 2, 2, 2, 2, 5, 5, 5, 5.0])
+    surface = BsplineSurface(net, (3, 2), (vector, "clamped"), weights)
+    mesh = mesh_of(surface.lower(), resolution=(3, 2))
+    check_sound(mesh)
+    assert shape_of(mesh).components == 2
+    assert not mesh.report.watertight
+    assert mesh.report.boundary_edges == 2 * 2 * (3 + 3 * 2)
+
+
+def test_parted_control_points_that_agree_are_welded() -> None:
+    """Multiplicity p + 1 over equal points is a crease like any other."""
+    net = field(8, 5)
+    net[4] = net[3]
+    vector = np.array([0, 0, 0, 0, 2, 2, 2, 2, 5, 5, 5, 5.0])
+    mesh = mesh_of(BsplineSurface(net, (3, 2), (vector, "clamped")).lower(), resolution=(3, 2))
+    assert shape_of(mesh).components == 1
+    assert mesh.report.boundary_edges == 2 * (2 * 3 + 3 * 2)
+
+
+@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("rational", [False, True])
+def test_surfaces_of_two_requests_fit_together(rational: bool, single: bool) -> None:
+    """A common border line of control points, the second run backwards: the same vertices.
+
+    Bit for bit, though all else differs: size, degree across, the patches beside them.
+    """
+    left, right = field(7, 6), field(5, 6)[:, ::-1]
+    left_weights, right_weights = weights_for(7, 1, 6), weights_for(5, 2, 6)
+    right[0], right_weights[0] = left[-1, ::-1], left_weights[-1, ::-1]
+    vector = np.array([0, 0, 0, 0, 0.3125, 0.75, 1, 1, 1, 1])
+    first = BsplineSurface(left, (2, 3), ("clamped", vector), left_weights if rational else None)
+    second = BsplineSurface(
+        right, (4, 3), ("clamped", 1 - vector[::-1]), right_weights if rational else None
+    )
+    here = mesh_of(first.lower(), resolution=(3, 5), single=single, weld=False).positions
+    there = mesh_of(second.lower(), resolution=(2, 5), single=single, weld=False).positions
+    border = here.reshape(5, 3, 4, 6, 3)[-1, :, -1].reshape(-1, 3)
+    other = there.reshape(1, 3, 3, 6, 3)[0, :, 0].reshape(-1, 3)
+    assert border.tobytes() == other[::-1].copy().tobytes()
+
+
+@pytest.mark.parametrize("weld", [False, True])
+def test_uvs_are_parameters_of_the_domain(weld: bool) -> None:
+    """The same number on both sides of a seam, so that vertices merge; breaks as they are."""
+    vector = np.array([-1, -1, -1, 0.1, 0.7, 2, 2, 2])
+    surface = BsplineSurface(field(5, 5), (2, 3), (vector, "uniform"))
+    mesh = mesh_of(surface.lower(), resolution=(2, 3), uvs=True, weld=weld)
+    assert mesh.uvs is not None
+    if weld:
+        assert len(mesh.positions) == (3 * 2 + 1) * (2 * 3 + 1)
+        assert len(np.unique(mesh.uvs[:, 0])) == 7
+        assert len(np.unique(mesh.uvs[:, 1])) == 7
+    assert np.isin([-1, 0.1, 0.7, 2], mesh.uvs[:, 0]).all()
+    for (u, v), place in zip(mesh.uvs, mesh.positions, strict=True):
+        (s,), rows = knots.basis(vector, 2, [u])
+        (t,), columns = knots.basis(knots.uniform(5, 3), 3, [v])
+        window = surface.control_net[s - 2 : s + 1, t - 3 : t + 1]
+        wanted = np.einsum("i,j,ijd->d", rows[0], columns[0], window)
+        np.testing.assert_allclose(place, wanted, atol=1e-13)
+
+
+def test_on_a_seam_uvs_keep_both_ends() -> None:
+    """Where the surface closes, a position has the first and the last parameter."""
+    mesh = mesh_of("bspline-ring", resolution=(2, 2), uvs=True)
+    assert mesh.uvs is not None
+    assert mesh.welds is not None
+    assert len(np.unique(mesh.welds)) == 10 * 2 * 6 * 2
+    assert len(mesh.positions) == (10 * 2 + 1) * (6 * 2 + 1)
+    assert (mesh.uvs.min(axis=0) == 0).all()
+    assert mesh.uvs.max(axis=0).tolist() == [10, 6]
+    assert mesh.report.watertight
+
+
+def test_a_crease_in_high_degrees() -> None:
+    """Degree (24, 1) with a knot of full multiplicity inside."""
+    vector = np.repeat([0.0, 1.0, 3.0], [25, 24, 25])
+    net = ridge(49, 2)
+    mesh = mesh_of(BsplineSurface(net, (24, 1), (vector, "clamped")).lower(), resolution=(9, 2))
+    check_sound(mesh)
+    assert len(pairs(mesh)[0]) == 3

@@ -1,0 +1,77 @@
+"""The built-in B-splines: what is said of them is true."""
+
+import numpy as np
+import pytest
+
+from service.bases import knots
+from service.engine.closure import Closure, closure
+from service.surface.bspline import BsplineSurface
+from service.surface.examples import find
+from tests.engine.meshing import as_triangles, check_sound, check_winding, mesh_of, shape_of
+from tests.oracles.topology import volume
+
+
+def spline(example: str) -> BsplineSurface:
+    surface = find(example).surface()
+    assert isinstance(surface, BsplineSurface)
+    return surface
+
+
+def test_the_hills_touch_none_of_their_points() -> None:
+    """Over the whole plane between the second and the second last."""
+    surface = spline("bspline-hills")
+    assert surface.knots == ("uniform", "uniform")
+    mesh = mesh_of("bspline-hills", resolution=(8, 8))
+    check_sound(mesh)
+    check_winding(mesh)
+    assert mesh.report.bounds_min[:2] == pytest.approx((1, 1), abs=1e-15)
+    assert mesh.report.bounds_max[:2] == pytest.approx((5, 6), abs=1e-15)
+    assert mesh.welds is None
+    lifted = surface.control_net.reshape(-1, 1, 3) - mesh.positions
+    assert np.linalg.norm(lifted, axis=2).min() > 1e-3
+
+
+def test_every_section_of_the_goblet_is_a_circle() -> None:
+    """Distance from the axis and height depend on v alone."""
+    surface = spline("nurbs-goblet")
+    model = surface.lower()
+    assert closure(model) == Closure("C1", None)
+    mesh = mesh_of("nurbs-goblet", resolution=(5, 4), weld=False)
+    grid = mesh.positions.reshape(4, 11, 6, 5, 3)
+    away, height = np.hypot(grid[..., 0], grid[..., 1]), grid[..., 2]
+    for values in (away, height):
+        np.testing.assert_allclose(
+            values, np.broadcast_to(values[:1, :, :1], values.shape), atol=1e-14
+        )
+
+
+def test_the_goblet_is_a_solid_with_two_sharp_edges() -> None:
+    """Watertight, normals outward; one position with two normals on foot and rim alone."""
+    mesh = mesh_of("nurbs-goblet", resolution=(6, 6))
+    check_sound(mesh)
+    check_winding(mesh)
+    assert mesh.report.watertight
+    assert shape_of(mesh).euler == 2
+    assert 0.5 < volume(mesh.positions, as_triangles(mesh)) < 3
+    assert mesh.welds is not None
+    assert mesh.normals is not None
+    twice = np.flatnonzero(mesh.welds != np.arange(len(mesh.welds)))
+    assert sorted({round(z, 9) for z in mesh.positions[twice, 2]}) == [0.0, 2.5]
+    assert len(twice) == 2 * 24
+    for z, up in ((0.0, -1.0), (1.32, 1.0)):
+        (pole,) = np.flatnonzero((mesh.positions == (0, 0, z)).all(axis=1))
+        np.testing.assert_allclose(mesh.normals[pole], (0, 0, up), atol=1e-12)
+
+
+def test_the_ring_closes_both_ways() -> None:
+    """No border, one hole, no crease, normals outward."""
+    surface = spline("bspline-ring")
+    assert closure(surface.lower()) == Closure("C1", "C1")
+    mesh = mesh_of("bspline-ring", resolution=(6, 6))
+    check_sound(mesh)
+    check_winding(mesh)
+    assert mesh.report.watertight
+    assert shape_of(mesh).euler == 0
+    assert mesh.welds is None
+    assert volume(mesh.positions, as_triangles(mesh)) > 0.5
+    np.testing.assert_array_equal(surface.knot_vectors[0], knots.periodic(10, 3))
