@@ -14,7 +14,7 @@ from service.engine.tessellate import tessellate
 from service.errors import InvalidRequest, SurfaceError, TooLarge
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
-from service.surface.convert import convert
+from service.surface.convert import CONVERSIONS, convert
 from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import (
     Elevate,
@@ -26,7 +26,6 @@ from service.surface.convert.operations import (
     Transpose,
 )
 from service.surface.examples import EXAMPLES, find
-from service.surface.lowered import PatchModel
 from service.surface.patches import PatchSurface
 from tests.examples import patches_of
 from tests.surface.convert.exact import (
@@ -273,12 +272,12 @@ def test_a_seam_across_the_directions_is_not_opened() -> None:
     assert report.boundary_edges == 12
 
 
-PARAMETRIC = [
-    name for name, example in EXAMPLES.items() if isinstance(example.surface().lower(), PatchModel)
+CONVERTED = [
+    name for name, example in EXAMPLES.items() if type(example.surface()) in CONVERSIONS[Elevate]
 ]
 
 
-@pytest.mark.parametrize("example", PARAMETRIC)
+@pytest.mark.parametrize("example", CONVERTED)
 def test_every_example_can_be_raised_and_turned(example: str) -> None:
     surface = find(example).surface()
     degree = max(surface.degree) + 1
