@@ -14,6 +14,7 @@ from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import bernstein, sampled
 from service.bases.bernstein import samples as parameters
 from service.bases.triangle import barycentric, evaluate_triangles
+from service.engine.extent import extent
 from service.engine.layout import Block, Layout
 from service.engine.near import leaders
 from service.engine.scratch import Real
@@ -101,8 +102,7 @@ def agreeing(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
 
 def _scale(values: RealArray) -> FloatArray:
     """One over the difference that counts as none, column by column; 0 where all are zero."""
-    low = values.min(axis=0, initial=np.inf).astype(np.float64)
-    high = values.max(axis=0, initial=-np.inf).astype(np.float64)
+    low, high = (bound.astype(np.float64) for bound in extent(values))
     same = np.maximum(SAME_RANGE * (high - low), SAME_VALUE * np.maximum(-low, high))
     # What float32 cannot tell from zero is zero.
     return np.where(same > 0, 1.0 / np.maximum(same, TINY), 0.0)

@@ -61,7 +61,8 @@ def weld(
             leader = leaders(place, normals, 2 * sin(crease_angle / 2))
             _average(normals, leader)
             if alike is not None:
-                normals[:] = normals[leader]
+                shared = np.flatnonzero(leader != own)
+                normals[shared] = normals[leader[shared]]
                 leader = leaders(leader, alike[:, np.newaxis].astype(np.float64), 0.5)
     kept = leader == own
     if used is not None and len(used):
