@@ -45,6 +45,21 @@ REQUESTS: Json = {
             "resolution": 8,
         },
     },
+    "colors": {
+        "summary": "A patch with colours, texture coordinates and a temperature",
+        "value": {
+            "surface": {
+                "control_net": [
+                    [[0, 0, 0], [0, 1, 1], [0, 2, 0]],
+                    [[1, 0, 1], [1, 1, 2], [1, 2, 1]],
+                ],
+                "colors": [[[0.1, 0.2, 0.8], [0.9, 0.3, 0.1]]],
+                "uvs": [[[0, 0], [0, 1]], [[1, 0], [1, 1]]],
+                "attributes": {"temperature": [[[20], [95], [20]]]},
+            },
+            "resolution": 8,
+        },
+    },
     "patches": {
         "summary": "Two patches that share an edge, with their boundary",
         "value": {

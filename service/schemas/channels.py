@@ -59,7 +59,13 @@ def _named(value: object) -> object:
 
 _ATTRIBUTES = (
     # Each net may report faults of its own; the first bad one is enough.
-    Field(fail_fast=True),
+    Field(
+        fail_fast=True,
+        json_schema_extra={
+            "propertyNames": {"pattern": f"^{ATTRIBUTE_NAME.pattern}$"},
+            "maxProperties": MAX_ATTRIBUTES,
+        },
+    ),
     BeforeValidator(_named),
 )
 

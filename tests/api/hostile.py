@@ -95,6 +95,18 @@ PLACES = {
     ),
     "vertex weight": (lambda x: patches(f'{GRIDS},"weights":[1,1,1,{x}]'), "weights/3"),
     "index": (lambda x: patches(f'"patches":[[[0,1],[2,{x}]]]'), "patches/0/1/1"),
+    "colour": (
+        lambda x: surface(f'"control_net":{NET},"colors":[[[0,0,1],[0,{x},1]]]'),
+        "colors/0/1/1",
+    ),
+    "texture coordinate": (
+        lambda x: surface(f'"control_net":{NET},"uvs":[[[{x},0]]]'),
+        "uvs/0/0/0",
+    ),
+    "value of an attribute": (
+        lambda x: surface(f'"control_net":{NET},"attributes":{{"a":[[[0]],[[{x}]]]}}'),
+        "attributes/a/1/0/0",
+    ),
     "patch number": (lambda x: patches(f'{GRIDS},"parts":{{"a":[{x}]}}'), "parts/a/0"),
 }
 

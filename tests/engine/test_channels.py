@@ -259,3 +259,34 @@ def test_agreement_is_asked_of_every_channel() -> None:
     second = ChannelRows("b", "attribute", np.array([[3.0, 0], [0, 0], [3, 0], [3, 1], [3, 0]]))
     assert agreeing(place, (first, second)).tolist() == [0, 1, 0, 3, 4]
     assert first.values[2] == 1.0
+
+
+def test_without_normals_values_alone_keep_vertices_apart() -> None:
+    left = np.array([[[0.0], [0]], [[5], [5]]])
+    right = np.array([[[5.0], [9]], [[0], [0]]])
+    made = mesh_of(strip(left, right), resolution=(4, 4), normals=False)
+    assert len(made.positions) == 2 * 25 - 1
+    assert len(mesh_of(strip(left, left[::-1]), resolution=(4, 4), normals=False).positions) == 45
+
+
+def test_white_is_not_more_than_white() -> None:
+    """Where rounding would have it so."""
+    surface = BezierSurface(SQUARE, channels=Channels(np.ones((65, 65, 3))))
+    made = mesh_of(surface.lower(), resolution=(37, 41))
+    assert made.colors is not None
+    assert made.colors.max() == 1.0
+    assert made.colors.min() > 1 - 1e-14
+
+
+def test_frames_have_parameters() -> None:
+    """A square and beside it a turned one: all of u and v along the finer side."""
+    wide = np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, -1, 0], [1, -1, 0]]])
+    made = mesh_of(model_of([SQUARE, wide]), resolution=(2, 7), uvs=True)
+    assert made.uvs is not None
+    mine = made.positions[:, 1] > 0
+    np.testing.assert_allclose(made.uvs[mine], made.positions[mine, :2], atol=1e-15)
+    side = made.positions[:, 1] == 0
+    # The seam has 7 divisions: once with the parameters of each patch.
+    seam = {(tuple(p), tuple(t)) for p, t in zip(made.positions[side], made.uvs[side], strict=True)}
+    places = [k / 7 for k in range(8)]
+    assert seam == {((x, 0.0, 0.0), t) for x in places for t in ((x, 0.0), (0.0, x))}
