@@ -23,6 +23,12 @@ _ARC: Json = {
     "up": "z",
     "name": "quarter",
 }
+_SPLINE: Json = {
+    "type": "bspline",
+    "control_net": [[[i, j, (i % 2) * (j % 2)] for j in range(3)] for i in range(4)],
+    "degree": 2,
+    "knots": "uniform",
+}
 
 _EXAMPLES: Mapping[str, tuple[str, Json, list[Json]]] = MappingProxyType(
     {
@@ -46,6 +52,12 @@ _EXAMPLES: Mapping[str, tuple[str, Json, list[Json]]] = MappingProxyType(
             "Both parameters run backwards: the normal stays on its side",
             _PATCH,
             [{"op": "reverse", "direction": "u"}, {"op": "reverse", "direction": "v"}],
+        ),
+        "bezier": ("A B-spline as two Bézier patches", _SPLINE, [{"op": "bezier"}]),
+        "refine": (
+            "A B-spline in a higher degree, clamped: as smooth as before",
+            _SPLINE,
+            [{"op": "elevate", "degree": [3, 2]}],
         ),
     }
 )

@@ -75,7 +75,7 @@ class ElevateDefinition(StrictModel):
     """Raises the degree; the points stay. Degrees can be raised, not lowered.
 
     Raised to [n, n] a patch has p = q, as forms with one degree ask for. The continuity of a
-    B-spline stays: each knot stands as many times more as the degree rises.
+    B-spline stays: each knot stands as many times more as the degree rises, and it is clamped.
     """
 
     op: Literal["elevate"] = Field(description="The operation.")
@@ -92,7 +92,8 @@ class ElevateDefinition(StrictModel):
 class SplitDefinition(StrictModel):
     """Cuts one patch or a B-spline in two or four, a triangle in three.
 
-    A patch becomes `patches`: piece (k, l) of the pieces along u and v has number
+    A patch becomes `patches` over shared vertices, a B-spline a `group` of B-splines that keep
+    their parameters: piece (k, l) of the pieces along u and v has number
     k · (pieces along v) + l. A triangle is cut at a point: the three triangles between it and the
     sides, first the one that has the point instead of the corner r = 1, last instead of t = 1.
     """
@@ -122,7 +123,8 @@ class SplitDefinition(StrictModel):
 class RestrictDefinition(StrictModel):
     """Cuts a piece out of one patch or a B-spline.
 
-    A patch becomes a patch over [0, 1]² again; a B-spline keeps its parameters and its knots.
+    A patch becomes a patch over [0, 1]² again. A B-spline keeps its parameters and the knots
+    within; a direction that is cut is clamped.
     """
 
     op: Literal["restrict"] = Field(description="The operation.")
@@ -155,8 +157,9 @@ class TransposeDefinition(StrictModel):
 class ReverseDefinition(StrictModel):
     """Runs u or v of every patch backwards; normals turn to the other side.
 
-    Of a triangle, `u` exchanges r and s, `v` exchanges r and t. A B-spline over [a, b] is one over
-    [−b, −a] then, for these knots are exact. Reversed twice it is as it was.
+    Of a triangle, `u` exchanges r and s, `v` exchanges r and t. A B-spline whose knots are numbers
+    over [a, b] is one over [−b, −a] then, for these are exact; named knots stay. Reversed twice a
+    surface is as it was.
     """
 
     op: Literal["reverse"] = Field(description="The operation.")

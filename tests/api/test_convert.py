@@ -30,13 +30,31 @@ PATCHES: dict[str, Any] = {
     "colors": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 1, 1]],
     "parts": {"left": [0], "right": [1]},
 }
-SURFACES = {"bezier": BEZIER, "patches": PATCHES}
+BSPLINE: dict[str, Any] = {
+    "type": "bspline",
+    "control_net": [[[i, j, i * j % 3] for j in range(4)] for i in range(5)],
+    "degree": [3, 2],
+    "knots": ["periodic", [0, 0, 0, 0.5, 1, 1, 1]],
+    "weights": [[1 + (i + j) % 2 for j in range(4)] for i in range(5)],
+    "colors": [[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [0, 0, 1]]],
+    "attributes": {"heat": [[[i + j] for j in range(4)] for i in range(5)]},
+}
+SURFACES = {"bezier": BEZIER, "patches": PATCHES, "bspline": BSPLINE}
 WORK: dict[str, list[tuple[str, Any]]] = {
     "bezier": [
         ("elevate", {"degree": 4}),
         ("split", {"u": 0.5, "v": 0.25}),
         ("restrict", {"u": [0, 0.5]}),
         ("transpose", {}),
+        ("reverse", {"direction": "v"}),
+        ("bezier", {}),
+    ],
+    "bspline": [
+        ("elevate", {"degree": 4}),
+        ("split", {"u": 0.5, "v": 0.25}),
+        ("restrict", {"u": [0, 2.5], "v": [0.25, 0.75]}),
+        ("transpose", {}),
+        ("reverse", {"direction": "u"}),
         ("reverse", {"direction": "v"}),
         ("bezier", {}),
     ],
@@ -63,8 +81,22 @@ def test_what_comes_out_can_go_in(client: Client, kind: str, op: str, fields: An
     mesh = client.post("/v1/mesh", answer.json() | {"resolution": 2}).json()
     assert mesh["report"]["vertices"] == len(mesh["vertices"])
     assert len(mesh["colors"]) == len(mesh["normals"])
+    if answer.json()["surface"]["type"] in ("bspline", "group"):
+        return
     again = client.post("/v1/convert", answer.json() | {"operations": [{"op": "bezier"}]})
     assert again.content == answer.content
+
+
+def test_a_group_has_no_parameters(client: Client) -> None:
+    """Neither one that is given, nor one that a split has made."""
+    split = {"op": "split", "u": 1}
+    document = {"surface": BSPLINE, "operations": [split, {"op": "transpose"}]}
+    error = client.post("/v1/convert", document).json()["errors"][0]
+    assert (error["code"], error["pointer"]) == ("not_parametric", "/operations/1")
+    group = client.post("/v1/convert", document | {"operations": [split]}).json()
+    assert group["surface"]["type"] == "group"
+    error = client.post("/v1/convert", group | {"operations": [split]}).json()["errors"][0]
+    assert (error["code"], error["pointer"]) == ("not_parametric", "/surface")
 
 
 def test_operations_come_one_after_the_other(client: Client) -> None:

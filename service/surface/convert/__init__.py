@@ -7,6 +7,7 @@ from typing import Any, TypeAlias
 from service.errors import InvalidRequest, Issue, SurfaceError, pointer
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
 from service.surface.convert.cut import restrict_bezier, restrict_patches, split_patch
 from service.surface.convert.elevate import elevate_bezier, elevate_patches
 from service.surface.convert.nets import Allowed
@@ -19,6 +20,14 @@ from service.surface.convert.operations import (
     ToBezier,
     ToTriangle,
     Transpose,
+)
+from service.surface.convert.spline import (
+    bezier_of_spline,
+    elevate_spline,
+    restrict_spline,
+    reverse_spline,
+    split_spline,
+    transpose_spline,
 )
 from service.surface.convert.turn import (
     reverse_bezier,
@@ -42,12 +51,36 @@ def unchanged(surface: Surface, _operation: ToBezier, _allowed: Allowed) -> Surf
 
 CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = MappingProxyType(
     {
-        Elevate: {BezierSurface: elevate_bezier, PatchSurface: elevate_patches},
-        Split: {BezierSurface: split_patch, PatchSurface: split_patch},
-        Restrict: {BezierSurface: restrict_bezier, PatchSurface: restrict_patches},
-        Transpose: {BezierSurface: transpose_bezier, PatchSurface: transpose_patches},
-        Reverse: {BezierSurface: reverse_bezier, PatchSurface: reverse_patches},
-        ToBezier: {BezierSurface: unchanged, PatchSurface: unchanged},
+        Elevate: {
+            BezierSurface: elevate_bezier,
+            PatchSurface: elevate_patches,
+            BsplineSurface: elevate_spline,
+        },
+        Split: {
+            BezierSurface: split_patch,
+            PatchSurface: split_patch,
+            BsplineSurface: split_spline,
+        },
+        Restrict: {
+            BezierSurface: restrict_bezier,
+            PatchSurface: restrict_patches,
+            BsplineSurface: restrict_spline,
+        },
+        Transpose: {
+            BezierSurface: transpose_bezier,
+            PatchSurface: transpose_patches,
+            BsplineSurface: transpose_spline,
+        },
+        Reverse: {
+            BezierSurface: reverse_bezier,
+            PatchSurface: reverse_patches,
+            BsplineSurface: reverse_spline,
+        },
+        ToBezier: {
+            BezierSurface: unchanged,
+            PatchSurface: unchanged,
+            BsplineSurface: bezier_of_spline,
+        },
         ToTriangle: {},
     }
 )
@@ -73,13 +106,24 @@ def convert(surface: Surface, operations: Sequence[Operation], allowed: Allowed 
 def _converted(surface: Surface, operation: Operation, allowed: Allowed) -> Surface:
     conversion = CONVERSIONS[type(operation)].get(type(surface))
     if conversion is None:
-        raise InvalidRequest(
-            Issue(
-                "unsupported_operation",
-                "This kind of surface cannot be converted in this way.",
-                "",
-                "another kind of surface",
-                "a kind that the operation is documented for",
-            )
-        )
+        raise InvalidRequest(_refused(surface))
     return conversion(surface, operation, allowed)
+
+
+def _refused(surface: Surface) -> Issue:
+    """Why nothing is done with a surface: it has no parameters, or not the right ones."""
+    if type(surface) not in CONVERSIONS[Transpose]:
+        return Issue(
+            "not_parametric",
+            "Parameters mean nothing on the whole of it; each of its pieces has its own.",
+            "",
+            "a group, or what is swept along a curve",
+            "one patch, patches, a B-spline or a triangle",
+        )
+    return Issue(
+        "unsupported_operation",
+        "This kind of surface cannot be converted in this way.",
+        "",
+        "another kind of surface",
+        "a kind that the operation is documented for",
+    )

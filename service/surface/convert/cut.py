@@ -26,7 +26,7 @@ def split_patch(
     """
     patch = one_patch(surface)
     if operation.at is not None:
-        raise InvalidRequest(_not_barycentric())
+        raise InvalidRequest(not_barycentric())
     cuts = operation.u, operation.v
     for name, t in zip("uv", cuts, strict=True):
         if t is not None:
@@ -119,7 +119,8 @@ def _piece(net: Net, operation: Restrict) -> Net:
     return net
 
 
-def _not_barycentric() -> Issue:
+def not_barycentric() -> Issue:
+    """The issue of a point of a triangle where there is none."""
     return Issue(
         "unknown_field",
         "Only triangles have barycentric coordinates.",

@@ -21,7 +21,7 @@ from service.surface.sides import side_of
 
 def elevate_bezier(surface: BezierSurface, operation: Elevate, allowed: Allowed) -> BezierSurface:
     """One patch; channels have degrees of their own and keep them."""
-    _check_degrees(surface.degree, operation.degree)
+    check_degrees(surface.degree, operation.degree)
     check_size(operation.degree, 1, allowed)
     points, weights = raised((surface.control_net, surface.weights), operation.degree)
     return replace(surface, control_net=points, weights=weights)
@@ -30,7 +30,7 @@ def elevate_bezier(surface: BezierSurface, operation: Elevate, allowed: Allowed)
 def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: Allowed) -> PatchSurface:
     """All patches; an edge that two of them share is raised alike from either side."""
     degree = operation.degree
-    _check_degrees(surface.degree, degree)
+    check_degrees(surface.degree, degree)
     check_size(degree, len(surface.patches), allowed, surface.channels)
     if degree == surface.degree:
         return surface
@@ -55,7 +55,7 @@ def raised(net: Net, degree: tuple[int, int], first_axis: int = 0) -> Net:
     return net
 
 
-def _check_degrees(present: tuple[int, int], wanted: tuple[int, int]) -> None:
+def check_degrees(present: tuple[int, int], wanted: tuple[int, int]) -> None:
     """Refuses to lower a degree: that would be another surface."""
     for axis, (old, new) in enumerate(zip(present, wanted, strict=True)):
         if new < old:

@@ -1,0 +1,388 @@
+"""Operations on B-splines: the same points by Cox and de Boor in exact arithmetic, and channels."""
+
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+from geomdl import NURBS, operations
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from service.bases import knots as bases
+from service.errors import SurfaceError
+from service.surface import Surface
+from service.surface.bspline import BsplineSurface
+from service.surface.channels import Channels
+from service.surface.convert import convert
+from service.surface.convert.nets import Allowed
+from service.surface.convert.operations import (
+    Elevate,
+    Operation,
+    Restrict,
+    Reverse,
+    Split,
+    ToBezier,
+    Transpose,
+)
+from service.surface.convert.spline import domain_of
+from service.surface.group import GroupSurface
+from service.surface.knots import Knots
+from service.surface.patches import PatchSurface
+from tests.engine.meshing import mesh_of
+from tests.oracles.exact import Net, exact_net, surface_point
+from tests.oracles.splines import fractions, spline_surface_point
+from tests.spline_strategies import knot_vectors
+from tests.surface.convert.exact import patch_values
+
+Pair = tuple[Fraction, Fraction]
+seeds = st.integers(0, 10**6)
+NAMES = ("clamped", "uniform", "periodic")
+
+
+@st.composite
+def splines(draw: st.DrawFn, parted: bool = True) -> BsplineSurface:
+    """Any knots, named or not; weights or none; channels of both forms."""
+    degree, knots, counts = [], [], []
+    for _ in range(2):
+        p = draw(st.integers(1, 3))
+        name = draw(st.sampled_from([*NAMES, None]))
+        given: Knots
+        if name is None:
+            vector = draw(knot_vectors(st.just(p), parted, max_spans=3))
+            given, count = vector.knots, vector.points
+        else:
+            given, count = name, p + draw(st.integers(1 if name != "periodic" else 3, 4))  # type: ignore[assignment]
+        degree.append(p)
+        knots.append(given)
+        counts.append(count)
+    rng = np.random.default_rng(draw(seeds))
+    channels = Channels(
+        rng.uniform(0, 1, (2, 3, 3)),
+        None,
+        (("heat", rng.uniform(-4, 4, (*counts, 1))), ("flow", rng.uniform(-4, 4, (1, 2, 2)))),
+    )
+    weights = rng.uniform(0.2, 5, counts) if draw(st.booleans()) else None
+    return BsplineSurface(
+        rng.uniform(-4, 4, (*counts, 3)),
+        (degree[0], degree[1]),
+        (knots[0], knots[1]),
+        weights,
+        "z",
+        "sail",
+        channels,
+    )
+
+
+def values(surface: BsplineSurface, at: Pair) -> list[float]:
+    """The point, then the values of the channels, each by its definition."""
+    knots = fractions(surface.knot_vectors[0]), fractions(surface.knot_vectors[1])
+    own = surface.control_net.shape[:2]
+    net = exact_net(surface.control_net, surface.weights)
+    found = list(spline_surface_point(_wrapped(surface, net), knots, surface.degree, at))
+    share = []
+    for axis in (0, 1):
+        low, high = map(Fraction, domain_of(surface, axis))
+        share.append((at[axis] - low) / (high - low))
+    for _, _, _, carried in surface.channels.each():
+        if carried.shape[:2] == own:
+            for column in range(carried.shape[-1]):
+                # A point on the x axis for each number.
+                line = exact_net(np.pad(carried[..., column, None], ((0, 0), (0, 0), (0, 2))))
+                line = _wrapped(surface, line)
+                found.append(spline_surface_point(line, knots, surface.degree, at)[0])
+        else:
+            found += surface_point(exact_net(carried), share[0], share[1])
+    return [float(x) for x in found]
+
+
+def _wrapped(surface: BsplineSurface, net: Net) -> Net:
+    """The net with the first points once more, along periodic directions."""
+    u, v = (isinstance(k, str) and k == "periodic" for k in surface.knots)
+    p, q = surface.degree
+    if v:
+        net = [[row[j % len(row)] for j in range(len(row) + q)] for row in net]
+    if u:
+        net = [net[i % len(net)] for i in range(len(net) + p)]
+    return net
+
+
+def places(surface: BsplineSurface) -> list[Pair]:
+    """Parameters in every span: its beginning and within."""
+    found: list[list[Fraction]] = []
+    for axis in (0, 1):
+        breaks = fractions(bases.breaks(surface.knot_vectors[axis], surface.degree[axis]))
+        found.append(
+            [a + (b - a) * s for a, b in pairwise(breaks) for s in (Fraction(0), Fraction(3, 8))]
+        )
+    return list(product(found[0], found[1]))[:: max(1, len(found[0]) * len(found[1]) // 4)]
+
+
+def assert_same(
+    made: BsplineSurface,
+    surface: BsplineSurface,
+    back: Callable[[Fraction, Fraction], Pair] = lambda u, v: (u, v),
+) -> None:
+    """The new surface is the old one, where `back` leads."""
+    for u, v in places(made):
+        np.testing.assert_allclose(
+            values(made, (u, v)), values(surface, back(u, v)), rtol=0, atol=4e-12
+        )
+
+
+def spline(surface: Surface, *operations: Operation) -> BsplineSurface:
+    made = convert(surface, operations)
+    assert isinstance(made, BsplineSurface)
+    assert (made.up, made.name) == ("z", "sail")
+    return made
+
+
+@settings(max_examples=12)
+@given(splines(), st.integers(0, 2), st.integers(0, 2))
+def test_raised(surface: BsplineSurface, more_u: int, more_v: int) -> None:
+    degree = surface.degree[0] + more_u, surface.degree[1] + more_v
+    made = spline(surface, Elevate(degree))
+    assert made.degree == degree
+    assert_same(made, surface)
+    for axis, more in enumerate((more_u, more_v)):
+        if not more:
+            assert made.knots[axis] is surface.knots[axis] or np.array_equal(
+                made.knots[axis], surface.knots[axis]
+            )
+            continue
+        old, new = (
+            bases.multiplicities(s.knot_vectors[axis][s.degree[axis] : -s.degree[axis]])[1][1:-1]
+            for s in (surface, made)
+        )
+        np.testing.assert_array_equal(new, old + more)
+
+
+@settings(max_examples=12)
+@given(splines(), st.tuples(*[st.floats(0, 1)] * 4), st.sampled_from(["u", "v", "uv"]))
+def test_piece(
+    surface: BsplineSurface, shares: tuple[float, float, float, float], which: str
+) -> None:
+    pieces: list[tuple[float, float] | None] = [None, None]
+    for axis, name in enumerate("uv"):
+        (low, high), (a, b) = domain_of(surface, axis), sorted(shares[2 * axis : 2 * axis + 2])
+        if name in which:
+            first, last = low + a * (high - low), low + b * (high - low)
+            assume(_has_room(surface.knot_vectors[axis], first, last))
+            pieces[axis] = first, last
+    made = spline(surface, Restrict(*pieces))
+    for axis, piece in enumerate(pieces):
+        assert domain_of(made, axis) == (piece or domain_of(surface, axis))
+    assert_same(made, surface)
+
+
+def _has_room(knots: np.ndarray, first: float, last: float) -> bool:
+    """Whether neither end is so near a knot that nothing fits between."""
+    gaps = np.diff(np.unique([*knots[(knots > first) & (knots < last)], first, last]))
+    return first < last and float(gaps.min()) > 1e-5
+
+
+@settings(max_examples=8)
+@given(splines(parted=False))
+def test_turned(surface: BsplineSurface) -> None:
+    assert_same(spline(surface, Transpose()), surface, lambda u, v: (v, u))
+    for axis, name in enumerate("uv"):
+        made = spline(surface, Reverse(name))  # type: ignore[arg-type]
+        low, high = map(Fraction, domain_of(surface, axis))
+        is_named = isinstance(surface.knots[axis], str)
+        mirror = low + high if is_named else Fraction(0)
+        assert domain_of(made, axis) == (float(mirror - high), float(mirror - low))
+        ends = (lambda u, v, m=mirror: (m - u, v)) if axis == 0 else (
+            lambda u, v, m=mirror: (u, m - v))  # fmt: skip
+        assert_same(made, surface, ends)
+
+
+@settings(max_examples=12)
+@given(splines(), st.sampled_from([Transpose(), Reverse("u"), Reverse("v")]))
+def test_turned_twice_it_is_as_it_was(surface: BsplineSurface, operation: Operation) -> None:
+    twice = spline(surface, operation, operation)
+    assert twice.control_net.tobytes() == surface.control_net.tobytes()
+    for one, other in zip(twice.knots, surface.knots, strict=True):
+        np.testing.assert_array_equal(one, other)
+    for (_, _, _, one), (_, _, _, other) in zip(
+        twice.channels.each(), surface.channels.each(), strict=True
+    ):
+        np.testing.assert_array_equal(one, other)
+    if surface.weights is not None:
+        np.testing.assert_array_equal(twice.weights, surface.weights)
+
+
+@settings(max_examples=12)
+@given(splines())
+def test_bezier_patches(surface: BsplineSurface) -> None:
+    made = convert(surface, [ToBezier()])
+    assert isinstance(made, PatchSurface)
+    assert (made.up, made.name, made.parts) == ("z", "sail", ())
+    u, v = (
+        fractions(bases.breaks(k, p))
+        for k, p in zip(surface.knot_vectors, surface.degree, strict=True)
+    )
+    cells = list(product(pairwise(u), pairwise(v)))
+    assert len(made.patches) == len(cells)
+    for number, ((a, b), (c, d)) in enumerate(cells):
+        there = patch_values(made, number)
+        for s, t in ((Fraction(0), Fraction(2, 7)), (Fraction(3, 8), Fraction(5, 8))):
+            wanted = values(surface, (a + (b - a) * s, c + (d - c) * t))
+            np.testing.assert_allclose(there(s, t), wanted, rtol=0, atol=4e-12)
+
+
+@settings(max_examples=12)
+@given(splines(), st.floats(0.1, 0.9), st.none() | st.floats(0.1, 0.9))
+def test_split(surface: BsplineSurface, share: float, other: float | None) -> None:
+    """A group of splines over parts of the domain, which begin where another ends."""
+    (low, high), (bottom, top) = domain_of(surface, 0), domain_of(surface, 1)
+    u = low + share * (high - low)
+    v = None if other is None else bottom + other * (top - bottom)
+    assume(_has_room(surface.knot_vectors[0], low, u))
+    assume(_has_room(surface.knot_vectors[0], u, high))
+    if v is not None:
+        assume(_has_room(surface.knot_vectors[1], bottom, v))
+        assume(_has_room(surface.knot_vectors[1], v, top))
+    made = convert(surface, [Split(u, v)])
+    assert isinstance(made, GroupSurface)
+    assert (made.up, made.name) == ("z", "sail")
+    along_v = [(bottom, top)] if v is None else [(bottom, v), (v, top)]
+    cells = list(product([(low, u), (u, high)], along_v))
+    assert len(made.members) == len(cells)
+    for member, cell in zip(made.members, cells, strict=True):
+        piece = member.surface
+        assert isinstance(piece, BsplineSurface)
+        assert (domain_of(piece, 0), domain_of(piece, 1)) == cell
+        assert_same(piece, surface)
+
+
+def test_pieces_of_a_split_meet_bit_for_bit() -> None:
+    made = convert(cubic(weights=np.random.default_rng(1).uniform(0.2, 5, (6, 6))), [Split(u=1.3)])
+    assert isinstance(made, GroupSurface)
+    left, right = (member.surface for member in made.members)
+    assert isinstance(left, BsplineSurface)
+    assert isinstance(right, BsplineSurface)
+    np.testing.assert_array_equal(left.control_net[-1], right.control_net[0])
+    np.testing.assert_array_equal(left.weights[-1], right.weights[0])  # type: ignore[index]
+    with pytest.raises(SurfaceError) as caught:
+        convert(made, [Transpose()])
+    assert caught.value.issues[0].code == "not_parametric"
+
+
+def test_bezier_patches_share_their_vertices() -> None:
+    """3 × 4 spans of degree (3, 2): 10 × 9 different control points, channels and all."""
+    rng = np.random.default_rng(2)
+    channels = Channels(colors=rng.uniform(0, 1, (3, 4, 3)))
+    surface = BsplineSurface(
+        rng.uniform(-1, 1, (6, 6, 3)), (3, 2), weights=rng.uniform(0.2, 5, (6, 6)),
+        channels=channels,
+    )  # fmt: skip
+    made = convert(surface, [ToBezier()])
+    assert isinstance(made, PatchSurface)
+    assert made.degree == (3, 3), "colours of degree (2, 3) raise the other direction"
+    assert len(made.vertices) == 10 * 13
+
+
+def test_its_mesh_is_that_of_the_patches() -> None:
+    rng = np.random.default_rng(2)
+    surface = BsplineSurface(rng.uniform(-1, 1, (7, 6, 3)), (3, 2), ("periodic", "clamped"))
+    one, other = (
+        mesh_of(s.lower(), resolution=(3, 3)) for s in (surface, convert(surface, [ToBezier()]))
+    )
+    np.testing.assert_array_equal(one.positions, other.positions)
+    np.testing.assert_array_equal(one.triangles, other.triangles)
+
+
+@pytest.mark.parametrize(
+    "operation", [Elevate((4, 2)), Elevate((5, 4)), Restrict(v=(0.5, 2.25)), Reverse("u")]
+)
+@pytest.mark.parametrize("rational", [False, True])
+def test_what_was_closed_stays_closed(operation: Operation, rational: bool) -> None:
+    rng = np.random.default_rng(3)
+    weights = rng.uniform(0.2, 5, (7, 6)) if rational else None
+    surface = BsplineSurface(
+        rng.uniform(-1, 1, (7, 6, 3)), (3, 2), ("periodic", "clamped"), weights
+    )
+    made = convert(surface, [operation])
+    before, after = (mesh_of(s.lower(), resolution=(3, 3)).report for s in (surface, made))
+    assert after.closure == before.closure
+    assert after.closure is not None
+    assert after.closure.u == "C1"
+    assert before.boundary_edges > 0
+    if not isinstance(operation, Restrict):
+        assert after.boundary_edges == before.boundary_edges
+
+
+def test_poles_stay_poles() -> None:
+    rng = np.random.default_rng(3)
+    net = rng.uniform(-1, 1, (6, 5, 3))
+    net[:, -1] = net[0, -1]
+    surface = BsplineSurface(net, weights=rng.uniform(0.2, 5, (6, 5)))
+    made = convert(surface, [Elevate((5, 5)), Restrict(u=(0.5, 1.5))])
+    assert isinstance(made, BsplineSurface)
+    assert (made.control_net[:, -1] == net[0, -1]).all()
+
+
+def test_channels_are_not_taken_for_others() -> None:
+    """A Bézier net of 5 × 5 colours beside a control net that becomes 5 × 5."""
+    rng = np.random.default_rng(4)
+    surface = BsplineSurface(
+        rng.uniform(-1, 1, (5, 5, 3)), (3, 3), up="z", name="sail",
+        channels=Channels(colors=rng.uniform(0, 1, (7, 7, 3))),
+    )  # fmt: skip
+    made = spline(surface, Elevate((4, 4)))
+    assert made.control_net.shape == (7, 7, 3)
+    assert_same(made, surface)
+
+
+def test_geomdl_splits_at_the_same_points() -> None:
+    rng = np.random.default_rng(5)
+    points, weights = rng.uniform(-1, 1, (6, 5, 3)), rng.uniform(0.2, 5, (6, 5))
+    theirs = NURBS.Surface()
+    theirs.degree_u, theirs.degree_v = 3, 2
+    theirs.set_ctrlpts(
+        [[*(p * w), w] for p, w in zip(points.reshape(-1, 3), weights.ravel(), strict=True)], 6, 5
+    )
+    knots = (np.array([0, 0, 0, 0, 0.25, 0.5, 1, 1, 1, 1]), np.array([0, 0, 0, 0.5, 0.75, 1, 1, 1]))
+    theirs.knotvector_u, theirs.knotvector_v = (k.tolist() for k in knots)
+    left, _ = operations.split_surface_u(theirs, 0.375)
+    ours = convert(BsplineSurface(points, (3, 2), knots, weights), [Restrict(u=(0, 0.375))])
+    assert isinstance(ours, BsplineSurface)
+    np.testing.assert_allclose(ours.control_net.reshape(-1, 3), left.ctrlpts, atol=1e-13)
+    np.testing.assert_allclose(ours.weights.ravel(), left.weights, atol=1e-13)  # type: ignore[union-attr]
+
+
+def cubic(**more: object) -> BsplineSurface:
+    net = np.random.default_rng(6).uniform(-1, 1, (6, 6, 3))
+    return BsplineSurface(net, **more)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("operation", "code", "pointer"),
+    [
+        (Elevate((3, 2)), "degree_too_low", "/degree/1"),
+        (Restrict(u=(0, 3.5)), "out_of_range", "/u/1"),
+        (Restrict(v=(-1, 2)), "out_of_range", "/v/0"),
+        (Restrict(u=(0.5, 1 + 1e-12)), "knots_too_close", "/u"),
+        (Restrict(v=(0.5, 0.5 + 1e-15)), "knots_too_close", "/v"),
+        (Split(u=0.0), "out_of_range", "/u"),
+        (Split(u=1.0, v=3.0), "out_of_range", "/v"),
+        (Split(u=1 + 1e-12), "knots_too_close", "/u"),
+        (Split(at=(0.25, 0.25, 0.5)), "unknown_field", "/at"),
+    ],
+)
+def test_refusals(operation: Operation, code: str, pointer: str) -> None:
+    with pytest.raises(SurfaceError) as caught:
+        convert(cubic(), [Transpose(), operation])
+    (issue,) = caught.value.issues
+    assert (issue.code, issue.pointer) == (code, f"/operations/1{pointer}")
+
+
+def test_too_much_is_refused_before_it_is_made() -> None:
+    for operation in (Elevate((4, 4)), ToBezier()):
+        with pytest.raises(SurfaceError) as caught:
+            convert(cubic(), [operation], Allowed(40))
+        assert caught.value.issues[0].code == "too_many_control_points"
+    with pytest.raises(SurfaceError) as caught:
+        convert(cubic(), [Elevate((3, 9))], Allowed(degree=8))
+    assert caught.value.issues[0].pointer == "/operations/0/degree/1"
