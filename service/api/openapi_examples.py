@@ -16,6 +16,8 @@ _STRIP = [[[0, 1], [2, 3]], [[2, 3], [4, 5]]]
 
 _WING = {"control_net": [[[0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 1, 0.5]]]}
 
+_CIRCLE = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
+
 REQUESTS: Json = {
     "patch": {
         "summary": "One patch of degree (1, 2)",
@@ -41,6 +43,23 @@ REQUESTS: Json = {
                 "weights": [[1, 0.7071067811865476, 1], [1, 0.7071067811865476, 1]],
                 "up": "z",
                 "name": "quarter",
+            },
+            "resolution": 8,
+        },
+    },
+    "nurbs": {
+        "summary": "A NURBS surface that closes: a full circle of nine points, drawn up",
+        "value": {
+            "surface": {
+                "type": "bspline",
+                "control_net": [[[x, y, 0], [2 * x, 2 * y, 1], [x, y, 2]] for x, y in _CIRCLE],
+                "degree": [2, 2],
+                "knots": [[0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4], "clamped"],
+                "weights": [
+                    [1, 1, 1] if x * y == 0 else [0.7071067811865476] * 3 for x, y in _CIRCLE
+                ],
+                "up": "z",
+                "name": "drum",
             },
             "resolution": 8,
         },

@@ -332,6 +332,73 @@ def repeated() -> Iterator[Hostile]:
                "/surface/name")  # fmt: skip
 
 
+SPLINE = f'"type":"bspline","control_net":{NET}'
+
+
+def splines() -> Iterator[Hostile]:
+    """B-splines whose degrees and knots are something else."""
+    at = "/surface/knots"
+    for text, code, place in (
+        ("null", "null_value", ""),
+        ("1", "wrong_type", ""),
+        ("{}", "wrong_type", ""),
+        (f'"{ECHO}"', "wrong_value", ""),
+        ("[]", "wrong_length", ""),
+        ('["clamped"]', "wrong_length", ""),
+        ("[0,0,1,1]", "wrong_length", ""),
+        ("[0,1]", "wrong_type", "/0"),
+        (f'["clamped","{ECHO}"]', "wrong_value", "/1"),
+        ('["clamped",null]', "null_value", "/1"),
+        ('["clamped",true]', "wrong_type", "/1"),
+        ('["clamped",[]]', "empty_list", "/1"),
+        ('["clamped",[[0,0,1,1]]]', "wrong_type", "/1/0"),
+        ('["clamped",[0,0,1,"1"]]', "wrong_type", "/1/3"),
+        ('["clamped",[0,0,1,null]]', "null_value", "/1/3"),
+        ('["clamped",[0,0,1,true]]', "wrong_type", "/1/3"),
+        ('["clamped",[0,0,1]]', "wrong_length", "/1"),
+        ('["clamped",[0,0,1,1,1]]', "wrong_length", "/1"),
+        ('["clamped",[0,1,0,1]]', "knots_decrease", "/1/2"),
+        ('["clamped",[0,1,1,2]]', "empty_domain", "/1"),
+        ('["clamped",[0,0,1e-300,1e39]]', "knot_too_large", "/1/3"),
+        ('["clamped",[-1e308,-1e308,1e308,1e308]]', "knot_too_large", "/1/0"),
+        ('["clamped",[0,1e9,1000000001,2e9]]', "knots_too_close", "/1/2"),
+        ('"periodic"', "too_few_points", "/../control_net"),
+    ):
+        where = "/surface/control_net" if ".." in place else at + place
+        body = surface(f'{SPLINE},"degree":1,"knots":{text}')
+        yield case(f"spline knots {text}", body, 422, code, where)
+    at = "/surface/degree"
+    for text, code, place in (
+        ("null", "null_value", ""),
+        ("0", "out_of_range", ""),
+        ("-1", "out_of_range", ""),
+        ("65", "degree_too_high", ""),
+        ("99999999999999999999", "wrong_type", ""),
+        ("1.0", "wrong_type", ""),
+        ("true", "wrong_type", ""),
+        ('"3"', "wrong_type", ""),
+        ("{}", "wrong_type", ""),
+        ("[]", "wrong_length", ""),
+        ("[1,1,1]", "wrong_length", ""),
+        ("[1,null]", "null_value", "/1"),
+        ("[1,1.5]", "wrong_type", "/1"),
+        ("[0,1]", "out_of_range", "/0"),
+        ("[1,65]", "degree_too_high", "/1"),
+        ("[1,18446744073709551615]", "degree_too_high", "/1"),
+    ):
+        yield case(
+            f"spline degree {text}", surface(f'{SPLINE},"degree":{text}'), 422, code, at + place
+        )
+    yield case("fewer points than the degree", surface(SPLINE), 422, "too_few_points",
+               "/surface/control_net")  # fmt: skip
+    yield case("spline weights of another form", surface(f'{SPLINE},"degree":1,"weights":[[1,1]]'),
+               422, "weights_shape", "/surface/weights")  # fmt: skip
+    yield case("spline without a net", surface('"type":"bspline"'), 422, "missing_field",
+               "/surface/control_net")  # fmt: skip
+    yield case("spline with vertices", surface(f'{SPLINE},"degree":1,"vertices":[[0,0,0]]'), 422,
+               "unknown_field", "/surface/vertices")  # fmt: skip
+
+
 def groups() -> Iterator[Hostile]:
     """Groups whose members, names, colours or places are something else."""
     at, identity = "/surface/members", "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"
@@ -557,11 +624,19 @@ def giants() -> Iterator[Hostile]:
     yield long("all vertices true", lambda: vertices(2, "[0,0,0]").replace(
         b"0.125,0.25,0.5", b"0,0,0],[" + b"true,true,true],[" * 50_000 + b"0,0,0"), 422,
                "wrong_type", "/surface/vertices/1/0")  # fmt: skip
+    row = "[0,0,0]," * 504 + "[0,0,0]"
+    yield long("very many spans", lambda: surface(
+        f'"type":"bspline","control_net":[{f"[{row}]," * 504}[{row}]]').encode(), 422,
+               "too_many_bezier_points", "/surface/control_net")  # fmt: skip
+    yield long("very many knots", lambda: surface(
+        f'{SPLINE},"degree":1,"knots":["clamped",[{"0," * 300_000}1]]').encode(), 422,
+               "wrong_length", "/surface/knots/1")  # fmt: skip
 
 
 HOSTILE: tuple[Hostile, ...] = (
     *texts(),
     *wholes(),
+    *splines(),
     *repeated(),
     *nets(),
     *weights(),
