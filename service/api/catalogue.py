@@ -12,6 +12,7 @@ from service.encoders.registry import FORMATS
 from service.engine.mesh import ENGINE
 from service.schemas.surfaces import definition
 from service.surface.examples import EXAMPLES, Example
+from service.surface.lowered import GroupModel, Model
 
 
 async def list_surfaces(request: Request) -> Response:
@@ -73,16 +74,24 @@ async def ready(request: Request) -> Response:
 
 def _summary(example: Example, root: str) -> dict[str, Any]:
     surface = example.surface()
+    model = surface.lower()
     address = f"{root}/v1/surfaces/{example.id}"
     return {
         "id": example.id,
         "title": example.title,
         "description": example.description,
         "up": surface.up,
-        "patches": surface.lower().patch_count,
-        "degree": surface.degree,
+        "patches": model.patch_count,
+        "degree": _degree(model),
         "links": {
             "self": address,
             "mesh": {f.suffix: f"{address}/mesh.{f.suffix}" for f in FORMATS},
         },
     }
+
+
+def _degree(model: Model) -> list[int]:
+    """The highest degree along u and along v of any patch."""
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    sides = [batch.side_degrees for each in models for batch in each.batches]
+    return [max(of[2] for of in sides), max(of[0] for of in sides)]

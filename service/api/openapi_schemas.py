@@ -265,7 +265,7 @@ _SUMMARY = _object(
             "items": {"type": "integer"},
             "minItems": 2,
             "maxItems": 2,
-            "description": "Degree [p, q] of its patches; of a group's, the highest.",
+            "description": "Highest degree [p, q] of its patches; a triangle counts as [n, n].",
         },
         "links": _object(
             {
@@ -309,6 +309,7 @@ ANSWERS: dict[str, Json] = {
                     ref("BezierDefinition"),
                     ref("BsplineDefinition"),
                     ref("PatchesDefinition"),
+                    ref("TriangleDefinition"),
                     ref("GroupDefinition"),
                 ],
                 "description": "The definition, as a request would give it.",

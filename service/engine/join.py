@@ -16,7 +16,7 @@ from service.surface.lowered import PatchModel
 def join(
     model: PatchModel, layout: Layout, welding: Welding | None, kind: Faces
 ) -> tuple[IndexArray, IndexArray, tuple[MeshPart, ...]]:
-    """Triangles (T, 3), quads (Q, 4), both patch by patch, and the runs of them that are the parts.
+    """Triangles (T, 3), quads (Q, 4), patch by patch in sequence; and the parts, runs of them.
 
     Without a welding every sample is the vertex of its own number.
     """
@@ -27,6 +27,10 @@ def join(
         counts[0, patches], counts[1, patches] = len(pattern[0]), len(pattern[1])
     if welding is None and model.patch_count == 1:
         return (*patterns[0], _parts(model, counts))
+    position = np.arange(model.patch_count)
+    if model.sequence is not None:
+        position[model.sequence] = position.copy()
+        counts = counts[:, model.sequence]
     found: list[IndexArray] = []
     for which, corners in enumerate((3, 4)):
         ends = counts[which].cumsum()
@@ -39,8 +43,8 @@ def join(
             vertices = samples if welding is None else welding.vertex[samples]
             # Gathering through the pattern writes all faces of all these patches in one go.
             whole = np.take(vertices.astype(np.uint32), local, axis=1)
-            for run in _runs(patches):
-                first = ends[patches[run.start]] - len(local)
+            for run in _runs(position[patches]):
+                first = ends[position[patches[run.start]]] - len(local)
                 rows = slice(first, first + (run.stop - run.start) * len(local))
                 out[rows] = whole[run].reshape(-1, corners)
         found.append(out)
@@ -51,14 +55,14 @@ def join(
 
 
 def _runs(numbers: Ints) -> list[slice]:
-    """Where ascending numbers follow one another without a gap."""
+    """Where numbers follow one another without a gap."""
     breaks = np.flatnonzero(np.diff(numbers) != 1) + 1
     ends = [0, *breaks.tolist(), len(numbers)]
     return [slice(first, last) for first, last in pairwise(ends)]
 
 
 def _parts(model: PatchModel, counts: Ints) -> tuple[MeshPart, ...]:
-    """Runs of faces from the numbers of triangles and quads of every patch, (2, P)."""
+    """Runs of faces from the numbers of triangles and quads of the patches in sequence, (2, P)."""
     ends = np.concatenate([np.zeros((2, 1), dtype=np.intp), counts.cumsum(axis=1)], axis=1)
     return tuple(
         MeshPart(

@@ -49,6 +49,9 @@ class NumberGrid:
         What is said where `width` is not met, and where a degree is too high.
     documented : mapping
         What else the documentation says of the innermost lists; the surface checks it.
+    ragged : int or None
+        The level of the rows of triangles: n+1 rows side by side have n+1, n, … 1 entries. They
+        become one axis of (n+1)(n+2)/2, row by row.
     """
 
     levels: tuple[str, ...]
@@ -61,9 +64,12 @@ class NumberGrid:
     width_rule: str = "A control point has exactly three coordinates."
     degree_rule: str = "A net of r × c control points is one patch of degree r − 1 by c − 1."
     documented: Mapping[str, int] = field(default_factory=dict)
+    ragged: int | None = None
 
     def array(self, value: object, limits: DocumentLimits) -> Array:
-        """`value` as an array with one axis a level, float64 or int64.
+        """`value` as an array with one axis a level (of rows of triangles one less).
+
+        It is of float64 or int64.
 
         Raises
         ------
@@ -77,6 +83,14 @@ class NumberGrid:
                 raise refusal(self._faults(value))
             lengths = set(map(len, scalars))
             self._check_size(level, sum(map(len, scalars)), max(lengths), limits)
+            if level == self.ragged:
+                rows = shape.pop()
+                each = [*range(rows, 0, -1)]
+                if list(map(len, scalars)) != each * (len(scalars) // rows):
+                    raise refusal(self._faults(value))
+                shape.append(sum(each))
+                scalars = list(chain.from_iterable(scalars))
+                continue
             if len(lengths) != 1 or 0 in lengths or self._has_other_width(level, lengths):
                 raise refusal(self._faults(value))
             shape.append(lengths.pop())
@@ -136,6 +150,8 @@ class NumberGrid:
                 Issue("empty_list", "The list is empty.", got="an empty list", needed=needed),
             )
             return
+        if level == self.ragged:
+            expected = (lengths[level - 1] or 0) - int(path[-1])
         if expected is None:
             # The first list at a level sets the length for all others.
             lengths[level] = len(value)
@@ -171,6 +187,13 @@ class NumberGrid:
                 got=f"{got} {what}",
                 needed=f"{needed} {what}",
             )
+        if level == self.ragged:
+            return Issue(
+                "ragged",
+                "The rows of a triangle shorten by one: n + 1 rows have n + 1, n, … 1 entries.",
+                got=f"{got} {what}",
+                needed=f"{needed} {what}",
+            )
         return Issue(
             "ragged",
             "Lists side by side must be equally long; the first one sets the length.",
@@ -202,7 +225,9 @@ class NumberGrid:
             if level in self.degree_levels:
                 least, most = self.least_degree, DocumentLimits().max_degree
                 result |= {"minItems": least + 1, "maxItems": most + 1}
-            elif self._is_last(level):
+            elif level == self.ragged:
+                result["maxItems"] = DocumentLimits().max_degree + 1
+            if self._is_last(level) and level not in self.degree_levels:
                 if self.width is not None:
                     result |= {"minItems": self.width, "maxItems": self.width}
                 result |= self.documented
@@ -231,6 +256,26 @@ VERTICES = NumberGrid(("vertices", "coordinates"), width=3, point_levels=1)
 VERTEX_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
 PATCHES = NumberGrid(
     ("patches", "rows", "indices"), whole=True, point_levels=3, degree_levels=(1, 2)
+)
+_OF_ROWS = "A triangle of n + 1 rows is one patch of degree n."
+TRIANGLE_NET = NumberGrid(
+    ("rows", "control points", "coordinates"),
+    width=3,
+    point_levels=2,
+    degree_levels=(0,),
+    degree_rule=_OF_ROWS,
+    ragged=1,
+)
+TRIANGLE_WEIGHTS = NumberGrid(
+    ("rows", "weights"), positive=True, degree_levels=(0,), degree_rule=_OF_ROWS, ragged=1
+)
+TRIANGLES = NumberGrid(
+    ("triangles", "rows", "indices"),
+    whole=True,
+    point_levels=3,
+    degree_levels=(1,),
+    degree_rule=_OF_ROWS,
+    ragged=2,
 )
 MATRIX = NumberGrid(("rows", "numbers"))
 PATCH_NUMBERS = NumberGrid(("patch numbers",), whole=True, point_levels=1)

@@ -35,6 +35,18 @@ def _spline_net(numbers: str, **more: Any) -> NumberGrid:
     return NumberGrid(("rows", "values", numbers), point_levels=2, **more)
 
 
+def _rows(numbers: str, **more: Any) -> NumberGrid:
+    """The same over a triangle."""
+    return NumberGrid(
+        ("rows", "values", numbers),
+        point_levels=2,
+        degree_levels=(0,),
+        least_degree=0,
+        ragged=1,
+        **more,
+    )
+
+
 def _per_vertex(numbers: str, **more: Any) -> NumberGrid:
     """One value a vertex."""
     return NumberGrid(("values", numbers), point_levels=1, **more)
@@ -90,6 +102,10 @@ _SPLINE_TEXT = (
     "a spline of the same degree and knots; any other is one Bézier net over the whole domain, of "
     "a degree of its own, from 0 (one value)."
 )
+_TRIANGLE_TEXT = (
+    " In rows each one shorter than the one before, as in the control net; the net has a degree of "
+    "its own, from 0 (one value)."
+)
 _VERTEX_TEXT = " One value for every vertex, blended over the patches as the vertices are."
 
 NetColors: TypeAlias = Annotated[
@@ -132,6 +148,27 @@ SplineAttributes: TypeAlias = Annotated[
     Field(
         description=_ATTRIBUTES_TEXT + _SPLINE_TEXT,
         examples=[{"temperature": [[[20], [20]], [[35], [60]]]}],
+    ),
+]
+TriangleColors: TypeAlias = Annotated[
+    FloatArray | None,
+    _rows("numbers", documented=_COLOR),
+    Field(
+        description="Colours. " + _COLORS_TEXT + _TRIANGLE_TEXT,
+        examples=[[[[0.8, 0.1, 0.1], [0.9, 0.9, 0.2]], [[0.1, 0.2, 0.8]]]],
+    ),
+]
+TriangleUvs: TypeAlias = Annotated[
+    FloatArray | None,
+    _rows("numbers", width=2, width_rule=_TWO),
+    Field(description=_UVS_TEXT + _TRIANGLE_TEXT, examples=[[[[0, 0], [1, 0]], [[0, 1]]]]),
+]
+TriangleAttributes: TypeAlias = Annotated[
+    dict[str, Annotated[FloatArray, _rows("numbers", documented=_VALUE)]],
+    *_ATTRIBUTES,
+    Field(
+        description=_ATTRIBUTES_TEXT + _TRIANGLE_TEXT,
+        examples=[{"temperature": [[[20], [20]], [[35]]]}],
     ),
 ]
 VertexColors: TypeAlias = Annotated[

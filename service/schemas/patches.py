@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from service.bases.arrays import FloatArray
-from service.schemas.arrays import PATCHES, VERTEX_WEIGHTS, VERTICES
+from service.errors import InvalidRequest, Issue
+from service.schemas.arrays import PATCHES, TRIANGLES, VERTEX_WEIGHTS, VERTICES
 from service.schemas.channels import (
     VertexAttributes,
     VertexColors,
@@ -16,13 +17,15 @@ from service.schemas.channels import (
     define_channels,
 )
 from service.schemas.fields import NameField, Parts, StrictModel, UpField
-from service.surface.patches import PatchSurface
+from service.schemas.ragged import in_rows, rows_of
+from service.surface.patches import NO_GRIDS, NO_TRIANGLES, PatchSurface
 
 
 class PatchesDefinition(StrictModel):
-    """Many Bézier patches of one degree over shared vertices, as the files of the teapot are.
+    """Many Bézier patches over shared vertices, as the files of the teapot are.
 
-    Neighbouring patches name the same vertices, so that their seams close exactly.
+    Patches are grids of one degree, triangles of one degree, or both. Neighbouring patches name the
+    same vertices, so that their seams close exactly.
     """
 
     type: Literal["patches"] = Field(description="The kind of surface.")
@@ -36,14 +39,23 @@ class PatchesDefinition(StrictModel):
         examples=[[1, 1, 0.5, 0.5, 1, 1]],
     )
     patches: Annotated[NDArray[np.int64], PATCHES] = Field(
+        default_factory=lambda: NO_GRIDS,
         description="One grid of vertex numbers (from 0) a patch, rows along u: 4 × 4 numbers for "
-        "a bicubic patch. All grids have one shape.",
+        "a bicubic patch. All grids have one shape. May be left out if there are `triangles`.",
         examples=[[[[0, 1], [2, 3]], [[2, 3], [4, 5]]]],
+    )
+    triangles: Annotated[NDArray[np.int64], TRIANGLES] = Field(
+        default_factory=lambda: NO_TRIANGLES,
+        description="One triangle of vertex numbers (from 0) a triangular patch, in rows of n + 1, "
+        "n, … 1 numbers as in the control net of a `triangle`. All triangles have one degree n, "
+        "which may differ from that of the grids.",
+        examples=[[[[2, 1], [0]]]],
     )
     parts: Parts = Field(
         default_factory=dict,
-        description="Named groups of patches, by patch number (from 0). A patch belongs to at most "
-        "one; those in none form a part of the surface's name.",
+        description="Named groups of patches, by patch number from 0: grids first, triangles after "
+        "them. A patch belongs to at most one group; those in none form a part of the surface's "
+        "name.",
         examples=[{"left": [0], "right": [1]}],
     )
     colors: VertexColors = None
@@ -56,9 +68,23 @@ class PatchesDefinition(StrictModel):
         """The surface itself; raises `InvalidRequest` with pointers relative to it."""
         parts = tuple((name, tuple(members.tolist())) for name, members in self.parts.items())
         carried = channels(self.colors, self.uvs, self.attributes)
-        return PatchSurface(
-            self.vertices, self.patches, self.weights, parts, self.up, self.name, carried
-        )
+        if not len(self.patches) + len(self.triangles):
+            needed = "grids of vertex numbers; or `triangles`, or both"
+            message = "A required field is missing."
+            raise InvalidRequest(Issue("missing_field", message, "/patches", "nothing", needed))
+        try:
+            return PatchSurface(
+                self.vertices,
+                self.patches,
+                self.weights,
+                parts,
+                self.up,
+                self.name,
+                carried,
+                self.triangles,
+            )
+        except InvalidRequest as error:
+            raise in_rows(error, r"/triangles/\d+", self.triangles.shape[1]) from None
 
 
 def define(surface: PatchSurface) -> dict[str, Any]:
@@ -66,8 +92,11 @@ def define(surface: PatchSurface) -> dict[str, Any]:
     content: dict[str, Any] = {
         "type": "patches",
         "vertices": surface.vertices,
-        "patches": surface.patches,
     }
+    if len(surface.patches):
+        content["patches"] = surface.patches
+    if len(surface.triangles):
+        content["triangles"] = [rows_of(indices) for indices in surface.triangles]
     if surface.parts:
         content["parts"] = {name: list(members) for name, members in surface.parts}
     if surface.weights is not None:

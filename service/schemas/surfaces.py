@@ -12,25 +12,27 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import BeforeValidator, Discriminator, Tag
 
 from service.errors import Issue
-from service.schemas import bezier, bspline, group, patches
+from service.schemas import bezier, bspline, group, patches, triangle
 from service.schemas.refusals import refusal, wrong_type
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface
 from service.surface.patches import PatchSurface
+from service.surface.triangle import TriangleSurface
 
 DEFINE: Mapping[type[Surface], Callable[..., dict[str, Any]]] = MappingProxyType(
     {
         BezierSurface: bezier.define,
         BsplineSurface: bspline.define,
         PatchSurface: patches.define,
+        TriangleSurface: triangle.define,
         GroupSurface: lambda surface: group.define(surface, definition),
     }
 )
 """What writes each kind of surface back in the language of requests."""
 
-KINDS = ("bezier", "bspline", "patches", "group")
+KINDS = ("bezier", "bspline", "triangle", "patches", "group")
 """Names of the kinds of surface; the first is meant where none is said."""
 
 
@@ -58,6 +60,7 @@ SurfaceDefinition: TypeAlias = Annotated[
     Annotated[bezier.BezierDefinition, Tag("bezier")]
     | Annotated[bspline.BsplineDefinition, Tag("bspline")]
     | Annotated[patches.PatchesDefinition, Tag("patches")]
+    | Annotated[triangle.TriangleDefinition, Tag("triangle")]
     | Annotated[group.GroupDefinition, Tag("group")],
     Discriminator(_kind_of),
     BeforeValidator(_of_known_kind),

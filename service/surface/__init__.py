@@ -6,6 +6,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface
 from service.surface.patches import PatchSurface
+from service.surface.triangle import TriangleSurface
 
-Surface: TypeAlias = BezierSurface | BsplineSurface | PatchSurface | GroupSurface
+Surface: TypeAlias = BezierSurface | BsplineSurface | TriangleSurface | PatchSurface | GroupSurface
 """Every kind of surface there is."""

@@ -16,6 +16,7 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import FloatArray
+from service.bases.triangle import degree_of
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
 from service.surface.checks import MAX_DEGREE, check_finite, check_stored
 from service.surface.lowered import Channel, ChannelKind, PatchModel
@@ -105,6 +106,24 @@ class Channels:
             # Nets of all patches, and what leads to them.
             operators = (n * rows**2 for n, rows in zip(spans, net.shape[:2], strict=True))
             _check_numbers(where, max(patches * net.size, *operators))
+
+    def check_triangles(self) -> None:
+        """Refuses what are no rows over a triangle, or of absurd degree."""
+        for _, _, where, net in self.each():
+            if net.ndim != 2:
+                raise InvalidRequest(_wrong_axes(where, net, "one run of the values of all rows"))
+            degree = degree_of(len(net))
+            if degree is None or degree > MAX_DEGREE:
+                raise InvalidRequest(
+                    Issue(
+                        "channel_shape",
+                        "A function of degree n over a triangle has n + 1 rows of n + 1, n, … 1 "
+                        "values.",
+                        where,
+                        f"{len(net)} values",
+                        f"1, 3, 6, 10, … values, degrees up to {MAX_DEGREE}",
+                    )
+                )
 
     def check_per_vertex(self, vertices: int, indices: int) -> None:
         """Refuses what has not one value for each vertex; the patches index so many in all."""

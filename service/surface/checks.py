@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
 
@@ -144,6 +145,34 @@ def check_grid(rows: int, columns: int, name: str) -> None:
                 f"degrees up to {MAX_DEGREE}",
             )
         )
+
+
+def check_triangle(count: int, name: str) -> int:
+    """The degree of a triangle of so many control points; refuses what is none, or absurd."""
+    degree = triangle.degree_of(count)
+    if degree is None or degree < 1:
+        raise InvalidRequest(
+            Issue(
+                "too_few_points",
+                "A triangle of degree n has (n + 1)(n + 2)/2 control points, in rows of n + 1, n, "
+                "… 1; n is at least 1.",
+                f"/{name}",
+                f"{count} control points",
+                "3, 6, 10, 15, …",
+            )
+        )
+    if degree > MAX_DEGREE:
+        raise InvalidRequest(
+            Issue(
+                "degree_too_high",
+                "A triangle of n + 1 rows is one patch of degree n. So high a degree lets no "
+                "control point shape the surface; use several patches.",
+                f"/{name}",
+                f"degree {degree}",
+                f"degrees up to {MAX_DEGREE}",
+            )
+        )
+    return degree
 
 
 def check_up(up: str) -> None:

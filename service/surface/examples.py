@@ -5,17 +5,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from math import sqrt
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from service.errors import Issue, UnknownSurface
-from service.surface import Surface, quadrics, spline_shapes, tea
+from service.surface import Surface, quadrics, rounded, spline_shapes, tea
 from service.surface.bezier import BezierSurface
 from service.surface.colored import colored_by_height, heated_panel
 from service.surface.lowered import Up
 from service.surface.patches import PatchSurface
+from service.surface.triangle import TriangleSurface
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +84,20 @@ def _teapot(name: str, height: float) -> PatchSurface:
 def _saddle() -> BezierSurface:
     corners = [[[-1, -1, 1], [-1, 1, -1]], [[1, -1, -1], [1, 1, 1]]]
     return BezierSurface(np.array(corners, dtype=np.float64), up="z", name="saddle")
+
+
+def _monkey_saddle() -> TriangleSurface:
+    """Control points of the blossom Re(a b c) over the cube roots of unity a, b, c."""
+    half = sqrt(3) / 2
+    corners = np.array([1, complex(-0.5, half), complex(-0.5, -half)])
+    # Which root each of the three arguments is, control point by control point.
+    rows = ["000 001 011 111", "002 012 112", "022 122", "222"]
+    roots = np.array([[corners[int(c)] for c in word] for row in rows for word in row.split()])
+    middles, products = roots.mean(axis=1), roots.prod(axis=1)
+    # Cosines of thirds of a turn are ones and halves.
+    heights = np.round(2 * products.real) / 2
+    net = np.stack([middles.real, middles.imag, heights], axis=1)
+    return TriangleSurface(net, up="z", name="monkey-saddle")
 
 
 EXAMPLES: Mapping[str, Example] = MappingProxyType(
@@ -156,6 +172,26 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
                 "Torus",
                 "Exact torus of radius 1, tube radius 0.4: sixteen rational biquadratic patches.",
                 quadrics.torus,
+            ),
+            Example(
+                "monkey-saddle",
+                "Monkey saddle",
+                "z = x³ − 3xy² over a triangle, with room for two legs and a tail: one triangular "
+                "patch of degree 3.",
+                _monkey_saddle,
+            ),
+            Example(
+                "octahedral-sphere",
+                "Sphere of eight triangles",
+                "Exact unit sphere without poles: eight rational triangular patches of degree 4.",
+                rounded.octahedral_sphere,
+            ),
+            Example(
+                "rounded-box",
+                "Rounded box",
+                "Box with round edges, exact and smooth everywhere: 18 rational patches of degree "
+                "(4, 4), and eight triangles of degree 4 as its corners.",
+                rounded.rounded_box,
             ),
             Example(
                 "tea-service",

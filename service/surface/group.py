@@ -100,12 +100,6 @@ class GroupSurface:
             )
         object.__setattr__(self, "_model", _lowered(self))
 
-    @property
-    def degree(self) -> tuple[int, int]:
-        """Highest degree (p, q) among the members."""
-        p, q = zip(*(member.surface.degree for member in self.members), strict=True)
-        return max(p), max(q)
-
     def lower(self) -> GroupModel:
         """The different surfaces, each lowered once, and where their copies stand."""
         return self._model

@@ -252,7 +252,10 @@ def _collapsed(batch: Patches) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A named run of patches, [first, last) in the numbering across all batches of a model."""
+    """A named run of patches, [first, last) in the numbering across all batches of a model.
+
+    Or in the `sequence` of the model, if it has one.
+    """
 
     name: str
     first: int
@@ -279,8 +282,9 @@ class Domain:
 class PatchModel:
     """A surface lowered to Bézier patches: all that the engine and the encoders need to know.
 
-    The parts cover the patches without gap or overlap, in order; a surface without parts of its
-    own is one part of the surface's name. `up` is the model's vertical axis. `domain` is there if
+    The parts cover the patches without gap or overlap, in order; if there is a `sequence`, in that
+    order, which lists the patches by number. A surface without parts of its own is one part of the
+    surface's name. `up` is the model's vertical axis. `domain` is there if
     the patches, all in one batch, are pieces of one parametric surface; else the parameters of
     every patch are its own, in [0, 1]. Patch k was number `order[k]` of those that the request
     lists, k itself where `order` is None.
@@ -292,6 +296,7 @@ class PatchModel:
     up: Up = "y"
     domain: Domain | None = None
     order: NDArray[np.intp] | None = None
+    sequence: NDArray[np.intp] | None = None
 
     @property
     def patch_count(self) -> int:

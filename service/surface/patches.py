@@ -1,42 +1,65 @@
-"""Many Bézier patches of one degree over shared vertices, as the files of the teapot are."""
+"""Many Bézier patches over shared vertices, grids as the files of the teapot are, and triangles."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
 from service.surface.channels import NO_CHANNELS, Channels
-from service.surface.checks import check_grid, check_up, checked_points, checked_weights
-from service.surface.lowered import Part, PatchModel, TensorPatches, Up
+from service.surface.checks import (
+    check_grid,
+    check_triangle,
+    check_up,
+    checked_points,
+    checked_weights,
+)
+from service.surface.lowered import (
+    Channel,
+    Part,
+    Patches,
+    PatchModel,
+    TensorPatches,
+    TrianglePatches,
+    Up,
+)
 
 PartMembers: TypeAlias = tuple[tuple[str, tuple[int, ...]], ...]
 """Names of parts, each with the numbers of its patches."""
 
+NO_GRIDS: NDArray[np.int64] = np.empty((0, 2, 2), dtype=np.int64)
+NO_TRIANGLES: NDArray[np.int64] = np.empty((0, 3), dtype=np.int64)
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PatchSurface:
-    """P patches of degree (p, q), each a grid of indices into one list of vertices.
+    """Patches that are indices into one list of vertices: grids, triangles, or both.
+
+    All grids have one degree (p, q), all triangles one degree n. Patches that name the same
+    vertices along a side meet there, whatever their kind.
 
     Attributes
     ----------
     vertices : ndarray of float64, shape (V, 3)
         Control points that the patches share. Model units.
     patches : ndarray of int64, shape (P, p+1, q+1)
-        Rows of `vertices`, from 0; axis 1 runs along u, axis 2 along v.
+        Rows of `vertices`, from 0; axis 1 runs along u, axis 2 along v. P may be 0.
     weights : ndarray of float64, shape (V,), or None
         One positive weight a vertex.
     parts : tuple of (name, patch numbers)
-        Named groups of patches. A patch belongs to at most one; those in none form a last part
-        of the surface's own name.
+        Named groups of patches, numbered grids first, triangles after them. A patch belongs to at
+        most one group; those in none form a last part of the surface's own name.
     up : "y" or "z"
         The model's vertical axis.
     name : str
         Name of the model.
     channels : Channels
         Colours, texture coordinates and attributes: one value a vertex, in the patches' degree.
+    triangles : ndarray of int64, shape (T, (n+1)(n+2)/2)
+        Rows of `vertices` in the order of `service.bases.triangle`. T may be 0.
 
     Raises
     ------
@@ -45,58 +68,79 @@ class PatchSurface:
     """
 
     vertices: FloatArray
-    patches: NDArray[np.int64]
+    patches: NDArray[np.int64] = field(default_factory=lambda: NO_GRIDS)
     weights: FloatArray | None = None
     parts: PartMembers = ()
     up: Up = "y"
     name: str = "surface"
     channels: Channels = NO_CHANNELS
+    triangles: NDArray[np.int64] = field(default_factory=lambda: NO_TRIANGLES)
 
     def __post_init__(self) -> None:
         vertices = checked_points(self.vertices, "vertices", axes=2)
         patches = np.array(self.patches, dtype=np.int64, order="C")
-        if patches.ndim != 3 or len(patches) == 0:
-            raise InvalidRequest(
-                Issue(
-                    "too_few_points",
-                    "There must be at least one patch, each a grid of vertex indices.",
-                    "/patches",
-                    f"indices of shape {patches.shape}",
-                    "patches × rows × columns",
-                )
-            )
-        check_grid(patches.shape[1], patches.shape[2], "patches")
-        _check_indices(patches, len(vertices))
-        patches.flags.writeable = False
+        triangles = np.array(self.triangles, dtype=np.int64, order="C")
+        _check_shapes(patches, triangles)
+        _check_indices(patches, len(vertices), "patches")
+        _check_indices(triangles, len(vertices), "triangles")
+        patches.flags.writeable = triangles.flags.writeable = False
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "patches", patches)
+        object.__setattr__(self, "triangles", triangles)
         if self.weights is not None:
             object.__setattr__(self, "weights", checked_weights(self.weights, (len(vertices),)))
-        self.channels.check_per_vertex(len(vertices), patches.size)
-        _check_parts(self.parts, len(patches))
+        self.channels.check_per_vertex(len(vertices), patches.size + triangles.size)
+        _check_parts(self.parts, len(patches) + len(triangles))
         check_up(self.up)
 
     @property
     def degree(self) -> tuple[int, int]:
-        """Degree (p, q) of every patch."""
+        """Degree (p, q) of every grid."""
         return self.patches.shape[1] - 1, self.patches.shape[2] - 1
 
+    @property
+    def triangle_degree(self) -> int:
+        """Degree of every triangle."""
+        return triangle.degree_of(self.triangles.shape[1]) or 1
+
     def lower(self) -> PatchModel:
-        """The patches as one batch, ordered part by part."""
-        order, parts = _ordered(self.parts, len(self.patches), self.name)
-        indices = self.patches if order is None else self.patches[order]
+        """A batch of the grids and one of the triangles, each ordered part by part."""
+        grids = len(self.patches)
+        listed, parts = _ordered(self.parts, grids + len(self.triangles), self.name)
+        # Grids come first, whichever part has them: one batch of each kind, however many parts.
+        order = listed[np.argsort(listed >= grids, kind="stable")]
+        batches: list[Patches] = []
+        if grids:
+            batches.append(TensorPatches(*self._gathered(self.patches[order[:grids]])))
+        if len(self.triangles):
+            chosen = self.triangles[order[grids:] - grids]
+            batches.append(TrianglePatches(*self._gathered(chosen)))
+        sequence = None
+        if len(batches) == 2 and self.parts:
+            sequence = np.argsort(order)[listed]
+        return PatchModel(
+            self.name,
+            tuple(batches),
+            parts,
+            self.up,
+            order=order if self.parts else None,
+            sequence=sequence,
+        )
+
+    def _gathered(
+        self, indices: NDArray[np.int64]
+    ) -> tuple[FloatArray, FloatArray | None, tuple[Channel, ...]]:
+        """Points, weights and channels of some patches."""
         weights = None if self.weights is None else self.weights[indices]
-        channels = self.channels.lower(lambda values: values[indices])
-        batch = TensorPatches(self.vertices[indices], weights, channels)
-        return PatchModel(self.name, (batch,), parts, self.up, order=order)
+        return self.vertices[indices], weights, self.channels.lower(lambda values: values[indices])
 
 
 def _ordered(
     parts: PartMembers, count: int, name: str
-) -> tuple[NDArray[np.intp] | None, tuple[Part, ...]]:
+) -> tuple[NDArray[np.intp], tuple[Part, ...]]:
     """Order of the patches that makes each part a run, and the runs."""
     if not parts:
-        return None, (Part(name, 0, count),)
+        return np.arange(count), (Part(name, 0, count),)
     named = [np.array(members, dtype=np.intp) for _, members in parts]
     rest = np.setdiff1d(np.arange(count), np.concatenate(named))
     groups = [*zip((title for title, _ in parts), named, strict=True), (name, rest)]
@@ -109,9 +153,45 @@ def _ordered(
     return np.concatenate([*named, rest]), tuple(runs)
 
 
-def _check_indices(patches: NDArray[np.int64], count: int) -> None:
+def _check_shapes(patches: NDArray[np.int64], triangles: NDArray[np.int64]) -> None:
+    """Refuses what are no grids of one degree and no triangles of one degree, or none at all."""
+    if patches.ndim != 3:
+        raise InvalidRequest(
+            Issue(
+                "too_few_points",
+                "Every patch is a grid of vertex indices.",
+                "/patches",
+                f"indices of shape {patches.shape}",
+                "patches × rows × columns",
+            )
+        )
+    if triangles.ndim != 2:
+        raise InvalidRequest(
+            Issue(
+                "too_few_points",
+                "Every triangle is one row after another of vertex indices.",
+                "/triangles",
+                f"indices of shape {triangles.shape}",
+                "triangles × indices",
+            )
+        )
+    if not len(patches) + len(triangles):
+        raise InvalidRequest(
+            Issue(
+                "too_few_points",
+                "There must be at least one patch, in `patches` or in `triangles`.",
+                "/patches",
+                "no patch",
+                "grids of vertex indices, triangles of them, or both",
+            )
+        )
+    check_grid(patches.shape[1], patches.shape[2], "patches")
+    check_triangle(triangles.shape[1], "triangles")
+
+
+def _check_indices(patches: NDArray[np.int64], count: int, name: str) -> None:
     """Refuses indices that name no vertex; -1 is an error here, not the last one."""
-    if patches.min() >= 0 and patches.max() < count:
+    if patches.min(initial=0) >= 0 and patches.max(initial=-1) < count:
         return
     places = np.argwhere((patches < 0) | (patches >= count))[:MAX_ISSUES]
     raise InvalidRequest(
@@ -119,7 +199,7 @@ def _check_indices(patches: NDArray[np.int64], count: int) -> None:
             Issue(
                 "index_out_of_range",
                 "Patches index the list of vertices from 0.",
-                "/patches" + pointer(place),
+                f"/{name}" + pointer(place),
                 str(patches[tuple(place)]),
                 f"0 to {count - 1}",
             )

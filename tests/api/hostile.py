@@ -262,6 +262,64 @@ def patch_lists() -> Iterator[Hostile]:
         yield case(f"parts {text[:20]}", patches(f'{GRIDS},"parts":{text}'), 422, code, at + place)
 
 
+def triangle_rows() -> Iterator[Hostile]:
+    """Rows of triangles of the wrong shape or value."""
+    at, first = "/surface/control_net", "[[0,0,0],[1,0,0],[2,0,0]]"
+
+    def triangle(text: str, more: str = "") -> str:
+        return surface(f'"type":"triangle","control_net":{text}{more}')
+
+    for text, code, place in (
+        ("null", "null_value", ""),
+        ("[]", "empty_list", ""),
+        (f'"{ECHO}"', "wrong_type", ""),
+        ("[[[0,0,0]]]", "too_few_points", ""),
+        (f"[{first}]", "ragged", "/0"),
+        (f"[{first},[[0,1,0],[1,1,0]]]", "ragged", "/0"),
+        (f"[{first},[[0,1,0]],[[0,2,0]]]", "ragged", "/1"),
+        (f"[{first},[[0,1,0],[1,1,0]],[[0,2,0],[0,0,0]]]", "ragged", "/2"),
+        (f"[{first},[[0,1,0],[1,1,0]],[]]", "empty_list", "/2"),
+        (f"[{first},[[0,1,0],[1,1]],[[0,2,0]]]", "wrong_dimension", "/1/1"),
+        (f"[{first},[[0,1,0],[1,1,true]],[[0,2,0]]]", "wrong_type", "/1/1/2"),
+        (f"[{first},[[0,1,0],null],[[0,2,0]]]", "null_value", "/1/1"),
+        (f"[{first},[[0,1,0],[1,1,0]],[[0,2e38,4e38]]]", "coordinate_too_large", "/2/0/2"),
+        (str([[[0, 0, 0]] * (66 - m) for m in range(66)]), "degree_too_high", ""),
+        (str([[]] * 10_000), "degree_too_high", ""),
+    ):
+        yield case(f"triangle {text[:60]}", triangle(text), 422, code, at + place)
+    net_ = f"[{first},[[0,1,0],[1,1,0]],[[0,2,0]]]"
+    for field, text, code, place in (
+        ("weights", "null", "null_value", ""),
+        ("weights", "[1,1,1,1,1,1]", "wrong_type", "/0"),
+        ("weights", "[[1,1],[1]]", "weights_shape", ""),
+        ("weights", "[[1,1,1],[1,1,1],[1]]", "ragged", "/1"),
+        ("weights", "[[1,1,1],[1,0],[1]]", "weight_not_positive", "/1/1"),
+        ("colors", "[[[0,0,0],[1,1,1]],[[1,0,2]]]", "out_of_range", "/1/0/2"),
+        ("colors", "[[[0,0,0],[1,1,1]],[[1,0,1],[1,0,0]]]", "ragged", "/1"),
+        ("uvs", "[[[0,0],[0,1]],[[1,0,1]]]", "wrong_dimension", "/1/0"),
+        ("attributes", '{"a~b":[[[1]]]}', "wrong_value", "/a~0b"),
+        ("attributes", '{"a":[[[1],[2]],[[1e39]]]}', "coordinate_too_large", "/a/1/0/0"),
+    ):
+        body = triangle(net_, f',"{field}":{text}')
+        yield case(f"triangle {field} {text}", body, 422, code, f"/surface/{field}{place}")
+    at = "/surface/triangles"
+    for text, code, place in (
+        ("null", "null_value", ""),
+        ("[]", "empty_list", ""),
+        ("[[0,1],[2]]", "wrong_type", "/0/0"),
+        ("[[[0,1]]]", "ragged", "/0/0"),
+        ("[[[0,1],[2]],[[0]]]", "ragged", "/1"),
+        ("[[[0]]]", "too_few_points", ""),
+        ("[[[0,1],[4]]]", "index_out_of_range", "/0/1/0"),
+        ("[[[1,2],[3]],[[0,-1],[2]]]", "index_out_of_range", "/1/0/1"),
+        ("[[[0,1],[2.0]]]", "wrong_type", "/0/1/0"),
+    ):
+        yield case(f"triangles {text}", patches(f'"triangles":{text}'), 422, code, at + place)
+    text = '"triangles":[[[0,1],[2]]],"parts":{"a":[0,2]}'
+    yield case("a part beyond the triangles", patches(f"{GRIDS},{text}"), 422,
+               "index_out_of_range", "/surface/parts/a/1")  # fmt: skip
+
+
 def wholes() -> Iterator[Hostile]:
     """Documents, surfaces and fields that are something else."""
     for text in ("[]", "1", f'"{ECHO}"', "true", "[[0,0,0],[1,1,1]]"):
@@ -641,6 +699,7 @@ HOSTILE: tuple[Hostile, ...] = (
     *nets(),
     *weights(),
     *patch_lists(),
+    *triangle_rows(),
     *groups(),
     *choices(),
     *numbers(),

@@ -12,7 +12,7 @@ from service.errors import UnknownSurface
 from service.surface.colored import COLD, HOT
 from service.surface.examples import EXAMPLES, find
 from tests.examples import patches_of
-from tests.oracles import exact, quadrics
+from tests.oracles import exact, quadrics, triangles
 from tests.oracles.limits import limit_normal
 from tests.strategies import Array
 
@@ -28,10 +28,16 @@ PATCHES = {
     "cone": (8, (2, 1)),
     "sphere": (8, (2, 2)),
     "torus": (16, (2, 2)),
+    "monkey-saddle": (1, 3),
+    "octahedral-sphere": (8, 4),
+    "rounded-box": (18, (4, 4)),
     "bspline-hills": (20, (3, 3)),
     "nurbs-goblet": (44, (2, 3)),
     "bspline-ring": (60, (3, 3)),
 }
+OTHERS = {"rounded-box": [(8, 4)]}
+"""What further batches have."""
+
 ON = {
     ("cylinder", "side"): quadrics.cylinder,
     ("cone", "side"): quadrics.cone,
@@ -59,10 +65,11 @@ def test_ids_are_the_promised_ones() -> None:
 def test_lowers_to_so_many_patches(example: str) -> None:
     """The part names, the number and the degree of the patches."""
     model = patches_of(example)
-    (batch,) = model.batches
+    batch = model.batches[0]
     assert (batch.count, batch.degree) == PATCHES[example]
+    assert [(b.count, b.degree) for b in model.batches[1:]] == OTHERS.get(example, [])
     assert model.parts[0].first == 0
-    assert model.parts[-1].last == batch.count
+    assert model.parts[-1].last == model.patch_count
     assert model.name == example
 
 
@@ -237,3 +244,35 @@ def test_the_heated_panel_is_hot_where_it_is_yellow() -> None:
     np.testing.assert_allclose(made.colors, (1 - share) * COLD + share * HOT, atol=1e-15)
     assert made.uvs is not None
     np.testing.assert_allclose(made.uvs, made.positions[:, :2], atol=1e-15)
+
+
+def test_the_monkey_saddle_is_its_polynomial() -> None:
+    """z = x³ − 3xy², three legs alike: exactly, but for the rounding of √3."""
+    (net,) = points_of("monkey-saddle")
+    points = triangles.positions(triangles.jets(net, None, 6))
+    x, y, z = points.T
+    assert np.abs(z - (x**3 - 3 * x * y**2)).max() < 5e-16
+    assert triangles.normals(triangles.jets(net, None, 6))[:, 2].min() > 0
+
+
+def test_octants_of_triangles_are_exact_and_look_outwards() -> None:
+    """The exact points of the rational triangles lie on the sphere, to the rounding of the net."""
+    model = patches_of("octahedral-sphere")
+    (batch,) = model.batches
+    assert batch.weights is not None
+    for net, weights in zip(batch.points, batch.weights, strict=True):
+        found = triangles.jets(net, weights, 5)
+        points = triangles.positions(found)
+        assert np.abs(np.linalg.norm(points, axis=1) - 1).max() < 5e-16
+        assert np.abs(triangles.normals(found) - points).max() < 3e-15
+
+
+def test_the_rounded_box_is_smooth_all_over() -> None:
+    """Of 24 flat places and as many vertices at its seams each has one normal, the exact one."""
+    mesh = tessellate(patches_of("rounded-box"), MeshOptions((6, 6)))
+    assert mesh.normals is not None
+    assert mesh.report.watertight
+    assert len(mesh.positions) == mesh.report.vertices
+    # The box without its rounding is the nearest place of every point, straight inwards.
+    core = np.clip(mesh.positions, [-1, -0.7, -0.5], [1, 0.7, 0.5])
+    assert np.abs(mesh.positions - core - 0.3 * mesh.normals).max() < 1e-14

@@ -1,0 +1,84 @@
+"""One triangular Bézier patch as a document says it."""
+
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from service.bases.arrays import FloatArray
+from service.errors import InvalidRequest, pointer
+from service.schemas.arrays import TRIANGLE_NET, TRIANGLE_WEIGHTS
+from service.schemas.channels import (
+    TriangleAttributes,
+    TriangleColors,
+    TriangleUvs,
+    channels,
+    define_channels,
+)
+from service.schemas.fields import NameField, StrictModel, UpField
+from service.schemas.ragged import in_rows, rows_of
+from service.surface.triangle import TriangleSurface
+
+
+class TriangleDefinition(StrictModel):
+    """One triangular Bézier patch of any degree, rational if weights are given.
+
+    S(r, s, t) = Σ n!/(i! j! k!) r^i s^j t^k w_ijk b_ijk / Σ n!/(i! j! k!) r^i s^j t^k w_ijk for
+    r + s + t = 1. The net has n + 1 rows of n + 1, n, … 1 control points: row k holds those of that
+    k, with j rising, so the first row is the side t = 0 and the last one the corner t = 1.
+    """
+
+    type: Literal["triangle"] = Field(description="The kind of surface.")
+    control_net: Annotated[FloatArray, TRIANGLE_NET] = Field(
+        description="Control points [x, y, z], row by row, each row one shorter than the one "
+        "before. At least two rows; every coordinate finite and within single precision. Seen from "
+        "outside the rows lie one above the other and run from left to right.",
+        examples=[[[[0, 0, 0], [1, 0, 1], [2, 0, 0]], [[0, 1, 1], [1, 1, 1]], [[0, 2, 0]]]],
+    )
+    weights: Annotated[FloatArray | None, TRIANGLE_WEIGHTS] = Field(
+        default=None,
+        description="One positive weight for every control point, in the same rows. Left out, the "
+        "surface is polynomial.",
+        examples=[[[1, 0.7071067811865476, 1], [0.7071067811865476, 0.7071067811865476], [1]]],
+    )
+    colors: TriangleColors = None
+    uvs: TriangleUvs = None
+    attributes: TriangleAttributes = Field(default_factory=dict)
+    up: UpField = "y"
+    name: NameField = "surface"
+
+    def to_surface(self) -> TriangleSurface:
+        """The surface itself; raises `InvalidRequest` with pointers relative to it."""
+        try:
+            carried = channels(self.colors, self.uvs, self.attributes)
+            return TriangleSurface(self.control_net, self.weights, self.up, self.name, carried)
+        except InvalidRequest as error:
+            moved = error
+            for prefix, net in self._nets():
+                moved = in_rows(moved, prefix, len(net))
+            raise moved from None
+
+    def _nets(self) -> Iterator[tuple[str, FloatArray]]:
+        yield "/control_net", self.control_net
+        for prefix, net in (
+            ("/weights", self.weights),
+            ("/colors", self.colors),
+            ("/uvs", self.uvs),
+        ):
+            if net is not None:
+                yield prefix, net
+        for name, net in self.attributes.items():
+            yield pointer(("attributes", name)), net
+
+
+def define(surface: TriangleSurface) -> dict[str, Any]:
+    """The surface in the language of requests, its rows as arrays; what it lacks left out."""
+    content: dict[str, Any] = {"type": "triangle", "control_net": rows_of(surface.control_net)}
+    if surface.weights is not None:
+        content["weights"] = rows_of(surface.weights)
+    carried = define_channels(surface.channels)
+    for name in carried.keys() - {"attributes"}:
+        carried[name] = rows_of(carried[name])
+    if "attributes" in carried:
+        carried["attributes"] = {k: rows_of(v) for k, v in carried["attributes"].items()}
+    return content | carried | {"up": surface.up, "name": surface.name}

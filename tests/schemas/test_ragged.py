@@ -1,0 +1,101 @@
+"""Rows of triangles: taken exactly if they shorten by one, and given back as they came."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from service.errors import InvalidRequest, Issue
+from service.schemas.arrays import TRIANGLE_NET, TRIANGLE_WEIGHTS, TRIANGLES
+from service.schemas.document import DocumentLimits
+from service.schemas.ragged import in_rows, rows_of
+from service.schemas.refusals import invalid_request
+from tests.oracles.triangles import keys
+
+LIMITS = DocumentLimits(max_control_points=100, max_degree=6)
+
+
+@st.composite
+def rows(draw: st.DrawFn) -> list[list[int]]:
+    """Lists of lists that are nearly the rows of a triangle, or quite."""
+    n = draw(st.integers(1, 5))
+    found = [list(range(n - m)) for m in range(n)]
+    for _ in range(draw(st.integers(0, 2))):
+        row = draw(st.sampled_from(found))
+        if draw(st.booleans()):
+            row.append(7)
+        elif row:
+            row.pop()
+    return found
+
+
+@given(rows())
+def test_taken_exactly_if_each_row_is_one_shorter(value: list[list[int]]) -> None:
+    right = [len(row) for row in value] == list(range(len(value), 0, -1))
+    if right:
+        array = TRIANGLE_WEIGHTS.array(value, LIMITS)
+        assert array.tolist() == [x for row in value for x in row]
+        assert [row.tolist() for row in rows_of(array)] == value
+        return
+    with pytest.raises(ValidationError) as refusal:
+        TRIANGLE_WEIGHTS.array(value, LIMITS)
+    issues = invalid_request(refusal.value).issues
+    wrong = [m for m, row in enumerate(value) if len(row) != len(value) - m]
+    assert [issue.pointer for issue in issues] == [f"/{m}" for m in wrong]
+    for issue, m in zip(issues, wrong, strict=True):
+        if issue.code == "ragged":
+            assert issue.got == f"{len(value[m])} weights"
+            assert issue.needed == f"{len(value) - m} weights"
+        else:
+            assert (issue.code, value[m]) == ("empty_list", [])
+
+
+@pytest.mark.parametrize("degree", range(7))
+def test_control_points_follow_one_another_row_by_row(degree: int) -> None:
+    """The order that the rest of the service counts on."""
+    net = [[[i, j, k] for i, j, k in keys(degree) if k == row] for row in range(degree + 1)]
+    array = TRIANGLE_NET.array(net, LIMITS)
+    assert [tuple(point) for point in array.tolist()] == keys(degree)
+    assert [row.tolist() for row in rows_of(array)] == net
+
+
+def test_many_triangles_have_one_degree() -> None:
+    array = TRIANGLES.array([[[0, 1, 2], [3, 4], [5]], [[5, 4, 3], [2, 1], [0]]], LIMITS)
+    assert array.tolist() == [[0, 1, 2, 3, 4, 5], [5, 4, 3, 2, 1, 0]]
+    assert array.dtype == np.int64
+
+
+@pytest.mark.parametrize(
+    ("value", "code"),
+    [
+        ([[[None]] * 8] * 7, "degree_too_high"),
+        ([[[None]] * 99, [[None]] * 99], "too_many_control_points"),
+    ],
+)
+def test_sizes_are_judged_before_anything_is_opened(value: Any, code: str) -> None:
+    grid = TRIANGLES if code == "degree_too_high" else TRIANGLE_NET
+    wanted = [value[0]] if code == "degree_too_high" else value
+    with pytest.raises(ValidationError) as refusal:
+        grid.array(wanted, LIMITS)
+    assert [issue.code for issue in invalid_request(refusal.value).issues] == [code]
+
+
+@pytest.mark.parametrize("degree", [1, 2, 5])
+def test_entries_are_pointed_at_by_row_and_place(degree: int) -> None:
+    """In the run of numbers it is entry 4; in the document the second one of its row."""
+    order = keys(degree)
+    for entry, (_, j, k) in enumerate(order):
+        flat = InvalidRequest(
+            Issue("a", "", f"/weights/{entry}"),
+            Issue("b", "", f"/triangles/31/{entry}"),
+            Issue("c", "", f"/control_net/{entry}/2"),
+        )
+        moved = in_rows(flat, r"/weights|/triangles/\d+", len(order))
+        assert [issue.pointer for issue in moved.issues] == [
+            f"/weights/{k}/{j}",
+            f"/triangles/31/{k}/{j}",
+            f"/control_net/{entry}/2",
+        ]

@@ -1,0 +1,159 @@
+"""Triangular surfaces: lowering, tensor form, and what is refused."""
+
+import numpy as np
+import pytest
+
+from service.bases import triangle
+from service.errors import InvalidRequest, Issue
+from service.surface.channels import Channels
+from service.surface.lowered import TensorPatches, TrianglePatches
+from service.surface.patches import PatchSurface
+from service.surface.triangle import TriangleSurface
+from tests.oracles import triangles
+
+NET = np.array([(j, k, j * k) for _, j, k in triangles.keys(2)], dtype=float)
+
+
+def issues_of(**fields: object) -> tuple[Issue, ...]:
+    """What is wrong with the triangle when these fields are replaced."""
+    with pytest.raises(InvalidRequest) as caught:
+        TriangleSurface(**({"control_net": NET} | fields))  # type: ignore[arg-type]
+    return caught.value.issues
+
+
+def test_lowers_to_the_one_patch_it_is() -> None:
+    weights = np.arange(1.0, 7)
+    carried = Channels(uvs=np.array([[0.0, 0], [1, 0], [0, 1]]))
+    surface = TriangleSurface(NET, weights, "z", "sail", carried)
+    model = surface.lower()
+    (batch,) = model.batches
+    assert isinstance(batch, TrianglePatches)
+    assert batch.weights is not None
+    np.testing.assert_array_equal(batch.points, NET[None])
+    np.testing.assert_array_equal(batch.weights, weights[None])
+    assert batch.channels[0].nets.shape == (1, 3, 2)
+    assert (surface.degree, batch.degree, batch.side_degrees) == (2, 2, (2, 2, 2, 0))
+    assert (model.name, model.up, model.patch_count) == ("sail", "z", 1)
+
+
+def test_sides_and_corners_are_those_of_the_conventions() -> None:
+    """s = 0, r = 0, t = 0, each upwards; the fourth is the corner t = 1."""
+    (batch,) = TriangleSurface(NET).lower().batches
+    for number, on in enumerate(((1, 2), (0, 2), (2, 1))):
+        zero, rising = on
+        expected = [key for key in triangles.keys(2) if key[zero] == 0]
+        assert [key[rising] for key in expected] == sorted(key[rising] for key in expected)
+        points, weights = batch.side(number)
+        assert weights is None
+        np.testing.assert_array_equal(points[0], [(j, k, j * k) for _, j, k in expected])
+    np.testing.assert_array_equal(batch.side(3)[0], [[(0, 2, 0)]])
+    np.testing.assert_array_equal(batch.corners, [[(0, 0, 0), (0, 2, 0), (2, 0, 0), (0, 2, 0)]])
+    assert batch.collapsed.tolist() == [[False, False, False, True]]
+
+
+def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
+    net = NET.copy()
+    surface = TriangleSurface(net)
+    net[:] = 9
+    np.testing.assert_array_equal(surface.control_net, NET)
+    with pytest.raises(ValueError, match="read-only"):
+        surface.control_net[0] = 0
+
+
+@pytest.mark.parametrize(
+    ("fields", "code", "place"),
+    [
+        ({"control_net": NET[:5]}, "too_few_points", "/control_net"),
+        ({"control_net": NET[:1]}, "too_few_points", "/control_net"),
+        ({"control_net": np.zeros((0, 3))}, "too_few_points", "/control_net"),
+        ({"control_net": np.zeros((67 * 66 // 2, 3))}, "degree_too_high", "/control_net"),
+        ({"control_net": NET[:, :2]}, "wrong_dimension", "/control_net"),
+        ({"control_net": NET + np.array([0, 0, np.inf])}, "not_finite", "/control_net/0/2"),
+        ({"weights": np.ones(3)}, "weights_shape", "/weights"),
+        ({"weights": np.array([1, 1, 1, 0, 1, 1])}, "weight_not_positive", "/weights/3"),
+        ({"up": "x"}, "wrong_value", "/up"),
+        ({"channels": Channels(uvs=np.zeros((4, 2)))}, "channel_shape", "/uvs"),
+        ({"channels": Channels(uvs=np.zeros((2, 2, 2)))}, "channel_shape", "/uvs"),
+        ({"channels": Channels(uvs=np.zeros((67 * 66 // 2, 2)))}, "channel_shape", "/uvs"),
+    ],
+)
+def test_refuses(fields: dict[str, object], code: str, place: str) -> None:
+    assert (issues_of(**fields)[0].code, issues_of(**fields)[0].pointer) == (code, place)
+
+
+def test_channels_follow_into_the_tensor_form() -> None:
+    """A colour is at (u, v) of the tensor form what it is at s = u (1 − v), t = v."""
+    rng = np.random.default_rng(3)
+    net = rng.uniform(0, 1, (10, 3))
+    carried = Channels(colors=net)
+    (batch,) = TriangleSurface(NET, channels=carried).lower().batches
+    assert isinstance(batch, TrianglePatches)
+    (channel,) = batch.tensor().channels
+    assert channel.nets.shape == (1, 4, 4, 3)
+    u, v = 0.3, 0.6
+    place = np.array([[(1 - u) * (1 - v), u * (1 - v), v]])
+    expected = triangle.triangle_bernstein(3, place)[:, 0] @ net
+    row = np.array([[(1 - u) ** 3, 3 * u * (1 - u) ** 2, 3 * u**2 * (1 - u), u**3]])
+    column = np.array([(1 - v) ** 3, 3 * v * (1 - v) ** 2, 3 * v**2 * (1 - v), v**3])
+    found = np.einsum("ui,ijd,j->d", row, channel.nets[0], column)
+    np.testing.assert_allclose(found, expected, atol=1e-15)
+
+
+VERTICES = np.array([(x, y, x * y) for x in range(4) for y in range(3)], dtype=float)
+GRIDS = np.array([[[0, 1], [3, 4]], [[3, 4], [6, 7]]])
+CORNERS = np.array([[1, 2, 4], [4, 5, 7], [7, 8, 10]])
+
+
+def test_grids_and_triangles_share_vertices() -> None:
+    """A batch of each, of degrees of their own; values of the vertices go to both."""
+    weights = np.arange(1.0, 13)
+    carried = Channels(attributes=(("height", VERTICES[:, 2:]),))
+    surface = PatchSurface(VERTICES, GRIDS, weights, channels=carried, triangles=CORNERS)
+    model = surface.lower()
+    grids, corners = model.batches
+    assert isinstance(grids, TensorPatches)
+    assert isinstance(corners, TrianglePatches)
+    assert (surface.degree, surface.triangle_degree) == ((1, 1), 1)
+    assert corners.weights is not None
+    np.testing.assert_array_equal(grids.points, VERTICES[GRIDS])
+    np.testing.assert_array_equal(corners.points, VERTICES[CORNERS])
+    np.testing.assert_array_equal(corners.weights, weights[CORNERS])
+    np.testing.assert_array_equal(corners.channels[0].nets, VERTICES[CORNERS][..., 2:])
+    assert (model.order, model.sequence) == (None, None)
+    assert model.patch_count == 5
+    (only,) = PatchSurface(VERTICES, triangles=CORNERS).lower().batches
+    np.testing.assert_array_equal(only.points, VERTICES[CORNERS])
+
+
+def test_parts_number_grids_first_and_may_hold_both_kinds() -> None:
+    """However many parts there are, there is one batch of each kind."""
+    parts = (("a", (4, 1)), ("b", (2, 3, 0)))
+    model = PatchSurface(VERTICES, GRIDS, parts=parts, triangles=CORNERS).lower()
+    assert model.order is not None
+    assert model.sequence is not None
+    assert [(part.name, part.first, part.last) for part in model.parts] == [
+        ("a", 0, 2),
+        ("b", 2, 5),
+    ]
+    assert model.order[model.sequence].tolist() == [4, 1, 2, 3, 0]
+    points = [net for batch in model.batches for net in batch.points]
+    listed = [VERTICES[grid] for grid in GRIDS] + [VERTICES[corner] for corner in CORNERS]
+    for number, net in zip(model.order, points, strict=True):
+        np.testing.assert_array_equal(net, listed[number])
+
+
+@pytest.mark.parametrize(
+    ("fields", "code", "place"),
+    [
+        ({"triangles": np.array([[0, 1, 12]])}, "index_out_of_range", "/triangles/0/2"),
+        ({"triangles": np.array([[0, 1, -1]])}, "index_out_of_range", "/triangles/0/2"),
+        ({"triangles": np.array([[0, 1]])}, "too_few_points", "/triangles"),
+        ({"triangles": np.array([0, 1, 2])}, "too_few_points", "/triangles"),
+        ({}, "too_few_points", "/patches"),
+        ({"triangles": CORNERS, "parts": (("a", (3,)),)}, "index_out_of_range", "/parts/a/0"),
+    ],
+)
+def test_patches_refuse(fields: dict[str, object], code: str, place: str) -> None:
+    with pytest.raises(InvalidRequest) as caught:
+        PatchSurface(VERTICES, **fields)  # type: ignore[arg-type]
+    assert [(i.code, i.pointer) for i in caught.value.issues] == [(code, place)]
