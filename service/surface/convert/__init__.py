@@ -105,7 +105,8 @@ def convert(surface: Surface, operations: Sequence[Operation], allowed: Allowed 
 
 def _converted(surface: Surface, operation: Operation, allowed: Allowed) -> Surface:
     conversion = CONVERSIONS[type(operation)].get(type(surface))
-    if conversion is None:
+    mixed = isinstance(surface, PatchSurface) and len(surface.triangles) > 0
+    if conversion is None or (mixed and conversion is not unchanged):
         raise InvalidRequest(_refused(surface))
     return conversion(surface, operation, allowed)
 
