@@ -63,8 +63,9 @@ class Budget:
     """Counts what a text will become, so that a bomb is refused before it is whole.
 
     A surface of n control points is written with at most n points of three coordinates, n
-    weights and n indices, hence fewer than 6 n commas and 2 n opening brackets. Each of `queries`
-    parameters beside it, with the number of its patch, has 4 commas and a bracket at most.
+    weights and n indices, hence fewer than 6 n commas and 2 n opening brackets. Colours and the
+    like share this: a surface that carries them has fewer points than the very largest. Each of
+    `queries` parameters beside it, with the number of its patch, has 4 commas and a bracket at most.
     """
 
     limits: DocumentLimits = field(default_factory=DocumentLimits)
@@ -118,7 +119,10 @@ class Budget:
             )
 
     def _needed(self) -> str:
-        needed = f"a surface of at most {self.limits.max_control_points} control points"
+        needed = (
+            f"a surface of at most {self.limits.max_control_points} control points, fewer if it "
+            "carries colours, texture coordinates or attributes"
+        )
         return needed + (f" and at most {self.queries} points to query" if self.queries else "")
 
 
