@@ -65,7 +65,7 @@ class Budget:
     A surface of n control points is written with at most n points of three coordinates, n
     weights and n indices, hence fewer than 6 n commas and 2 n opening brackets. Colours and the
     like share this: a surface that carries them has fewer points than the very largest. Each of
-    `queries` parameters beside it, with the number of its patch, has 4 commas and a bracket at most.
+    `queries` parameters beside it, with its patch's number, has 4 commas and a bracket at most.
     """
 
     limits: DocumentLimits = field(default_factory=DocumentLimits)
