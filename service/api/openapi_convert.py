@@ -29,6 +29,10 @@ _SPLINE: Json = {
     "degree": 2,
     "knots": "uniform",
 }
+_TRIANGLE: Json = {
+    "type": "triangle",
+    "control_net": [[[0, 0, 0], [2, 0, 2], [4, 0, 0]], [[0, 2, 2], [2, 2, 0]], [[0, 4, 0]]],
+}
 
 _EXAMPLES: Mapping[str, tuple[str, Json, list[Json]]] = MappingProxyType(
     {
@@ -54,6 +58,16 @@ _EXAMPLES: Mapping[str, tuple[str, Json, list[Json]]] = MappingProxyType(
             [{"op": "reverse", "direction": "u"}, {"op": "reverse", "direction": "v"}],
         ),
         "bezier": ("A B-spline as two Bézier patches", _SPLINE, [{"op": "bezier"}]),
+        "triangle": (
+            "Half of a patch of degree (1, 2), as a triangle of degree 3",
+            _PATCH,
+            [{"op": "triangle", "half": "lower"}],
+        ),
+        "third": (
+            "Three triangles that meet in the middle of one",
+            _TRIANGLE,
+            [{"op": "split", "at": [0.25, 0.25, 0.5]}],
+        ),
         "refine": (
             "A B-spline in a higher degree, clamped: as smooth as before",
             _SPLINE,

@@ -5,13 +5,14 @@ from b_{n−k,0,k} to b_{0,n−k,k}. As in `service.bases.polynomials` everythin
 neighbours. Farin, Curves and Surfaces for CAGD, 5th ed., chapter 17.
 """
 
-from math import comb, isqrt
+from math import comb
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.combine import combine
 from service.bases.polynomials import Net
+from service.bases.triangle import degree_of, row_starts
 
 
 def exponents(degree: int) -> tuple[Ints, Ints, Ints]:
@@ -26,11 +27,6 @@ def place(degree: int, j: Ints, k: Ints) -> Ints:
     return _start(degree, k) + j
 
 
-def degree_of(count: int) -> int:
-    """The degree n of (n+1)(n+2)/2 control points."""
-    return isqrt(2 * count) - 1
-
-
 def elevate(net: Net, degree: int) -> Net:
     """The same polynomials in a higher degree, raised by one at a time.
 
@@ -39,7 +35,7 @@ def elevate(net: Net, degree: int) -> Net:
     Sides come out as `service.bases.polynomials.elevate` raises them, bit for bit.
     """
     points, weights = net
-    for n in range(degree_of(len(points)), degree):
+    for n in range(_degree(len(points)), degree):
         i, j, k = exponents(n + 1)
         index = np.stack([place(n, j, k), place(n, j - 1, k), place(n, j, k - 1)])
         shares = np.stack([i, j, k])
@@ -55,7 +51,7 @@ def split(net: Net, at: tuple[float, float, float]) -> tuple[Net, Net, Net]:
     them share is computed once.
     """
     points, weights = net
-    n = degree_of(len(points))
+    n = _degree(len(points))
     levels = [net]
     for m in range(n - 1, -1, -1):
         _, j, k = exponents(m)
@@ -122,4 +118,8 @@ def _choices(n: Ints, k: Ints) -> FloatArray:
 
 def _start(degree: int, k: Ints) -> Ints:
     """Where row k of the triangle begins."""
-    return k * (degree + 1) - k * (k - 1) // 2
+    return row_starts(degree)[k]
+
+
+def _degree(count: int) -> int:
+    return degree_of(count) or 0

@@ -39,12 +39,27 @@ BSPLINE: dict[str, Any] = {
     "colors": [[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [0, 0, 1]]],
     "attributes": {"heat": [[[i + j] for j in range(4)] for i in range(5)]},
 }
-SURFACES = {"bezier": BEZIER, "patches": PATCHES, "bspline": BSPLINE}
+TRIANGLE: dict[str, Any] = {
+    "type": "triangle",
+    "control_net": [[[0, 0, 0], [1, 0, 1], [2, 0, 0]], [[0, 1, 1], [1, 1, 0]], [[0, 2, 0]]],
+    "weights": [[1, 2, 1], [1, 0.5], [1]],
+    "colors": [[[0, 0, 0], [1, 0, 0]], [[0, 1, 0]]],
+}
+SURFACES = {"bezier": BEZIER, "patches": PATCHES, "bspline": BSPLINE, "triangle": TRIANGLE}
 WORK: dict[str, list[tuple[str, Any]]] = {
     "bezier": [
         ("elevate", {"degree": 4}),
         ("split", {"u": 0.5, "v": 0.25}),
         ("restrict", {"u": [0, 0.5]}),
+        ("transpose", {}),
+        ("reverse", {"direction": "v"}),
+        ("bezier", {}),
+        ("triangle", {"half": "lower"}),
+        ("triangle", {"half": "upper"}),
+    ],
+    "triangle": [
+        ("elevate", {"degree": 5}),
+        ("split", {"at": [0.5, 0.25, 0.25]}),
         ("transpose", {}),
         ("reverse", {"direction": "v"}),
         ("bezier", {}),

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from service.bases import polynomials
 from service.bases.polynomials import Net
+from service.bases.triangle import degree_of
 from service.bases.triangular import (
-    degree_of,
     elevate,
     exchanged,
     exponents,
@@ -18,7 +18,8 @@ from service.bases.triangular import (
     place,
     split,
 )
-from tests.oracles.exact import Vector, exact_net, surface_point
+from tests.oracles.exact import exact_net, surface_point
+from tests.oracles.triangles import exact_triangle, value
 
 Barycentric = tuple[Fraction, Fraction, Fraction]
 HALF = Fraction(1, 2)
@@ -39,34 +40,9 @@ def net_for(degree: int, seed: int) -> Net:
 
 
 def point_of(net: Net, at: Barycentric) -> list[float]:
-    """de Casteljau over fractions, by the names of the control points."""
-    points, weights = net
-    assert weights is not None
-    degree = degree_of(len(points))
-    level = {}
-    rows = iter(zip(points.tolist(), weights.tolist(), strict=True))
-    for k in range(degree + 1):
-        for j in range(degree + 1 - k):
-            point, w = next(rows)
-            level[degree - j - k, j, k] = _vector(point, w)
-    while len(level) > 1:
-        below = {(i - 1, j, k) for i, j, k in level if i}
-        level = {
-            (i, j, k): tuple(
-                at[0] * x + at[1] * y + at[2] * z
-                for x, y, z in zip(
-                    level[i + 1, j, k], level[i, j + 1, k], level[i, j, k + 1], strict=True
-                )
-            )
-            for i, j, k in below
-        }
-    *x, w = level[0, 0, 0]
+    """The triangle at (r, s, t), exactly."""
+    *x, w = value(exact_triangle(*net), at)
     return [float(c / w) for c in x]
-
-
-def _vector(point: list[float], weight: float) -> Vector:
-    w = Fraction(weight)
-    return (*(Fraction(x) * w for x in point), w)
 
 
 def test_names_of_the_control_points() -> None:

@@ -8,8 +8,15 @@ from service.errors import InvalidRequest, Issue, SurfaceError, pointer
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from service.surface.convert.cut import restrict_bezier, restrict_patches, split_patch
-from service.surface.convert.elevate import elevate_bezier, elevate_patches
+from service.surface.convert.cut import (
+    restrict_bezier,
+    restrict_patches,
+    split_patch,
+    split_patches,
+    split_triangle,
+    triangle_of_patch,
+)
+from service.surface.convert.elevate import elevate_bezier, elevate_patches, elevate_triangle
 from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import (
     Elevate,
@@ -32,10 +39,13 @@ from service.surface.convert.spline import (
 from service.surface.convert.turn import (
     reverse_bezier,
     reverse_patches,
+    reverse_triangle,
     transpose_bezier,
     transpose_patches,
+    transpose_triangle,
 )
 from service.surface.patches import PatchSurface
+from service.surface.triangle import TriangleSurface
 
 Conversion: TypeAlias = Callable[[Any, Any, Allowed], Surface]
 """Of a surface, an operation, and how large the outcome may be."""
@@ -55,11 +65,13 @@ CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = Mapp
             BezierSurface: elevate_bezier,
             PatchSurface: elevate_patches,
             BsplineSurface: elevate_spline,
+            TriangleSurface: elevate_triangle,
         },
         Split: {
             BezierSurface: split_patch,
-            PatchSurface: split_patch,
+            PatchSurface: split_patches,
             BsplineSurface: split_spline,
+            TriangleSurface: split_triangle,
         },
         Restrict: {
             BezierSurface: restrict_bezier,
@@ -70,18 +82,21 @@ CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = Mapp
             BezierSurface: transpose_bezier,
             PatchSurface: transpose_patches,
             BsplineSurface: transpose_spline,
+            TriangleSurface: transpose_triangle,
         },
         Reverse: {
             BezierSurface: reverse_bezier,
             PatchSurface: reverse_patches,
             BsplineSurface: reverse_spline,
+            TriangleSurface: reverse_triangle,
         },
         ToBezier: {
             BezierSurface: unchanged,
             PatchSurface: unchanged,
             BsplineSurface: bezier_of_spline,
+            TriangleSurface: unchanged,
         },
-        ToTriangle: {},
+        ToTriangle: {BezierSurface: triangle_of_patch, PatchSurface: triangle_of_patch},
     }
 )
 """What is done for each operation and each kind of surface; the others are refused."""
@@ -105,8 +120,7 @@ def convert(surface: Surface, operations: Sequence[Operation], allowed: Allowed 
 
 def _converted(surface: Surface, operation: Operation, allowed: Allowed) -> Surface:
     conversion = CONVERSIONS[type(operation)].get(type(surface))
-    mixed = isinstance(surface, PatchSurface) and len(surface.triangles) > 0
-    if conversion is None or (mixed and conversion is not unchanged):
+    if conversion is None:
         raise InvalidRequest(_refused(surface))
     return conversion(surface, operation, allowed)
 

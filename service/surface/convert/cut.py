@@ -1,20 +1,32 @@
 """A surface in pieces, and a piece of a surface."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
 
 import numpy as np
 
-from service.bases import polynomials
+from service.bases import polynomials, triangle, triangular
 from service.bases.polynomials import Net
 from service.errors import InvalidRequest, Issue
 from service.surface.bezier import BezierSurface
-from service.surface.convert.elevate import raised
-from service.surface.convert.nets import Allowed, along, changed, check_size, moved, one_patch
-from service.surface.convert.operations import Interval, Restrict, Split
-from service.surface.convert.sharing import shared
+from service.surface.convert.elevate import raised, raised_triangles
+from service.surface.convert.nets import (
+    Allowed,
+    along,
+    changed,
+    check_count,
+    check_degree,
+    check_size,
+    moved,
+    one_patch,
+    one_triangle,
+)
+from service.surface.convert.operations import Interval, Restrict, Split, ToTriangle
+from service.surface.convert.sharing import Batch, shared
 from service.surface.patches import PatchSurface
+from service.surface.triangle import TriangleSurface
 
 
 def split_patch(
@@ -36,11 +48,11 @@ def split_patch(
     pieces = 2 ** sum(t is not None for t in cuts)
     degree = rows - 1, columns - 1
     check_size(degree, pieces, allowed, patch.channels)
-    net = _pieces((patch.control_net, patch.weights), cuts, degree)
-    channels = changed(patch.channels, lambda values: _pieces((values, None), cuts, degree)[0])
+    whole = Batch((patch.control_net, patch.weights), patch.channels)
+    batch = whole.changed(partial(_pieces, cuts=cuts, degree=degree))
     titles = surface.parts if isinstance(surface, PatchSurface) else ()
     parts = tuple((title, tuple(range(pieces))) for title, _ in titles)
-    return shared(net, channels, parts, surface.up, surface.name)
+    return shared(batch, None, parts, surface.up, surface.name)
 
 
 def restrict_bezier(
@@ -58,10 +70,55 @@ def restrict_bezier(
 def restrict_patches(surface: PatchSurface, operation: Restrict, allowed: Allowed) -> PatchSurface:
     """The same of a surface of one patch."""
     patch = restrict_bezier(one_patch(surface), operation, allowed)
-    weights = None if patch.weights is None else patch.weights[np.newaxis]
-    net = patch.control_net[np.newaxis], weights
-    channels = changed(patch.channels, lambda values: values[np.newaxis])
-    return shared(net, channels, surface.parts, surface.up, surface.name)
+    batch = Batch((patch.control_net, patch.weights), patch.channels).changed(_single)
+    return shared(batch, None, surface.parts, surface.up, surface.name)
+
+
+def split_triangle(
+    surface: TriangleSurface | PatchSurface, operation: Split, allowed: Allowed
+) -> PatchSurface:
+    """Three triangles over shared vertices; of channels of other degrees all take the highest."""
+    patch = one_triangle(surface)
+    if operation.at is None:
+        raise InvalidRequest(
+            Issue(
+                "missing_field",
+                "A triangle is split at barycentric coordinates.",
+                "/at",
+                "`u` or `v`",
+                "[r, s, t]",
+            )
+        )
+    nets = (patch.control_net, *(net for _, _, _, net in patch.channels.each()))
+    degree = max(triangle.degree_of(len(net)) or 0 for net in nets)
+    check_count(3 * triangle.size(degree), allowed, patch.channels)
+    r, s, t = (x / sum(operation.at) for x in operation.at)
+    whole = Batch((patch.control_net, patch.weights), patch.channels)
+    batch = whole.changed(partial(_thirds, at=(r, s, t), degree=degree))
+    titles = surface.parts if isinstance(surface, PatchSurface) else ()
+    parts = tuple((title, (0, 1, 2)) for title, _ in titles)
+    return shared(None, batch, parts, surface.up, surface.name)
+
+
+def split_patches(surface: PatchSurface, operation: Split, allowed: Allowed) -> PatchSurface:
+    """A surface of one patch, whichever kind that is."""
+    is_triangle = len(surface.triangles) == 1 and not len(surface.patches)
+    cut = split_triangle if is_triangle else split_patch
+    return cut(surface, operation, allowed)
+
+
+def triangle_of_patch(
+    surface: BezierSurface | PatchSurface, operation: ToTriangle, allowed: Allowed
+) -> TriangleSurface:
+    """Half of a patch of degree (p, q) as a triangle of degree p + q."""
+    patch = one_patch(surface)
+    for net in (patch.control_net, *(net for _, _, _, net in patch.channels.each())):
+        check_degree(sum(net.shape[:2]) - 2, allowed)
+    check_count(triangle.size(sum(patch.degree)), allowed)
+    half = partial(_half, upper=operation.half == "upper")
+    batch = Batch((patch.control_net, patch.weights), patch.channels).changed(half)
+    points, weights = batch.net
+    return TriangleSurface(points, weights, surface.up, surface.name, batch.channels)
 
 
 def check_inside(name: str, parameter: float, domain: Interval) -> None:
@@ -100,9 +157,32 @@ def _pieces(net: Net, cuts: tuple[float | None, float | None], degree: tuple[int
     for axis, t in enumerate(cuts):
         if t is not None:
             nets = list(chain.from_iterable(_halves(net, axis, t) for net in nets))
+    return raised(_batched(nets), degree, 1)
+
+
+def _single(net: Net) -> Net:
+    """A net as a batch of one."""
+    points, weights = net
+    return points[np.newaxis], None if weights is None else weights[np.newaxis]
+
+
+def _thirds(net: Net, at: tuple[float, float, float], degree: int) -> Net:
+    """The triangles that a point makes, along a new first axis, raised to a degree."""
+    return raised_triangles(_batched(triangular.split(net, at)), degree)
+
+
+def _half(net: Net, *, upper: bool) -> Net:
+    """Half of a net; the upper one is the lower one of the net turned by half a turn."""
+    points, weights = net
+    if upper:
+        points, weights = points[::-1, ::-1], None if weights is None else weights[::-1, ::-1]
+    return triangular.lower_half((points, weights))
+
+
+def _batched(nets: Sequence[Net]) -> Net:
+    """Nets along a new first axis."""
     weights = [weights for _, weights in nets if weights is not None]
-    batch = np.stack([points for points, _ in nets]), np.stack(weights) if weights else None
-    return raised(batch, degree, 1)
+    return np.stack([points for points, _ in nets]), np.stack(weights) if weights else None
 
 
 def _halves(net: Net, axis: int, t: float) -> tuple[Net, Net]:

@@ -5,18 +5,19 @@ from functools import partial
 
 import numpy as np
 
-from service.bases import polynomials
+from service.bases import polynomials, triangle, triangular
 from service.bases.arrays import FloatArray
 from service.bases.polynomials import Net
 from service.bases.rows import distinct_rows
 from service.errors import InvalidRequest, Issue
 from service.surface.bezier import BezierSurface
-from service.surface.convert.nets import Allowed, along, changed, check_size
+from service.surface.convert.nets import Allowed, along, check_count, check_degree, check_size
 from service.surface.convert.operations import Elevate
 from service.surface.convert.seams import agree
-from service.surface.convert.sharing import shared
+from service.surface.convert.sharing import batch_of, shared
 from service.surface.patches import PatchSurface
 from service.surface.sides import side_of
+from service.surface.triangle import TriangleSurface
 
 
 def elevate_bezier(surface: BezierSurface, operation: Elevate, allowed: Allowed) -> BezierSurface:
@@ -30,22 +31,40 @@ def elevate_bezier(surface: BezierSurface, operation: Elevate, allowed: Allowed)
 def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: Allowed) -> PatchSurface:
     """All patches; an edge that two of them share is raised alike from either side."""
     degree = operation.degree
-    check_degrees(surface.degree, degree)
-    check_size(degree, len(surface.patches), allowed, surface.channels)
-    if degree == surface.degree:
-        return surface
-    indices = surface.patches
-    points = surface.vertices[indices]
-    if surface.degree[0] == surface.degree[1] and degree[0] != degree[1]:
-        _check_seams(points)
-    weights = None if surface.weights is None else surface.weights[indices]
-    net = raised((points, weights), degree, 1)
-    if weights is not None:
-        agree(points, weights, net[0])
-    channels = changed(
-        surface.channels, lambda values: raised((values[indices], None), degree, 1)[0]
-    )
-    return shared(net, channels, surface.parts, surface.up, surface.name)
+    grids, triangles = (batch_of(surface, i) for i in (surface.patches, surface.triangles))
+    if grids is not None:
+        check_degrees(surface.degree, degree)
+    if triangles is not None:
+        check_triangle_degree(surface.triangle_degree, degree)
+    count = len(surface.patches) * (degree[0] + 1) * (degree[1] + 1)
+    count += len(surface.triangles) * triangle.size(degree[0])
+    check_degree(max(degree), allowed, "/degree")
+    check_count(count, allowed, surface.channels)
+    mixed = surface.degree[0] == surface.degree[1] and degree[0] != degree[1]
+    if grids is not None and mixed:
+        _check_seams(grids.net[0])
+    pairs: list[tuple[Net, FloatArray]] = []
+    if grids is not None:
+        before, grids = grids.net, grids.changed(partial(raised, degree=degree, first_axis=1))
+        pairs.append((before, grids.net[0]))
+    if triangles is not None:
+        before = triangles.net
+        triangles = triangles.changed(partial(raised_triangles, degree=degree[0]))
+        pairs.append((before, triangles.net[0]))
+    agree(pairs)
+    return shared(grids, triangles, surface.parts, surface.up, surface.name)
+
+
+def elevate_triangle(
+    surface: TriangleSurface, operation: Elevate, allowed: Allowed
+) -> TriangleSurface:
+    """One triangle; channels have degrees of their own and keep them."""
+    check_triangle_degree(surface.degree, operation.degree)
+    n = operation.degree[0]
+    check_degree(n, allowed, "/degree")
+    check_count(triangle.size(n), allowed)
+    points, weights = triangular.elevate((surface.control_net, surface.weights), n)
+    return replace(surface, control_net=points, weights=weights)
 
 
 def raised(net: Net, degree: tuple[int, int], first_axis: int = 0) -> Net:
@@ -53,6 +72,26 @@ def raised(net: Net, degree: tuple[int, int], first_axis: int = 0) -> Net:
     for axis, n in enumerate(degree, first_axis):
         net = along(net, axis, partial(polynomials.elevate, degree=n))
     return net
+
+
+def raised_triangles(net: Net, degree: int) -> Net:
+    """A batch of nets of triangles in a higher degree."""
+    return along(net, 1, partial(triangular.elevate, degree=degree))
+
+
+def check_triangle_degree(present: int, wanted: tuple[int, int]) -> None:
+    """Refuses to lower the degree of triangles, and two degrees for what has one."""
+    if wanted[0] != wanted[1]:
+        raise InvalidRequest(
+            Issue(
+                "wrong_value",
+                "A triangle has one degree.",
+                "/degree",
+                "two different degrees",
+                "one number, or twice the same",
+            )
+        )
+    check_degrees((present, present), wanted)
 
 
 def check_degrees(present: tuple[int, int], wanted: tuple[int, int]) -> None:

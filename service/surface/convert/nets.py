@@ -13,6 +13,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.channels import MAX_NUMBERS, NO_CHANNELS, Channels
 from service.surface.checks import MAX_DEGREE
 from service.surface.patches import PatchSurface
+from service.surface.triangle import TriangleSurface
 
 Change: TypeAlias = Callable[[Net], Net]
 
@@ -58,14 +59,14 @@ def one_patch(surface: BezierSurface | PatchSurface) -> BezierSurface:
     """
     if isinstance(surface, BezierSurface):
         return surface
-    count = len(surface.patches)
-    if count != 1:
+    if len(surface.patches) != 1 or len(surface.triangles):
+        count = len(surface.patches) + len(surface.triangles)
         raise InvalidRequest(
             Issue(
                 "several_patches",
                 "The patches of this surface have no parameters in common.",
                 "",
-                f"{count} patches",
+                f"{count} patches, {len(surface.triangles)} of them triangles",
                 "a surface of one patch, or a B-spline",
             )
         )
@@ -75,14 +76,23 @@ def one_patch(surface: BezierSurface | PatchSurface) -> BezierSurface:
     return BezierSurface(surface.vertices[grid], weights, surface.up, surface.name, channels)
 
 
+def one_triangle(surface: TriangleSurface | PatchSurface) -> TriangleSurface:
+    """The triangle that a surface is, if it is no more than one."""
+    if isinstance(surface, TriangleSurface):
+        return surface
+    grid = surface.triangles[0]
+    weights = None if surface.weights is None else surface.weights[grid]
+    channels = changed(surface.channels, lambda values: values[grid])
+    return TriangleSurface(surface.vertices[grid], weights, surface.up, surface.name, channels)
+
+
 def check_size(
     degree: tuple[int, int], patches: int, allowed: Allowed, channels: Channels = NO_CHANNELS
 ) -> None:
-    """Refuses what would have a higher degree, or more numbers, than a surface may have."""
+    """Refuses grids that would have a higher degree, or more numbers, than a surface may have."""
     for axis, n in enumerate(degree):
         check_degree(n, allowed, f"/degree/{axis}")
-    count = patches * (degree[0] + 1) * (degree[1] + 1)
-    check_count(count, allowed, channels)
+    check_count(patches * (degree[0] + 1) * (degree[1] + 1), allowed, channels)
 
 
 def check_count(count: int, allowed: Allowed, channels: Channels = NO_CHANNELS) -> None:

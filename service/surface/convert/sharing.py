@@ -1,49 +1,86 @@
 """Patches over shared vertices, out of nets: equal control points become one vertex."""
 
-import numpy as np
+from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from service.bases.arrays import FloatArray
 from service.bases.polynomials import Net
 from service.bases.rows import distinct_rows
 from service.surface.channels import NO_CHANNELS, Channels
-from service.surface.convert.nets import changed
+from service.surface.convert.nets import Change, changed
 from service.surface.lowered import Up
-from service.surface.patches import PartMembers, PatchSurface
+from service.surface.patches import NO_GRIDS, NO_TRIANGLES, PartMembers, PatchSurface
+
+
+class Batch(NamedTuple):
+    """Nets of some patches, and those of their channels in the same degree.
+
+    Points (P, p+1, q+1, 3) of grids, or (P, (n+1)(n+2)/2, 3) of triangles; weights without the
+    last axis, or None; channels with the same first axes.
+    """
+
+    net: Net
+    channels: Channels = NO_CHANNELS
+
+    def changed(self, change: Change) -> "Batch":
+        """All nets changed by the same function."""
+        return Batch(
+            change(self.net), changed(self.channels, lambda values: change((values, None))[0])
+        )
+
+    @property
+    def columns(self) -> list[FloatArray]:
+        """What makes control points different: their numbers, one row a control point."""
+        points, weights = self.net
+        count = points.size // 3
+        values = [points, *(net for _, _, _, net in self.channels.each())]
+        values += [] if weights is None else [weights]
+        return [value.reshape(count, -1) for value in values]
+
+
+def batch_of(surface: PatchSurface, indices: NDArray[np.int64]) -> Batch | None:
+    """The nets of the grids or of the triangles of a surface; None if there are none."""
+    if not len(indices):
+        return None
+    weights = None if surface.weights is None else surface.weights[indices]
+    channels = changed(surface.channels, lambda values: values[indices])
+    return Batch((surface.vertices[indices], weights), channels)
 
 
 def shared(
-    net: Net,
-    channels: Channels = NO_CHANNELS,
+    grids: Batch | None,
+    triangles: Batch | None = None,
     parts: PartMembers = (),
     up: Up = "y",
     name: str = "surface",
 ) -> PatchSurface:
-    """Patches over vertices in the order in which they first come.
+    """Patches over vertices in the order in which they first come, grids before triangles.
 
     Control points are one vertex if they are equal in position, weight and all channels.
-
-    Parameters
-    ----------
-    net : points (P, p+1, q+1, 3) and weights (P, p+1, q+1) or None
-    channels : Channels
-        Nets of the same degree, shapes (P, p+1, q+1, d).
     """
-    points, weights = net
-    count = points.size // 3
-    columns = [points.reshape(count, 3)]
-    columns += [] if weights is None else [weights.reshape(count, 1)]
-    columns += [values.reshape(count, -1) for _, _, _, values in channels.each()]
+    batches = [batch for batch in (grids, triangles) if batch is not None]
+    columns = [np.concatenate(same) for same in zip(*(b.columns for b in batches), strict=True)]
     rows = np.concatenate(columns, axis=1) + 0.0  # −0 and 0 are one number
     first, number = distinct_rows(rows)
     order = np.argsort(first)
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
-    chosen = first[order]
+    vertices = iter([column[first[order]] for column in columns])
+    indices = rank[number]
+    count = 0 if grids is None else grids.net[0].size // 3
     return PatchSurface(
-        vertices=points.reshape(count, 3)[chosen],
-        patches=rank[number].reshape(points.shape[:-1]),
-        weights=None if weights is None else weights.reshape(count)[chosen],
+        vertices=next(vertices),
+        channels=changed(batches[0].channels, lambda _: next(vertices)),
+        weights=None if batches[0].net[1] is None else next(vertices)[:, 0],
+        patches=NO_GRIDS if grids is None else indices[:count].reshape(grids.net[0].shape[:-1]),
+        triangles=(
+            NO_TRIANGLES
+            if triangles is None
+            else indices[count:].reshape(triangles.net[0].shape[:-1])
+        ),
         parts=parts,
         up=up,
         name=name,
-        channels=changed(channels, lambda values: values.reshape(count, -1)[chosen]),
     )

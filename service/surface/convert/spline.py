@@ -34,7 +34,7 @@ from service.surface.convert.operations import (
     ToBezier,
     Transpose,
 )
-from service.surface.convert.sharing import shared
+from service.surface.convert.sharing import Batch, shared
 from service.surface.group import GroupSurface, Member
 from service.surface.knots import MIN_SPAN, Knots, check_bezier_points
 from service.surface.patches import PatchSurface
@@ -159,7 +159,7 @@ def bezier_of_spline(
 
     channels = changed(surface.channels, carried)
     net = raised((batch.points, batch.weights), degree, 1)
-    return shared(net, channels, (), surface.up, surface.name)
+    return shared(Batch(net, channels), None, (), surface.up, surface.name)
 
 
 def domain_of(surface: BsplineSurface, axis: int) -> Interval:

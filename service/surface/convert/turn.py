@@ -6,13 +6,18 @@ from types import MappingProxyType
 
 import numpy as np
 
+from service.bases import triangle, triangular
 from service.bases.arrays import FloatArray
 from service.surface.bezier import BezierSurface
 from service.surface.convert.nets import Allowed, changed
 from service.surface.convert.operations import Direction, Reverse, Transpose
 from service.surface.patches import PatchSurface
+from service.surface.triangle import TriangleSurface
 
 _AXIS: Mapping[Direction, int] = MappingProxyType({"u": 0, "v": 1})
+
+_EXCHANGED: Mapping[str, tuple[int, int]] = MappingProxyType({"": (1, 2), "u": (0, 1), "v": (0, 2)})
+"""Which of r, s, t change places: those that u = s and v = t, and 1 − u − v = r, exchange."""
 
 
 def transpose_bezier(
@@ -26,7 +31,12 @@ def transpose_patches(
     surface: PatchSurface, _operation: Transpose, _allowed: Allowed
 ) -> PatchSurface:
     """Every patch for itself."""
-    return replace(surface, patches=surface.patches.swapaxes(1, 2))
+    order = triangular.exchanged(surface.triangle_degree, *_EXCHANGED[""])
+    return replace(
+        surface,
+        patches=surface.patches.swapaxes(1, 2),
+        triangles=surface.triangles[:, order],
+    )
 
 
 def reverse_bezier(surface: BezierSurface, operation: Reverse, _allowed: Allowed) -> BezierSurface:
@@ -37,7 +47,26 @@ def reverse_bezier(surface: BezierSurface, operation: Reverse, _allowed: Allowed
 def reverse_patches(surface: PatchSurface, operation: Reverse, _allowed: Allowed) -> PatchSurface:
     """Every patch for itself."""
     axis = 1 + _AXIS[operation.direction]
-    return replace(surface, patches=np.flip(surface.patches, axis=axis))
+    order = triangular.exchanged(surface.triangle_degree, *_EXCHANGED[operation.direction])
+    return replace(
+        surface,
+        patches=np.flip(surface.patches, axis=axis),
+        triangles=surface.triangles[:, order],
+    )
+
+
+def transpose_triangle(
+    surface: TriangleSurface, _operation: Transpose, _allowed: Allowed
+) -> TriangleSurface:
+    """S'(r, s, t) = S(r, t, s)."""
+    return _exchanged(surface, *_EXCHANGED[""])
+
+
+def reverse_triangle(
+    surface: TriangleSurface, operation: Reverse, _allowed: Allowed
+) -> TriangleSurface:
+    """S'(r, s, t) = S(s, r, t), or S(t, s, r)."""
+    return _exchanged(surface, *_EXCHANGED[operation.direction])
 
 
 def _rearranged(
@@ -49,5 +78,20 @@ def _rearranged(
         surface,
         control_net=change(surface.control_net),
         weights=weights,
+        channels=changed(surface.channels, change),
+    )
+
+
+def _exchanged(surface: TriangleSurface, first: int, second: int) -> TriangleSurface:
+    """The triangle with two of its barycentric coordinates exchanged."""
+
+    def change(net: FloatArray) -> FloatArray:
+        order = triangular.exchanged(triangle.degree_of(len(net)) or 0, first, second)
+        return net[order]
+
+    return replace(
+        surface,
+        control_net=change(surface.control_net),
+        weights=None if surface.weights is None else change(surface.weights),
         channels=changed(surface.channels, change),
     )

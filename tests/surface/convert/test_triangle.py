@@ -1,0 +1,286 @@
+"""Operations on triangles, alone and beside grids: the same points, the same channels."""
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.bases.triangle import size
+from service.errors import SurfaceError
+from service.surface import Surface
+from service.surface.bezier import BezierSurface
+from service.surface.channels import Channels
+from service.surface.convert import convert
+from service.surface.convert.nets import Allowed
+from service.surface.convert.operations import (
+    Elevate,
+    Half,
+    Operation,
+    Restrict,
+    Reverse,
+    Split,
+    ToBezier,
+    ToTriangle,
+    Transpose,
+)
+from service.surface.examples import find
+from service.surface.patches import PatchSurface
+from service.surface.triangle import TriangleSurface
+from tests.engine.meshing import mesh_of
+from tests.oracles.exact import Vector
+from tests.oracles.triangles import exact_triangle, value
+from tests.surface.convert.exact import assert_same, bezier_values, patch_values, random_bezier
+
+THIRD = Fraction(1, 3)
+PLACES = (
+    (Fraction(1), Fraction(0), Fraction(0)),
+    (Fraction(0), THIRD, 2 * THIRD),
+    (Fraction(1, 2), Fraction(0), Fraction(1, 2)),
+    (Fraction(1, 5), Fraction(3, 10), Fraction(1, 2)),
+)
+degrees = st.integers(1, 4)
+seeds = st.integers(0, 10**6)
+
+
+def random_triangle(degree: int, seed: int, rational: bool) -> TriangleSurface:
+    """A triangle without pattern; its channels have degrees of their own."""
+    rng = np.random.default_rng(seed)
+    count = size(degree)
+    return TriangleSurface(
+        rng.uniform(-4, 4, (count, 3)),
+        rng.uniform(0.2, 5, count) if rational else None,
+        "z",
+        "sail",
+        Channels(
+            rng.uniform(0, 1, (6, 3)),
+            rng.uniform(-1, 1, (3, 2)),
+            (("heat", rng.uniform(-4, 4, (1, 1))),),
+        ),
+    )
+
+
+def mixed(seed: int, rational: bool) -> PatchSurface:
+    """A bicubic grid and a cubic triangle that share an edge, which runs along u and v."""
+    rng = np.random.default_rng(seed)
+    edge = [3, 7, 11, 15]
+    triangle = [*edge, *range(16, 22)]
+    return PatchSurface(
+        rng.uniform(-4, 4, (22, 3)),
+        np.arange(16).reshape(1, 4, 4),
+        rng.uniform(0.2, 5, 22) if rational else None,
+        (("fin", (1,)),),
+        "z",
+        "sail",
+        Channels(rng.uniform(0, 1, (22, 3))),
+        np.array([triangle]),
+    )
+
+
+def values_at(
+    net: np.ndarray, weights: np.ndarray | None, channels: Sequence[np.ndarray], at: Vector
+) -> list[float]:
+    """The point, then the values of the channels."""
+    found = value(exact_triangle(net, weights), at)
+    if weights is not None:
+        found = tuple(x / found[3] for x in found[:3])
+    for carried in channels:
+        found += value(exact_triangle(carried), at)
+    return [float(x) for x in found]
+
+
+def of_triangle(surface: TriangleSurface, at: Vector) -> list[float]:
+    nets = [net for _, _, _, net in surface.channels.each()]
+    return values_at(surface.control_net, surface.weights, nets, at)
+
+
+def of_member(surface: PatchSurface, number: int, at: Vector) -> list[float]:
+    """One triangle of many."""
+    rows = surface.triangles[number]
+    nets = [values[rows] for _, _, _, values in surface.channels.each()]
+    weights = None if surface.weights is None else surface.weights[rows]
+    return values_at(surface.vertices[rows], weights, nets, at)
+
+
+def assert_near(got: list[float], wanted: list[float]) -> None:
+    np.testing.assert_allclose(got, wanted, rtol=0, atol=4e-12)
+
+
+def triangle(surface: Surface, *operations: Operation) -> TriangleSurface:
+    made = convert(surface, operations)
+    assert isinstance(made, TriangleSurface)
+    assert (made.up, made.name) == ("z", "sail")
+    return made
+
+
+def patches(surface: Surface, *operations: Operation) -> PatchSurface:
+    made = convert(surface, operations)
+    assert isinstance(made, PatchSurface)
+    assert (made.up, made.name) == ("z", "sail")
+    return made
+
+
+@settings(max_examples=10)
+@given(degrees, st.integers(0, 4), seeds, st.booleans())
+def test_raised_triangle(degree: int, more: int, seed: int, rational: bool) -> None:
+    surface = random_triangle(degree, seed, rational)
+    made = triangle(surface, Elevate((degree + more, degree + more)))
+    assert made.degree == degree + more
+    for at in PLACES:
+        assert_near(of_triangle(made, at), of_triangle(surface, at))
+
+
+@settings(max_examples=10)
+@given(degrees, seeds, st.booleans(), st.tuples(*[st.integers(1, 9)] * 3))
+def test_split_triangle(
+    degree: int, seed: int, rational: bool, shares: tuple[int, int, int]
+) -> None:
+    surface = random_triangle(degree, seed, rational)
+    r, s, t = (Fraction(x, sum(shares)) for x in shares)
+    made = patches(surface, Split(at=(float(r), float(s), float(t))))
+    assert len(made.triangles) == 3
+    assert len(made.patches) == 0
+    n = max(degree, 2)
+    assert made.triangle_degree == n
+    inside = 3 * size(n - 1) - 3 * n + 1 if n > 1 else 1
+    assert len(made.vertices) == inside + 3 * n, "lines between triangles are there once"
+    for corner in range(3):
+        for at in PLACES:
+            place = [x * at[corner] for x in (r, s, t)]
+            for m in range(3):
+                place[m] += at[m] if m != corner else 0
+            assert_near(of_member(made, corner, at), of_triangle(surface, tuple(place)))
+
+
+@pytest.mark.parametrize(
+    ("operation", "two"), [(Transpose(), (1, 2)), (Reverse("u"), (0, 1)), (Reverse("v"), (0, 2))]
+)
+def test_turned_triangle(operation: Operation, two: tuple[int, int]) -> None:
+    surface = random_triangle(3, 1, True)
+    made = triangle(surface, operation)
+    for at in PLACES:
+        there = list(at)
+        there[two[0]], there[two[1]] = at[two[1]], at[two[0]]
+        assert of_triangle(made, tuple(there)) == of_triangle(surface, at)
+    twice = triangle(made, operation)
+    np.testing.assert_array_equal(twice.control_net, surface.control_net)
+    np.testing.assert_array_equal(twice.weights, surface.weights)
+
+
+@settings(max_examples=10)
+@given(st.tuples(degrees, degrees), seeds, st.booleans(), st.sampled_from(["lower", "upper"]))
+def test_half_of_a_patch(degree: tuple[int, int], seed: int, rational: bool, half: Half) -> None:
+    surface = random_bezier(degree, seed, rational)
+    made = triangle(surface, ToTriangle(half))
+    assert made.degree == sum(degree)
+    there = bezier_values(surface)
+    for r, s, t in PLACES:
+        u, v = (s, t) if half == "lower" else (1 - s, 1 - t)
+        assert_near(of_triangle(made, (r, s, t)), there(u, v))
+
+
+def test_both_halves_of_a_patch_face_the_same_side() -> None:
+    saddle = find("saddle").surface()
+    for half in ("lower", "upper"):
+        made = convert(saddle, [ToTriangle(half)])
+        normals = mesh_of(made.lower(), resolution=(1, 1)).normals
+        assert normals is not None
+        assert (normals[:, 2] > 0).all()
+
+
+@pytest.mark.parametrize("rational", [False, True])
+def test_grids_and_triangles_together(rational: bool) -> None:
+    surface = mixed(1, rational)
+    before = mesh_of(surface.lower(), resolution=(3, 3)).report
+    for operation in (Elevate((5, 5)), Transpose(), Reverse("u"), Reverse("v"), ToBezier()):
+        made = patches(surface, operation)
+        assert made.parts == surface.parts
+        report = mesh_of(made.lower(), resolution=(3, 3)).report
+        assert report.boundary_edges == before.boundary_edges
+        assert report.vertices == before.vertices
+    made = patches(surface, Elevate((5, 5)))
+    assert (made.degree, made.triangle_degree) == ((5, 5), 5)
+    assert len(made.vertices) == 36 + 21 - 6, "the edge is there once"
+    assert_same(patch_values(made, 0), patch_values(surface, 0))
+    for at in PLACES:
+        assert_near(of_member(made, 0, at), of_member(surface, 0, at))
+        r, s, t = at
+        for operation, there in (
+            (Transpose(), (r, t, s)), (Reverse("u"), (s, r, t)), (Reverse("v"), (t, s, r)),
+        ):  # fmt: skip
+            turned = patches(surface, operation)
+            assert of_member(turned, 0, there) == of_member(surface, 0, at)
+
+
+@pytest.mark.parametrize("example", ["octahedral-sphere", "rounded-box"])
+def test_closed_surfaces_of_triangles_stay_closed(example: str) -> None:
+    surface = find(example).surface()
+    made = convert(surface, [Elevate((7, 7)), Reverse("v")])
+    report = mesh_of(made.lower(), resolution=(3, 3)).report
+    assert report.watertight
+    before = mesh_of(surface.lower(), resolution=(3, 3)).report
+    assert (report.vertices, report.triangles) == (before.vertices, before.triangles)
+
+
+def test_a_triangle_among_patches_is_split_if_it_is_alone() -> None:
+    one = random_triangle(2, 3, True)
+    surface = PatchSurface(
+        one.control_net, weights=one.weights, parts=(("fin", (0,)),), up="z", name="sail",
+        triangles=np.arange(6)[np.newaxis],
+    )  # fmt: skip
+    made = patches(surface, Split(at=(0.5, 0.25, 0.25)))
+    assert made.parts == (("fin", (0, 1, 2)),)
+    assert len(made.triangles) == 3
+
+
+@pytest.mark.parametrize(
+    ("operation", "code", "pointer"),
+    [
+        (Elevate((2, 2)), "degree_too_low", "/degree/0"),
+        (Elevate((4, 5)), "wrong_value", "/degree"),
+        (Split(u=0.5), "missing_field", "/at"),
+        (Restrict(u=(0, 0.5)), "unsupported_operation", ""),
+        (ToTriangle("lower"), "unsupported_operation", ""),
+    ],
+)
+def test_refusals(operation: Operation, code: str, pointer: str) -> None:
+    with pytest.raises(SurfaceError) as caught:
+        convert(random_triangle(3, 1, False), [Transpose(), operation])
+    (issue,) = caught.value.issues
+    assert (issue.code, issue.pointer) == (code, f"/operations/1{pointer}")
+    assert issue.got
+    assert issue.needed
+
+
+@pytest.mark.parametrize(
+    ("operation", "code", "pointer"),
+    [
+        (Elevate((4, 5)), "wrong_value", "/degree"),
+        (Split(u=0.5), "several_patches", ""),
+        (Split(at=(0.5, 0.25, 0.25)), "several_patches", ""),
+        (Restrict(u=(0, 0.5)), "several_patches", ""),
+        (ToTriangle("upper"), "several_patches", ""),
+    ],
+)
+def test_refusals_of_grids_and_triangles(operation: Operation, code: str, pointer: str) -> None:
+    with pytest.raises(SurfaceError) as caught:
+        convert(mixed(1, False), [operation])
+    (issue,) = caught.value.issues
+    assert (issue.code, issue.pointer) == (code, f"/operations/0{pointer}")
+
+
+def test_too_much_is_refused_before_it_is_made() -> None:
+    surface = random_triangle(3, 1, False)
+    for operation in (Elevate((9, 9)), Split(at=(0.5, 0.25, 0.25))):
+        with pytest.raises(SurfaceError) as caught:
+            convert(surface, [operation], Allowed(29))
+        assert caught.value.issues[0].code == "too_many_control_points"
+    large = BezierSurface(np.random.default_rng(1).uniform(-1, 1, (40, 40, 3)))
+    with pytest.raises(SurfaceError) as caught:
+        convert(large, [ToTriangle("lower")])
+    assert caught.value.issues[0].code == "degree_too_high"
+    with pytest.raises(SurfaceError) as caught:
+        convert(mixed(1, False), [Elevate((5, 5))], Allowed(56))
+    assert caught.value.issues[0].code == "too_many_control_points"
