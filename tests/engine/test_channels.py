@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from service.bases import triangle
 from service.bases.arrays import RealArray
 from service.engine.channels import ChannelRows, agreeing
 from service.engine.mesh import Mesh
@@ -16,8 +17,11 @@ from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
 from service.surface.lowered import Channel, Domain, Part, PatchModel, TensorPatches
 from service.surface.patches import PatchSurface
+from service.surface.triangle import TriangleSurface
 from tests.engine.meshing import check_sound, mesh_of, shape_of
 from tests.oracles import exact
+from tests.oracles.triangles import exact_triangle, value
+from tests.oracles.triangles import places as triangle_places
 from tests.strategies import (
     Array,
     model_of,
@@ -290,3 +294,35 @@ def test_frames_have_parameters() -> None:
     seam = {(tuple(p), tuple(t)) for p, t in zip(made.positions[side], made.uvs[side], strict=True)}
     places = [k / 7 for k in range(8)]
     assert seam == {((x, 0.0, 0.0), t) for x in places for t in ((x, 0.0), (0.0, x))}
+
+
+@settings(max_examples=25)
+@given(st.integers(1, 4), st.integers(0, 7), st.integers(1, 7), st.booleans())
+def test_triangles_have_channels_of_their_own_degree(
+    degree: int, other: int, divisions: int, single: bool
+) -> None:
+    """Against de Casteljau in fractions, over the samples in their order."""
+    random = np.random.default_rng((degree, other, divisions))
+    points = random.random((triangle.size(degree), 3))
+    colors, flow = random.random((triangle.size(other), 3)), random.random((triangle.size(3), 2))
+    surface = TriangleSurface(points, channels=Channels(colors, attributes=(("flow", flow),)))
+    made = mesh_of(surface.lower(), resolution=(divisions, 1), weld=False, single=single)
+    assert made.colors is not None
+    for found, net in ((made.colors, colors), (attribute(made, "flow"), flow)):
+        fractions = exact_triangle(net)
+        right = [
+            [float(x) for x in value(fractions, place)] for place in triangle_places(divisions)
+        ]
+        close(found, right, net, single)
+
+
+def test_a_triangle_and_a_square_weld_where_their_values_agree() -> None:
+    """Along one edge of a flat quadrilateral, its texture x and y."""
+    vertices = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0]])
+    squares, triangles = np.array([[[0, 1], [2, 3]]]), np.array([[2, 4, 3]])
+    channels = Channels(uvs=vertices[:, :2])
+    surface = PatchSurface(vertices, squares, channels=channels, triangles=triangles)
+    made = mesh_of(surface.lower(), resolution=(4, 4))
+    assert len(made.positions) == 25 + 15 - 5
+    assert made.uvs is not None
+    np.testing.assert_allclose(made.uvs, made.positions[:, :2], atol=1e-15)
