@@ -11,11 +11,19 @@ from typing import Protocol, TypeAlias
 from service.encoders import json_points
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.text import json_bound, json_text
-from service.engine.build import as_patches, build, build_scene, carrying, colored
+from service.engine.build import (
+    NOT_PATCHES,
+    as_patches,
+    build,
+    build_scene,
+    carrying,
+    colored,
+)
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.places import Places, Query, locate
 from service.engine.points import points
+from service.engine.sweeping import predicted_sweep
 from service.engine.tessellate import overlays_of, predicted_size
 from service.errors import InvalidRequest, Issue, TooLarge, UnsupportedByFormat
 from service.schemas.surfaces import definition
@@ -25,6 +33,8 @@ from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import Operation
 from service.surface.group import GroupSurface
 from service.surface.lowered import GroupModel, Model, PatchModel, TrianglePatches
+from service.surface.sweep_model import SweepModel
+from service.surface.sweeps import RibbonSurface, TubeSurface
 
 NOT_PARAMETRIC = Issue(
     "not_parametric",
@@ -95,6 +105,8 @@ def plan(
         From the shapes alone: nothing large has been allocated.
     """
     model, options = carried(surface.lower(), options, fmt)
+    if encode.exact and fmt.encode_exact is not None:
+        as_patches(model)  # refuses what is none
     size = predict(model, options)
     shared = fmt.encode_scene is not None and not encode.exact
     stored = predict(model, options, shared=True) if shared else size
@@ -158,6 +170,8 @@ def converted(
     """
     if isinstance(surface, GroupSurface):
         raise InvalidRequest(NOT_PARAMETRIC)
+    if isinstance(surface, TubeSurface | RibbonSurface):
+        raise InvalidRequest(NOT_PATCHES)
     document = {"surface": definition(convert(surface, operations, allowed))}
     most = json_bound(document)
     if most > limits.max_bytes:
@@ -181,9 +195,9 @@ def parametric(model: Model) -> PatchModel:
     InvalidRequest
         `not_parametric`, pointing into the request.
     """
-    if not isinstance(model, PatchModel):
+    if isinstance(model, GroupModel):
         raise InvalidRequest(NOT_PARAMETRIC)
-    return model
+    return as_patches(model)
 
 
 def mesh(model: Model, options: MeshOptions, fmt: Format) -> Mesh:
@@ -208,9 +222,9 @@ def predict(model: Model, options: MeshOptions, *, shared: bool = False) -> Mesh
     With `shared`, the arrays of equal members of a group count once, as where they are stored
     once; else every copy counts.
     """
-    if isinstance(model, PatchModel):
-        return _predict_patches(model, options)
-    sizes = [_predict_patches(own, options) for own in model.models]
+    if not isinstance(model, GroupModel):
+        return _predict_alone(model, options)
+    sizes = [_predict_alone(own, options) for own in model.models]
     copies = [sizes[member.model] for member in model.members]
     names = [len(member.name.encode()) + 1 for member in model.members]
     counts = (astuple(replace(size, attributes=())) for size in (sizes if shared else copies))
@@ -235,6 +249,31 @@ def _largest(found: Iterable[Attributes]) -> Attributes:
     return tuple(
         (max((name for name, _ in column), key=len), max(size for _, size in column))
         for column in zip_longest(*ranked, fillvalue=("", 0))
+    )
+
+
+def _predict_alone(model: PatchModel | SweepModel, options: MeshOptions) -> MeshSize:
+    """Counts of the mesh of a model that is no group."""
+    if isinstance(model, SweepModel):
+        return _predict_sweep(model, options)
+    return _predict_patches(model, options)
+
+
+def _predict_sweep(model: SweepModel, options: MeshOptions) -> MeshSize:
+    """Counts of the mesh of a tube or ribbon."""
+    vertices, triangles, quads, grids = predicted_sweep(model, options)
+    drawn = len(model.polygon) * ("control_net" in options.overlays)
+    names = [model.name, model.name, *options.overlays]
+    return MeshSize(
+        vertices,
+        triangles,
+        quads,
+        patches=grids,
+        named=len(names) - 1,
+        name_bytes=sum(len(name.encode()) for name in names),
+        overlay_points=drawn,
+        overlay_segments=drawn,
+        control_points=len(model.polygon),
     )
 
 

@@ -13,6 +13,7 @@ from service.engine.mesh import ENGINE
 from service.schemas.surfaces import definition
 from service.surface.examples import EXAMPLES, Example
 from service.surface.lowered import GroupModel, Model
+from service.surface.sweep_model import SweepModel
 
 
 async def list_surfaces(request: Request) -> Response:
@@ -91,7 +92,13 @@ def _summary(example: Example, root: str) -> dict[str, Any]:
 
 
 def _degree(model: Model) -> list[int]:
-    """The highest degree along u and along v of any patch."""
-    models = model.models if isinstance(model, GroupModel) else (model,)
-    sides = [batch.side_degrees for each in models for batch in each.batches]
-    return [max(of[2] for of in sides), max(of[0] for of in sides)]
+    """The highest degree along u and along v of any patch; of a sweep, that of its curve and 0."""
+    degrees = [(0, 0)]
+    for each in model.models if isinstance(model, GroupModel) else (model,):
+        if isinstance(each, SweepModel):
+            degrees.append((each.pieces.degree, 0))
+            continue
+        sides = [batch.side_degrees for batch in each.batches]
+        degrees += [(of[2], of[0]) for of in sides]
+    u, v = zip(*degrees, strict=True)
+    return [max(u), max(v)]

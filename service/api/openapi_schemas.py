@@ -265,7 +265,8 @@ _SUMMARY = _object(
             "items": {"type": "integer"},
             "minItems": 2,
             "maxItems": 2,
-            "description": "Highest degree [p, q] of its patches; a triangle counts as [n, n].",
+            "description": "Highest degree [p, q] of its patches; a triangle counts as [n, n]. Of "
+            "what is swept along a curve, that of the curve and 0.",
         },
         "links": _object(
             {
@@ -310,6 +311,8 @@ ANSWERS: dict[str, Json] = {
                     ref("BsplineDefinition"),
                     ref("PatchesDefinition"),
                     ref("TriangleDefinition"),
+                    ref("TubeDefinition"),
+                    ref("RibbonDefinition"),
                     ref("GroupDefinition"),
                 ],
                 "description": "The definition, as a request would give it.",

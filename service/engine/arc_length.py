@@ -38,7 +38,7 @@ def arc_lengths(pieces: CurvePieces, at: Samples) -> FloatArray:
     piece = at.piece[:-1]
     # An interval ends where the next sample is, or at t = 1 where that is in the next piece.
     end: FloatArray = np.where(at.piece[1:] == piece, at.t[1:], 1.0)
-    speeds = _Speeds(pieces)
+    speeds = Speeds(pieces)
     step = max(1, CHUNK // (len(FINE[0]) * (pieces.degree + 1) * pieces.dimension))
     coarse, fine = np.empty(len(piece)), np.empty(len(piece))
     for first in range(0, len(piece), step):
@@ -56,7 +56,7 @@ def arc_lengths(pieces: CurvePieces, at: Samples) -> FloatArray:
 
 
 def _refine(
-    speeds: "_Speeds",
+    speeds: "Speeds",
     lengths: FloatArray,
     intervals: tuple[Ints, Ints, FloatArray, FloatArray],
     share: float,
@@ -80,7 +80,7 @@ def _refine(
     np.add.at(lengths, number, speeds.integrals(piece, begin, end)[1])
 
 
-class _Speeds:
+class Speeds:
     """|C′| of the pieces, from nets about their own middles."""
 
     def __init__(self, pieces: CurvePieces) -> None:

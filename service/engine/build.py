@@ -8,7 +8,9 @@ from service.engine.light import tinted
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scene import Scene, arranged, flattened, in_single, placed_points
+from service.engine.sweeping import sweep
 from service.engine.tessellate import tessellate
+from service.errors import InvalidRequest, Issue
 from service.surface.channels import only_channels
 from service.surface.lowered import (
     Channel,
@@ -23,6 +25,15 @@ from service.surface.lowered import (
     TensorPatches,
     TrianglePatches,
 )
+from service.surface.sweep_model import SweepModel
+
+NOT_PATCHES = Issue(
+    "not_parametric",
+    "Tubes and ribbons are meshed along their curves; they are not made of Bézier patches.",
+    "/surface",
+    "a tube or a ribbon",
+    "a surface made of patches, or another form",
+)
 
 
 def build(model: Model, options: MeshOptions, *, single: bool = False) -> Mesh:
@@ -30,12 +41,19 @@ def build(model: Model, options: MeshOptions, *, single: bool = False) -> Mesh:
     if isinstance(model, GroupModel):
         mesh = flattened(build_scene(model, options))
         return in_single(mesh) if single else mesh
+    return _alone(model, options, single=single)
+
+
+def _alone(model: PatchModel | SweepModel, options: MeshOptions, *, single: bool) -> Mesh:
+    """The mesh of a model that is no group."""
+    if isinstance(model, SweepModel):
+        return sweep(model, options, single=single)
     return tessellate(model, options, single=single)
 
 
 def build_scene(model: GroupModel, options: MeshOptions, *, single: bool = False) -> Scene:
     """The group with every different model meshed once."""
-    meshes = tuple(tessellate(m, options, single=single) for m in model.models)
+    meshes = tuple(_alone(m, options, single=single) for m in model.models)
     return arranged(model, meshes)
 
 
@@ -44,9 +62,9 @@ def carrying(model: Model, kinds: frozenset[ChannelKind], *, apart: bool) -> Mod
 
     Unless meshes are kept `apart`, a group keeps of the attributes those that all members have.
     """
-    if isinstance(model, PatchModel):
-        return only_channels(model, kinds)
-    models = [only_channels(own, kinds) for own in model.models]
+    if not isinstance(model, GroupModel):
+        return _only(model, kinds)
+    models = [_only(own, kinds) for own in model.models]
     if not apart:
         common = set.intersection(*({*_attributes_of(own)} for own in models))
         models = [_with_attributes(own, common) for own in models]
@@ -62,9 +80,11 @@ def colored(model: GroupModel) -> bool:
 
 
 def highest_degree(model: Model) -> int:
-    """The highest degree of any patch, in either direction."""
+    """The highest degree of any patch in either direction, or of a curve that is swept along."""
     if isinstance(model, GroupModel):
         return max(map(highest_degree, model.models))
+    if isinstance(model, SweepModel):
+        return model.pieces.degree
     return max(max(batch.side_degrees) for batch in model.batches)
 
 
@@ -74,14 +94,23 @@ def as_patches(model: Model) -> PatchModel:
     A placed patch is the patch of the placed control points: Bézier patches are affinely
     invariant, rational ones too. Where a placement mirrors, u and v change places, so that
     du × dv stays on the side that it was.
+
+    Raises
+    ------
+    InvalidRequest
+        `not_parametric`, pointing into the request, of tubes and ribbons.
     """
     if isinstance(model, PatchModel):
         return model
+    if isinstance(model, SweepModel):
+        raise InvalidRequest(NOT_PATCHES)
     batches: list[Patches] = []
     parts: list[Part] = []
     first = 0
     for member in model.members:
         own = model.models[member.model]
+        if isinstance(own, SweepModel):
+            raise InvalidRequest(NOT_PATCHES)
         batches += [_placed(batch, member) for batch in own.batches]
         parts.append(Part(member.name, first, first + own.patch_count))
         first += own.patch_count
@@ -119,14 +148,25 @@ def _painted(batch: Patches, color: Color | None) -> tuple[Channel, ...]:
     return (*others, Channel("colors", "colors", painted))
 
 
-def _attributes_of(model: PatchModel) -> list[tuple[str, int]]:
+def _only(model: PatchModel | SweepModel, kinds: frozenset[ChannelKind]) -> PatchModel | SweepModel:
+    """The model without its channels of other kinds; a sweep has none."""
+    return model if isinstance(model, SweepModel) else only_channels(model, kinds)
+
+
+def _attributes_of(model: PatchModel | SweepModel) -> list[tuple[str, int]]:
     """Names and dimensions of the attributes of a model, which all its batches have."""
+    if isinstance(model, SweepModel):
+        return []
     channels = model.batches[0].channels
     return [(c.name, c.dimension) for c in channels if c.kind == "attribute"]
 
 
-def _with_attributes(model: PatchModel, kept: set[tuple[str, int]]) -> PatchModel:
+def _with_attributes(
+    model: PatchModel | SweepModel, kept: set[tuple[str, int]]
+) -> PatchModel | SweepModel:
     """The model without its other attributes."""
+    if isinstance(model, SweepModel):
+        return model
 
     def is_kept(channel: Channel) -> bool:
         return channel.kind != "attribute" or (channel.name, channel.dimension) in kept

@@ -14,7 +14,7 @@ from math import ceil, pi, radians
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.arc_length import arc_lengths
+from service.engine.arc_length import Speeds, arc_lengths
 from service.engine.curve_evaluation import Samples, positions, tangents
 from service.engine.frames import perpendicular
 from service.surface.curve_pieces import CurvePieces, raised
@@ -42,6 +42,8 @@ class Paths:
         Unit normals of the planes in which the stations stand, where not all are the tangents.
     mitred : ndarray of bool, shape (m,)
         Stations at the very place of the one before, with no faces between them.
+    speeds : ndarray of float64, shape (K, m), or None
+        Change of the length with these parameters.
     """
 
     points: FloatArray
@@ -51,6 +53,7 @@ class Paths:
     parameters: FloatArray
     mitres: FloatArray | None = None
     mitred: Bools | None = None
+    speeds: FloatArray | None = None
 
     @staticmethod
     def smooth(points: FloatArray, tangents: FloatArray, *, closed: bool = False) -> "Paths":
@@ -66,14 +69,22 @@ class Paths:
         return Paths(points, tangents, fractions, closed, even)
 
 
-def path_of(pieces: CurvePieces, divisions: int, crease_angle: float) -> Paths:
-    """The stations of one curve at R divisions of every piece, its corners mitred or rounded."""
+def path_of(
+    pieces: CurvePieces, divisions: int, crease_angle: float, *, closed: bool | None = None
+) -> Paths:
+    """The stations of one curve at R divisions of every piece, its corners mitred or rounded.
+
+    `closed` tells whether a curve that ends where it begins shall be taken for closed; as a rule
+    it is.
+    """
+    closed = pieces.closed if closed is None else closed
     at = Samples.uniform(pieces.count, divisions)
-    before, after = _directions(pieces, at)
+    arriving = _arriving(at)
+    before, after = _directions(pieces, at, arriving, closed)
     turn = _angles(before, after)
     counts = _stations(turn, crease_angle)
     mitred = counts == 2
-    if pieces.closed:
+    if closed:
         # Its beginning stands where its end does: what is between them is at the end.
         counts[0] = 1
         counts[-1] -= mitred[-1]
@@ -83,7 +94,7 @@ def path_of(pieces: CurvePieces, divisions: int, crease_angle: float) -> Paths:
     sample = np.repeat(np.arange(len(at)), counts)
     number = np.arange(len(sample)) - np.repeat(np.cumsum(counts) - counts, counts)
     share = number / np.maximum(counts - 1, 1)[sample]
-    if pieces.closed:
+    if closed:
         share[0] = 1.0  # its first direction is that in which it goes on
     mean = before + after
     mean /= np.sqrt(np.square(mean).sum(axis=1) + (turn > SHARPEST_MITRE))[:, None]
@@ -91,21 +102,24 @@ def path_of(pieces: CurvePieces, divisions: int, crease_angle: float) -> Paths:
     before[smooth] = after[smooth] = mean[smooth]
     directions = _between(before[sample], after[sample], turn[sample], share)
     planes = np.where(mitred[sample, None], mean[sample], directions)
+    arrives = (counts[sample] > 1) & (share == 0)
+    speeds = np.where(arrives, _speeds(pieces, arriving)[sample], _speeds(pieces, at)[sample])
     return Paths(
         points=raised(positions(pieces, at))[np.newaxis, sample],
         tangents=directions[np.newaxis],
         fractions=(lengths / lengths[-1])[np.newaxis, sample],
-        closed=pieces.closed,
+        closed=closed,
         parameters=((own - own[0]) / (own[-1] - own[0]))[sample],
         mitres=planes[np.newaxis] if mitred.any() else None,
         mitred=mitred[sample] & (number == 1),
+        speeds=speeds[np.newaxis],
     )
 
 
 def most_stations(pieces: CurvePieces, divisions: int, crease_angle: float) -> int:
     """How many stations there can be, at most: exact but for cusps within pieces."""
     joints = Samples.uniform(pieces.count, 1)
-    turn = _angles(*_directions(pieces, joints))
+    turn = _angles(*_directions(pieces, joints, _arriving(joints), pieces.closed))
     corners = int((_stations(turn, crease_angle) - 1).sum())
     # Where all steps of the polygon go forwards there is no cusp, however they are weighted.
     steps = np.diff(pieces.points, axis=1)
@@ -118,18 +132,31 @@ def most_stations(pieces: CurvePieces, divisions: int, crease_angle: float) -> i
     return pieces.count * divisions + 1 + corners + cusps * ceil(pi / ROUND_STEP)
 
 
-def _directions(pieces: CurvePieces, at: Samples) -> tuple[FloatArray, FloatArray]:
+def _arriving(at: Samples) -> Samples:
+    """The same places as they are reached: joints at t = 1 of the piece before."""
+    joint = (at.t == 0.0) & (at.piece > 0)
+    return Samples(at.piece - joint, np.where(joint, 1.0, at.t))
+
+
+def _directions(
+    pieces: CurvePieces, at: Samples, arriving: Samples, closed: bool
+) -> tuple[FloatArray, FloatArray]:
     """Unit tangents with which the curve arrives at each sample, and with which it goes on."""
     after = raised(tangents(pieces, at))
-    joint = (at.t == 0.0) & (at.piece > 0)
-    piece = at.piece - joint
-    arriving = Samples(piece, np.where(joint, 1.0, at.t))
     before = raised(tangents(pieces, arriving, before=True))
-    if pieces.closed:
+    if closed:
+        # The corner between end and beginning belongs to both.
         after[-1], before[0] = after[0], before[-1]
     else:
         after[-1], before[0] = before[-1], after[0]
     return before, after
+
+
+def _speeds(pieces: CurvePieces, at: Samples) -> FloatArray:
+    """Change of the length with the parameter, that from 0 to 1 along the whole curve."""
+    widths = np.diff(pieces.breaks) / (pieces.breaks[-1] - pieces.breaks[0])
+    speeds: FloatArray = Speeds(pieces).at(at.piece, at.t[:, None])[:, 0] / widths[at.piece]
+    return speeds
 
 
 def _angles(a: FloatArray, b: FloatArray) -> FloatArray:

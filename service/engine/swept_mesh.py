@@ -58,7 +58,7 @@ def swept_mesh(
         parts=(MeshPart(name, (0, len(triangles)), (0, len(quads))),),
         grids=tuple(welding.vertex[grid].astype(np.uint32) for grid in swept.grids),
         welds=welds,
-        overlays=(polygon_overlay(polygon, origin, dtype),) if drawn else (),
+        overlays=(_polygon_overlay(polygon, origin, dtype),) if drawn else (),
         origin=origin,
         up=up,
         report=MeshReport(
@@ -75,7 +75,7 @@ def swept_mesh(
     )
 
 
-def polygon_overlay(
+def _polygon_overlay(
     polygon: FloatArray | None, origin: FloatArray, dtype: type[np.float32] | type[np.float64]
 ) -> Overlay:
     """The control polygon of a curve, (K, 3), as lines to draw."""

@@ -6,8 +6,8 @@ from pydantic import Field, ValidationError, model_validator
 
 from service.engine.curve_options import CurveOptions
 from service.engine.options import MAX_RESOLUTION
-from service.errors import InvalidRequest, Issue
-from service.schemas.curves import CurveDefinition
+from service.errors import Issue
+from service.schemas.curves import CurveDefinition, curve_of
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import Omittable, StrictModel
 from service.schemas.refusals import invalid_request, refusal
@@ -70,10 +70,7 @@ class CurveRequest(CurveOptionFields):
         InvalidRequest
             With pointers into the whole request.
         """
-        try:
-            return self.curve.to_curve()
-        except InvalidRequest as error:
-            raise error.within("/curve") from None
+        return curve_of(self.curve)
 
 
 def curve_request(document: object, limits: DocumentLimits) -> CurveRequest:

@@ -1,16 +1,18 @@
 """The kinds of curve as a document says them: one model a kind, one union of them all."""
 
-from typing import Annotated, Literal, TypeAlias
+from dataclasses import replace
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from service.bases.arrays import FloatArray
+from service.errors import InvalidRequest
 from service.schemas.arrays import CURVE_POINTS, CURVE_WEIGHTS, SPLINE_POINTS
 from service.schemas.bspline import KnotVector
 from service.schemas.fields import NameField, StrictModel, UpField
 from service.schemas.unions import kind_of, of_known_kind
 from service.surface.checks import MAX_DEGREE
-from service.surface.curve import BezierCurve, BsplineCurve
+from service.surface.curve import BezierCurve, BsplineCurve, Curve
 
 CURVE_KINDS = ("bezier", "bspline")
 """Names of the kinds of curve; the first is meant where none is said."""
@@ -91,3 +93,28 @@ CurveDefinition: TypeAlias = Annotated[
     Discriminator(kind_of(CURVE_KINDS)),
     BeforeValidator(of_known_kind(CURVE_KINDS, "curve")),
 ]
+
+
+def curve_of(definition: CurveDefinition, *, plain: bool = False) -> Curve:
+    """The curve that stands at `/curve`; a plain one without the name and the `up` it was given.
+
+    Raises
+    ------
+    InvalidRequest
+        With pointers into what the curve is part of.
+    """
+    try:
+        curve = definition.to_curve()
+    except InvalidRequest as error:
+        raise error.within("/curve") from None
+    return replace(curve, up="y", name="curve") if plain else curve
+
+
+def define_curve(curve: Curve) -> dict[str, Any]:
+    """A curve in the language of requests, as part of a surface that has a name of its own."""
+    content: dict[str, Any] = {"type": "bezier", "control_points": curve.control_points}
+    if isinstance(curve, BsplineCurve):
+        content |= {"type": "bspline", "degree": curve.degree, "knots": curve.knots}
+    if curve.weights is not None:
+        content["weights"] = curve.weights
+    return content

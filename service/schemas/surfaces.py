@@ -5,20 +5,19 @@ here its line in `DEFINE`, its name in `KINDS` and its line in `SurfaceDefinitio
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from types import MappingProxyType
 from typing import Annotated, Any, TypeAlias
 
 from pydantic import BeforeValidator, Discriminator, Tag
 
-from service.errors import Issue
-from service.schemas import bezier, bspline, group, patches, triangle
-from service.schemas.refusals import refusal, wrong_type
+from service.schemas import bezier, bspline, group, patches, sweeps, triangle
+from service.schemas.unions import kind_of, of_known_kind
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface
 from service.surface.patches import PatchSurface
+from service.surface.sweeps import RibbonSurface, TubeSurface
 from service.surface.triangle import TriangleSurface
 
 DEFINE: Mapping[type[Surface], Callable[..., dict[str, Any]]] = MappingProxyType(
@@ -27,33 +26,15 @@ DEFINE: Mapping[type[Surface], Callable[..., dict[str, Any]]] = MappingProxyType
         BsplineSurface: bspline.define,
         PatchSurface: patches.define,
         TriangleSurface: triangle.define,
+        TubeSurface: sweeps.define_tube,
+        RibbonSurface: sweeps.define_ribbon,
         GroupSurface: lambda surface: group.define(surface, definition),
     }
 )
 """What writes each kind of surface back in the language of requests."""
 
-KINDS = ("bezier", "bspline", "triangle", "patches", "group")
+KINDS = ("bezier", "bspline", "triangle", "patches", "tube", "ribbon", "group")
 """Names of the kinds of surface; the first is meant where none is said."""
-
-
-def _kind_of(value: object) -> str | None:
-    """The member of the union that a checked value wants to be."""
-    return str(value.get("type", KINDS[0])) if isinstance(value, dict) else None
-
-
-def _of_known_kind(value: object) -> object:
-    """Refuses what names no kind, before the union is asked."""
-    if not isinstance(value, dict):
-        raise refusal([((), wrong_type(value, "an object"))])
-    wanted = value.get("type", KINDS[0])
-    needed = "one of " + ", ".join(KINDS)
-    if not isinstance(wanted, str):
-        raise refusal([((), replace(wrong_type(wanted, needed), pointer="/type"))])
-    if wanted not in KINDS:
-        got = "an unknown name"
-        issue = Issue("unknown_type", "There is no such kind of surface.", "/type", got, needed)
-        raise refusal([((), issue)])
-    return value
 
 
 SurfaceDefinition: TypeAlias = Annotated[
@@ -61,9 +42,11 @@ SurfaceDefinition: TypeAlias = Annotated[
     | Annotated[bspline.BsplineDefinition, Tag("bspline")]
     | Annotated[patches.PatchesDefinition, Tag("patches")]
     | Annotated[triangle.TriangleDefinition, Tag("triangle")]
+    | Annotated[sweeps.TubeDefinition, Tag("tube")]
+    | Annotated[sweeps.RibbonDefinition, Tag("ribbon")]
     | Annotated[group.GroupDefinition, Tag("group")],
-    Discriminator(_kind_of),
-    BeforeValidator(_of_known_kind),
+    Discriminator(kind_of(KINDS)),
+    BeforeValidator(of_known_kind(KINDS, "surface")),
 ]
 
 # Its members are surfaces as well, of a union that exists only now.

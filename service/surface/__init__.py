@@ -6,7 +6,16 @@ from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface
 from service.surface.patches import PatchSurface
+from service.surface.sweeps import RibbonSurface, TubeSurface
 from service.surface.triangle import TriangleSurface
 
-Surface: TypeAlias = BezierSurface | BsplineSurface | TriangleSurface | PatchSurface | GroupSurface
+Surface: TypeAlias = (
+    BezierSurface
+    | BsplineSurface
+    | TriangleSurface
+    | PatchSurface
+    | TubeSurface
+    | RibbonSurface
+    | GroupSurface
+)
 """Every kind of surface there is."""

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from service.errors import Issue, UnknownSurface
-from service.surface import Surface, quadrics, rounded, spline_shapes, tea
+from service.surface import Surface, quadrics, rounded, spline_shapes, swept_shapes, tea
 from service.surface.bezier import BezierSurface
 from service.surface.colored import colored_by_height, heated_panel
 from service.surface.lowered import Up
@@ -192,6 +192,26 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
                 "Box with round edges, exact and smooth everywhere: 18 rational patches of degree "
                 "(4, 4), and eight triangles of degree 4 as its corners.",
                 rounded.rounded_box,
+            ),
+            Example(
+                "trefoil-tube",
+                "Trefoil knot",
+                "A closed tube about a trefoil knot, which is a periodic cubic B-spline: "
+                "watertight, its rings without a jump.",
+                swept_shapes.trefoil_tube,
+            ),
+            Example(
+                "ribbon",
+                "Ribbon",
+                "A stripe along a cubic B-spline that faces the reader, its width a Bézier "
+                "function from 0 to 0.",
+                swept_shapes.streamer,
+            ),
+            Example(
+                "hair",
+                "Hair",
+                "A tube along one curve of degree 7 whose radius tapers to a point.",
+                swept_shapes.curl,
             ),
             Example(
                 "tea-service",

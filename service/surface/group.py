@@ -12,6 +12,7 @@ from service.errors import InvalidRequest, Issue, pointer
 from service.surface.checks import MAX_COORDINATE, check_up
 from service.surface.lowered import Color, GroupModel, PatchModel, PlacedModel, Up
 from service.surface.placement import checked_matrix, placed_bounds, upright
+from service.surface.sweep_model import SweepModel
 
 if TYPE_CHECKING:
     from service.surface import Surface
@@ -135,7 +136,7 @@ def content_key(value: Any) -> Hashable:
 def _lowered(group: GroupSurface) -> GroupModel:
     """The group's model; checks on the way that every member stands within float32."""
     numbers: dict[Hashable, int] = {}
-    models: list[PatchModel] = []
+    models: list[PatchModel | SweepModel] = []
     placed: list[PlacedModel] = []
     for index, member in enumerate(group.members):
         surface = member.surface

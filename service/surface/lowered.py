@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.surface.sides import along_sides, corners_of, side_of
+from service.surface.sweep_model import SweepModel
 
 Up: TypeAlias = Literal["y", "z"]
 SideNumbers: TypeAlias = tuple[int, int, int, int]
@@ -336,7 +337,7 @@ class GroupModel:
     """
 
     name: str
-    models: tuple[PatchModel, ...]
+    models: tuple[PatchModel | SweepModel, ...]
     members: tuple[PlacedModel, ...]
     up: Up = "y"
 
@@ -346,5 +347,5 @@ class GroupModel:
         return sum(self.models[member.model].patch_count for member in self.members)
 
 
-Model: TypeAlias = PatchModel | GroupModel
+Model: TypeAlias = PatchModel | SweepModel | GroupModel
 """What a surface lowers to."""

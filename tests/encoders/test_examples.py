@@ -7,10 +7,11 @@ import pytest
 from service.encoders.format import EncodeOptions, OoglForm
 from service.encoders.registry import BY_NAME
 from service.engine.options import Faces, MeshOptions, OverlayName
-from service.errors import UnsupportedByFormat
+from service.errors import InvalidRequest, UnsupportedByFormat
 from service.pipeline import render
 from service.surface.examples import EXAMPLES
 from service.surface.lowered import GroupModel, TrianglePatches
+from service.surface.sweep_model import SweepModel
 from tests.clients.geomview import read_oogl
 from tests.clients.gltf_validator import issues
 
@@ -44,8 +45,12 @@ def test_geomview_has_nothing_to_say(
     options = MeshOptions(resolution=(7, 5), faces=faces, overlays=OVERLAYS)
     surface, oogl = EXAMPLES[example].surface(), BY_NAME["oogl"]
     model = surface.lower()
+    if form == "bez" and isinstance(model, SweepModel):
+        with pytest.raises(InvalidRequest, match="not made of Bézier patches"):
+            render(surface, options, oogl, EncodeOptions(form))
+        return
     models = model.models if isinstance(model, GroupModel) else (model,)
-    kinds = {type(batch) for each in models for batch in each.batches}
+    kinds = {type(b) for m in models if not isinstance(m, SweepModel) for b in m.batches}
     if form in {"cquad", "mesh"} and TrianglePatches in kinds:
         with pytest.raises(UnsupportedByFormat):
             render(surface, options, oogl, EncodeOptions(form))

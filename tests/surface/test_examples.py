@@ -38,6 +38,7 @@ PATCHES = {
 OTHERS = {"rounded-box": [(8, 4)]}
 """What further batches have."""
 
+SWEPT = ("trefoil-tube", "ribbon", "hair")
 ON = {
     ("cylinder", "side"): quadrics.cylinder,
     ("cone", "side"): quadrics.cone,
@@ -54,7 +55,7 @@ def points_of(example: str) -> np.ndarray:
 
 def test_ids_are_the_promised_ones() -> None:
     """All of them, each under its own key, each with a text for people."""
-    assert set(EXAMPLES) == {*PATCHES, "tea-service"}
+    assert set(EXAMPLES) == {*PATCHES, "tea-service", *SWEPT}
     for key, example in EXAMPLES.items():
         assert example.id == key
         assert example.title

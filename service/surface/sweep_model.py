@@ -1,0 +1,93 @@
+"""The waist of what is swept: a curve, and what runs along it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.surface.curve_pieces import CurvePieces, raised
+
+if TYPE_CHECKING:
+    from service.surface.lowered import Up
+
+WIDEST = 2**0.5
+"""How much wider a mitred corner is than what runs into it, at most."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tube:
+    """A round tube: radii as Bernstein coefficients over the whole curve, shape (k+1,)."""
+
+    radii: FloatArray
+    sides: int
+    caps: bool
+
+    @property
+    def spread(self) -> FloatArray:
+        """What varies along the curve."""
+        return self.radii
+
+    @property
+    def reach(self) -> float:
+        """Furthest distance from the curve."""
+        return float(self.radii.max()) * WIDEST
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Ribbon:
+    """A stripe: widths as Bernstein coefficients, and a direction or a point that it faces."""
+
+    widths: FloatArray
+    facing: FloatArray | None
+    camera: FloatArray | None
+
+    @property
+    def spread(self) -> FloatArray:
+        """What varies along the curve."""
+        return self.widths
+
+    @property
+    def reach(self) -> float:
+        """Furthest distance from the curve."""
+        return float(self.widths.max()) / 2 * WIDEST
+
+
+Profile: TypeAlias = Tube | Ribbon
+
+
+@dataclass(frozen=True, eq=False)
+class SweepModel:
+    """A profile along a curve: what tubes and ribbons lower to. It has no Bézier patches.
+
+    A curve that closes is swept to a surface that closes, unless the profile is not the same at
+    both ends.
+    """
+
+    name: str
+    pieces: CurvePieces
+    profile: Profile
+    up: "Up" = "y"
+
+    @property
+    def patch_count(self) -> int:
+        """Bézier patches: none."""
+        return 0
+
+    @property
+    def closed(self) -> bool:
+        """Whether the end meets the beginning."""
+        spread = self.profile.spread
+        return self.pieces.closed and bool(spread[0] == spread[-1])
+
+    @property
+    def polygon(self) -> FloatArray:
+        """The curve's control polygon in space, shape (K, 3)."""
+        return raised(self.pieces.polygon)
+
+    @cached_property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest coordinates that the surface stays within."""
+        low, high = (raised(bound[np.newaxis])[0] for bound in self.pieces.bounds)
+        return low - self.profile.reach, high + self.profile.reach

@@ -1,0 +1,213 @@
+"""Curves given a radius or a width: hair, wires and stripes as surfaces."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from service.bases.arrays import FloatArray
+from service.errors import InvalidRequest, Issue
+from service.surface.checks import MAX_COORDINATE, MAX_DEGREE, check_up
+from service.surface.curve import Curve
+from service.surface.lowered import Up
+from service.surface.sweep_model import Profile, Ribbon, SweepModel, Tube
+
+MIN_SIDES, MAX_SIDES = 3, 1024
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TubeSurface:
+    """A round tube about a curve.
+
+    Attributes
+    ----------
+    curve : Curve
+        Its own name and vertical axis are not read.
+    radius : ndarray of float64, shape (k+1,)
+        Bernstein coefficients of the radius over the curve's domain: one is a constant radius, two
+        make it grow evenly with the parameter. None negative, not all 0. Model units.
+    sides : int
+        Of the regular polygon that stands for the circle.
+    caps : bool
+        Whether the ends of an open tube get a flat disc; where the radius is 0 it is pointed.
+    up : "y" or "z"
+    name : str
+
+    Raises
+    ------
+    InvalidRequest
+        At birth, with pointers relative to the surface.
+    """
+
+    curve: Curve
+    radius: FloatArray
+    sides: int = 16
+    caps: bool = True
+    up: Up = "y"
+    name: str = "tube"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", _spread(self.radius, "radius"))
+        if not MIN_SIDES <= self.sides <= MAX_SIDES:
+            raise InvalidRequest(
+                Issue(
+                    "out_of_range",
+                    "A tube is a prism of so many sides, bent.",
+                    "/sides",
+                    str(self.sides),
+                    f"{MIN_SIDES} to {MAX_SIDES}",
+                )
+            )
+        check_up(self.up)
+        _check_within(self.lower(), "/radius")
+
+    @property
+    def degree(self) -> tuple[int, int]:
+        """Degree of the curve; nothing across it."""
+        return self.curve.degree, 0
+
+    def lower(self) -> SweepModel:
+        """The curve's pieces, and the circle that runs along them."""
+        return _along(self.curve, Tube(self.radius, self.sides, self.caps), self.up, self.name)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RibbonSurface:
+    """A flat stripe along a curve that turns its face to one side, or to a camera.
+
+    Attributes
+    ----------
+    curve : Curve
+        Its own name and vertical axis are not read.
+    width : ndarray of float64, shape (k+1,)
+        Bernstein coefficients of the width over the curve's domain, as a tube's radius.
+    facing : ndarray of float64, shape (3,), or None
+        Direction that it faces, of any length; that of z if neither this nor a camera is given.
+    camera : ndarray of float64, shape (3,), or None
+        Point that it faces.
+    up : "y" or "z"
+    name : str
+
+    Raises
+    ------
+    InvalidRequest
+        At birth, with pointers relative to the surface.
+    """
+
+    curve: Curve
+    width: FloatArray
+    facing: FloatArray | None = None
+    camera: FloatArray | None = None
+    up: Up = "y"
+    name: str = "ribbon"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "width", _spread(self.width, "width"))
+        if self.facing is not None and self.camera is not None:
+            raise InvalidRequest(
+                Issue(
+                    "contradiction",
+                    "A ribbon faces a direction or a point.",
+                    "/camera",
+                    "both",
+                    "one of facing and camera",
+                )
+            )
+        if self.camera is None:
+            facing = (0.0, 0.0, 1.0) if self.facing is None else self.facing
+            object.__setattr__(self, "facing", _vector(facing, "facing"))
+            if not np.any(self.facing):
+                raise InvalidRequest(
+                    Issue(
+                        "wrong_value",
+                        "A ribbon faces some direction.",
+                        "/facing",
+                        "a vector without length",
+                        "any other",
+                    )
+                )
+        else:
+            object.__setattr__(self, "camera", _vector(self.camera, "camera"))
+        check_up(self.up)
+        _check_within(self.lower(), "/width")
+
+    @property
+    def degree(self) -> tuple[int, int]:
+        """Degree of the curve; nothing across it."""
+        return self.curve.degree, 0
+
+    def lower(self) -> SweepModel:
+        """The curve's pieces, and the crossbar that runs along them."""
+        ribbon = Ribbon(self.width, self.facing, self.camera)
+        return _along(self.curve, ribbon, self.up, self.name)
+
+
+def _along(curve: Curve, profile: Profile, up: Up, name: str) -> SweepModel:
+    return SweepModel(name, curve.lower(), profile, up)
+
+
+def _spread(values: ArrayLike, name: str) -> FloatArray:
+    """Radii or widths as a read-only array, none negative, not all zero."""
+    spread = np.atleast_1d(np.array(values, dtype=np.float64))
+    if spread.ndim != 1 or not 1 <= len(spread) <= MAX_DEGREE + 1:
+        raise InvalidRequest(
+            Issue(
+                "wrong_length",
+                "A list holds the coefficients of a Bézier function along the curve.",
+                f"/{name}",
+                f"{spread.size} numbers",
+                f"1 to {MAX_DEGREE + 1}",
+            )
+        )
+    for index, value in enumerate(spread.tolist()):
+        if not 0 <= value <= MAX_COORDINATE:
+            raise InvalidRequest(
+                Issue(
+                    "out_of_range",
+                    "No coefficient is negative: only then is nothing turned inside out.",
+                    f"/{name}/{index}" if len(spread) > 1 else f"/{name}",
+                    f"{value:.6g}",
+                    f"0 to {MAX_COORDINATE:.7g}",
+                )
+            )
+    if not spread.any():
+        raise InvalidRequest(
+            Issue("out_of_range", "There would be no surface.", f"/{name}", "0", "above 0")
+        )
+    spread += 0.0
+    spread.flags.writeable = False
+    return spread
+
+
+def _vector(values: ArrayLike, name: str) -> FloatArray:
+    """Three finite numbers as a read-only array."""
+    vector = np.array(values, dtype=np.float64)
+    if vector.shape != (3,) or not (np.abs(vector) <= MAX_COORDINATE).all():
+        raise InvalidRequest(
+            Issue(
+                "wrong_value",
+                "This is a vector in space.",
+                f"/{name}",
+                "something else",
+                f"three numbers between -{MAX_COORDINATE:.7g} and {MAX_COORDINATE:.7g}",
+            )
+        )
+    vector += 0.0
+    vector.flags.writeable = False
+    return vector
+
+
+def _check_within(model: SweepModel, where: str) -> None:
+    """Refuses what reaches beyond float32 though its curve does not."""
+    low, high = model.bounds
+    furthest = float(max(-low.min(), high.max()))
+    if furthest > MAX_COORDINATE:
+        raise InvalidRequest(
+            Issue(
+                "coordinate_too_large",
+                "Coordinates are stored in single precision.",
+                where,
+                f"points as far as {furthest:.6g}",
+                f"at most {MAX_COORDINATE:.7g}",
+            )
+        )

@@ -1,0 +1,130 @@
+"""Tubes and ribbons over HTTP: every format, and what is refused."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from service.encoders.format import Format
+from service.encoders.registry import FORMATS
+from tests.api.client import Client
+from tests.clients.gltf_validator import issues
+
+CURVE = {"control_points": [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]}
+TUBE = {"type": "tube", "curve": CURVE, "radius": [0.2, 0.1], "sides": 6, "name": "wire"}
+RIBBON = {"type": "ribbon", "curve": CURVE, "width": 0.2, "camera": [0, 0, 10], "up": "z"}
+REFUSED: dict[str, tuple[dict[str, Any], str, str]] = {
+    "no curve": ({"type": "tube", "radius": 1}, "missing_field", "/surface/curve"),
+    "no radius": ({"type": "tube", "curve": CURVE}, "missing_field", "/surface/radius"),
+    "null": ({**TUBE, "radius": None}, "null_value", "/surface/radius"),
+    "text": ({**TUBE, "radius": "thick"}, "wrong_type", "/surface/radius"),
+    "true": ({**TUBE, "radius": True}, "wrong_type", "/surface/radius"),
+    "list of text": ({**TUBE, "radius": [1, "2"]}, "wrong_type", "/surface/radius/1"),
+    "empty": ({**TUBE, "radius": []}, "empty_list", "/surface/radius"),
+    "negative": ({**TUBE, "radius": [1, -1]}, "out_of_range", "/surface/radius/1"),
+    "negative alone": ({**TUBE, "radius": -1}, "out_of_range", "/surface/radius"),
+    "zero": ({**TUBE, "radius": [0, 0]}, "out_of_range", "/surface/radius"),
+    "huge": ({**TUBE, "radius": 3.4e38}, "coordinate_too_large", "/surface/radius"),
+    "long": ({**TUBE, "radius": [1] * 66}, "degree_too_high", "/surface/radius"),
+    "two sides": ({**TUBE, "sides": 2}, "out_of_range", "/surface/sides"),
+    "many sides": ({**TUBE, "sides": 2000}, "out_of_range", "/surface/sides"),
+    "caps": ({**TUBE, "caps": "flat"}, "wrong_type", "/surface/caps"),
+    "width of a tube": ({**TUBE, "width": 1}, "unknown_field", "/surface/width"),
+    "point": (
+        {**TUBE, "curve": {"control_points": [[0, 0], [0, 0]]}},
+        "degenerate_curve",
+        "/surface/curve/control_points",
+    ),
+    "kind of curve": (
+        {**TUBE, "curve": {"type": "tube"}},
+        "unknown_type",
+        "/surface/curve/type",
+    ),
+    "coordinate": (
+        {**TUBE, "curve": {"control_points": [[0, 0, 0], [0, 0, None]]}},
+        "null_value",
+        "/surface/curve/control_points/1/2",
+    ),
+    "both": ({**RIBBON, "facing": [0, 0, 1]}, "contradiction", "/surface/camera"),
+    "nowhere": (
+        {"type": "ribbon", "curve": CURVE, "width": 1, "facing": [0, 0, 0]},
+        "wrong_value",
+        "/surface/facing",
+    ),
+    "plane vector": ({**RIBBON, "camera": [0, 1]}, "wrong_dimension", "/surface/camera"),
+    "null vector": ({**RIBBON, "camera": None}, "null_value", "/surface/camera"),
+    "far camera": ({**RIBBON, "camera": [0, 0, 1e39]}, "wrong_value", "/surface/camera"),
+}
+
+
+@pytest.mark.parametrize("surface", [TUBE, RIBBON], ids=["tube", "ribbon"])
+@pytest.mark.parametrize("fmt", FORMATS, ids=lambda f: f.name)
+def test_every_format(client: Client, fmt: Format, surface: Any, tmp_path: Path) -> None:
+    answer = client.post(f"/v1/mesh?format={fmt.name}", {"surface": surface, "resolution": 5})
+    assert answer.status_code == 200, answer.text
+    if fmt.name in ("glb", "gltf"):
+        assert issues(answer.content, tmp_path / f"model.{fmt.suffix}") == []
+
+
+def test_all_options_apply(client: Client) -> None:
+    document = {
+        "surface": TUBE,
+        "resolution": [4, 3],
+        "faces": "quads",
+        "uvs": True,
+        "overlays": ["control_net", "boundary"],
+    }
+    answer = client.post("/v1/mesh", document).json()
+    report = answer["report"]
+    assert (report["quads"], report["triangles"], report["watertight"]) == (24, 12, True)
+    assert [part["name"] for part in answer["parts"]] == ["wire"]
+    (line,) = answer["lines"]
+    assert (line["name"], len(line["segments"])) == ("control_net", 3)
+    uvs = [value for row in answer["uvs"] for value in row]
+    assert (min(uvs), max(uvs)) == (0, 1)
+
+
+def test_a_curve_in_the_plane_is_swept_in_space(client: Client) -> None:
+    flat = {"type": "tube", "curve": {"control_points": [[0, 0], [1, 1], [2, 0]]}, "radius": 0.1}
+    report = client.post("/v1/mesh", {"surface": flat}).json()["report"]
+    assert report["bounds"]["max"][2] == pytest.approx(0.1, abs=1e-3)
+    assert report["watertight"] is True
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_wrong_is_pointed_at(client: Client, name: str) -> None:
+    surface, code, pointer = REFUSED[name]
+    answer = client.post("/v1/mesh", {"surface": surface})
+    assert answer.status_code == 422, answer.text
+    assert (code, pointer) in [(e["code"], e["pointer"]) for e in answer.json()["errors"]]
+
+
+@pytest.mark.parametrize("surface", [TUBE, RIBBON], ids=["tube", "ribbon"])
+def test_what_has_no_parameters_says_so(client: Client, surface: Any) -> None:
+    asked = [
+        client.post("/v1/points", {"surface": surface, "uv": [[0, 0]]}),
+        client.post("/v1/convert", {"surface": surface, "operations": [{"op": "transpose"}]}),
+        client.post("/v1/mesh?format=oogl", {"surface": surface, "oogl": "bez"}),
+    ]
+    for answer in asked:
+        assert answer.status_code == 422
+        (error,) = answer.json()["errors"]
+        assert (error["code"], error["pointer"]) == ("not_parametric", "/surface")
+
+
+def test_tubes_are_members_of_groups(client: Client, tmp_path: Path) -> None:
+    members = [{"surface": TUBE, "name": "a"}, {"surface": TUBE, "name": "b"}, {"surface": RIBBON}]
+    document = {"surface": {"type": "group", "members": members}, "resolution": 3}
+    for fmt in ("glb", "json", "oogl", "stl"):
+        answer = client.post(f"/v1/mesh?format={fmt}", document)
+        assert answer.status_code == 200, answer.text
+        if fmt == "glb":
+            assert issues(answer.content, tmp_path / "group.glb") == []
+    exact = client.post("/v1/mesh?format=oogl", {**document, "oogl": "bez"})
+    assert exact.json()["errors"][0]["code"] == "not_parametric"
+
+
+def test_a_mesh_that_would_be_too_large_is_not_begun(client: Client) -> None:
+    document = {"surface": {**TUBE, "sides": 1000}, "resolution": 60_000}
+    answer = client.post("/v1/mesh", document)
+    assert answer.json()["code"] == "result_too_large"
