@@ -287,7 +287,10 @@ def _predict_patches(model: PatchModel, options: MeshOptions) -> MeshSize:
         triangular = isinstance(batch, TrianglePatches)
         # The exact form of a triangle is a square with fewer than twice as many.
         control_points += (1 + triangular) * count
-        if "control_net" in options.overlays:
+    if "control_net" in options.overlays:
+        for batch in model.nets:
+            count = batch.points.size // 3
+            triangular = isinstance(batch, TrianglePatches)
             points += count
             # A control point begins at most two segments and one cell; of a triangle, three.
             segments += (2 + triangular) * count

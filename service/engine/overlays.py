@@ -34,7 +34,7 @@ def _control_net(model: PatchModel, origin: FloatArray, dtype: Real) -> Overlay:
     """All control points; neighbours in a net are joined, four of them in a grid bound a cell."""
     positions, segments, cells = [], [], []
     first = 0
-    for batch in model.batches:
+    for batch in model.nets:
         positions.append((batch.points - origin).reshape(-1, 3).astype(dtype))
         each = first + np.arange(batch.count) * (len(positions[-1]) // batch.count)
         if isinstance(batch, TrianglePatches):
@@ -49,7 +49,7 @@ def _control_net(model: PatchModel, origin: FloatArray, dtype: Real) -> Overlay:
         np.concatenate(positions),
         np.concatenate(segments).astype(np.uint32),
         # Cells alone are no picture of a net that has triangles.
-        np.concatenate(cells).astype(np.uint32) if len(cells) == len(model.batches) else None,
+        np.concatenate(cells).astype(np.uint32) if len(cells) == len(model.nets) else None,
     )
 
 

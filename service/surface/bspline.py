@@ -110,7 +110,14 @@ class BsplineSurface:
         )
         batch = TensorPatches(points, loads, channels)
         part = Part(self.name, 0, batch.count)
-        return PatchModel(self.name, (batch,), (part,), self.up, domain)
+        return PatchModel(
+            self.name,
+            (batch,),
+            (part,),
+            self.up,
+            domain,
+            control_net=self._wrapped(self.control_net, 1),
+        )
 
     def _nets(
         self, net: FloatArray, weights: FloatArray | None = None
@@ -151,9 +158,12 @@ class BsplineSurface:
         )
         self.channels.check_spans(self.control_net.shape[:2], self.degree, (rows, columns))
 
-    def _wrapped(self, net: FloatArray) -> FloatArray:
-        """A net over the control points, continued along periodic directions."""
+    def _wrapped(self, net: FloatArray, lines: int | None = None) -> FloatArray:
+        """A net over the control points, continued along periodic directions.
+
+        By as many lines as the degree, or by so many: by one it closes.
+        """
         for axis, (knots, degree) in enumerate(zip(self.knots, self.degree, strict=True)):
             if isinstance(knots, str) and knots == "periodic":
-                net = bases.wrapped(net, degree, axis)
+                net = bases.wrapped(net, degree if lines is None else lines, axis)
         return net

@@ -288,7 +288,8 @@ class PatchModel:
     surface's name. `up` is the model's vertical axis. `domain` is there if
     the patches, all in one batch, are pieces of one parametric surface; else the parameters of
     every patch are its own, in [0, 1]. Patch k was number `order[k]` of those that the request
-    lists, k itself where `order` is None.
+    lists, k itself where `order` is None. `control_net` (n, m, 3) is the surface's own, where that
+    is another than its patches have.
     """
 
     name: str
@@ -298,6 +299,14 @@ class PatchModel:
     domain: Domain | None = None
     order: NDArray[np.intp] | None = None
     sequence: NDArray[np.intp] | None = None
+    control_net: FloatArray | None = None
+
+    @property
+    def nets(self) -> tuple[Patches, ...]:
+        """The control nets that were given: those of the patches, or the surface's own."""
+        if self.control_net is None:
+            return self.batches
+        return (TensorPatches(self.control_net[np.newaxis]),)
 
     @property
     def patch_count(self) -> int:

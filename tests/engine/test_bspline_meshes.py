@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 from service.bases import knots
+from service.encoders.format import EncodeOptions, Format
+from service.encoders.registry import FORMATS
+from service.engine.options import MeshOptions, OverlayName
+from service.pipeline import predict, render
 from service.surface.bspline import BsplineSurface
 from tests.engine.meshing import check_sound, check_winding, mesh_of, shape_of
 from tests.spline_strategies import points_for, weights_for
@@ -139,6 +143,34 @@ def test_on_a_seam_uvs_keep_both_ends() -> None:
     assert (mesh.uvs.min(axis=0) == 0).all()
     assert mesh.uvs.max(axis=0).tolist() == [10, 6]
     assert mesh.report.watertight
+
+
+def test_the_control_net_overlay_is_the_net_that_was_given() -> None:
+    """Not those of the patches; where the surface is periodic, the lines close."""
+    net = field(5, 6)
+    surface = BsplineSurface(net, (2, 3), ("clamped", "periodic"), weights_for(5, 3, 6))
+    options = MeshOptions(resolution=(2, 2), overlays=("control_net", "boundary"))
+    overlay, _ = mesh_of(surface.lower(), resolution=(2, 2), overlays=options.overlays).overlays
+    closed = np.concatenate([net, net[:, :1]], axis=1)
+    np.testing.assert_array_equal(overlay.positions, closed.reshape(-1, 3))
+    assert len(overlay.segments) == 4 * 7 + 5 * 6
+    assert overlay.cells is not None
+    assert len(overlay.cells) == 4 * 6
+
+
+@pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
+def test_a_net_with_idle_points_fits_the_prediction(fmt: Format) -> None:
+    """Knots before the domain: more control points were given than the patch has."""
+    vector = np.array([-4.0, -3, -2, -1, *[0] * 5, 1, 1, 1, 1, 1])
+    surface = BsplineSurface(field(9, 2), (4, 1), (vector, "clamped"))
+    overlays: tuple[OverlayName, ...] = ("control_net",) if fmt.overlays else ()
+    options = MeshOptions(resolution=(1, 1), overlays=overlays)
+    model = surface.lower()
+    assert model.batches[0].points.shape == (1, 5, 2, 3)
+    size = predict(model, options)
+    if overlays:
+        assert size.overlay_points == 9 * 2
+    assert len(render(surface, options, fmt)) <= fmt.byte_bound(size, EncodeOptions())
 
 
 def test_a_crease_in_high_degrees() -> None:
