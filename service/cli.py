@@ -22,6 +22,7 @@ AnyFormat = TypeVar("AnyFormat", bound="FileFormat")
 
 OPTIONS = (
     "resolution", "faces", "normals", "uvs", "weld", "crease_angle", "overlays", "oogl",
+    "isocurves", "wires", "wire_width", "wire_sides",
 )  # fmt: skip
 """The options of a mesh, by name; their models would take too long to import for `--help`."""
 
@@ -169,7 +170,7 @@ def _add_options(mesh: argparse.ArgumentParser) -> None:
     """The options of a mesh; each overrides the same one in the file."""
     group = mesh.add_argument_group("options of the mesh")
     group.add_argument("--resolution", metavar="N|U,V", help="divisions of every patch (16)")
-    group.add_argument("--faces", metavar="KIND", help="triangles (default) or quads")
+    group.add_argument("--faces", metavar="KIND", help="triangles (default), quads or none")
     for name, text in (
         ("normals", "unit normals (yes)"),
         ("uvs", "parameters (u, v) where the surface has no uvs of its own (no)"),
@@ -178,6 +179,10 @@ def _add_options(mesh: argparse.ArgumentParser) -> None:
         group.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=text)
     group.add_argument("--crease-angle", metavar="RADIANS", help="keep normals apart beyond (1°)")
     group.add_argument("--overlays", metavar="A,B", help="lines: control_net, boundary")
+    group.add_argument("--isocurves", metavar="N|U,V", help="curves across every patch (0)")
+    group.add_argument("--wires", metavar="KIND", help="these as lines (default), tubes or ribbons")
+    group.add_argument("--wire-width", metavar="LENGTH", help="width of these (diagonal / 300)")
+    group.add_argument("--wire-sides", metavar="N", help="sides of a tube (8)")
     group.add_argument("--oogl", metavar="FORM", help="form of OOGL: cquad, mesh, off, bez")
 
 

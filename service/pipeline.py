@@ -18,13 +18,16 @@ from service.engine.build import (
     build_scene,
     carrying,
     colored,
+    lines_of,
 )
+from service.engine.isocurves import most_isocurves
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.places import Places, Query, locate
 from service.engine.points import points
 from service.engine.sweeping import predicted_sweep
-from service.engine.tessellate import overlays_of, predicted_size
+from service.engine.tessellate import predicted_size
+from service.engine.wires import NAME as WIRES
 from service.errors import InvalidRequest, Issue, TooLarge, UnsupportedByFormat
 from service.schemas.surfaces import definition
 from service.surface import Surface
@@ -83,7 +86,7 @@ class Work:
         """The file."""
         if self.encode.exact and self.fmt.encode_exact is not None:
             patches = as_patches(self.model)
-            return self.fmt.encode_exact(patches, overlays_of(patches, self.options))
+            return self.fmt.encode_exact(patches, lines_of(patches, self.options))
         if isinstance(self.model, GroupModel) and self.fmt.encode_scene is not None:
             scene = build_scene(self.model, self.options, single=self.fmt.single)
             return self.fmt.encode_scene(scene, self.encode)
@@ -110,7 +113,8 @@ def plan(
     size = predict(model, options)
     shared = fmt.encode_scene is not None and not encode.exact
     stored = predict(model, options, shared=True) if shared else size
-    _check_format(options, fmt)
+    _check_wires(model, options)
+    _check_format(options, fmt, encode)
     _check_vertices(size, limits)
     _check_bytes(stored, fmt, encode, limits)
     return Work(model, options, fmt, encode, size)
@@ -279,7 +283,9 @@ def _predict_sweep(model: SweepModel, options: MeshOptions) -> MeshSize:
 
 def _predict_patches(model: PatchModel, options: MeshOptions) -> MeshSize:
     """Counts of the mesh of patches."""
-    vertices, triangles, quads = predicted_size(model, options)
+    vertices = triangles = quads = 0
+    if options.surface:
+        vertices, triangles, quads = predicted_size(model, options)
     points = segments = cells = 0
     control_points = 0
     for batch in model.batches:
@@ -300,6 +306,11 @@ def _predict_patches(model: PatchModel, options: MeshOptions) -> MeshSize:
         points += 4 * model.patch_count * (max(options.resolution) + 1)
     channels = model.batches[0].channels
     names = [model.name, *(part.name for part in model.parts), *options.overlays]
+    if options.wired:
+        names.append(WIRES)
+        curves, samples = most_isocurves(model, options.resolution, options.isocurves)
+        points += samples
+        segments += samples - curves
     return MeshSize(
         vertices,
         triangles,
@@ -316,7 +327,25 @@ def _predict_patches(model: PatchModel, options: MeshOptions) -> MeshSize:
     )
 
 
-def _check_format(options: MeshOptions, fmt: Format) -> None:
+def _check_wires(model: Model, options: MeshOptions) -> None:
+    """Refuses isoparametric curves of what has no parameters."""
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    if all(isinstance(own, PatchModel) for own in models) or not (
+        options.wired or not options.surface
+    ):
+        return
+    raise InvalidRequest(
+        Issue(
+            "not_parametric",
+            "Tubes and ribbons have no isoparametric curves; they are made of their faces.",
+            "/isocurves" if options.wired else "/faces",
+            "a tube or a ribbon",
+            "no isoparametric curves, and faces",
+        )
+    )
+
+
+def _check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
     """Refuses what the format cannot hold."""
     if options.faces == "quads" and not fmt.quads:
         raise UnsupportedByFormat(
@@ -338,17 +367,37 @@ def _check_format(options: MeshOptions, fmt: Format) -> None:
                 "none, or another format",
             )
         )
+    if options.wired and not options.solid_wires and not fmt.overlays:
+        raise UnsupportedByFormat(
+            Issue(
+                "unsupported_by_format",
+                f"The format {fmt.name} has no place for lines.",
+                "/wires",
+                "isoparametric curves as lines",
+                "tubes or ribbons, or another format",
+            )
+        )
+    if encode.exact and (options.solid_wires or not options.surface):
+        raise UnsupportedByFormat(
+            Issue(
+                "unsupported_by_format",
+                "The exact form holds patches, and lines.",
+                "/oogl",
+                "wires that have faces, or no surface",
+                "the surface, its curves as lines, or another form",
+            )
+        )
 
 
 def _check_vertices(size: MeshSize, limits: Limits) -> None:
-    """Refuses a mesh that would be too large."""
-    if size.vertices > limits.max_vertices:
+    """Refuses a mesh that would be too large, its lines included."""
+    if size.vertices + size.overlay_points > limits.max_vertices:
         raise TooLarge(
             Issue(
                 "too_many_vertices",
                 "The mesh would have too many vertices.",
                 "/resolution",
-                f"{size.vertices} vertices",
+                f"{size.vertices + size.overlay_points} vertices",
                 f"at most {limits.max_vertices}",
             )
         )

@@ -62,13 +62,16 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
         raise _unsupported("The exact form is made of Bézier patches, not of a mesh.", form)
     if form != "off" and not mesh.grids:
         raise _unsupported("This form is made of one grid a patch; the mesh is not.", form, "off")
-    if form == "off" and not len(mesh.triangles) + len(mesh.quads):
+    faces = len(mesh.triangles) + len(mesh.quads)
+    if form == "off" and not faces and not drawn(mesh.overlays):
         raise _unsupported("OOGL has no place for a mesh without faces.", "no faces")
 
     if form == "cquad":
         members = chain(_cquad(mesh), _seed_overlays(mesh))
+    elif form == "mesh":
+        members = chain(_meshes(mesh), _overlays(mesh))
     else:
-        members = chain(_meshes(mesh) if form == "mesh" else _off(mesh), _overlays(mesh))
+        members = chain(_off(mesh) if faces else (), _overlays(mesh))
     return b"".join(chain((b"LIST\n",), members))
 
 

@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from service.engine.isocurves import isocurves
 from service.engine.light import tinted
-from service.engine.mesh import Mesh
+from service.engine.mesh import Mesh, Overlay
 from service.engine.options import MeshOptions
 from service.engine.scene import Scene, arranged, flattened, in_single, placed_points
 from service.engine.sweeping import sweep
-from service.engine.tessellate import tessellate
+from service.engine.tessellate import overlays_of, tessellate
+from service.engine.wires import line_overlay, with_lines, without_faces
 from service.errors import InvalidRequest, Issue
 from service.surface.channels import only_channels
 from service.surface.lowered import (
@@ -48,7 +50,17 @@ def _alone(model: PatchModel | SweepModel, options: MeshOptions, *, single: bool
     """The mesh of a model that is no group."""
     if isinstance(model, SweepModel):
         return sweep(model, options, single=single)
-    return tessellate(model, options, single=single)
+    mesh = (tessellate if options.surface else without_faces)(model, options, single=single)
+    return with_lines(mesh, model, options) if options.wired else mesh
+
+
+def lines_of(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
+    """The lines that are asked for, in float64 and model coordinates, where there is no mesh."""
+    overlays = overlays_of(model, options)
+    if options.wired:
+        curves = isocurves(model, options.resolution, options.isocurves)
+        overlays = (*overlays, line_overlay(curves))
+    return overlays
 
 
 def build_scene(model: GroupModel, options: MeshOptions, *, single: bool = False) -> Scene:

@@ -5,13 +5,21 @@ from math import pi, radians
 from typing import Literal, TypeAlias
 
 from service.errors import InvalidRequest, Issue
+from service.surface.checks import MAX_COORDINATE
 
 Faces: TypeAlias = Literal["triangles", "quads"]
 OverlayName: TypeAlias = Literal["control_net", "boundary"]
+WireForm: TypeAlias = Literal["lines", "tubes", "ribbons"]
 
 MAX_RESOLUTION = 1 << 16
 """Divisions in one direction beyond which a number is a mistake. What is affordable is decided by
 the vertices that would come out."""
+
+MAX_ISOCURVES = 1024
+"""Pieces that isoparametric curves cut a patch into, in one direction."""
+
+MIN_SIDES, MAX_SIDES = 3, 256
+"""Sides of a wire that is a tube."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +40,17 @@ class MeshOptions:
         Radians. Welded positions whose normals differ by more keep them apart.
     overlays : tuple of names
         Lines to draw beside the faces.
+    isocurves : (n_u, n_v)
+        Every patch shows its curves u = i/n_u and v = j/n_v, borders included; 0 draws none.
+    wires : "lines", "tubes" or "ribbons"
+        What the isoparametric curves are drawn as.
+    wire_width : float or None
+        Diameter of the tubes, width of the ribbons, in model units; None is a share of the
+        model's diagonal.
+    wire_sides : int
+        Sides of a tube.
+    surface : bool
+        Whether the surface itself is there, or nothing but what is drawn on it.
     """
 
     resolution: tuple[int, int] = (16, 16)
@@ -41,6 +60,11 @@ class MeshOptions:
     weld: bool = True
     crease_angle: float = radians(1.0)
     overlays: tuple[OverlayName, ...] = ()
+    isocurves: tuple[int, int] = (0, 0)
+    wires: WireForm = "lines"
+    wire_width: float | None = None
+    wire_sides: int = 8
+    surface: bool = True
 
     def __post_init__(self) -> None:
         if not all(1 <= r <= MAX_RESOLUTION for r in self.resolution):
@@ -61,5 +85,59 @@ class MeshOptions:
                     "/crease_angle",
                     f"{self.crease_angle:.6g}",
                     "0 to π radians",
+                )
+            )
+        self._check_wires()
+
+    @property
+    def wired(self) -> bool:
+        """Whether there are isoparametric curves."""
+        return any(self.isocurves)
+
+    @property
+    def solid_wires(self) -> bool:
+        """Whether these have faces."""
+        return self.wired and self.wires != "lines"
+
+    def _check_wires(self) -> None:
+        """Refuses isoparametric curves that cannot be, and a picture of nothing."""
+        if not all(0 <= n <= MAX_ISOCURVES for n in self.isocurves):
+            raise InvalidRequest(
+                Issue(
+                    "out_of_range",
+                    "Isoparametric curves cut every patch into so many pieces.",
+                    "/isocurves",
+                    f"{self.isocurves[0]} × {self.isocurves[1]}",
+                    f"0 to {MAX_ISOCURVES} each",
+                )
+            )
+        if self.wire_width is not None and not 0 < self.wire_width <= MAX_COORDINATE:
+            raise InvalidRequest(
+                Issue(
+                    "out_of_range",
+                    "The width of a wire is a length.",
+                    "/wire_width",
+                    f"{self.wire_width:.6g}",
+                    f"a number above 0, at most {MAX_COORDINATE:.7g}",
+                )
+            )
+        if not MIN_SIDES <= self.wire_sides <= MAX_SIDES:
+            raise InvalidRequest(
+                Issue(
+                    "out_of_range",
+                    "A tube has so many sides.",
+                    "/wire_sides",
+                    str(self.wire_sides),
+                    f"{MIN_SIDES} to {MAX_SIDES}",
+                )
+            )
+        if not (self.surface or self.wired or self.overlays):
+            raise InvalidRequest(
+                Issue(
+                    "nothing_to_draw",
+                    "Without its faces a surface shows its isoparametric curves or its overlays.",
+                    "/faces",
+                    "none of them",
+                    "isocurves or overlays, or faces",
                 )
             )

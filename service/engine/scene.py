@@ -63,16 +63,14 @@ def in_single(mesh: Mesh) -> Mesh:
         replace(overlay, positions=(overlay.positions - origin).astype(np.float32))
         for overlay in mesh.overlays
     )
-    low, high = (bound.astype(np.float64) + origin for bound in extent(positions))
+    narrow = replace(mesh, positions=positions, overlays=overlays, origin=origin)
+    low, high = (bound.astype(np.float64) + origin for bound in extent(_shown(narrow)))
     return replace(
-        mesh,
-        positions=positions,
+        narrow,
         normals=None if mesh.normals is None else mesh.normals.astype(np.float32),
         uvs=None if mesh.uvs is None else mesh.uvs.astype(np.float32),
         colors=None if mesh.colors is None else mesh.colors.astype(np.float32),
         attributes=tuple((name, rows.astype(np.float32)) for name, rows in mesh.attributes),
-        overlays=overlays,
-        origin=origin,
         report=_within(mesh.report, low, high),
     )
 
@@ -132,7 +130,16 @@ def _report(mesh: Mesh, matrix: FloatArray | None) -> MeshReport:
     """The report of a mesh in another place."""
     if matrix is None:
         return mesh.report
-    return _within(mesh.report, *extent(placed_points(mesh.positions, matrix, mesh.origin)))
+    return _within(mesh.report, *extent(placed_points(_shown(mesh), matrix, mesh.origin)))
+
+
+def _shown(mesh: Mesh) -> RealArray:
+    """Points that the bounds of a mesh are those of: its vertices; without any, its lines."""
+    if len(mesh.positions):
+        return mesh.positions
+    lines = [overlay.positions for overlay in mesh.overlays if len(overlay.positions)]
+    corners = np.array([mesh.report.bounds_min, mesh.report.bounds_max]) - mesh.origin
+    return np.concatenate(lines) if lines else corners
 
 
 def _within(report: MeshReport, low: RealArray, high: RealArray) -> MeshReport:

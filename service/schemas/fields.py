@@ -16,7 +16,7 @@ from pydantic import (
 )
 from pydantic_core import core_schema
 
-from service.engine.options import MAX_RESOLUTION, OverlayName
+from service.engine.options import MAX_ISOCURVES, MAX_RESOLUTION, OverlayName
 from service.errors import Issue
 from service.schemas.arrays import PATCH_NUMBERS, Array
 from service.schemas.refusals import refusal, wrong_type
@@ -55,41 +55,51 @@ Name: TypeAlias = Annotated[
 Divisions: TypeAlias = Annotated[int, Field(ge=1, le=MAX_RESOLUTION)]
 
 
-def _pair(value: object) -> object:
-    """An int stands for both directions."""
-    if type(value) is int:
-        if not 1 <= value <= MAX_RESOLUTION:
-            needed = f"1 to {MAX_RESOLUTION}"
-            issue = Issue("out_of_range", "The number is out of range.", "", str(value), needed)
+def _pair(least: int, most: int) -> BeforeValidator:
+    """An int from `least` to `most` stands for both directions."""
+
+    def pair(value: object) -> object:
+        if type(value) is int:
+            if not least <= value <= most:
+                needed = f"{least} to {most}"
+                issue = Issue("out_of_range", "The number is out of range.", "", str(value), needed)
+                raise refusal([((), issue)])
+            return [value, value]
+        if not isinstance(value, list):
+            raise refusal([((), wrong_type(value, "a whole number or a list of two"))])
+        if len(value) != 2:
+            issue = Issue(
+                "wrong_length",
+                "A list has one number of divisions for u and one for v.",
+                got=f"{len(value)} numbers",
+                needed="two numbers",
+            )
             raise refusal([((), issue)])
-        return [value, value]
-    if not isinstance(value, list):
-        raise refusal([((), wrong_type(value, "a whole number or a list of two"))])
-    if len(value) != 2:
-        issue = Issue(
-            "wrong_length",
-            "A list has one number of divisions for u and one for v.",
-            got=f"{len(value)} numbers",
-            needed="two numbers",
-        )
-        raise refusal([((), issue)])
-    return value
+        return value
+
+    return BeforeValidator(pair)
 
 
-_DIVISIONS_SCHEMA = {"type": "integer", "minimum": 1, "maximum": MAX_RESOLUTION}
+def _pair_schema(least: int, most: int) -> WithJsonSchema:
+    one = {"type": "integer", "minimum": least, "maximum": most}
+    pair = {"type": "array", "items": one, "minItems": 2, "maxItems": 2}
+    return WithJsonSchema({"oneOf": [one, pair]})
+
 
 Resolution: TypeAlias = Annotated[
     tuple[Divisions, Divisions],
     Field(strict=False),
-    BeforeValidator(_pair),
-    WithJsonSchema(
-        {
-            "oneOf": [
-                _DIVISIONS_SCHEMA,
-                {"type": "array", "items": _DIVISIONS_SCHEMA, "minItems": 2, "maxItems": 2},
-            ]
-        }
-    ),
+    _pair(1, MAX_RESOLUTION),
+    _pair_schema(1, MAX_RESOLUTION),
+]
+
+Pieces: TypeAlias = Annotated[int, Field(ge=0, le=MAX_ISOCURVES)]
+
+IsoCurves: TypeAlias = Annotated[
+    tuple[Pieces, Pieces],
+    Field(strict=False),
+    _pair(0, MAX_ISOCURVES),
+    _pair_schema(0, MAX_ISOCURVES),
 ]
 
 

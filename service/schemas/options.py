@@ -5,8 +5,9 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
-from service.engine.options import Faces, MeshOptions
-from service.schemas.fields import Omittable, Overlays, Resolution, StrictModel
+from service.engine.options import MAX_SIDES, MIN_SIDES, MeshOptions, WireForm
+from service.schemas.fields import IsoCurves, Omittable, Overlays, Resolution, StrictModel
+from service.surface.checks import MAX_COORDINATE
 
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
 """As `service.encoders.format` has it: languages and formats do not know each other."""
@@ -23,9 +24,10 @@ class MeshOptionFields(StrictModel):
         "(u + 1) × (v + 1) vertices.",
         examples=[16, [16, 32]],
     )
-    faces: Faces = Field(
+    faces: Literal["triangles", "quads", "none"] = Field(
         default=_DEFAULTS.faces,
-        description="Kind of faces. `quads` only where the format has them.",
+        description="Kind of faces. `quads` only where the format has them; `none` leaves the "
+        "surface out, so that its isoparametric curves or its overlays are all there is.",
         examples=["quads"],
     )
     normals: bool = Field(
@@ -53,6 +55,30 @@ class MeshOptionFields(StrictModel):
         description="Lines to draw beside the faces, where the format has lines.",
         examples=[["control_net", "boundary"]],
     )
+    isocurves: IsoCurves = Field(
+        default=_DEFAULTS.isocurves,
+        description="Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a "
+        "B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a "
+        "shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction.",
+        examples=[4, [1, 2]],
+    )
+    wires: WireForm = Field(
+        default=_DEFAULTS.wires,
+        description="What isoparametric curves are drawn as: `lines` where the format has lines, "
+        "`tubes`, or `ribbons` that lie flat on the surface.",
+        examples=["tubes"],
+    )
+    wire_width: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = Field(
+        default=None,
+        description="Diameter of the tubes, width of the ribbons, in model units; a 300th of the "
+        "diagonal of the control points if left out.",
+        examples=[0.02],
+    )
+    wire_sides: Annotated[int, Field(ge=MIN_SIDES, le=MAX_SIDES)] = Field(
+        default=_DEFAULTS.wire_sides,
+        description="Sides of a tube.",
+        examples=[12],
+    )
     oogl: Annotated[OoglForm | None, Omittable()] = Field(
         default=None,
         description="Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` "
@@ -64,10 +90,15 @@ class MeshOptionFields(StrictModel):
         """The part that the engine reads."""
         return MeshOptions(
             resolution=self.resolution,
-            faces=self.faces,
+            faces="triangles" if self.faces == "none" else self.faces,
             normals=self.normals,
             uvs=self.uvs,
             weld=self.weld,
             crease_angle=self.crease_angle,
             overlays=self.overlays,
+            isocurves=self.isocurves,
+            wires=self.wires,
+            wire_width=self.wire_width,
+            wire_sides=self.wire_sides,
+            surface=self.faces != "none",
         )

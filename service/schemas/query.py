@@ -23,8 +23,9 @@ _FLAG_NAMES = frozenset(
     for name, field in model.model_fields.items()
     if field.annotation is bool
 )
-_NUMBER_NAMES = frozenset({"crease_angle", "tolerance"})
-LIST_NAMES = frozenset({"resolution", "overlays"})
+_NUMBER_NAMES = frozenset({"crease_angle", "tolerance", "wire_width"})
+_PAIR_NAMES = frozenset({"resolution", "isocurves"})
+LIST_NAMES = _PAIR_NAMES | {"overlays"}
 """Options that may be lists."""
 
 MAX_PARAMETERS = 50
@@ -77,11 +78,13 @@ def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
 
 
 def _value(name: str, text: str) -> object:
-    if name == "resolution":
+    if name in _PAIR_NAMES:
         numbers = [_whole(part) for part in text.split(",")]
         return numbers[0] if len(numbers) == 1 else numbers
     if name == "overlays":
         return text.split(",") if text else []
+    if name == "wire_sides":
+        return _whole(text)
     if name in _NUMBER_NAMES:
         return float(text) if _NUMBER.fullmatch(text) else text
     if name in _FLAG_NAMES:

@@ -567,6 +567,29 @@ def choices() -> Iterator[Hostile]:
         body = options(f'"crease_angle":{text}')
         yield case(f"crease angle {text}", body, 422, code, "/crease_angle")
     for text, code, place in (
+        ("-1", "out_of_range", ""),
+        ("1025", "out_of_range", ""),
+        ("[1]", "wrong_length", ""),
+        ("[1,-1]", "out_of_range", "/1"),
+        ("[1,null]", "null_value", "/1"),
+        ("true", "wrong_type", ""),
+        ("null", "null_value", ""),
+        ("1.5", "wrong_type", ""),
+    ):
+        yield case(f"isocurves {text}", options(f'"isocurves":{text}'), 422, code,
+                   f"/isocurves{place}")  # fmt: skip
+    for name, text, code in (
+        ("wires", f'"{ECHO}"', "wrong_value"), ("wires", "null", "null_value"),
+        ("wire_width", "0", "out_of_range"), ("wire_width", "-1", "out_of_range"),
+        ("wire_width", "1e300", "out_of_range"), ("wire_width", "null", "null_value"),
+        ("wire_width", '"1"', "wrong_type"), ("wire_sides", "2", "out_of_range"),
+        ("wire_sides", "257", "out_of_range"), ("wire_sides", "8.0", "wrong_type"),
+    ):  # fmt: skip
+        yield case(f"{name} {text}", options(f'"{name}":{text}'), 422, code, f"/{name}")
+    yield case("nothing to draw", options('"faces":"none"'), 422, "nothing_to_draw", "/faces")
+    yield case("very many isocurves", options('"isocurves":1024,"resolution":4000'), 422,
+               "too_many_vertices", "/resolution")  # fmt: skip
+    for text, code, place in (
         ("null", "null_value", ""),
         ('"boundary"', "wrong_type", ""),
         ("[null]", "null_value", "/0"),

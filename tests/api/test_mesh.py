@@ -74,11 +74,16 @@ def test_all_options_mean_the_same_in_the_body_and_in_the_query(client: Client) 
         "weld": False,
         "crease_angle": 0.5,
         "overlays": ["control_net", "boundary"],
+        "isocurves": [2, 3],
+        "wires": "lines",
+        "wire_width": 0.5,
+        "wire_sides": 5,
         "oogl": "off",
     }
     query = (
         "resolution=3,2&faces=quads&normals=false&uvs=true&weld=false&crease_angle=0.5"
-        "&overlays=control_net,boundary&oogl=off"
+        "&overlays=control_net,boundary&isocurves=2,3&wires=lines&wire_width=0.5&wire_sides=5"
+        "&oogl=off"
     )
     for name in ("json", "oogl"):
         posted = client.post(f"/v1/mesh?format={name}", {**definition, **options})

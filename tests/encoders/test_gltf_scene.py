@@ -227,5 +227,5 @@ def test_predictions_hold_for_groups(name: str) -> None:
     each = predict(group.lower(), options)
     assert each.vertices == shared.vertices + 39 * 8 * 15
     bound = fmt.byte_bound(shared if fmt.encode_scene else each, EncodeOptions())
-    limits = Limits(each.vertices, bound)
+    limits = Limits(each.vertices + each.overlay_points, bound)
     assert len(plan(group, options, fmt, limits=limits).run()) <= bound

@@ -99,6 +99,12 @@ def test_options_know_the_defaults_and_the_forms_of_those_who_use_them() -> None
         ({"crease_angle": str(pi)}, MeshOptions(crease_angle=pi)),
         ({"crease_angle": str(radians(1))}, MeshOptions()),
         ({"overlays": ""}, MeshOptions()),
+        ({"isocurves": "3"}, MeshOptions(isocurves=(3, 3))),
+        ({"isocurves": "0,2"}, MeshOptions(isocurves=(0, 2))),
+        ({"wires": "tubes"}, MeshOptions(wires="tubes")),
+        ({"wire_width": "1e-2"}, MeshOptions(wire_width=0.01)),
+        ({"wire_sides": "5"}, MeshOptions(wire_sides=5)),
+        ({"faces": "none", "isocurves": "1"}, MeshOptions(isocurves=(1, 1), surface=False)),
         ({"overlays": "boundary"}, MeshOptions(overlays=("boundary",))),
         (
             {"overlays": "boundary,control_net"},
