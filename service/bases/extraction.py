@@ -198,16 +198,14 @@ def _joints(
     begins, ends = shares
     at = spans(knots, degree)
     last = len(at)
-    first_knot, last_knot = knots[at[0]], knots[at[-1] + 1]
-    many = np.zeros(last + 1, dtype=np.intp)
-    many[1:-1] = np.diff(at)
-    many[0] = min(degree, int((knots[: at[0] + 1] == first_knot).sum()))
-    many[-1] = min(degree, int((knots[at[-1] + 1 :] == last_knot).sum()))
+    many = _multiplicities(knots, degree, at)
     if many[0] == many[-1] < degree:
-        first, final = at[0] - degree, at[-1] - degree + many[-1]
+        heads, tails = at[0] - degree, at[-1] - degree + many[-1]
         head, tail = begins[0, : degree + 1 - many[0]], ends[-1, many[-1] :]
-        if _repeats(points, first, final, len(head)) and (
-            weights is None or _repeats(weights, first, final, len(head))
+        if all(
+            np.array_equal(values[heads : heads + len(head)], values[tails : tails + len(tail)])
+            for values in (points, weights)
+            if values is not None
         ):
             _close(head, tail)
     row_bytes = 8 * max(degree + 1, points[0].size)
@@ -228,9 +226,14 @@ def _joints(
             yield _Joints(first, ((left + right) / 2)[:, np.newaxis], before, after, opens, shuts)
 
 
-def _repeats(values: FloatArray, first: int, final: int, count: int) -> bool:
-    """Whether `count` rows from `first` on are those from `final` on."""
-    return np.array_equal(values[first : first + count], values[final : final + count])
+def _multiplicities(knots: FloatArray, degree: int, at: Ints) -> Ints:
+    """How often each break occurs; at the ends of the domain p is as good as more."""
+    many = np.empty(len(at) + 1, dtype=np.intp)
+    many[1:-1] = np.diff(at)
+    before, after = knots[: at[0] + 1], knots[at[-1] + 1 :]
+    many[0] = min(degree, int((before == before[-1]).sum()))
+    many[-1] = min(degree, int((after == after[0]).sum()))
+    return many
 
 
 def _close(head: FloatArray, tail: FloatArray) -> None:
