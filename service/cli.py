@@ -22,7 +22,7 @@ AnyFormat = TypeVar("AnyFormat", bound="FileFormat")
 
 OPTIONS = (
     "resolution", "faces", "normals", "uvs", "weld", "crease_angle", "overlays", "oogl",
-    "isocurves", "wires", "wire_width", "wire_sides",
+    "isocurves", "wires", "wire_width", "wire_sides", "method",
 )  # fmt: skip
 """The options of a mesh, by name; their models would take too long to import for `--help`."""
 
@@ -183,6 +183,9 @@ def _add_options(mesh: argparse.ArgumentParser) -> None:
     group.add_argument("--wires", metavar="KIND", help="these as lines (default), tubes or ribbons")
     group.add_argument("--wire-width", metavar="LENGTH", help="width of these (diagonal / 300)")
     group.add_argument("--wire-sides", metavar="N", help="sides of a tube (8)")
+    group.add_argument(
+        "--method", metavar="NAME", help="matrix (default), de_casteljau, forward_difference"
+    )
     group.add_argument("--oogl", metavar="FORM", help="form of OOGL: cquad, mesh, off, bez")
 
 

@@ -8,9 +8,12 @@ from dataclasses import astuple, dataclass, replace
 from itertools import zip_longest
 from typing import Protocol, TypeAlias
 
+import numpy as np
+
 from service.encoders import json_points
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.text import json_bound, json_text
+from service.engine import de_casteljau, forward_difference
 from service.engine.build import (
     NOT_PATCHES,
     as_patches,
@@ -18,13 +21,14 @@ from service.engine.build import (
     build_scene,
     carrying,
     colored,
+    highest_degree,
     lines_of,
 )
 from service.engine.isocurves import most_isocurves
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.places import Places, Query, locate
-from service.engine.points import points
+from service.engine.points import effort, points
 from service.engine.sweeping import predicted_sweep
 from service.engine.tessellate import predicted_size
 from service.engine.wires import NAME as WIRES
@@ -61,11 +65,15 @@ class Lowerable(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The largest result that is computed: vertices, bytes of one answer, points of a query."""
+    """The largest result that is computed: vertices, bytes of one answer, points of a query.
+
+    `max_multiplications` is the most that the method `de_casteljau` or a query may take: seconds.
+    """
 
     max_vertices: int = 4_500_000
     max_bytes: int = 256 << 20
     max_points: int = 250_000
+    max_multiplications: int = 5_000_000_000
 
 
 PLAIN = EncodeOptions()
@@ -116,6 +124,7 @@ def plan(
     _check_wires(model, options)
     _check_format(options, fmt, encode)
     _check_vertices(size, limits)
+    _check_method(model, options, fmt, limits)
     _check_bytes(stored, fmt, encode, limits)
     return Work(model, options, fmt, encode, size)
 
@@ -152,11 +161,23 @@ def plan_points(surface: Lowerable, query: Query, limits: Limits = DEFAULT_LIMIT
     InvalidRequest
         Where a place lies outside the surface, or on no patch; `not_parametric`.
     TooLarge
-        From the number of places alone.
+        From the number of places, and the degrees of the patches on which they lie.
     """
     _check_points(query, limits)
     model = parametric(surface.lower())
-    return PointsWork(model, locate(model, query), query.order)
+    places = locate(model, query)
+    count = effort(model, places, query.order)
+    if count > limits.max_multiplications:
+        raise TooLarge(
+            Issue(
+                "too_costly",
+                "Patches of so high a degree take long where they are degenerate.",
+                f"/{query.field}",
+                f"up to {count} multiplications",
+                f"at most {limits.max_multiplications}; fewer points on fewer patches at once",
+            )
+        )
+    return PointsWork(model, places, query.order)
 
 
 def converted(
@@ -401,6 +422,40 @@ def _check_vertices(size: MeshSize, limits: Limits) -> None:
                 f"at most {limits.max_vertices}",
             )
         )
+
+
+def _check_method(model: Model, options: MeshOptions, fmt: Format, limits: Limits) -> None:
+    """Refuses a method where there is none, it would take too long, or lose all digits."""
+    if options.method == "matrix":
+        return
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    patches = [own for own in models if isinstance(own, PatchModel)]
+    if len(patches) < len(models):
+        raise InvalidRequest(replace(NOT_PATCHES, pointer="/method"))
+    most = forward_difference.MAX_DEGREE[np.float32 if fmt.single else np.float64]
+    if options.method == "forward_difference" and highest_degree(model) > most:
+        raise InvalidRequest(
+            Issue(
+                "degree_too_high",
+                "Forward differences of so high a degree lose the digits that the format stores.",
+                "/method",
+                f"degree {highest_degree(model)}",
+                f"degrees up to {most}, or another method",
+            )
+        )
+    if options.method == "de_casteljau":
+        count = sum(de_casteljau.effort(own, options.resolution) for own in patches)
+        if count > limits.max_multiplications:
+            raise TooLarge(
+                Issue(
+                    "too_costly",
+                    "De Casteljau's algorithm would take too long: it grows with the third power "
+                    "of the degree.",
+                    "/method",
+                    f"{count} multiplications",
+                    f"at most {limits.max_multiplications}; fewer divisions, or another method",
+                )
+            )
 
 
 def _check_bytes(size: MeshSize, fmt: Format, encode: EncodeOptions, limits: Limits) -> None:

@@ -14,11 +14,15 @@ from hypothesis import strategies as st
 from service.encoders.format import EncodeOptions, Format, OoglForm
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MAX_RESOLUTION, Faces, MeshOptions
-from service.errors import SurfaceError, TooLarge, UnsupportedByFormat
-from service.pipeline import Limits, mesh, plan, predict, render
+from service.engine.places import Query
+from service.errors import InvalidRequest, SurfaceError, TooLarge, UnsupportedByFormat
+from service.pipeline import Limits, mesh, plan, plan_points, predict, render
 from service.surface.bezier import BezierSurface
+from service.surface.curve import BezierCurve
 from service.surface.examples import EXAMPLES, find
+from service.surface.group import GroupSurface, Member
 from service.surface.lowered import ChannelKind, PatchModel
+from service.surface.sweeps import TubeSurface
 from tests.examples import patches_of
 from tests.strategies import (
     Array,
@@ -239,3 +243,54 @@ def test_colors_in_every_form_of_oogl(form: OoglForm) -> None:
     surface, options = find("heated-panel").surface(), MeshOptions((9, 9))
     work = plan(surface, options, BY_NAME["oogl"], EncodeOptions(form))
     assert 0 < len(work.run()) <= work.fmt.byte_bound(work.size, work.encode)
+
+
+def test_forward_differences_end_where_their_digits_do() -> None:
+    """At degree 8 where float32 is stored, at degree 16 where float64 is."""
+    for columns, refused in ((9, ()), (10, ("glb",)), (17, ("glb",)), (18, ("glb", "json"))):
+        surface = BezierSurface(np.random.default_rng(1).random((2, columns, 3)))
+        options = MeshOptions((2, 3), method="forward_difference")
+        for name in ("glb", "json"):
+            if name in refused:
+                with pytest.raises(InvalidRequest) as caught:
+                    plan(surface, options, BY_NAME[name])
+                assert caught.value.issues[0].pointer == "/method"
+                assert caught.value.issues[0].got == f"degree {columns - 1}"
+            else:
+                assert render(surface, options, BY_NAME[name])
+
+
+def test_de_casteljau_is_refused_where_it_would_take_minutes() -> None:
+    """Known from shapes: a bicubic of 4 M vertices is fine, the same of degree 64 is not."""
+    options = MeshOptions((2000, 2000), method="de_casteljau")
+    cubic, high = (BezierSurface(np.ones((n + 1, n + 1, 3))) for n in (3, 64))
+    assert plan(cubic, options, BY_NAME["glb"]).size.vertices == 2001**2
+    assert plan(high, replace(options, method="matrix"), BY_NAME["glb"]).size.vertices == 2001**2
+    for surface in (high, GroupSurface((Member(high),))):
+        with pytest.raises(TooLarge) as caught:
+            plan(surface, options, BY_NAME["glb"])
+        assert caught.value.issues[0].code == "too_costly"
+        assert caught.value.issues[0].pointer == "/method"
+
+
+def test_points_are_refused_where_poles_would_take_minutes() -> None:
+    uv = np.random.default_rng(2).random((200_000, 2))
+    cubic, high = (BezierSurface(np.ones((n + 1, n + 1, 3))) for n in (3, 64))
+    for surface, order in ((cubic, 0), (cubic, 2), (high, 0)):
+        assert len(plan_points(surface, Query(uv, None, order)).places.patch) == len(uv)
+    with pytest.raises(TooLarge) as caught:
+        plan_points(high, Query(uv, None, 1))
+    assert caught.value.issues[0].code == "too_costly"
+    assert caught.value.issues[0].pointer == "/uv"
+
+
+def test_methods_are_for_patches() -> None:
+    """What is swept along a curve has one way to be meshed, alone or in a group."""
+    curve = BezierCurve(np.array([[0.0, 0, 0], [1, 1, 0], [2, 0, 1]]))
+    tube = TubeSurface(curve, np.array([0.1]))
+    for surface in (tube, GroupSurface((Member(find("saddle").surface()), Member(tube)))):
+        assert render(surface, MeshOptions((2, 2)), BY_NAME["glb"])
+        with pytest.raises(InvalidRequest) as caught:
+            plan(surface, MeshOptions((2, 2), method="de_casteljau"), BY_NAME["glb"])
+        issue = caught.value.issues[0]
+        assert (issue.code, issue.pointer) == ("not_parametric", "/method")

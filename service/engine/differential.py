@@ -7,14 +7,11 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.engine.curvature import Curvatures, regular_curvatures
-from service.engine.nets import PatchNets, at, nets_of_samples
+from service.engine.nets import PARTIALS, PatchNets, at, nets_of_samples
 from service.engine.normals import normals_of
 from service.engine.pole_curvature import curvatures_near, limit_curvatures
 from service.surface.lowered import TensorPatches
 from service.surface.sides import corners_of
-
-PARTIALS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-"""How often along u and along v: S, S_u, S_v, S_uu, S_uv, S_vv."""
 
 COUNTS = (1, 3, 6)
 """How many of them there are up to each order."""

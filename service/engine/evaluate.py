@@ -12,13 +12,16 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray
+from service.engine import de_casteljau, forward_difference
 from service.engine.evaluation import Evaluation, GridEvaluation, Samples
 from service.engine.formulations import kronecker, normal_polynomial, separable
+from service.engine.options import Method
 from service.engine.scratch import Real
 from service.engine.triangular import TriangularEvaluation
 from service.surface.lowered import Patches, TensorPatches, TrianglePatches
 
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
+"""Ways of the method `matrix`."""
 
 FORMULATIONS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingProxyType(
     {
@@ -28,6 +31,20 @@ FORMULATIONS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingPr
     }
 )
 
+GRIDS: Mapping[Method, Callable[[GridEvaluation], None]] = MappingProxyType(
+    {"de_casteljau": de_casteljau.grids, "forward_difference": forward_difference.grids}
+)
+"""The methods beside `matrix`, on tensor-product patches."""
+
+TRIANGLES: Mapping[Method, Callable[[TriangularEvaluation], None]] = MappingProxyType(
+    {
+        "matrix": TriangularEvaluation.run,
+        "de_casteljau": de_casteljau.triangles,
+        "forward_difference": forward_difference.triangles,
+    }
+)
+"""All methods, on triangles."""
+
 
 def evaluate(
     patches: Patches,
@@ -36,6 +53,7 @@ def evaluate(
     dtype: Real = np.float64,
     normals: bool = True,
     origin: FloatArray | None = None,
+    method: Method = "matrix",
     formulation: Formulation | None = None,
     out: Samples | None = None,
 ) -> Samples:
@@ -53,8 +71,10 @@ def evaluate(
         Whether normals are wanted.
     origin : ndarray of float64, shape (3,), optional
         Subtracted from the control points before they are rounded to `dtype`.
+    method : "matrix", "de_casteljau" or "forward_difference"
+        How samples are computed; what is doubtful about normals is computed anew in any case.
     formulation : str, optional
-        Overrules the choice; the answer is the same up to rounding.
+        Overrules the choice among those of `matrix`; the answer is the same up to rounding.
     out : Samples, optional
         An earlier result of the same shapes and precision to overwrite. Large fresh arrays cost
         as much as the arithmetic, because the system zeroes every page of them.
@@ -73,14 +93,17 @@ def evaluate(
     work: Evaluation
     if isinstance(patches, TrianglePatches):
         work = TriangularEvaluation(patches, divisions, dtype, out, origin)
-        work.run()
+        TRIANGLES[method](work)
     else:
         work = GridEvaluation(patches, resolution, dtype, out, origin)
-        FORMULATIONS[formulation or choose(patches, resolution, normals)](work)
+        if method == "matrix":
+            FORMULATIONS[formulation or choose(patches, resolution, normals)](work)
+        else:
+            GRIDS[method](work)
     crowded = work.crowded()
     if dtype is np.float32 and len(crowded):
         # One by one these normals would cost a hundred times what the patch costs in float64.
-        anew = evaluate(patches.take(crowded), resolution, formulation=formulation)
+        anew = evaluate(patches.take(crowded), resolution, method=method, formulation=formulation)
         if anew.normals is not None:
             work.replace_normals(crowded, anew.normals, anew.poles)
     return work.finished()

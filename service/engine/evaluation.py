@@ -110,17 +110,31 @@ class Evaluation:
     def write_positions(self, planes: RealArray, out: RealArray) -> None:
         """Writes S from the planes of its homogeneous coordinates; projects them in place."""
         if self.rational:
-            planes[:3] /= planes[3]
-            shift = (
-                self.patches.middle if self.origin is None else self.patches.middle - self.origin
-            )
-            for axis in range(3):
-                np.multiply(planes[axis], self.dtype(1 / self.scale), out=out[..., axis])
-                if shift[axis]:
-                    out[..., axis] += self.dtype(shift[axis])
+            self.write_local(planes, out)
         else:
             for axis in range(3):
                 out[..., axis] = planes[axis]
+
+    def local(self, first: int, last: int) -> FloatArray:
+        """Control points (K, d, r) about the batch's middle and in the scale of the evaluation.
+
+        Homogeneous if the patches are rational.
+        """
+        if self.rational:
+            return self.points(first, last)[1]
+        points = self.patches.points[first:last].reshape(last - first, -1, 3)
+        local: FloatArray = (points.transpose(1, 2, 0) - self.patches.middle[:, None]) * self.scale
+        return local
+
+    def write_local(self, planes: RealArray, out: RealArray) -> None:
+        """Writes S from the planes of what `local` has; projects homogeneous ones in place."""
+        if self.rational:
+            planes[:3] /= planes[3]
+        shift = self.patches.middle if self.origin is None else self.patches.middle - self.origin
+        for axis in range(3):
+            np.multiply(planes[axis], self.dtype(1 / self.scale), out=out[..., axis])
+            if shift[axis]:
+                out[..., axis] += self.dtype(shift[axis])
 
     def write_normals(
         self,

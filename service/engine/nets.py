@@ -12,6 +12,9 @@ from service.bases.bernstein import multiply
 from service.engine.vectors import cross_polynomial
 from service.surface.lowered import TensorPatches
 
+PARTIALS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+"""How often along u and along v: S, S_u, S_v, S_uu, S_uv, S_vv."""
+
 CHUNK_BYTES = 8 << 20
 """Working memory for one round of gathered nets."""
 

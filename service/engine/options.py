@@ -8,6 +8,7 @@ from service.errors import InvalidRequest, Issue
 from service.surface.checks import MAX_COORDINATE
 
 Faces: TypeAlias = Literal["triangles", "quads"]
+Method: TypeAlias = Literal["matrix", "de_casteljau", "forward_difference"]
 OverlayName: TypeAlias = Literal["control_net", "boundary"]
 WireForm: TypeAlias = Literal["lines", "tubes", "ribbons"]
 
@@ -51,6 +52,8 @@ class MeshOptions:
         Sides of a tube.
     surface : bool
         Whether the surface itself is there, or nothing but what is drawn on it.
+    method : "matrix", "de_casteljau" or "forward_difference"
+        How samples are computed.
     """
 
     resolution: tuple[int, int] = (16, 16)
@@ -65,6 +68,7 @@ class MeshOptions:
     wire_width: float | None = None
     wire_sides: int = 8
     surface: bool = True
+    method: Method = "matrix"
 
     def __post_init__(self) -> None:
         if not all(1 <= r <= MAX_RESOLUTION for r in self.resolution):

@@ -1,14 +1,12 @@
 """Lines beside the faces: the control net, and the boundary curves of the patches."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray, IndexArray, Ints
 from service.engine.layout import Layout
 from service.engine.mesh import Overlay
-from service.engine.options import OverlayName
+from service.engine.options import MeshOptions, Method
 from service.engine.scratch import Real
 from service.engine.stitch import sample_edges
 from service.surface.lowered import PatchModel, TensorPatches, TrianglePatches
@@ -17,7 +15,7 @@ from service.surface.lowered import PatchModel, TensorPatches, TrianglePatches
 def draw(
     model: PatchModel,
     layout: Layout,
-    names: Sequence[OverlayName],
+    options: MeshOptions,
     origin: FloatArray,
     dtype: Real,
 ) -> tuple[Overlay, ...]:
@@ -25,8 +23,8 @@ def draw(
     return tuple(
         _control_net(model, origin, dtype)
         if name == "control_net"
-        else _boundary(layout, origin, dtype)
-        for name in names
+        else _boundary(layout, options.method, origin, dtype)
+        for name in options.overlays
     )
 
 
@@ -71,7 +69,7 @@ def _triangle_pattern(degree: int) -> Ints:
     return np.concatenate([np.stack(ends, axis=1) for ends in lines])
 
 
-def _boundary(layout: Layout, origin: FloatArray, dtype: Real) -> Overlay:
+def _boundary(layout: Layout, method: Method, origin: FloatArray, dtype: Real) -> Overlay:
     """Every distinct edge once, as a line through the samples that the faces use."""
     seams, divisions = layout.seams, layout.divisions
     lines = np.zeros(len(divisions), dtype=bool)
@@ -80,7 +78,8 @@ def _boundary(layout: Layout, origin: FloatArray, dtype: Real) -> Overlay:
     segments: list[IndexArray] = [np.empty((0, 2), np.uint32)]
     first = 0
     for number in np.unique(divisions[lines]).tolist():
-        points = sample_edges(seams.curves, lines & (divisions == number), number) - origin
+        wanted = lines & (divisions == number)
+        points = sample_edges(seams.curves, wanted, number, method) - origin
         index = first + np.arange(points.size // 3, dtype=np.uint32).reshape(len(points), -1)
         segments.append(np.stack([index[:, :-1], index[:, 1:]], axis=-1).reshape(-1, 2))
         positions.append(points.reshape(-1, 3).astype(dtype))

@@ -9,7 +9,7 @@ from service.bases.arrays import Bools, FloatArray
 from service.engine.differential import jets
 from service.engine.places import Places
 from service.engine.triangle_differential import triangle_jets
-from service.surface.lowered import PatchModel, TrianglePatches
+from service.surface.lowered import PatchModel, TensorPatches, TrianglePatches
 
 Column: TypeAlias = FloatArray | Bools
 Columns: TypeAlias = Mapping[str, Column]
@@ -71,6 +71,27 @@ def points(model: PatchModel, places: Places, order: int) -> Columns:
         if column.dtype != np.bool_:
             np.add(column, 0.0, out=column)  # people read these numbers: −0 becomes 0
     return columns
+
+
+def effort(model: PatchModel, places: Places, order: int) -> int:
+    """Multiplications that a query may take if S_u × S_v vanishes at every place of it.
+
+    The normal polynomial of every patch asked for, of degree (3p, 3q) if rational, else (2p, 2q),
+    and its value at every place.
+    """
+    if order == 0:
+        return 0
+    counts = np.bincount(places.patch, minlength=model.patch_count)
+    first, total = 0, 0
+    for batch in model.batches:
+        here = counts[first : first + batch.count]
+        first += batch.count
+        p, q = batch.degree if isinstance(batch, TensorPatches) else (batch.degree, batch.degree)
+        factor = 2 if batch.weights is None else 3
+        patch = (p + 1) * (q + 1) * (2 * p + 1) * (2 * q + 1) * 3**factor
+        place = 3 * (factor * p + 1) * (factor * q + 1)
+        total += int(np.count_nonzero(here)) * patch + int(here.sum()) * place
+    return total
 
 
 def _empty(count: int, width: int) -> Column:

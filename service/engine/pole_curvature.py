@@ -5,21 +5,24 @@ denominator grows fewer with the square of the distance. Along a line from the p
 series whose lowest terms are known to be zero and can be left out.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.degenerate import Direction, lines_inwards
-from service.engine.nets import PatchNets
+from service.engine.nets import PARTIALS, PatchNets
 from service.engine.series import Series, cross, dot, taylor
 
-MAX_ORDER = 4
-"""Order of the zero of S_u × S_v up to which limits are found; a usual pole is of order 1."""
+ORDERS = (1, 4)
+"""Orders of the zero of S_u × S_v up to which limits are looked for: a usual pole first, which is
+of order 1, then what is left. K being a quotient by |S_u × S_v|⁴, order k takes 4 k + 1 terms."""
 
-TERMS = 4 * MAX_ORDER + 1
-"""K is a quotient by |S_u × S_v|⁴."""
-
-NEAR = 2.0**-6
+NEAR = 2.0**-8
 """Part of the patch, over its degree, in which a pole is expanded about."""
+
+NEAR_TERMS = 10
+"""So many terms there: what is cut off is NEAR to the sixth."""
 
 KNOWN = 2.0**-20
 """A limit that is known less exactly than this, in units of the net or relative, is not told."""
@@ -47,9 +50,10 @@ def curvatures_near(
         if len(rows):
             foot = np.full(len(rows), float(side % 2))
             if side < 2:
-                series = _line_series(nets, which[rows], foot, v[rows], "u")
+                line = Line(nets, which[rows], foot, v[rows], "u")
             else:
-                series = _line_series(nets, which[rows], u[rows], foot, "v")
+                line = Line(nets, which[rows], u[rows], foot, "v")
+            series = line.series(NEAR_TERMS)
             result[:, rows], _ = _quotients(series, normals[rows], distances[rows, side])
     return result
 
@@ -73,43 +77,53 @@ def limit_curvatures(
     )
     for group, directions in orders:
         for direction in directions:
-            rows = np.flatnonzero(group & open_)
-            if len(rows):
-                series = _line_series(nets, which[rows], u[rows], v[rows], direction)
-                found, decided = _quotients(series, normals[rows])
-                result[:, rows[decided]] = found[:, decided]
-                open_[rows[decided]] = False
+            for most in ORDERS:
+                rows = np.flatnonzero(group & open_)
+                if len(rows):
+                    line = Line(nets, which[rows], u[rows], v[rows], direction)
+                    found, order = _quotients(line.series(4 * most + 1), normals[rows])
+                    decided = order <= most
+                    result[:, rows[decided]] = found[:, decided]
+                    open_[rows[decided]] = False
     return result
 
 
-def _line_series(
-    nets: PatchNets, which: Ints, u: FloatArray, v: FloatArray, direction: Direction
-) -> list[Series]:
-    """S_u, S_v, S_uu, S_uv, S_vv along a line inwards, vectors (m, 3, T) of series."""
-    found = []
-    for i, j in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)):
-        net = nets.partial_net(i, j)
+@dataclass(frozen=True, eq=False, slots=True)
+class Line:
+    """Lines inwards from parameters of patches: rows `which` of nets, at (u, v)."""
+
+    nets: PatchNets
+    which: Ints
+    u: FloatArray
+    v: FloatArray
+    direction: Direction
+
+    def series(self, count: int) -> list[Series]:
+        """S_u, S_v, S_uu, S_uv, S_vv along the lines: vectors (m, 3, T) of so many terms."""
+        found = [self._partial(i, j, count) for i, j in PARTIALS]
+        if not self.nets.rational:
+            return found[1:]
+        x, w = [f.axes(slice(0, 3)) for f in found], [f.axes(slice(3, 4)) for f in found]
+        s = x[0] / w[0]
+        su = (x[1] - w[1] * s) / w[0]
+        sv = (x[2] - w[2] * s) / w[0]
+        suu = (x[3] - w[3] * s - (w[1] * su).times(2)) / w[0]
+        suv = (x[4] - w[4] * s - w[1] * sv - w[2] * su) / w[0]
+        svv = (x[5] - w[5] * s - (w[2] * sv).times(2)) / w[0]
+        return [su, sv, suu, suv, svv]
+
+    def _partial(self, i: int, j: int, count: int) -> Series:
+        net = self.nets.partial_net(i, j)
         if net is None:
-            zero = np.zeros((len(which), nets.point.shape[1], TERMS))
-            found.append(Series(zero, zero))
-        else:
-            found.append(taylor(lines_inwards(net, which, u, v, direction), TERMS))
-    if not nets.rational:
-        return found[1:]
-    x, w = [f.axes(slice(0, 3)) for f in found], [f.axes(slice(3, 4)) for f in found]
-    s = x[0] / w[0]
-    su = (x[1] - w[1] * s) / w[0]
-    sv = (x[2] - w[2] * s) / w[0]
-    suu = (x[3] - w[3] * s - (w[1] * su).times(2)) / w[0]
-    suv = (x[4] - w[4] * s - w[1] * sv - w[2] * su) / w[0]
-    svv = (x[5] - w[5] * s - (w[2] * sv).times(2)) / w[0]
-    return [su, sv, suu, suv, svv]
+            zero = np.zeros((len(self.which), self.nets.point.shape[1], count))
+            return Series(zero, zero)
+        return taylor(lines_inwards(net, self.which, self.u, self.v, self.direction), count)
 
 
 def _quotients(
     series: list[Series], normals: FloatArray, distance: FloatArray | float = 0.0
-) -> tuple[FloatArray, Bools]:
-    """K, H, k_1, k_2 at a distance s from poles; and for which lines there is a normal.
+) -> tuple[FloatArray, FloatArray]:
+    """K, H, k_1, k_2 at a distance s from poles; and the order of the zero of S_u × S_v.
 
     With N = S_u × S_v = c s^k + …, the second form L, M, P = S_uu · N, S_uv · N, S_vv · N and the
     first form E, F, G
@@ -121,7 +135,6 @@ def _quotients(
     su, sv, suu, suv, svv = series
     n = cross(su, sv)
     order = n.first().min(axis=1)
-    decided: Bools = order < TERMS
     ell, em, pe = (dot(second, n) for second in (suu, suv, svv))
     square, _ = dot(n, n).tail(2 * order, distance)
     gauss, gauss_error = _quotient(ell * pe - em * em, 4 * order, square**2, distance)
@@ -137,7 +150,7 @@ def _quotients(
     spread = mean**2 - gauss
     unsure = 2 * np.abs(mean) * mean_error + gauss_error
     spread = np.sqrt(np.where(spread <= unsure, 0.0, spread))
-    return np.stack([gauss, mean, mean + spread, mean - spread]), decided
+    return np.stack([gauss, mean, mean + spread, mean - spread]), order
 
 
 def _quotient(

@@ -13,7 +13,7 @@ from service.engine.channels import ChannelRows, sample_channels
 from service.engine.evaluate import evaluate
 from service.engine.layout import Layout
 from service.engine.normals import unit_normals
-from service.engine.options import MeshOptions
+from service.engine.options import MeshOptions, Method
 from service.engine.scratch import Real
 from service.engine.stitch import sample_edges
 from service.surface.lowered import Domain, TensorPatches
@@ -53,6 +53,7 @@ def sample(
             dtype=dtype,
             normals=options.normals,
             origin=origin,
+            method=options.method,
         )
         for block in layout.blocks
     ]
@@ -62,7 +63,7 @@ def sample(
     normals = None
     if options.normals:
         normals = _run([r.normals for r in results if r.normals is not None], extras)
-    _write_edges(positions, layout, origin)
+    _write_edges(positions, layout, origin, options.method)
     if layout.framed and normals is not None:
         poles += _write_extra_normals(layout, normals)
     if dtype is np.float64:
@@ -82,7 +83,7 @@ def _run(grids: list[RealArray], extras: int) -> RealArray:
     return np.concatenate([*rows, np.zeros((extras, rows[0].shape[1]), rows[0].dtype)])
 
 
-def _write_edges(positions: RealArray, layout: Layout, origin: FloatArray) -> None:
+def _write_edges(positions: RealArray, layout: Layout, origin: FloatArray, method: Method) -> None:
     """Every side gets the very samples of its edge, every corner its control point."""
     seams = layout.seams
     edge = seams.edge.ravel()
@@ -92,7 +93,7 @@ def _write_edges(positions: RealArray, layout: Layout, origin: FloatArray) -> No
         used[edge[sides]] = True
         ids = np.flatnonzero(used)
         row[ids] = np.arange(len(ids))
-        points = sample_edges(seams.curves, used, divisions) - origin
+        points = sample_edges(seams.curves, used, divisions, method) - origin
         positions[layout.side_samples(sides, divisions)] = points[row[edge[sides]]]
     corners = seams.corner_points - origin
     positions[layout.corner_samples()] = corners[seams.corner]

@@ -6,15 +6,18 @@ that depend on nothing but the edge, and all its patches copy those samples. Hen
 whatever the order of the patches and whichever of them are computed together.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import sampled
 from service.bases.rows import distinct_rows
+from service.engine import de_casteljau, forward_difference
 from service.engine.near import leaders
+from service.engine.options import Method
 from service.surface.lowered import Patches
 
 SAME_WEIGHT = 2.0**-44
@@ -111,13 +114,22 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
     )
 
 
-def sample_edges(curves: Sequence[EdgeCurves], wanted: Bools, divisions: int) -> FloatArray:
+METHODS: Mapping[Method, Callable[[FloatArray, int], FloatArray]] = MappingProxyType(
+    {"de_casteljau": de_casteljau.curves, "forward_difference": forward_difference.curves}
+)
+"""The methods beside `matrix`, on curves."""
+
+
+def sample_edges(
+    curves: Sequence[EdgeCurves], wanted: Bools, divisions: int, method: Method = "matrix"
+) -> FloatArray:
     """Points at R equal divisions of the wanted edges, in the order of their numbers.
 
         C(k/R) = Σ_i B_i^n(k/R) w_i P_i / Σ_i B_i^n(k/R) w_i
 
     Bit for bit the same wherever an edge turns up: summed term by term, because the order of a
-    matrix product's additions depends on its shape and on the machine. The ends are the control
+    matrix product's additions depends on its shape and on the machine; the other methods compute
+    every number by itself. The ends are the control
     points themselves.
 
     Parameters
@@ -132,8 +144,26 @@ def sample_edges(curves: Sequence[EdgeCurves], wanted: Bools, divisions: int) ->
     for group in curves:
         rows = np.flatnonzero(wanted[group.ids])
         weights = None if group.weights is None else group.weights[rows]
-        parts.append(_sample(group.points[rows], weights, divisions))
+        if method == "matrix":
+            place = _sample(group.points[rows], weights, divisions)
+        else:
+            place = _sample_by(METHODS[method], group.points[rows], weights, divisions)
+        place[:, 0], place[:, -1] = group.points[rows, 0], group.points[rows, -1]
+        parts.append(place)
     return np.concatenate(parts)
+
+
+def _sample_by(
+    method: Callable[[FloatArray, int], FloatArray],
+    points: FloatArray,
+    weights: FloatArray | None,
+    divisions: int,
+) -> FloatArray:
+    if weights is None:
+        return method(points, divisions)
+    columns = weights[:, :, None]
+    values = method(np.concatenate([points * columns, columns], axis=2), divisions)
+    return values[..., :3] / values[..., 3:]
 
 
 def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> FloatArray:
@@ -149,7 +179,6 @@ def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> F
         place += share * points[:, i, None]
     if weights is not None:
         place /= total
-    place[:, 0], place[:, -1] = points[:, 0], points[:, -1]
     return place
 
 

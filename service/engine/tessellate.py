@@ -62,7 +62,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         parts=parts,
         grids=_grids(layout, welding),
         welds=welds,
-        overlays=draw(model, layout, options.overlays, origin, dtype),
+        overlays=draw(model, layout, options, origin, dtype),
         origin=origin,
         up=model.up,
         report=MeshReport(
@@ -88,7 +88,7 @@ def overlays_of(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
         return ()
     layout = Layout.plan(model, options.resolution)
     zero = np.zeros(3)
-    return draw(model, layout, options.overlays, zero, np.float64)
+    return draw(model, layout, options, zero, np.float64)
 
 
 def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int]:

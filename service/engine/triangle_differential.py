@@ -9,8 +9,8 @@ import numpy as np
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints
 from service.engine.curvature import Curvatures, regular_curvatures
-from service.engine.differential import COUNTS, PARTIALS, Jets, project
-from service.engine.nets import PatchNets
+from service.engine.differential import COUNTS, Jets, project
+from service.engine.nets import PARTIALS, PatchNets
 from service.engine.pole_curvature import curvatures_near, limit_curvatures
 from service.engine.triangle_nets import differences
 from service.engine.triangle_normals import across, local_normals, triangles_of_samples

@@ -3,7 +3,7 @@
 import numpy as np
 
 from service.bases import triangle
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, Ints
 
 
 def differences(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -15,7 +15,16 @@ def differences(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
     ----------
     Farin, Curves and Surfaces for CAGD, 5th ed., section 17.4.
     """
-    degree = triangle.degree_of(len(nets)) or 0
-    here = np.delete(np.arange(len(nets)), triangle.side_rows(degree)[1])
+    here, along, above = neighbours(len(nets))
+    return nets[along] - nets[here], nets[above] - nets[here]
+
+
+def neighbours(count: int) -> tuple[Ints, Ints, Ints]:
+    """Rows of b_{i+1,j,k}, b_{i,j+1,k} and b_{i,j,k+1} in a net of so many control points.
+
+    In the order of the b_ijk of degree n − 1: the upright triangles of the net.
+    """
+    degree = triangle.degree_of(count) or 0
+    here = np.delete(np.arange(count), triangle.side_rows(degree)[1])
     above = triangle.row_starts(degree)[1] + np.arange(len(here))
-    return nets[here + 1] - nets[here], nets[above] - nets[here]
+    return here, here + 1, above

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
-from service.engine.options import MAX_SIDES, MIN_SIDES, MeshOptions, WireForm
+from service.engine.options import MAX_SIDES, MIN_SIDES, MeshOptions, Method, WireForm
 from service.schemas.fields import IsoCurves, Omittable, Overlays, Resolution, StrictModel
 from service.surface.checks import MAX_COORDINATE
 
@@ -79,6 +79,15 @@ class MeshOptionFields(StrictModel):
         description="Sides of a tube.",
         examples=[12],
     )
+    method: Method = Field(
+        default=_DEFAULTS.method,
+        description="How samples are computed. `matrix`: products with Bernstein bases. "
+        "`de_casteljau`: repeated interpolation of control points, the stablest and by far the "
+        "slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the "
+        "format stores float64), with an error that grows with the resolution. They agree to the "
+        "accuracy that each can have; `docs/methods.md` has figures.",
+        examples=["de_casteljau"],
+    )
     oogl: Annotated[OoglForm | None, Omittable()] = Field(
         default=None,
         description="Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` "
@@ -101,4 +110,5 @@ class MeshOptionFields(StrictModel):
             wire_width=self.wire_width,
             wire_sides=self.wire_sides,
             surface=self.faces != "none",
+            method=self.method,
         )

@@ -554,7 +554,7 @@ def choices() -> Iterator[Hostile]:
             ("null", "null_value"), ("[true]", "wrong_type"),
         ):  # fmt: skip
             yield case(f"{name} {text}", options(f'"{name}":{text}'), 422, code, f"/{name}")
-    for name in ("faces", "oogl"):
+    for name in ("faces", "oogl", "method"):
         for text, code in (
             (f'"{ECHO}"', "wrong_value"), ("null", "null_value"), ("3", "wrong_value"),
             ('["quads"]', "wrong_value"),

@@ -1,6 +1,7 @@
 """POST /v1/mesh and the meshes of examples by URL."""
 
 import asyncio
+from typing import get_args
 
 import httpx
 import numpy as np
@@ -10,7 +11,7 @@ from service import pipeline
 from service.api.app import create_app
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.options import MeshOptions
+from service.engine.options import MeshOptions, Method
 from service.settings import Settings
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
@@ -73,6 +74,7 @@ def test_all_options_mean_the_same_in_the_body_and_in_the_query(client: Client) 
         "uvs": True,
         "weld": False,
         "crease_angle": 0.5,
+        "method": "de_casteljau",
         "overlays": ["control_net", "boundary"],
         "isocurves": [2, 3],
         "wires": "lines",
@@ -82,6 +84,7 @@ def test_all_options_mean_the_same_in_the_body_and_in_the_query(client: Client) 
     }
     query = (
         "resolution=3,2&faces=quads&normals=false&uvs=true&weld=false&crease_angle=0.5"
+        "&method=de_casteljau"
         "&overlays=control_net,boundary&isocurves=2,3&wires=lines&wire_width=0.5&wire_sides=5"
         "&oogl=off"
     )
@@ -92,6 +95,17 @@ def test_all_options_mean_the_same_in_the_body_and_in_the_query(client: Client) 
         assert posted.content == fetched.content
     plain = client.get("/v1/surfaces/utah-teapot/mesh.json?resolution=3,2")
     assert plain.content != client.get(f"/v1/surfaces/utah-teapot/mesh.json?{query}").content
+
+
+def test_methods_answer_the_same_surface(client: Client) -> None:
+    meshes = [
+        client.get(f"/v1/surfaces/torus/mesh.json?resolution=7&method={method}").json()
+        for method in get_args(Method)
+    ]
+    for mesh in meshes[1:]:
+        assert mesh["faces"] == meshes[0]["faces"]
+        np.testing.assert_allclose(mesh["vertices"], meshes[0]["vertices"], atol=1e-14)
+        np.testing.assert_allclose(mesh["normals"], meshes[0]["normals"], atol=1e-6)
 
 
 def test_without_weld_every_sample_is_a_vertex_in_the_order_that_is_documented(
