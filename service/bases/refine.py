@@ -19,6 +19,9 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 
+CHUNK = 1024
+"""Control points at a time: their shares stay in the cache."""
+
 
 def blossoms(
     knots: FloatArray, degree: int, target: FloatArray, raised: int
@@ -48,34 +51,49 @@ def blossoms(
     ends = (target[:count] < first) & (windows[:, -1] == first)
     span = np.searchsorted(knots, first, side="right")
     span = np.where(ends, np.searchsorted(knots, first, side="left"), span) - 1
-    # means[r] is the mean over all choices of r of the arguments met so far, as shares (N, r+1)
+    around = np.arange(1 - degree, degree + 1)[:, np.newaxis]
+    shares = np.empty((degree + 1, count))
+    for begin in range(0, count, CHUNK):
+        part = slice(begin, begin + CHUNK)
+        shares[:, part] = _shares(knots[span[part] + around], windows[part].T)
+    return span - degree + np.arange(degree + 1)[:, np.newaxis], shares
+
+
+def _shares(near: FloatArray, arguments: FloatArray) -> FloatArray:
+    """Shares of the p + 1 control points of a span in the blossom, (p+1, N).
+
+    Parameters
+    ----------
+    near : ndarray of float64, shape (2p, N)
+        U_{s−p+1} … U_{s+p}.
+    arguments : ndarray of float64, shape (n, N)
+    """
+    degree, raised = len(near) // 2, len(arguments)
+    # means[r] is the mean over all choices of r of the arguments met so far, as shares (r+1, N)
     # of the r + 1 points that are left after p − r steps of de Boor's algorithm.
-    means: list[FloatArray] = [np.ones((count, 1))]
-    for k in range(1, raised + 1):
-        t = windows[:, k - 1]
+    means = [np.ones((1, near.shape[1]))]
+    for k, t in enumerate(arguments, 1):
         for r in range(min(k, degree), max(0, k - 1 - raised + degree), -1):
-            step = _carried(means[r - 1], knots, span, t)
+            step = _carried(means[r - 1], near[degree - r : degree + r], t)
             if r == k:
                 means.append(step)
             else:
                 means[r] = ((k - r) * means[r] + r * step) / k
-    index = span - degree + np.arange(degree + 1)[:, np.newaxis]
-    return index, np.ascontiguousarray(means[degree].T)
+    return means[degree]
 
 
-def _carried(shares: FloatArray, knots: FloatArray, span: Ints, t: FloatArray) -> FloatArray:
+def _carried(shares: FloatArray, near: FloatArray, t: FloatArray) -> FloatArray:
     """Shares of r + 1 points, from those of the r points that a step of de Boor makes of them.
 
     d_i ← (U_{i+r} − t)/(U_{i+r} − U_i) d_{i−1} + (t − U_i)/(U_{i+r} − U_i) d_i
     """
-    count, r = shares.shape
-    carried = np.zeros((count, r + 1))
-    for column in range(r):
-        i = span - r + 1 + column
-        low, high = knots[i], knots[i + r]
-        width = high - low
-        carried[:, column] += shares[:, column] * ((high - t) / width)
-        carried[:, column + 1] += shares[:, column] * ((t - low) / width)
+    r = len(shares)
+    low, high = near[:r], near[r:]
+    width = high - low
+    carried = np.zeros((r + 1, shares.shape[1]))
+    # A quotient is exactly one where t is an end: products with an inverse are not.
+    carried[:-1] = shares * ((high - t) / width)
+    carried[1:] += shares * ((t - low) / width)
     return carried
 
 

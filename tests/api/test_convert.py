@@ -114,6 +114,15 @@ def test_a_group_has_no_parameters(client: Client) -> None:
     assert (error["code"], error["pointer"]) == ("not_parametric", "/surface")
 
 
+def test_what_is_swept_along_a_curve_has_no_patches(client: Client) -> None:
+    curve = {"type": "bezier", "control_points": [[0, 0, 0], [1, 1, 1], [2, 0, 0]]}
+    tube = {"type": "tube", "curve": curve, "radius": 0.1}
+    assert client.post("/v1/mesh", {"surface": tube}).status_code == 200
+    document = {"surface": tube, "operations": [{"op": "transpose"}]}
+    error = client.post("/v1/convert", document).json()["errors"][0]
+    assert (error["code"], error["pointer"]) == ("not_parametric", "/surface")
+
+
 def test_operations_come_one_after_the_other(client: Client) -> None:
     operations = [
         {"op": "elevate", "degree": [3, 3]},

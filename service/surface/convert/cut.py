@@ -22,6 +22,7 @@ from service.surface.convert.nets import (
     moved,
     one_patch,
     one_triangle,
+    width,
 )
 from service.surface.convert.operations import Interval, Restrict, Split, ToTriangle
 from service.surface.convert.sharing import Batch, shared
@@ -47,7 +48,7 @@ def split_patch(
     rows, columns = (max(net.shape[axis] for net in nets) for axis in (0, 1))
     pieces = 2 ** sum(t is not None for t in cuts)
     degree = rows - 1, columns - 1
-    check_size(degree, pieces, allowed, patch.channels)
+    check_size(degree, pieces, allowed, width(patch.channels))
     whole = Batch((patch.control_net, patch.weights), patch.channels)
     batch = whole.changed(partial(_pieces, cuts=cuts, degree=degree))
     titles = surface.parts if isinstance(surface, PatchSurface) else ()
@@ -91,7 +92,7 @@ def split_triangle(
         )
     nets = (patch.control_net, *(net for _, _, _, net in patch.channels.each()))
     degree = max(triangle.degree_of(len(net)) or 0 for net in nets)
-    check_count(3 * triangle.size(degree), allowed, patch.channels)
+    check_count(3 * triangle.size(degree), allowed, width(patch.channels))
     r, s, t = (x / sum(operation.at) for x in operation.at)
     whole = Batch((patch.control_net, patch.weights), patch.channels)
     batch = whole.changed(partial(_thirds, at=(r, s, t), degree=degree))

@@ -11,7 +11,14 @@ from service.bases.polynomials import Net
 from service.bases.rows import distinct_rows
 from service.errors import InvalidRequest, Issue
 from service.surface.bezier import BezierSurface
-from service.surface.convert.nets import Allowed, along, check_count, check_degree, check_size
+from service.surface.convert.nets import (
+    Allowed,
+    along,
+    check_count,
+    check_degree,
+    check_size,
+    width,
+)
 from service.surface.convert.operations import Elevate
 from service.surface.convert.seams import agree
 from service.surface.convert.sharing import batch_of, shared
@@ -39,7 +46,11 @@ def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: Allowed)
     count = len(surface.patches) * (degree[0] + 1) * (degree[1] + 1)
     count += len(surface.triangles) * triangle.size(degree[0])
     check_degree(max(degree), allowed, "/degree")
-    check_count(count, allowed, surface.channels)
+    check_count(count, allowed, width(surface.channels))
+    if (grids is None or surface.degree == degree) and (
+        triangles is None or surface.triangle_degree == degree[0]
+    ):
+        return surface
     mixed = surface.degree[0] == surface.degree[1] and degree[0] != degree[1]
     if grids is not None and mixed:
         _check_seams(grids.net[0])

@@ -10,7 +10,7 @@ from service.bases.arrays import FloatArray
 from service.bases.polynomials import Net
 from service.errors import InvalidRequest, Issue, TooLarge
 from service.surface.bezier import BezierSurface
-from service.surface.channels import MAX_NUMBERS, NO_CHANNELS, Channels
+from service.surface.channels import MAX_NUMBERS, Channels
 from service.surface.checks import MAX_DEGREE
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
@@ -67,7 +67,7 @@ def one_patch(surface: BezierSurface | PatchSurface) -> BezierSurface:
                 "The patches of this surface have no parameters in common.",
                 "",
                 f"{count} patches, {len(surface.triangles)} of them triangles",
-                "a surface of one patch, or a B-spline",
+                "a surface of one four-sided patch, or a B-spline",
             )
         )
     grid = surface.patches[0]
@@ -86,24 +86,27 @@ def one_triangle(surface: TriangleSurface | PatchSurface) -> TriangleSurface:
     return TriangleSurface(surface.vertices[grid], weights, surface.up, surface.name, channels)
 
 
-def check_size(
-    degree: tuple[int, int], patches: int, allowed: Allowed, channels: Channels = NO_CHANNELS
-) -> None:
+def width(channels: Channels) -> int:
+    """Numbers of all channels at one place."""
+    return sum(net.shape[-1] for _, _, _, net in channels.each())
+
+
+def check_size(degree: tuple[int, int], patches: int, allowed: Allowed, beside: int = 0) -> None:
     """Refuses grids that would have a higher degree, or more numbers, than a surface may have."""
     for axis, n in enumerate(degree):
         check_degree(n, allowed, f"/degree/{axis}")
-    check_count(patches * (degree[0] + 1) * (degree[1] + 1), allowed, channels)
+    check_count(patches * (degree[0] + 1) * (degree[1] + 1), allowed, beside)
 
 
-def check_count(count: int, allowed: Allowed, channels: Channels = NO_CHANNELS) -> None:
-    """Refuses more control points, or more values at them, than a surface may have."""
-    widest = max((net.shape[-1] for _, _, _, net in channels.each()), default=1)
-    most = min(allowed.control_points, MAX_NUMBERS // widest)
+def check_count(count: int, allowed: Allowed, beside: int = 0) -> None:
+    """Refuses more control points, or numbers beside their four, than a surface may have."""
+    most = min(allowed.control_points, MAX_NUMBERS // (4 + beside))
     if count > most:
         raise TooLarge(
             Issue(
                 "too_many_control_points",
-                "The surface would have more control points than this service takes.",
+                "The surface would have more control points, or more values at them, than this "
+                "service takes.",
                 "",
                 f"{count} control points",
                 f"at most {most}",

@@ -12,7 +12,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.combine import combine
 from service.bases.polynomials import Net
 from service.bases.refine import blossoms, raised_knots
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest, Issue, TooLarge
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_DEGREE
 from service.surface.convert.cut import check_inside, check_within, not_barycentric
@@ -24,6 +24,7 @@ from service.surface.convert.nets import (
     check_count,
     check_degree,
     check_size,
+    width,
 )
 from service.surface.convert.operations import (
     Elevate,
@@ -41,6 +42,9 @@ from service.surface.patches import PatchSurface
 
 SAME_SHARE = 2.0**-44
 """How far the shares at both ends of a closed spline may differ in rounding."""
+
+MAX_WORK = 1 << 26
+"""Control points times both degrees, along one direction: some ten seconds."""
 
 
 def elevate_spline(surface: BsplineSurface, operation: Elevate, allowed: Allowed) -> BsplineSurface:
@@ -146,7 +150,7 @@ def bezier_of_spline(
     rows, columns = (
         len(bases.spans(u, p)) for u, p in zip(surface.knot_vectors, surface.degree, strict=True)
     )
-    check_size(degree, rows * columns, allowed, surface.channels)
+    check_size(degree, rows * columns, allowed, width(surface.channels))
     (batch,) = surface.lower().batches
     nets = iter(batch.channels)
 
@@ -155,6 +159,8 @@ def bezier_of_spline(
         if net.shape[:2] != own:
             values = _joined(values.reshape(rows, columns, *values.shape[1:]).copy())
             values = values.reshape(rows * columns, *values.shape[2:])
+        # Rounding can lead beyond the net that the values are means of, and white is the limit.
+        values = np.clip(values, net.min(axis=(0, 1)), net.max(axis=(0, 1)))
         return raised((values, None), degree, 1)[0]
 
     channels = changed(surface.channels, carried)
@@ -183,13 +189,15 @@ def _over(surface: BsplineSurface, change: _Change, allowed: Allowed) -> Bspline
     target = raised_knots(knots, old, degree, *piece)
     _check_spans(target, degree, where)
     count = len(target) - degree - 1
-    check_count(count * surface.control_net.shape[1 - axis], allowed, surface.channels)
+    own = surface.control_net.shape[:2]
+    beside = sum(n.shape[-1] for _, _, _, n in surface.channels.each() if n.shape[:2] == own)
+    check_count(count * own[1 - axis], allowed, beside)
     vectors, degrees = list(surface.knot_vectors), list(surface.degree)
     vectors[axis], degrees[axis] = target, degree
     check_bezier_points((vectors[0], vectors[1]), (degrees[0], degrees[1]), where)
+    _check_work(count * degree * old, where)
     index, shares = blossoms(knots, old, target, degree)
     periodic = isinstance(surface.knots[axis], str) and surface.knots[axis] == "periodic"
-    own = surface.control_net.shape[:2]
 
     def refined(net: Net) -> Net:
         if periodic:
@@ -254,6 +262,20 @@ def _joined(nets: FloatArray) -> FloatArray:
     nets[1:, :, 0] = nets[:-1, :, -1]
     nets[:, 1:, :, 0] = nets[:, :-1, :, -1]
     return nets
+
+
+def _check_work(work: int, where: str) -> None:
+    """Refuses what would take minutes, by the number of knots and both degrees."""
+    if work > MAX_WORK:
+        raise TooLarge(
+            Issue(
+                "too_many_knots",
+                "So many knots of so high a degree would take too long.",
+                where,
+                f"{work} = control points × degree before × degree after",
+                f"at most {MAX_WORK}",
+            )
+        )
 
 
 def _check_spans(knots: FloatArray, degree: int, where: str) -> None:

@@ -283,6 +283,21 @@ def test_bezier_patches_share_their_vertices() -> None:
     assert len(made.vertices) == 10 * 13
 
 
+@pytest.mark.parametrize("shape", [(3, 3), (6, 7)])
+def test_white_stays_white(shape: tuple[int, int]) -> None:
+    """Rounding leads beyond what a colour may be, unless it is kept within the net."""
+    rng = np.random.default_rng(4)
+    surface = BsplineSurface(
+        rng.uniform(-1, 1, (6, 7, 3)), (2, 3), ("uniform", "periodic"),
+        channels=Channels(colors=np.ones((*shape, 3))),
+    )  # fmt: skip
+    for operation in (ToBezier(), Elevate((5, 5)), Restrict(u=(0.3, 2.1))):
+        made = convert(surface, [operation])
+        assert isinstance(made, BsplineSurface | PatchSurface)
+        assert made.channels.colors is not None
+        assert (made.channels.colors == 1).all()
+
+
 def test_its_mesh_is_that_of_the_patches() -> None:
     rng = np.random.default_rng(2)
     surface = BsplineSurface(rng.uniform(-1, 1, (7, 6, 3)), (3, 2), ("periodic", "clamped"))
@@ -386,3 +401,14 @@ def test_too_much_is_refused_before_it_is_made() -> None:
     with pytest.raises(SurfaceError) as caught:
         convert(cubic(), [Elevate((3, 9))], Allowed(degree=8))
     assert caught.value.issues[0].pointer == "/operations/0/degree/1"
+
+
+def test_what_would_take_minutes_is_refused() -> None:
+    knots = np.repeat(np.arange(800.0), 31)
+    knots = np.concatenate([[0.0] * 2, knots, [799.0] * 2])
+    net = np.zeros((len(knots) - 33, 2, 3))
+    surface = BsplineSurface(net, (32, 1), (knots, "clamped"))
+    with pytest.raises(SurfaceError) as caught:
+        convert(surface, [Elevate((64, 1))])
+    (issue,) = caught.value.issues
+    assert (issue.code, issue.pointer) == ("too_many_knots", "/operations/0/degree/0")
