@@ -11,11 +11,11 @@ from math import isqrt
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints, RealArray
-from service.bases.bernstein import bernstein, binomials
+from service.bases.bernstein import bernstein, binomials, sampled
 from service.bases.cache import PLANS
 
-CHUNK_NUMBERS = 1 << 20
-"""Values of a basis that are held at a time where all of them would be too many to keep."""
+LARGEST = 1 << 20
+"""Values of a basis of two variables that are worth keeping; also what the cache takes, 8 MiB."""
 
 
 def size(degree: int) -> int:
@@ -27,6 +27,14 @@ def degree_of(count: int) -> int | None:
     """The degree of a net of so many control points; None if no triangle has as many."""
     degree = (isqrt(8 * count + 1) - 3) // 2
     return degree if degree >= 0 and size(degree) == count else None
+
+
+def checked_degree(count: int) -> int:
+    """The degree of a net of so many control points."""
+    degree = degree_of(count)
+    if degree is None:
+        raise ValueError(f"{count} control points make no triangle")
+    return degree
 
 
 @lru_cache(maxsize=256)
@@ -48,12 +56,11 @@ def side_rows(degree: int) -> Ints:
     return rows
 
 
-def barycentric(divisions: int, first: int = 0, last: int | None = None) -> FloatArray:
-    """(r, s, t) of samples [first, last) at R divisions, each correctly rounded: shape (m, 3)."""
+def barycentric(divisions: int) -> FloatArray:
+    """(r, s, t) of the samples at R divisions, each correctly rounded: shape (m, 3)."""
     starts = row_starts(divisions)
-    index = np.arange(first, starts[-1] if last is None else last)
-    row = np.searchsorted(starts, index, side="right") - 1
-    place = index - starts[row]
+    row = np.repeat(np.arange(divisions + 1), np.diff(starts))
+    place = np.arange(starts[-1]) - starts[row]
     return np.stack([divisions - row - place, place, row], axis=1) / divisions
 
 
@@ -102,27 +109,82 @@ def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
     return basis
 
 
-def sampled_triangle(
-    degree: int,
-    divisions: int,
-    dtype: type[np.floating] = np.float64,
-    first: int = 0,
-    last: int | None = None,
-) -> RealArray:
-    """The basis at samples [first, last) at R divisions, shape ((n+1)(n+2)/2, m); read-only.
+def is_small(degree: int, divisions: int) -> bool:
+    """Whether the basis of degree n at R divisions is small enough to be kept."""
+    return size(degree) * size(divisions) <= LARGEST
 
-    The whole of it is cached where it is small, and is then a view; else a part is made at a time.
-    """
-    last = size(divisions) if last is None else last
-    if size(degree) * size(divisions) > CHUNK_NUMBERS:
-        part = _rounded(triangle_bernstein(degree, barycentric(divisions, first, last)), dtype)
-        part.flags.writeable = False
-        return part
-    whole = PLANS.get(
+
+def sampled_triangle(
+    degree: int, divisions: int, dtype: type[np.floating] = np.float64
+) -> RealArray:
+    """The basis at R divisions, shape ((n+1)(n+2)/2, (R+1)(R+2)/2); cached, read-only."""
+    return PLANS.get(
         ("triangle", degree, divisions, dtype),
         lambda: _rounded(triangle_bernstein(degree, barycentric(divisions)), dtype),
     )
-    return whole[:, first:last]
+
+
+def row_curves(nets: FloatArray) -> FloatArray:
+    """The rows of a net as curves of its own degree n in s / (r + s): (K, m) to (n+1, n+1, m)."""
+    degree = checked_degree(len(nets))
+    starts = row_starts(degree)
+    rows = [nets[starts[k] : starts[k + 1]] for k in range(degree + 1)]
+    return np.stack([elevation(len(row) - 1, degree) @ row for row in rows])
+
+
+def evaluate_rows(
+    curves: FloatArray, divisions: int, rows: range, dtype: type[np.floating], out: RealArray
+) -> None:
+    """Polynomials at some rows of samples, by the curves that they are along these.
+
+    Where t is fixed, the curves of all rows blend to one, Σ_k B_k^n(t) c_k, which is sampled at as
+    many divisions as the row of samples has: n + 1 multiplications a value for n²/2, and no
+    basis to keep.
+
+    Parameters
+    ----------
+    curves : ndarray of float64, shape (n+1, n+1, m)
+        As `row_curves` gives them.
+    divisions : int
+        R.
+    rows : range
+        Of samples, t = row / R.
+    dtype : float32 or float64
+    out : ndarray, shape (m, samples of these rows)
+        Written.
+    """
+    degree, count = len(curves) - 1, curves.shape[2]
+    across = sampled(degree, divisions)[rows.start : rows.stop]
+    lines = (across @ curves.reshape(degree + 1, -1)).reshape(len(rows), degree + 1, count)
+    lines = lines.transpose(0, 2, 1).astype(dtype)
+    first = 0
+    for line, row in zip(lines, rows, strict=True):
+        last = first + divisions - row + 1
+        np.matmul(line, _row_basis(degree, divisions - row, dtype), out=out[:, first:last])
+        first = last
+
+
+def _row_basis(degree: int, divisions: int, dtype: type[np.floating]) -> RealArray:
+    """Bernstein basis at R equal divisions, shape (n+1, R+1), by powers: C(n, j) s^j (1 − s)^{n−j}.
+
+    At degrees up to 64 no power is lost that could be seen in a sum. It is one basis for every row,
+    none of them used again, and the recurrence would take n times as long.
+    """
+    powers = np.ones((degree + 1, divisions + 1))
+    if degree and divisions:
+        powers[1] = np.arange(divisions + 1) / divisions
+        known = 2
+        while known <= degree:
+            more = min(known, degree + 1 - known)
+            np.multiply(powers[known // 2] ** 2, powers[:more], out=powers[known : known + more])
+            known += more
+    elif degree:
+        # A single sample, at s = 0.
+        powers[1:] = 0.0
+        return _rounded(powers, dtype)
+    basis = powers * powers[::-1, ::-1]
+    basis *= binomials(degree)[:, None]
+    return _rounded(basis, dtype)
 
 
 def _rounded(basis: FloatArray, dtype: type[np.floating]) -> RealArray:
@@ -143,17 +205,14 @@ def evaluate_triangles(nets: FloatArray, divisions: int) -> FloatArray:
     ndarray of float64, shape (P, (R+1)(R+2)/2, d)
     """
     patches, count, dimension = nets.shape
-    degree = degree_of(count)
-    if degree is None:
-        raise ValueError(f"{count} control points make no triangle")
-    rows = np.ascontiguousarray(nets.transpose(0, 2, 1)).reshape(-1, count)
-    values = np.empty((patches, size(divisions), dimension))
-    step = max(1, CHUNK_NUMBERS // max(count, len(rows)))
-    for first in range(0, size(divisions), step):
-        last = min(first + step, size(divisions))
-        part = rows @ sampled_triangle(degree, divisions, np.float64, first, last)
-        values[:, first:last] = part.reshape(patches, dimension, -1).transpose(0, 2, 1)
-    return values
+    degree = checked_degree(count)
+    columns = np.ascontiguousarray(nets.transpose(1, 0, 2)).reshape(count, -1)
+    values = np.empty((columns.shape[1], size(divisions)))
+    if is_small(degree, divisions):
+        np.matmul(columns.T, sampled_triangle(degree, divisions), out=values)
+    else:
+        evaluate_rows(row_curves(columns), divisions, range(divisions + 1), np.float64, values)
+    return values.reshape(patches, dimension, -1).transpose(0, 2, 1)
 
 
 def elevation(low: int, high: int) -> FloatArray:
@@ -193,9 +252,7 @@ def tensor_net(nets: FloatArray) -> FloatArray:
     ndarray of float64, shape (P, n+1, n+1, d)
     """
     patches, count, dimension = nets.shape
-    degree = degree_of(count)
-    if degree is None:
-        raise ValueError(f"{count} control points make no triangle")
+    degree = checked_degree(count)
     starts = row_starts(degree)
     square = np.empty((patches, degree + 1, degree + 1, dimension))
     for k in range(degree + 1):

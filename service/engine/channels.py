@@ -6,6 +6,7 @@ alone, they get the same value, bit for bit: welding need only ask whether value
 """
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import bernstein, sampled
 from service.bases.bernstein import samples as parameters
-from service.bases.triangle import barycentric, evaluate_triangles
+from service.bases.triangle import evaluate_triangles, row_starts
 from service.engine.extent import extent
 from service.engine.layout import Block, Layout
 from service.engine.near import leaders
@@ -156,10 +157,7 @@ def _parameter_rows(layout: Layout, domain: Domain | None, dtype: Real) -> RealA
     rows = np.empty((layout.size, 2), dtype=dtype)
     for block in layout.blocks:
         if block.triangular:
-            places = barycentric(block.resolution[0])[:, 1:]
-            rows[block.base : block.base + len(places) * len(block.patches)] = np.tile(
-                places, (len(block.patches), 1)
-            )
+            _write_triangle_parameters(block, rows)
             continue
         ends = _domains(block.first + block.patches, domain)
         u, v = (
@@ -177,6 +175,16 @@ def _parameter_rows(layout: Layout, domain: Domain | None, dtype: Real) -> RealA
             rows[samples, axis] = (1.0 - along) * low + along * high
             rows[samples, 1 - axis] = limits[1 - axis][:, side % 2]
     return rows
+
+
+def _write_triangle_parameters(block: Block, rows: RealArray) -> None:
+    """(s, t) of every sample of triangles."""
+    divisions = block.resolution[0]
+    out = rows[block.base : block.base + block.count * len(block.patches)]
+    out = out.reshape(len(block.patches), block.count, 2)
+    for row, (first, last) in enumerate(pairwise(row_starts(divisions).tolist())):
+        out[:, first:last, 0] = np.arange(last - first) / divisions
+        out[:, first:last, 1] = row / divisions
 
 
 def _domains(patches: Ints, domain: Domain | None) -> tuple[FloatArray, FloatArray]:

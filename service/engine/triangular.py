@@ -1,10 +1,16 @@
 """Points and unit normals of triangular patches at all samples.
 
 The partials are those along s and t. Their nets are differences of neighbours within a row and
-between rows; one basis of degree n − 1 serves both.
+between rows, both of degree n − 1. There are two ways from nets to samples:
+
+- `at_once`: one product with a cached basis of two variables, n²/2 multiplications a value.
+- `by_rows`: where that basis would be too large, every row of samples as a curve of its own.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +25,9 @@ from service.surface.lowered import TrianglePatches
 
 CHUNK_SAMPLES = 18_432
 """Samples worked on at a time: a dozen planes of them fit the second-level cache."""
+
+Product: TypeAlias = Callable[[str, FloatArray], RealArray]
+"""Planes (d, r, samples) of nets at some samples, in the work array of this name."""
 
 
 class TriangularEvaluation(Evaluation):
@@ -39,26 +48,10 @@ class TriangularEvaluation(Evaluation):
 
     def run(self) -> None:
         """Writes all samples: those of some patches at a time, or some of one patch."""
-        degree = self.patches.degree
-        count = max(16, CHUNK_SAMPLES // self.each // 16 * 16)
-        step = min(CHUNK_SAMPLES, max(64, triangle.CHUNK_NUMBERS // triangle.size(degree)))
-        if step < self.each:
-            count = 1
-        for first, last in _runs(self.patches.count, count):
-            nets = self.nets(first, last)
-            for begin, end in _runs(self.each, step):
-                at = self._product("at", nets.at, degree, begin, end)
-                self.write_positions(at, self.positions[first:last, begin:end])
-                if self.normals is None or nets.du is None or nets.dv is None:
-                    continue
-                du = self._product("du", nets.du, degree - 1, begin, end)
-                dv = self._product("dv", nets.dv, degree - 1, begin, end)
-                self.write_normals(
-                    self.partials_to_vectors(at, du, dv),
-                    self.normals[first:last, begin:end],
-                    nets.least(self.dtype),
-                    first * self.each + begin,
-                )
+        if triangle.is_small(self.patches.degree, self.divisions):
+            self._at_once()
+        else:
+            self._by_rows()
 
     def nets(self, first: int, last: int) -> ChunkNets:
         """Planes of the nets of patches [first, last): (K, d, r)."""
@@ -68,13 +61,66 @@ class TriangularEvaluation(Evaluation):
         ds, dt = differences(net)
         return ChunkNets(at, ds, dt, self.trust(ds, dt))
 
-    def _product(self, name: str, nets: FloatArray, degree: int, begin: int, end: int) -> RealArray:
-        """Planes (d, r, samples) of nets (K, d, r) at some of the samples."""
-        basis = triangle.sampled_triangle(degree, self.divisions, self.dtype, begin, end)
-        planes, patches = nets.shape[1:]
-        out = scratch(name, (planes, patches, end - begin), self.dtype)
-        rounded = nets.reshape(len(nets), planes * patches).astype(self.dtype, copy=False)
-        np.matmul(rounded.T, basis, out=out.reshape(planes * patches, end - begin))
+    def _at_once(self) -> None:
+        # Sixteen numbers are a cache line: every plane of a chunk begins at one.
+        count = max(16, CHUNK_SAMPLES // self.each // 16 * 16)
+        for first, last in _runs(self.patches.count, 1 if self.each > CHUNK_SAMPLES else count):
+            nets = self.nets(first, last)
+            for begin, end in _runs(self.each, CHUNK_SAMPLES):
+                samples = slice(begin, end)
+                self._write(nets, slice(first, last), samples, partial(self._product, samples))
+
+    def _by_rows(self) -> None:
+        for first, last in _runs(self.patches.count, max(1, CHUNK_SAMPLES // self.each)):
+            nets = self.nets(first, last)
+            at = _curves(nets.at)
+            if nets.du is not None and nets.dv is not None:
+                nets = replace(nets, du=_curves(nets.du), dv=_curves(nets.dv))
+            curves = replace(nets, at=at)
+            for rows, samples in self._row_runs():
+                product = partial(self._rows, rows, samples.stop - samples.start)
+                self._write(curves, slice(first, last), samples, product)
+
+    def _row_runs(self) -> Iterator[tuple[range, slice]]:
+        """Rows of samples some at a time, and which samples they are."""
+        starts, low = triangle.row_starts(self.divisions), 0
+        while low <= self.divisions:
+            fitting = np.searchsorted(starts, starts[low] + CHUNK_SAMPLES, side="right") - 1
+            high = max(low + 1, int(fitting))
+            yield range(low, high), slice(int(starts[low]), int(starts[high]))
+            low = high
+
+    def _write(self, nets: ChunkNets, patches: slice, samples: slice, product: Product) -> None:
+        """Positions and normals: of all samples of some patches, or some samples of one."""
+        at = product("at", nets.at)
+        self.write_positions(at, self.positions[patches, samples])
+        if self.normals is None or nets.du is None or nets.dv is None:
+            return
+        du, dv = product("du", nets.du), product("dv", nets.dv)
+        self.write_normals(
+            self.partials_to_vectors(at, du, dv),
+            self.normals[patches, samples],
+            nets.least(self.dtype),
+            patches.start * self.each + samples.start,
+        )
+
+    def _product(self, samples: slice, name: str, nets: FloatArray) -> RealArray:
+        """Nets (K, d, r) times the basis."""
+        count, planes, patches = nets.shape
+        degree = triangle.checked_degree(count)
+        basis = triangle.sampled_triangle(degree, self.divisions, self.dtype)[:, samples]
+        out = scratch(name, (planes, patches, basis.shape[1]), self.dtype)
+        rounded = nets.reshape(count, -1).astype(self.dtype, copy=False)
+        np.matmul(rounded.T, basis, out=out.reshape(planes * patches, -1))
+        return out
+
+    def _rows(self, rows: range, samples: int, name: str, curves: FloatArray) -> RealArray:
+        """Curves (n+1, n+1, d r) at some rows of samples."""
+        planes, count = 4 if self.rational else 3, curves.shape[2]
+        out = scratch(name, (planes, count // planes, samples), self.dtype)
+        triangle.evaluate_rows(
+            curves, self.divisions, rows, self.dtype, out.reshape(count, samples)
+        )
         return out
 
     def _slow_normals(
@@ -85,6 +131,11 @@ class TriangularEvaluation(Evaluation):
         row = np.searchsorted(starts, sample, side="right") - 1
         s, t = (sample - starts[row]) / self.divisions, row / self.divisions
         return triangle_normals(self.patches, patch, s, t)
+
+
+def _curves(nets: FloatArray) -> FloatArray:
+    """Rows as curves: (K, d, r) to (n+1, n+1, d r)."""
+    return triangle.row_curves(nets.reshape(len(nets), -1))
 
 
 def _runs(count: int, step: int) -> Iterator[tuple[int, int]]:

@@ -1,0 +1,156 @@
+"""The bivariate Bernstein basis, beside exact arithmetic and its own properties."""
+
+from fractions import Fraction
+from math import factorial
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.bases import triangle
+from service.bases.bernstein import bernstein
+from service.bases.cache import PLANS
+from tests.oracles import triangles
+
+
+def exact_basis(degree: int, place: tuple[Fraction, ...]) -> list[Fraction]:
+    """n!/(i! j! k!) r^i s^j t^k in the order of the service."""
+    r, s, t = place
+    return [
+        factorial(degree) // (factorial(i) * factorial(j) * factorial(k)) * r**i * s**j * t**k
+        for i, j, k in triangles.keys(degree)
+    ]
+
+
+def test_sizes_and_degrees_are_each_others_inverse() -> None:
+    sizes = {triangle.size(n): n for n in range(70)}
+    assert list(sizes)[:5] == [1, 3, 6, 10, 15]
+    for count in range(max(sizes)):
+        assert triangle.degree_of(count) == sizes.get(count)
+    with pytest.raises(ValueError, match="no triangle"):
+        triangle.checked_degree(4)
+
+
+@pytest.mark.parametrize("degree", range(6))
+def test_order_is_that_of_the_conventions(degree: int) -> None:
+    """Rows of constant k, j rising; sides s = 0, r = 0 and t = 0, each upwards."""
+    keys = triangles.keys(degree)
+    starts = triangle.row_starts(degree)
+    assert [keys[first][1:] for first in starts[:-1]] == [(0, k) for k in range(degree + 1)]
+    assert starts[-1] == triangle.size(degree)
+    for row, (zero, rising) in zip(
+        triangle.side_rows(degree), ((1, 2), (0, 2), (2, 1)), strict=True
+    ):
+        assert [keys[k] for k in row] == sorted(
+            (key for key in keys if key[zero] == 0), key=lambda key: key[rising]
+        )
+
+
+@pytest.mark.parametrize("divisions", [1, 2, 3, 7, 49])
+def test_samples_are_correctly_rounded_and_come_in_parts(divisions: int) -> None:
+    truth = [[float(x) for x in place] for place in triangles.places(divisions)]
+    assert triangle.barycentric(divisions).tolist() == truth
+    assert triangle.barycentric(divisions, 2, 5).tolist() == truth[2:5]
+
+
+@given(st.integers(0, 12), st.integers(1, 4))
+def test_basis_is_the_exact_one(degree: int, divisions: int) -> None:
+    """Each value by itself to a few units in its last place: also the smallest."""
+    places = triangles.places(divisions)
+    found = triangle.triangle_bernstein(degree, triangle.barycentric(divisions))
+    truth = np.array([exact_basis(degree, place) for place in places]).astype(float).T
+    np.testing.assert_allclose(found, truth, rtol=1e-14 * (degree + 1), atol=0)
+
+
+@pytest.mark.parametrize("degree", [1, 3, 20, 64])
+def test_basis_is_a_partition_of_unity(degree: int) -> None:
+    """Also close to the corners, where s / (r + s) has few digits left."""
+    near = 2.0 ** -np.arange(1, 50)
+    places = np.concatenate(
+        [triangle.barycentric(9)]
+        + [np.roll([1 - 3 * x, x, 2 * x], k)[None] for x in near for k in range(3)]
+    )
+    places = np.abs(places)
+    places /= places.sum(axis=1, keepdims=True)
+    basis = triangle.triangle_bernstein(degree, places)
+    assert basis.min() >= 0
+    assert np.abs(basis.sum(axis=0) - 1).max() < 1e-14
+    # And reproduces the places themselves: degree n takes b_ijk = (i, j, k)/n to the identity.
+    assert np.abs(basis.T @ triangle.barycentric(degree) - places).max() < 1e-14
+
+
+def test_corners_and_sides_need_no_rounding() -> None:
+    """One control point at each corner; along t = 0 the basis of one variable."""
+    corners = triangle.triangle_bernstein(5, np.eye(3))
+    assert (corners == 1).sum() == 3
+    assert (corners == 0).sum() == 3 * 21 - 3
+    s = np.arange(8) / 7
+    side = triangle.triangle_bernstein(5, np.stack([1 - s, s, np.zeros(8)], axis=1))
+    np.testing.assert_allclose(side[:6].T, bernstein(5, s), rtol=1e-15)
+    assert not side[6:].any()
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_sampled_basis_is_kept_and_read_only(dtype: type[np.floating]) -> None:
+    basis = triangle.sampled_triangle(4, 11, dtype)
+    assert basis is triangle.sampled_triangle(4, 11, dtype)
+    assert basis.shape == (15, 78)
+    assert basis.dtype == dtype
+    with pytest.raises(ValueError, match="read-only"):
+        basis[0] = 1
+
+
+def test_what_counts_as_small_fits_the_cache() -> None:
+    assert PLANS.capacity // 8 >= 8 * triangle.LARGEST
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2, 5, 17, 40, 64])
+@pytest.mark.parametrize("divisions", [1, 2, 33])
+def test_rows_are_the_same_polynomials(degree: int, divisions: int) -> None:
+    """What is evaluated row by row, some rows at a time, is what the basis gives at once."""
+    rng = np.random.default_rng(degree)
+    nets = rng.uniform(-1, 1, (triangle.size(degree), 4))
+    truth = triangle.triangle_bernstein(degree, triangle.barycentric(divisions)).T @ nets
+    curves = triangle.row_curves(nets)
+    assert curves.shape == (degree + 1, degree + 1, 4)
+    starts = triangle.row_starts(divisions)
+    for dtype, limit in ((np.float64, 2e-14), (np.float32, 1e-5)):
+        for low, high in ((0, divisions + 1), (1, 2), (divisions, divisions + 1)):
+            out = np.empty((4, starts[high] - starts[low]), dtype)
+            triangle.evaluate_rows(curves, divisions, range(low, high), dtype, out)
+            assert np.abs(out.T - truth[starts[low] : starts[high]]).max() < limit
+
+
+def test_values_of_any_dimension_are_evaluated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By either way: two patches, five numbers at a time."""
+    nets = np.random.default_rng(7).uniform(-1, 1, (2, 15, 5))
+    basis = triangle.triangle_bernstein(4, triangle.barycentric(6))
+    truth = np.einsum("pkd,ks->psd", nets, basis)
+    for largest in (triangle.LARGEST, 1):
+        monkeypatch.setattr(triangle, "LARGEST", largest)
+        assert np.abs(triangle.evaluate_triangles(nets, 6) - truth).max() < 1e-15
+
+
+@pytest.mark.parametrize(("low", "high"), [(0, 0), (0, 3), (1, 2), (2, 5), (3, 3), (20, 64)])
+def test_elevation_is_the_known_matrix(low: int, high: int) -> None:
+    """Its columns are Bernstein polynomials of the lower degree written in the higher one."""
+    matrix = triangle.elevation(low, high)
+    t = np.arange(12) / 11
+    np.testing.assert_allclose(bernstein(high, t) @ matrix, bernstein(low, t), atol=1e-15)
+    assert matrix.min() >= 0
+    np.testing.assert_allclose(matrix.sum(axis=1), 1, rtol=1e-14)
+    assert matrix[0].tolist() == [1.0] + [0.0] * low
+    assert matrix[-1].tolist() == [0.0] * low + [1.0]
+
+
+@given(st.integers(1, 6), st.integers(0, 5), st.integers(0, 5))
+def test_the_tensor_net_is_the_same_polynomial(degree: int, i: int, j: int) -> None:
+    """At s = u (1 − v), t = v."""
+    net = np.random.default_rng(degree).uniform(-1, 1, (1, triangle.size(degree), 2))
+    u, v = i / 5, j / 5
+    place = np.array([[(1 - u) * (1 - v), u * (1 - v), v]])
+    square = triangle.tensor_net(net)[0]
+    found = bernstein(degree, [u])[0] @ (bernstein(degree, [v])[0] @ square)
+    truth = triangle.triangle_bernstein(degree, place)[:, 0] @ net[0]
+    np.testing.assert_allclose(found, truth, atol=1e-15)
