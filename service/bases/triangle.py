@@ -56,11 +56,12 @@ def side_rows(degree: int) -> Ints:
     return rows
 
 
-def barycentric(divisions: int) -> FloatArray:
-    """(r, s, t) of the samples at R divisions, each correctly rounded: shape (m, 3)."""
+def barycentric(divisions: int, first: int = 0, last: int | None = None) -> FloatArray:
+    """(r, s, t) of samples [first, last) at R divisions, each correctly rounded: shape (m, 3)."""
     starts = row_starts(divisions)
-    row = np.repeat(np.arange(divisions + 1), np.diff(starts))
-    place = np.arange(starts[-1]) - starts[row]
+    index = np.arange(first, starts[-1] if last is None else last)
+    row = np.searchsorted(starts, index, side="right") - 1
+    place = index - starts[row]
     return np.stack([divisions - row - place, place, row], axis=1) / divisions
 
 

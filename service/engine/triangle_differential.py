@@ -13,7 +13,7 @@ from service.engine.differential import COUNTS, Jets, project
 from service.engine.nets import PARTIALS, PatchNets
 from service.engine.pole_curvature import curvatures_near, limit_curvatures
 from service.engine.triangle_nets import differences
-from service.engine.triangle_normals import across, local_normals, triangles_of_samples
+from service.engine.triangle_normals import across, normals_at, triangles_of_samples
 from service.surface.lowered import TrianglePatches
 
 
@@ -26,8 +26,9 @@ def triangle_jets(
     """
     m = len(index)
     partials = np.empty((COUNTS[order], m, 3))
-    normals = np.empty((m, 3))
-    degenerate = np.empty(m, dtype=bool)
+    normals, degenerate = np.empty((m, 3)), np.empty(m, dtype=bool)
+    if order > 0:
+        normals, degenerate = normals_at(patches, index, s, t)
     curvatures = np.empty((4, m))
     for local, rows, which in triangles_of_samples(patches, index):
         places = np.stack([np.maximum(1.0 - s[rows] - t[rows], 0.0), s[rows], t[rows]], axis=1)
@@ -35,8 +36,6 @@ def triangle_jets(
         scale = local.scale[which]
         partials[:, rows] = found / scale[:, None]
         partials[0, rows] += local.middle[which]
-        if order > 0:
-            normals[rows], degenerate[rows] = local_normals(local.patches, which, s[rows], t[rows])
         if order > 1:
             bent = regular_curvatures(found, normals[rows])
             bent[:, degenerate[rows]] = np.nan

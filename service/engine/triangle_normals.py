@@ -42,12 +42,27 @@ def triangle_normals(
     limits : int
         Samples at which S_s × S_t vanishes.
     """
+    normals, vanishes = normals_at(patches, index, s, t)
+    return normals, int(np.count_nonzero(vanishes))
+
+
+def normals_at(
+    patches: TrianglePatches, index: NDArray[np.intp], s: FloatArray, t: FloatArray
+) -> tuple[FloatArray, Bools]:
+    """The same, and at which samples S_s × S_t vanishes."""
     normals = np.empty((len(index), 3))
-    limits = 0
+    vanishes = np.empty(len(index), dtype=bool)
     for local, rows, which in triangles_of_samples(patches, index):
-        normals[rows], vanishes = local_normals(local.patches, which, s[rows], t[rows])
-        limits += int(np.count_nonzero(vanishes))
-    return normals, limits
+        found = _regular(local.patches, which, s[rows], t[rows])
+        normals[rows], vanishes[rows] = found
+    zero = np.flatnonzero(vanishes)
+    if len(zero):
+        # All together: what is prepared for a patch of high degree costs as much as all the rest.
+        used, which = np.unique(index[zero], return_inverse=True)
+        around = _local(patches.take(used)).patches
+        u = across(around, which, _barycentric(s[zero], t[zero]))
+        normals[zero], _ = unit_normals(around.tensor(), which, u, t[zero])
+    return normals, vanishes
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,11 +98,11 @@ def triangles_of_samples(
         yield _local(patches.take(used)), rows, which
 
 
-def local_normals(
+def _regular(
     local: TrianglePatches, which: NDArray[np.intp], s: FloatArray, t: FloatArray
 ) -> tuple[FloatArray, Bools]:
-    """The same for rows `which` of patches at hand; and at which samples S_s × S_t vanishes."""
-    places = np.stack([np.maximum(1.0 - s - t, 0.0), s, t], axis=1)
+    """S_s × S_t of rows `which` of patches at hand, made unit where it does not vanish."""
+    places = _barycentric(s, t)
     nets = local.points
     if local.weights is not None:
         weights = local.weights[..., np.newaxis]
@@ -95,10 +110,10 @@ def local_normals(
     nets = nets.swapaxes(0, 1)
     along = differences(nets)
     below = triangle.triangle_bernstein(local.degree - 1, places)
-    ds, dt = (np.einsum("km,kmd->md", below, net[:, which]) for net in along)
+    ds, dt = (_sums(below, net, which) for net in along)
     if local.weights is not None:
         basis = triangle.triangle_bernstein(local.degree, places)
-        at = np.einsum("km,kmd->md", basis, nets[:, which])
+        at = _sums(basis, nets, which)
         place = at[:, :3] / at[:, 3:]
         ds = ds[:, :3] - place * ds[:, 3:]
         dt = dt[:, :3] - place * dt[:, 3:]
@@ -108,13 +123,20 @@ def local_normals(
     vanishes: Bools = length <= VANISHING * length_s * length_t
     vanishes |= length_s <= VANISHING * longest_s
     vanishes |= length_t <= VANISHING * longest_t
-    zero = np.flatnonzero(vanishes)
-    length[zero] = 1.0
-    normals = vectors / length[:, None]
-    if len(zero):
-        u = across(local, which[zero], places[zero])
-        normals[zero], _ = unit_normals(local.tensor(), which[zero], u, t[zero])
-    return normals, vanishes
+    length[vanishes] = 1.0
+    return vectors / length[:, None], vanishes
+
+
+def _sums(basis: FloatArray, nets: FloatArray, which: NDArray[np.intp]) -> FloatArray:
+    """Values (m, d) of nets (K, P, d), each of its own row of `which`."""
+    if nets.shape[1] == 1:
+        return basis.T @ nets[:, 0]
+    values: FloatArray = np.einsum("km,kmd->md", basis, nets[:, which])
+    return values
+
+
+def _barycentric(s: FloatArray, t: FloatArray) -> FloatArray:
+    return np.stack([np.maximum(1.0 - s - t, 0.0), s, t], axis=1)
 
 
 def _local(patches: TrianglePatches) -> LocalTriangles:

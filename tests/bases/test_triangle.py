@@ -48,10 +48,10 @@ def test_order_is_that_of_the_conventions(degree: int) -> None:
 
 
 @pytest.mark.parametrize("divisions", [1, 2, 3, 7, 49])
-def test_samples_are_correctly_rounded_and_come_in_parts(divisions: int) -> None:
+def test_samples_are_correctly_rounded(divisions: int) -> None:
     truth = [[float(x) for x in place] for place in triangles.places(divisions)]
     assert triangle.barycentric(divisions).tolist() == truth
-    assert triangle.barycentric(divisions, 2, 5).tolist() == truth[2:5]
+    assert triangle.barycentric(divisions, 1, 3).tolist() == truth[1:3]
 
 
 @given(st.integers(0, 12), st.integers(1, 4))
