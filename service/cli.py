@@ -49,8 +49,8 @@ _CURVE_HELP = (
 )
 
 _FILE_HELP = (
-    "a JSON file (a surface, or a request with a surface and options), the id of an example, "
-    "or - for standard input"
+    "a JSON file (a surface, or a request with a surface and {}), the id of an example, or - for "
+    "standard input"
 )
 
 
@@ -104,7 +104,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog=_EXIT_CODES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    mesh.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP)
+    mesh.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP.format("options"))
     _add_output(mesh)
     _add_options(mesh)
     mesh.set_defaults(run=_mesh)
@@ -115,7 +115,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog=_EXIT_CODES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    convert.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP)
+    convert.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP.format("operations"))
     convert.add_argument(
         "-o", "--output", required=True, help="JSON file to write, or - for standard output"
     )

@@ -235,7 +235,7 @@ def test_every_option_has_its_flag(capsys: pytest.CaptureFixture[str]) -> None:
     assert set(MeshOptionFields.model_fields) == set(cli.OPTIONS)
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["mesh", "--help"]])
+@pytest.mark.parametrize("arguments", [["--help"], ["mesh", "--help"], ["convert", "--help"]])
 def test_help_tells_the_exit_codes_and_imports_nothing_heavy(arguments: list[str]) -> None:
     program = (
         "import sys; from service.cli import main\n"

@@ -212,7 +212,7 @@ def test_turned_twice_it_is_as_it_was(surface: BsplineSurface, operation: Operat
         np.testing.assert_array_equal(twice.weights, surface.weights)
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(splines())
 def test_bezier_patches(surface: BsplineSurface) -> None:
     made = convert(surface, [ToBezier()])

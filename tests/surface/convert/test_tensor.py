@@ -166,7 +166,7 @@ def test_split_twice_is_a_piece() -> None:
     np.testing.assert_array_equal(first.vertices[first.patches[0]], piece.control_net)
 
 
-@settings(max_examples=12)
+@settings(max_examples=5)
 @given(degrees, seeds, st.booleans())
 def test_turned_patches(degree: tuple[int, int], seed: int, rational: bool) -> None:
     surface = random_bezier(degree, seed, rational)
