@@ -18,14 +18,14 @@ def distinct_rows(rows: FloatArray) -> tuple[Ints, Ints]:
     -------
     first : ndarray of int, shape (D,)
     number : ndarray of int, shape (len(rows),)
-        `rows[first][number]` equals `rows`.
+        `rows[first[number]]` equals `rows`.
     """
     rows = np.ascontiguousarray(rows)
     bits = rows.view(np.uint64)
     mixed = (bits ^ (bits >> np.uint64(29))) * _multipliers(rows.shape[1])
     mixed ^= mixed >> np.uint64(32)
     _, first, number = np.unique(mixed.sum(axis=1), return_index=True, return_inverse=True)
-    if not np.array_equal(rows[first][number], rows):
+    if not np.array_equal(rows[first[number]], rows):
         _, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     return first, number.reshape(-1)
 

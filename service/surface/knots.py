@@ -34,6 +34,10 @@ MAX_BEZIER_POINTS = 4_000_000
 lead to them: a hundred megabytes of either."""
 
 
+MAX_PIECES = 500_000
+"""Most Bézier patches, or pieces of a curve: of low degree they cost more than their points."""
+
+
 def check_degree(degree: int, where: str) -> None:
     """Refuses a degree that is none, or absurd."""
     if not 1 <= degree <= MAX_DEGREE:
@@ -116,12 +120,22 @@ def check_bezier_points(
         raise InvalidRequest(
             Issue(
                 "too_many_bezier_points",
-                "Every span becomes a Bézier patch with control points of its own. These, or the "
-                "numbers that lead to them, would be too many.",
+                "Every span becomes a Bézier patch, or piece of a curve, with control points of "
+                "its own. These, or the numbers that lead to them, would be too many.",
                 points,
                 " × ".join(f"{n} spans of degree {p}" for n, p in zip(pieces, degree, strict=True)),
                 f"at most {MAX_BEZIER_POINTS} Bézier control points, and no more in spans × "
                 "(degree + 1)² along one direction",
+            )
+        )
+    if math.prod(pieces) > MAX_PIECES:
+        raise InvalidRequest(
+            Issue(
+                "too_many_spans",
+                "Every span becomes a Bézier patch, or piece of a curve: these would be too many.",
+                points,
+                " × ".join(str(n) for n in pieces) + " spans",
+                f"at most {MAX_PIECES} in all",
             )
         )
 

@@ -336,6 +336,13 @@ def test_takes_what_is_just_within_the_limits() -> None:
         BsplineSurface(np.zeros((4, 4, 3)), weights=weights)
 
 
+def test_too_many_patches_are_refused_by_number() -> None:
+    """Of degree 1 they have few control points and cost as much."""
+    (issue,) = issues_of(control_net=np.zeros((710, 710, 3)), degree=(1, 1))
+    assert (issue.code, issue.pointer) == ("too_many_spans", "/control_net")
+    assert issue.got == "709 × 709 spans"
+
+
 @pytest.mark.parametrize(
     ("shape", "degree"), [((505, 505), (3, 3)), ((1100, 2), (64, 1)), ((200, 200), (30, 30))]
 )
