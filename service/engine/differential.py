@@ -69,10 +69,12 @@ def jets(patches: TensorPatches, index: Ints, u: FloatArray, v: FloatArray, orde
             normals[rows], degenerate[rows] = normals_of(nets, which, *here)
         if order > 1:
             found = regular_curvatures(local, normals[rows])
-            pole = np.flatnonzero(degenerate[rows])
-            found[:, pole] = limit_curvatures(
-                nets, which[pole], u[rows[pole]], v[rows[pole]], normals[rows[pole]]
-            )
+            pole = degenerate[rows]
+            if pole.any():
+                u_pole, v_pole = u[rows[pole]], v[rows[pole]]
+                found[:, pole] = limit_curvatures(
+                    nets, which[pole], u_pole, v_pole, normals[rows[pole]]
+                )
             beside = curvatures_near(nets, which, *here, normals[rows])
             found = np.where(np.isnan(beside), found, beside)
             curvatures[:, rows] = found * np.stack([scale * scale, scale, scale, scale])

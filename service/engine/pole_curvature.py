@@ -6,6 +6,7 @@ series whose lowest terms are known to be zero and can be left out.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -31,7 +32,7 @@ KNOWN = 2.0**-20
 def curvatures_near(
     nets: PatchNets, which: Ints, u: FloatArray, v: FloatArray, normals: FloatArray
 ) -> FloatArray:
-    """K, H, k_1, k_2 next to sides that are one point, NaN elsewhere: (4, m).
+    """K, H, k_1, k_2 next to sides that are one point, NaN elsewhere and on them: (4, m).
 
     Parameters
     ----------
@@ -42,7 +43,8 @@ def curvatures_near(
     """
     result = np.full((4, len(which)), np.nan)
     distances = np.stack([u, 1 - u, v, 1 - v], axis=1)
-    near = nets.collapsed[which] & (distances <= NEAR / max(nets.degree))
+    inside = (distances > 0) & (distances <= NEAR / max(nets.degree))
+    near = nets.collapsed[which] & inside
     distances = np.where(near, distances, np.inf)
     nearest = distances.argmin(axis=1)
     for side in range(4):
@@ -54,7 +56,7 @@ def curvatures_near(
             else:
                 line = Line(nets, which[rows], u[rows], foot, "v")
             series = line.series(NEAR_TERMS)
-            result[:, rows], _ = _quotients(series, normals[rows], distances[rows, side])
+            result[:, rows] = _quotients(series, normals[rows], distances[rows, side])
     return result
 
 
@@ -77,14 +79,16 @@ def limit_curvatures(
     )
     for group, directions in orders:
         for direction in directions:
-            for most in ORDERS:
-                rows = np.flatnonzero(group & open_)
-                if len(rows):
-                    line = Line(nets, which[rows], u[rows], v[rows], direction)
-                    found, order = _quotients(line.series(4 * most + 1), normals[rows])
-                    decided = order <= most
-                    result[:, rows[decided]] = found[:, decided]
-                    open_[rows[decided]] = False
+            rows = np.flatnonzero(group & open_)
+            if not len(rows):
+                continue
+            order = Line(nets, which[rows], u[rows], v[rows], direction).order()
+            open_[rows[order <= ORDERS[-1]]] = False
+            for least, most in pairwise((-1, *ORDERS)):
+                here = rows[(order > least) & (order <= most)]
+                if len(here):
+                    line = Line(nets, which[here], u[here], v[here], direction)
+                    result[:, here] = _quotients(line.series(4 * most + 1), normals[here])
     return result
 
 
@@ -98,15 +102,23 @@ class Line:
     v: FloatArray
     direction: Direction
 
-    def series(self, count: int) -> list[Series]:
-        """S_u, S_v, S_uu, S_uv, S_vv along the lines: vectors (m, 3, T) of so many terms."""
-        found = [self._partial(i, j, count) for i, j in PARTIALS]
+    def order(self) -> FloatArray:
+        """Order of the zero of S_u × S_v where the lines begin, if not above the highest."""
+        su, sv = self.series(ORDERS[-1] + 1, second=False)
+        order: FloatArray = cross(su, sv).first().min(axis=1)
+        return order
+
+    def series(self, count: int, *, second: bool = True) -> list[Series]:
+        """S_u, S_v and, with `second`, S_uu, S_uv, S_vv along the lines: vectors (m, 3, T)."""
+        found = [self._partial(i, j, count) for i, j in PARTIALS[: 6 if second else 3]]
         if not self.nets.rational:
             return found[1:]
         x, w = [f.axes(slice(0, 3)) for f in found], [f.axes(slice(3, 4)) for f in found]
         s = x[0] / w[0]
         su = (x[1] - w[1] * s) / w[0]
         sv = (x[2] - w[2] * s) / w[0]
+        if not second:
+            return [su, sv]
         suu = (x[3] - w[3] * s - (w[1] * su).times(2)) / w[0]
         suv = (x[4] - w[4] * s - w[1] * sv - w[2] * su) / w[0]
         svv = (x[5] - w[5] * s - (w[2] * sv).times(2)) / w[0]
@@ -122,8 +134,8 @@ class Line:
 
 def _quotients(
     series: list[Series], normals: FloatArray, distance: FloatArray | float = 0.0
-) -> tuple[FloatArray, FloatArray]:
-    """K, H, k_1, k_2 at a distance s from poles; and the order of the zero of S_u × S_v.
+) -> FloatArray:
+    """K, H, k_1, k_2 at a distance s from poles: (4, m).
 
     With N = S_u × S_v = c s^k + …, the second form L, M, P = S_uu · N, S_uv · N, S_vv · N and the
     first form E, F, G
@@ -150,7 +162,7 @@ def _quotients(
     spread = mean**2 - gauss
     unsure = 2 * np.abs(mean) * mean_error + gauss_error
     spread = np.sqrt(np.where(spread <= unsure, 0.0, spread))
-    return np.stack([gauss, mean, mean + spread, mean - spread]), order
+    return np.stack([gauss, mean, mean + spread, mean - spread])
 
 
 def _quotient(

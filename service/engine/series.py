@@ -5,7 +5,6 @@ vanish, and only a bound of the rounding can tell a coefficient that vanishes fr
 """
 
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
@@ -60,12 +59,15 @@ class Series:
         """
         terms, errors = np.array(self.terms), np.array(self.errors)
         begin = other.terms[..., 0]
+        size = np.abs(other.terms)
         for k in range(terms.shape[-1]):
-            for i in range(1, k + 1):
-                b, q = other.terms[..., i], terms[..., k - i]
-                terms[..., k] -= b * q
-                errors[..., k] += np.abs(b) * (errors[..., k - i] + ROUNDING * np.abs(q))
-                errors[..., k] += other.errors[..., i] * np.abs(q)
+            b, more = slice(1, k + 1), slice(0, k)
+            q, known = terms[..., more][..., ::-1], errors[..., more][..., ::-1]
+            terms[..., k] -= (other.terms[..., b] * q).sum(axis=-1)
+            off = size[..., b] * known + (ROUNDING * size[..., b] + other.errors[..., b]) * np.abs(
+                q
+            )
+            errors[..., k] += off.sum(axis=-1)
             terms[..., k] /= begin
             errors[..., k] /= begin
             errors[..., k] += (ROUNDING + other.errors[..., 0] / begin) * np.abs(terms[..., k])
@@ -88,13 +90,15 @@ class Series:
 
             Σ_{j ≥ order} a_j s^{j−order}
 
-        NaN beyond the last term. The error counts the last term once more, for those cut off.
+        NaN beyond the last term. The error counts the last term once more, for those cut off,
+        unless it is the first.
         """
         place = np.arange(self.terms.shape[-1]) - order[..., np.newaxis]
         powers = np.where(place >= 0, np.asarray(s)[..., np.newaxis] ** np.maximum(place, 0), 0.0)
         beyond = order >= self.terms.shape[-1]
         value = np.where(beyond, np.nan, (self.terms * powers).sum(axis=-1))
-        error = (self.errors * powers).sum(axis=-1) + np.abs(self.terms * powers)[..., -1]
+        cut_off = np.where(place > 0, np.abs(self.terms * powers), 0.0)[..., -1]
+        error = (self.errors * powers).sum(axis=-1) + cut_off
         return value, np.where(beyond, np.nan, error)
 
 
@@ -131,8 +135,9 @@ def cross(a: Series, b: Series) -> Series:
 
 
 def _product(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Σ_i a_i b_{k−i}, with the second factor spread out as the matrix b_{k−i}."""
     count = a.shape[-1]
-    result = np.zeros(np.broadcast_shapes(a.shape, b.shape))
-    for i in range(count):
-        result[..., i:] += a[..., i, np.newaxis] * b[..., : count - i]
-    return cast(FloatArray, result)
+    place = np.subtract.outer(np.arange(count), np.arange(count))
+    spread = np.where(place >= 0, b[..., np.maximum(place, 0)], 0.0)
+    product: FloatArray = np.einsum("...i,...ki->...k", a, spread)
+    return product
