@@ -1,8 +1,11 @@
 """Surfaces in another form with the same points: degrees, pieces, directions, kinds."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, TypeAlias
+
+import numpy as np
 
 from service.errors import InvalidRequest, Issue, SurfaceError, pointer
 from service.surface import Surface
@@ -52,6 +55,9 @@ Conversion: TypeAlias = Callable[[Any, Any, Allowed], Surface]
 
 
 ANY = Allowed()
+
+USUAL_EXPONENT = 512
+"""Weights beyond 2 to this power, or below its inverse, are scaled before they are added up."""
 
 
 def unchanged(surface: Surface, _operation: ToBezier, _allowed: Allowed) -> Surface:
@@ -110,12 +116,28 @@ def convert(surface: Surface, operations: Sequence[Operation], allowed: Allowed 
     InvalidRequest, TooLarge
         With pointers `/operations/k`; what would be too large is refused from the shapes alone.
     """
+    surface = _with_usual_weights(surface)
     for number, operation in enumerate(operations):
         try:
             surface = _converted(surface, operation, allowed)
         except SurfaceError as error:
             raise error.within(pointer(("operations", number))) from None
     return surface
+
+
+def _with_usual_weights(surface: Surface) -> Surface:
+    """The surface with weights whose means keep all their digits.
+
+    Only their ratio matters. Those near the least or the greatest number there is are multiplied
+    by a power of two, which is exact; others stay.
+    """
+    weights = getattr(surface, "weights", None)
+    if weights is None:
+        return surface
+    _, exponent = np.frexp(weights.max())
+    if abs(exponent) < USUAL_EXPONENT:
+        return surface
+    return replace(surface, weights=np.ldexp(weights, -exponent))
 
 
 def _converted(surface: Surface, operation: Operation, allowed: Allowed) -> Surface:

@@ -261,6 +261,17 @@ def test_seams_stay_where_weights_have_a_common_factor() -> None:
         assert tessellate(patches_of(higher), options).report.boundary_edges == 18
 
 
+@pytest.mark.parametrize("size", [5e-324, 1e-310, 1e308])
+def test_weights_of_any_size_say_the_same(size: float) -> None:
+    """Numbers without all their digits, and those whose sum would be infinite."""
+    usual = random_bezier((2, 2), 3, False, channels=False)
+    weights = np.array([[1.0, 1, 1], [1, 1, 1], [1, 1, 1]]) * size
+    surface = BezierSurface(usual.control_net, weights, "z", "sail")
+    for operation in (Elevate((4, 4)), Restrict(u=(0.25, 0.5))):
+        made, wanted = (bezier(s, operation).control_net for s in (surface, usual))
+        np.testing.assert_allclose(made, wanted, atol=1e-14)
+
+
 def test_a_seam_across_the_directions_is_not_opened() -> None:
     """The edge v = 0 of one patch is the edge u = 0 of the other."""
     vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, -1, 0], [1, -1, 1]])
