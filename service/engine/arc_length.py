@@ -25,6 +25,10 @@ whole. So the sum of all differences is at most twice this of the whole length."
 MAX_HALVINGS = 60
 """An interval as short as 2⁻⁶⁰ holds nothing that counts."""
 
+MAX_GROWTH = 256
+"""Where a curve has a cusp, one interval in two is halved again; a wild one comes to rest after a
+few halvings. More open intervals than this for each at the beginning are a matter of rounding."""
+
 
 def arc_lengths(pieces: CurvePieces, at: Samples) -> FloatArray:
     """Length of the curve from its beginning to each sample, shape (N,); the last is the whole.
@@ -46,9 +50,11 @@ def arc_lengths(pieces: CurvePieces, at: Samples) -> FloatArray:
         coarse[rows], fine[rows] = speeds.integrals(piece[rows], at.t[:-1][rows], end[rows])
     whole = float(fine.sum())
     share = whole / len(piece)
-    unsure = np.flatnonzero(np.abs(fine - coarse) > ACCURACY * (fine + share))
+    floor = speeds.noise[piece] * (end - at.t[:-1])
+    unsure = np.flatnonzero(np.abs(fine - coarse) > ACCURACY * (fine + share) + floor)
     lengths = fine
     lengths[unsure] = 0.0
+    step = max(1, step // 16)  # room for what they are halved to
     for first in range(0, len(unsure), step):
         here = unsure[first : first + step]
         _refine(speeds, lengths, (here, piece[here], at.t[:-1][here], end[here]), share)
@@ -63,6 +69,7 @@ def _refine(
 ) -> None:
     """Adds to `lengths` what some intervals (number, piece, begin, end) hold, halving them."""
     number, piece, begin, end = intervals
+    most = MAX_GROWTH * (len(number) + 1)
     for _ in range(MAX_HALVINGS):
         middle = begin + (end - begin) / 2
         number, piece = np.repeat(number, 2), np.repeat(piece, 2)
@@ -71,7 +78,10 @@ def _refine(
         coarse, fine = speeds.integrals(piece, begin, end)
         # Half as long, half as large a part of the share: the differences cannot add up.
         share /= 2
-        sure = np.abs(fine - coarse) <= ACCURACY * (fine + share)
+        floor = speeds.noise[piece] * (end - begin)
+        sure = np.abs(fine - coarse) <= ACCURACY * (fine + share) + floor
+        if len(number) > most:
+            sure[:] = True
         np.add.at(lengths, number[sure], fine[sure])
         rest = ~sure
         number, piece, begin, end = number[rest], piece[rest], begin[rest], end[rest]
@@ -85,7 +95,11 @@ class Speeds:
 
     def __init__(self, pieces: CurvePieces) -> None:
         low, high = pieces.points.min(axis=1), pieces.points.max(axis=1)
-        self.points: FloatArray = pieces.points - (low + (high - low) / 2)[:, None]
+        local = pieces.points - (low + (high - low) / 2)[:, None]
+        # In units of a power of two, lest the squares of small numbers vanish.
+        exponent = float(np.frexp(np.abs(local).max())[1])
+        self.unit = 2.0 ** max(exponent, -1000.0)
+        self.points: FloatArray = local / self.unit
         self.steps: FloatArray = pieces.degree * np.diff(self.points, axis=1)
         self.weights = pieces.weights
         self.degree = pieces.degree
@@ -93,6 +107,16 @@ class Speeds:
             self.weighted: FloatArray = self.weights[:, :, None] * self.points
             self.steps = self.degree * np.diff(self.weighted, axis=1)
             self.weight_steps: FloatArray = self.degree * np.diff(self.weights, axis=1)
+        self.noise: FloatArray = self._noise() * self.unit
+
+    def _noise(self) -> FloatArray:
+        """What rounding may add to the speed on each piece, (S,), before the unit is put back."""
+        most = np.abs(self.steps).max(axis=(1, 2))
+        if self.weights is not None:
+            far = np.abs(self.points).max(axis=(1, 2))
+            most = (most + far * np.abs(self.weight_steps).max(axis=1)) / self.weights.min(axis=1)
+        noise: FloatArray = 8 * (self.degree + 1) * float(np.finfo(np.float64).eps) * most
+        return noise
 
     def integrals(
         self, piece: Ints, begin: FloatArray, end: FloatArray
@@ -116,5 +140,5 @@ class Speeds:
             slope = np.einsum("mki,mi->mk", below, self.weight_steps[piece])[..., None]
             place = np.einsum("mki,mid->mkd", basis, self.weighted[piece]) / w
             first = (first - place * slope) / w
-        speed: FloatArray = np.sqrt(np.einsum("mkd,mkd->mk", first, first))
+        speed: FloatArray = np.sqrt(np.einsum("mkd,mkd->mk", first, first)) * self.unit
         return speed

@@ -30,13 +30,16 @@ CHUNK = 1 << 18
 """Coordinates of nets that are worked on at a time."""
 
 EPS = float(np.finfo(np.float64).eps)
+SINGLE = np.finfo(np.float32)
 
 
 def least_tolerance(pieces: CurvePieces, *, single: bool, origin: FloatArray) -> float:
     """The smallest tolerance that the rounding of vertices and nets leaves room for."""
     far = float(np.abs(np.stack(pieces.bounds)).max())
     near = float(np.abs(np.stack(pieces.bounds) - origin).max())
-    step = EPS * far * (pieces.degree + 2) + (float(np.finfo(np.float32).eps) * near) * single
+    step = EPS * far * (pieces.degree + 2)
+    if single:
+        step += float(SINGLE.eps) * near + float(SINGLE.smallest_subnormal)
     return 4 * (2 * step + _slack(pieces, MAX_HALVINGS))
 
 

@@ -74,7 +74,7 @@ def tangents(pieces: CurvePieces, at: Samples, *, before: bool = False) -> Float
     Where C′ vanishes, at a cusp or at an end with repeated control points, the limit is that of
     the first derivative that does not: C^(k)(t) from the right, (−1)^(k−1) C^(k)(t) from the
     left. At t = 1 it is always that from the left, at t = 0 that from the right. A piece that is
-    one point takes the direction of the next that is not, or of the one before.
+    one point takes the direction of the next that is not.
 
     For a rational curve, C − C(t) = X / w with X_i = w_i (P_i − C(t)): the first derivative of X
     that does not vanish has the same direction.
@@ -85,7 +85,7 @@ def tangents(pieces: CurvePieces, at: Samples, *, before: bool = False) -> Float
         out[rows] = shape.directions(at.piece[rows], at.t[rows], before)
     missing = np.flatnonzero(np.isnan(out[:, 0]))
     if len(missing):
-        out[missing] = shape.borrowed(at.piece[missing], before)
+        out[missing] = shape.borrowed(at.piece[missing])
     return out
 
 
@@ -151,21 +151,18 @@ class _Local:
             best[found] = clear[found]
         return out
 
-    def borrowed(self, piece: Ints, before: bool) -> FloatArray:
-        """Directions at pieces that are one point: of the next that is none, or the last."""
+    def borrowed(self, piece: Ints) -> FloatArray:
+        """Directions at pieces that are one point: of the next that is none, else of the last.
+
+        So a corner that such pieces hide is at the first of them.
+        """
         solid = np.flatnonzero(self.solid)
         after = np.searchsorted(solid, piece)
-        backwards = (after == len(solid)) if not before else after > 0
-        if self.closed:
-            # Round and round: there is always a next one, and one before.
-            backwards = np.full(len(piece), before)
-        chosen = solid[np.where(backwards, after - 1, after % len(solid))]
-        return np.concatenate(
-            [
-                self.directions(chosen[k : k + 1], np.array([float(back)]), bool(back))
-                for k, back in enumerate(backwards)
-            ]
-        )
+        # A closed curve goes on with its first piece.
+        back = (after == len(solid)) & (not self.closed)
+        chosen = solid[np.where(back, after - 1, after % len(solid))]
+        ends, number = np.unique(np.stack([chosen, back]), axis=1, return_inverse=True)
+        return self.directions(ends[0], ends[1].astype(np.float64), False)[number.ravel()]
 
 
 def _sum(basis: FloatArray, net: FloatArray) -> FloatArray:

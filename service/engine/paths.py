@@ -82,8 +82,10 @@ def path_of(
     arriving = _arriving(at)
     before, after = _directions(pieces, at, arriving, closed)
     turn = _angles(before, after)
-    counts = _stations(turn, crease_angle)
-    mitred = counts == 2
+    counts = _corners(pieces, at, turn, crease_angle)
+    mean = _mean(before, after)
+    mitred, smooth = counts == 2, counts == 1
+    before[smooth] = after[smooth] = mean[smooth]
     if closed:
         # Its beginning stands where its end does: what is between them is at the end.
         counts[0] = 1
@@ -96,10 +98,6 @@ def path_of(
     share = number / np.maximum(counts - 1, 1)[sample]
     if closed:
         share[0] = 1.0  # its first direction is that in which it goes on
-    mean = before + after
-    mean /= np.sqrt(np.square(mean).sum(axis=1) + (turn > SHARPEST_MITRE))[:, None]
-    smooth = turn <= _least_turn(crease_angle)
-    before[smooth] = after[smooth] = mean[smooth]
     directions = _between(before[sample], after[sample], turn[sample], share)
     planes = np.where(mitred[sample, None], mean[sample], directions)
     arrives = (counts[sample] > 1) & (share == 0)
@@ -121,15 +119,35 @@ def most_stations(pieces: CurvePieces, divisions: int, crease_angle: float) -> i
     joints = Samples.uniform(pieces.count, 1)
     turn = _angles(*_directions(pieces, joints, _arriving(joints), pieces.closed))
     corners = int((_stations(turn, crease_angle) - 1).sum())
-    # Where all steps of the polygon go forwards there is no cusp, however they are weighted.
+    cusps = int(np.minimum(_most_cusps(pieces), divisions - 1).sum())
+    return pieces.count * divisions + 1 + corners + cusps * ceil(pi / ROUND_STEP)
+
+
+def _corners(pieces: CurvePieces, at: Samples, turn: FloatArray, crease_angle: float) -> Ints:
+    """Stations at every sample; within a piece only as many corners as it can have cusps.
+
+    Where there are more, rounding turns the tangents, and there are none.
+    """
+    counts = _stations(turn, crease_angle)
+    turned = (counts > 1) & (at.t > 0) & (at.t < 1)
+    number = np.bincount(at.piece[turned], minlength=pieces.count)
+    wrong = number > _most_cusps(pieces)
+    counts[turned & wrong[at.piece]] = 1
+    return counts
+
+
+def _most_cusps(pieces: CurvePieces) -> Ints:
+    """How many cusps each piece may have: none where all steps of its polygon go forwards.
+
+    Weights change nothing: C′ is a sum of P_j − P_i with i < j, times positive functions.
+    """
     steps = np.diff(pieces.points, axis=1)
     chord = pieces.points[:, -1] - pieces.points[:, 0]
     size = np.abs(steps).max(axis=(1, 2))
     unit = np.where(size > 0, size, 1.0)
     forwards = np.einsum("sid,sd->si", steps / unit[:, None, None], chord / unit[:, None])
-    doubtful = int((forwards.min(axis=1) <= 0).sum())
-    cusps = doubtful * min(pieces.degree - 1, divisions - 1)
-    return pieces.count * divisions + 1 + corners + cusps * ceil(pi / ROUND_STEP)
+    most: Ints = np.where((size > 0) & (forwards.min(axis=1) <= 0), pieces.degree - 1, 0)
+    return most
 
 
 def _arriving(at: Samples) -> Samples:
@@ -167,9 +185,19 @@ def _angles(a: FloatArray, b: FloatArray) -> FloatArray:
     return angle
 
 
+def _mean(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Unit vectors half way between others, (N, 3); b itself where they are opposite."""
+    mean = a + b
+    length = np.sqrt(np.square(mean).sum(axis=1))
+    opposite = length < 1e-6
+    mean[opposite], length[opposite] = b[opposite], 1.0
+    mean /= length[:, None]
+    return mean
+
+
 def _least_turn(crease_angle: float) -> float:
-    """Turns up to this are none: where rounding decides, the crease angle does not."""
-    return max(crease_angle, 1e-6)
+    """Turns up to this are none: small enough for one ring, and not left to rounding."""
+    return min(max(crease_angle, 1e-6), ROUND_STEP)
 
 
 def _stations(turn: FloatArray, crease_angle: float) -> Ints:

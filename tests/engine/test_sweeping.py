@@ -192,3 +192,31 @@ def test_a_far_tube_is_stored_about_a_local_origin() -> None:
     assert mesh.positions.dtype == np.float32
     assert np.abs(mesh.positions).max() < 4
     assert judged(mesh).is_watertight
+
+
+HOSTILE_CURVES = {
+    "heavy end": BezierCurve(np.array([[-2.0, 2], [0, -1]]), np.array([1e8, 1])),
+    "tiny": BezierCurve(np.array([[1e-300, 0], [2e-300, 1e-300], [0, 1e-300]])),
+    "far": BezierCurve(np.array([[1e15, 0, 0], [1e15 + 1, 1, 0], [1e15, 2, 1]])),
+    "grid of rounding": BsplineCurve(
+        np.array([[0.0, 1, 2], [1, 0, 2], [2, 2, 0], [0, 0, 1], [1, 2, 2]]) + 1e15, 2, "periodic"
+    ),
+    "points in a row": BsplineCurve(np.array([[0.0, 0], [1, 0], [1, 0], [1, 0], [0, 0]]), 1),
+    "there and back": BezierCurve(np.array([[0.0, 0], [1, 0], [0, 0]])),
+}
+
+
+@pytest.mark.parametrize("crease", [0.0, 0.02, math.pi])
+@pytest.mark.parametrize("name", HOSTILE_CURVES)
+def test_no_curve_is_too_odd(name: str, crease: float) -> None:
+    """Finite, of unit normals, closed and no larger than foreseen, whatever the curve does."""
+    curve = HOSTILE_CURVES[name]
+    size = float(np.ptp(curve.control_points, axis=0).max())
+    tube = TubeSurface(curve, np.array([0.1, 0.2, 0.1]) * size, sides=3)
+    options = MeshOptions((4, 1), crease_angle=crease)
+    mesh = build(tube.lower(), options)
+    assert np.isfinite(mesh.positions).all()
+    assert mesh.normals is not None
+    assert np.linalg.norm(mesh.normals, axis=1) == pytest.approx(1, abs=1e-12)
+    assert mesh.report.watertight
+    assert len(mesh.positions) <= predicted_sweep(tube.lower(), options)[0]
