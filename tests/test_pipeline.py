@@ -12,11 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.encoders.format import EncodeOptions, Format, OoglForm
+from service.encoders.prediction import predict
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MAX_RESOLUTION, Faces, MeshOptions
 from service.engine.places import Query
 from service.errors import InvalidRequest, SurfaceError, TooLarge, UnsupportedByFormat
-from service.pipeline import Limits, mesh, plan, plan_points, predict, render
+from service.pipeline import Limits, mesh, plan, plan_points, render
 from service.surface.bezier import BezierSurface
 from service.surface.curve import BezierCurve
 from service.surface.examples import EXAMPLES, find

@@ -11,7 +11,7 @@ from service.engine.options import MeshOptions
 from service.engine.scene import Scene, arranged, flattened, in_single, placed_points
 from service.engine.sweeping import sweep
 from service.engine.tessellate import overlays_of, tessellate
-from service.engine.wires import line_overlay, with_lines, without_faces
+from service.engine.wires import line_overlay, width_of, with_lines, with_solids, without_faces
 from service.errors import InvalidRequest, Issue
 from service.surface.channels import only_channels
 from service.surface.lowered import (
@@ -27,6 +27,7 @@ from service.surface.lowered import (
     TensorPatches,
     TrianglePatches,
 )
+from service.surface.placement import placed_bounds
 from service.surface.sweep_model import SweepModel
 
 NOT_PATCHES = Issue(
@@ -51,6 +52,8 @@ def _alone(model: PatchModel | SweepModel, options: MeshOptions, *, single: bool
     if isinstance(model, SweepModel):
         return sweep(model, options, single=single)
     mesh = (tessellate if options.surface else without_faces)(model, options, single=single)
+    if options.solid_wires:
+        return with_solids(mesh, model, options, single=single)
     return with_lines(mesh, model, options) if options.wired else mesh
 
 
@@ -61,6 +64,22 @@ def lines_of(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
         curves = isocurves(model, options.resolution, options.isocurves)
         overlays = (*overlays, line_overlay(curves))
     return overlays
+
+
+def reach(model: Model, options: MeshOptions) -> float:
+    """The largest coordinate, in absolute value, that wires with faces can come to."""
+    if isinstance(model, GroupModel):
+        models = [(model.models[member.model], member.matrix) for member in model.members]
+    else:
+        models = [(model, None)]
+    furthest = 0.0
+    for own, matrix in models:
+        if isinstance(own, PatchModel):
+            # A mitre reaches √2 times as far as a wire is thick.
+            around = width_of(own, options)
+            low, high = placed_bounds((own.bounds[0] - around, own.bounds[1] + around), matrix)
+            furthest = max(furthest, -float(low.min()), float(high.max()))
+    return furthest
 
 
 def build_scene(model: GroupModel, options: MeshOptions, *, single: bool = False) -> Scene:

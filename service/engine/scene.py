@@ -54,10 +54,11 @@ def flattened(scene: Scene) -> Mesh:
     return replace(merged(copies, scene.name), up=scene.up, report=scene.report)
 
 
-def in_single(mesh: Mesh) -> Mesh:
-    """A mesh of float64 about zero in float32, about an origin of its own if need be."""
-    bounds = mesh.report.bounds_min, mesh.report.bounds_max
-    origin = local_origin(*(np.array(bound) for bound in bounds))
+def in_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
+    """A mesh of float64 about zero in float32, about an origin, of its own if none is given."""
+    if origin is None:
+        bounds = mesh.report.bounds_min, mesh.report.bounds_max
+        origin = local_origin(*(np.array(bound) for bound in bounds))
     positions = (mesh.positions - origin).astype(np.float32)
     overlays = tuple(
         replace(overlay, positions=(overlay.positions - origin).astype(np.float32))

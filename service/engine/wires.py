@@ -5,16 +5,27 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, IndexArray, Ints
 from service.engine.extent import extent, local_origin
 from service.engine.isocurves import IsoCurves, isocurves
+from service.engine.merge import merged
 from service.engine.mesh import Mesh, MeshReport, Overlay
 from service.engine.options import MeshOptions
+from service.engine.scene import in_single
 from service.engine.scratch import Real
+from service.engine.sweep import Swept, ribbons, tubes
+from service.engine.swept_mesh import swept_mesh
 from service.engine.tessellate import overlays_of
-from service.surface.lowered import PatchModel
+from service.engine.wire_paths import wire_paths
+from service.surface.lowered import Color, PatchModel
 
 NAME = "isocurves"
+
+SHARE = 1 / 300
+"""Width of a wire where none is told, in units of the diagonal of the control points' bounds."""
+
+COLOR: Color = (0.93, 0.54, 0.25, 1.0)
+"""Of wires that have faces; lines look the same."""
 
 
 def without_faces(model: PatchModel, options: MeshOptions, *, single: bool = False) -> Mesh:
@@ -64,6 +75,84 @@ def with_lines(mesh: Mesh, model: PatchModel, options: MeshOptions) -> Mesh:
         return mesh
     low, high = _bounds(mesh.overlays, mesh.origin, model.bounds)
     return replace(mesh, report=replace(mesh.report, bounds_min=low, bounds_max=high))
+
+
+def with_solids(
+    mesh: Mesh, model: PatchModel, options: MeshOptions, *, single: bool = False
+) -> Mesh:
+    """The mesh with tubes or ribbons along the isoparametric curves as one more part.
+
+    Their width is the option's. Ribbons lie on the surface: they face along its normals, those of
+    one of the patches where two meet.
+    """
+    width = width_of(model, options)
+    curves = isocurves(model, options.resolution, options.isocurves)
+    swept = [
+        tubes(wires.paths, width / 2, options.wire_sides, faces=options.faces)
+        if options.wires == "tubes"
+        else ribbons(wires.paths, width, facing=wires.normals, faces=options.faces)
+        for wires in wire_paths(model, curves, options.crease_angle)
+    ]
+    if not swept:
+        return mesh
+    plain = replace(options, overlays=(), isocurves=(0, 0), surface=True)
+    wires = swept_mesh(NAME, _together(swept), plain, up=model.up)
+    if single:
+        wires = in_single(wires, mesh.origin)
+    (part,) = wires.parts
+    zeros = ((name, np.zeros((len(wires.positions), rows.shape[1]), rows.dtype))
+             for name, rows in mesh.attributes)  # fmt: skip
+    wires = replace(wires, parts=(replace(part, color=COLOR),), attributes=tuple(zeros))
+    if mesh.colors is not None:
+        # A base colour would multiply white.
+        color = np.array(COLOR[: mesh.colors.shape[1]], mesh.colors.dtype)
+        wires = replace(wires, parts=(part,), colors=np.tile(color, (len(wires.positions), 1)))
+    if not options.surface:
+        report = replace(wires.report, patches=model.patch_count)
+        return replace(wires, name=mesh.name, overlays=mesh.overlays, report=report)
+    together = merged([mesh, wires], mesh.name)
+    return replace(together, report=replace(together.report, closure=mesh.report.closure))
+
+
+def width_of(model: PatchModel, options: MeshOptions) -> float:
+    """The width of wires that have faces."""
+    if options.wire_width is not None:
+        return options.wire_width
+    low, high = model.bounds
+    return SHARE * float(np.linalg.norm(high - low))
+
+
+def most_solids(curves: int, samples: int, options: MeshOptions) -> tuple[int, int, int]:
+    """Vertices, triangles and quads at most of so many curves with so many samples in all."""
+    # At the joint of two curves stand as many stations as before: the last one and the first one.
+    if options.wires == "ribbons":
+        return 2 * samples, 2 * samples, samples
+    around = options.wire_sides + 1
+    return (
+        (samples + 4 * curves) * around,
+        2 * (samples + curves) * around,
+        samples * around,
+    )
+
+
+def _together(swept: Sequence[Swept]) -> Swept:
+    """Everything that was swept, one after another."""
+    first = np.cumsum([0, *(len(one.positions) for one in swept)])[:-1]
+    return Swept(
+        positions=np.concatenate([one.positions for one in swept]),
+        normals=np.concatenate([one.normals for one in swept]),
+        uvs=np.concatenate([one.uvs for one in swept]),
+        place=np.concatenate([one.place + k for one, k in zip(swept, first, strict=True)]),
+        triangles=_counted([one.triangles for one in swept], first),
+        quads=_counted([one.quads for one in swept], first),
+        grids=tuple(
+            grid + np.uint32(k) for one, k in zip(swept, first, strict=True) for grid in one.grids
+        ),
+    )
+
+
+def _counted(faces: Sequence[IndexArray], first: Ints) -> IndexArray:
+    return np.concatenate([rows + np.uint32(k) for rows, k in zip(faces, first, strict=True)])
 
 
 def line_overlay(curves: Sequence[IsoCurves]) -> Overlay:

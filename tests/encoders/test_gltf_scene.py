@@ -10,9 +10,10 @@ from hypothesis import given, settings
 
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf_scene import placing, quaternion
+from service.encoders.prediction import predict
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
-from service.pipeline import Limits, plan, predict, render
+from service.pipeline import Limits, plan, render
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from service.surface.group import GroupSurface, Member

@@ -1,0 +1,116 @@
+"""Wireframes in files: what the judges say, what formats hold, what they are predicted to need."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from service.encoders.format import EncodeOptions, Format
+from service.encoders.prediction import predict
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.options import MeshOptions, WireForm
+from service.errors import InvalidRequest, SurfaceError, UnsupportedByFormat
+from service.pipeline import Limits, plan, render
+from service.surface.bezier import BezierSurface
+from service.surface.examples import find
+from tests.clients.geomview import read_oogl
+from tests.clients.gltf_validator import issues
+from tests.encoders.glb_reader import read_glb
+
+TEAPOT = find("utah-teapot").surface()
+FORMS: tuple[WireForm, ...] = ("lines", "tubes", "ribbons")
+
+each_form = pytest.mark.parametrize("wires", FORMS)
+
+
+def wireframe(wires: WireForm, surface: bool = False) -> MeshOptions:
+    return MeshOptions((4, 4), isocurves=(2, 2), wires=wires, surface=surface, wire_sides=5)
+
+
+@each_form
+@pytest.mark.parametrize("surface", [True, False])
+def test_the_validator_has_nothing_to_say(wires: WireForm, surface: bool, tmp_path: Path) -> None:
+    content = render(TEAPOT, wireframe(wires, surface), BY_NAME["glb"])
+    assert issues(content, tmp_path / "model.glb") == []
+    names = [node["name"] for node in read_glb(content).document["nodes"]]
+    assert names[-1] == "isocurves"
+    assert len(names) == (8 if surface else 2)
+
+
+@each_form
+@pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
+def test_every_format_takes_tubes_and_those_with_lines_take_lines(
+    fmt: Format, wires: WireForm
+) -> None:
+    """Within the bytes that were predicted."""
+    for surface in (True, False):
+        options = wireframe(wires, surface)
+        if wires == "lines" and not fmt.overlays:
+            with pytest.raises(UnsupportedByFormat) as caught:
+                render(TEAPOT, options, fmt)
+            assert caught.value.issues[0].pointer == "/wires"
+            continue
+        size = predict(TEAPOT.lower(), options)
+        bound = fmt.byte_bound(size, EncodeOptions())
+        assert len(plan(TEAPOT, options, fmt, limits=Limits(max_bytes=bound)).run()) <= bound
+
+
+def test_the_wires_of_gltf_have_a_colour() -> None:
+    gltf = read_glb(render(TEAPOT, wireframe("tubes", surface=True), BY_NAME["glb"]))
+    plain, orange = gltf.document["materials"]
+    assert plain["name"] == "surface"
+    assert orange["name"] == "surface #ed8a40"
+    assert gltf.primitive("isocurves")["material"] == 1
+
+
+@pytest.mark.parametrize("wires", ["lines", "tubes"])
+def test_geomview_has_nothing_to_say(wires: WireForm, tmp_path: Path) -> None:
+    oogl = BY_NAME["oogl"]
+    content = render(TEAPOT, wireframe(wires, surface=wires == "lines"), oogl)
+    assert read_oogl(content, tmp_path).faces
+
+
+def test_lines_alone_are_skeletons() -> None:
+    content = render(TEAPOT, wireframe("lines"), BY_NAME["oogl"])
+    assert content.startswith(b"LIST\n{ = SKEL ")
+
+
+def test_the_exact_form_takes_lines_and_nothing_else() -> None:
+    oogl, exact = BY_NAME["oogl"], EncodeOptions("bez")
+    lines = render(TEAPOT, wireframe("lines", surface=True), oogl, exact)
+    assert b"BEZ" in lines
+    assert b"SKEL" in lines
+    for options in (wireframe("tubes", surface=True), wireframe("lines")):
+        with pytest.raises(UnsupportedByFormat) as caught:
+            render(TEAPOT, options, oogl, exact)
+        assert caught.value.issues[0].pointer == "/oogl"
+
+
+@pytest.mark.parametrize(
+    ("options", "pointer"),
+    [
+        (MeshOptions(isocurves=(1, 1)), "/isocurves"),
+        (MeshOptions(surface=False, overlays=("control_net",)), "/faces"),
+    ],
+)
+def test_what_has_no_parameters_has_no_isocurves(options: MeshOptions, pointer: str) -> None:
+    with pytest.raises(InvalidRequest) as caught:
+        render(find("trefoil-tube").surface(), options, BY_NAME["json"])
+    (issue,) = caught.value.issues
+    assert (issue.code, issue.pointer) == ("not_parametric", pointer)
+
+
+def test_wires_beyond_single_precision_are_refused() -> None:
+    large = BezierSurface(3e38 * np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]))
+    options = MeshOptions(isocurves=(1, 1), wires="tubes", wire_width=1e38)
+    with pytest.raises(SurfaceError) as caught:
+        render(large, options, BY_NAME["json"])
+    (issue,) = caught.value.issues
+    assert (issue.code, issue.pointer) == ("coordinate_too_large", "/wire_width")
+
+
+def test_too_many_wires_are_refused_before_anything_is_computed() -> None:
+    options = MeshOptions((1000, 1000), isocurves=(1000, 1000), wires="tubes", surface=False)
+    with pytest.raises(SurfaceError) as caught:
+        render(TEAPOT, options, BY_NAME["glb"])
+    assert caught.value.issues[0].code == "too_many_vertices"
