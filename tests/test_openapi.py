@@ -15,12 +15,14 @@ from service.api.openapi import document
 from service.encoders.curve_registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
 from service.errors import InvalidRequest
+from service.pipeline import PointsWork, plan_points
 from service.schemas.convert import OPERATIONS, convert_request
 from service.schemas.document import DocumentLimits
+from service.schemas.points import points_request
 from service.schemas.request import mesh_request
 from service.settings import Settings
 from tests.api.client import Client, client_of
-from tests.api.hostile import HOSTILE
+from tests.api.hostile import HOSTILE, QUERIES
 
 COMMITTED = Path(__file__).parents[1] / "openapi" / "openapi.json"
 UNDOCUMENTED = {"/", "/docs", "/docs/{asset}", "/openapi.json"}
@@ -89,6 +91,7 @@ def test_every_field_of_a_request_is_described() -> None:
         "BezierCurveDefinition",
         "BsplineCurveDefinition",
         "MeshRequest",
+        "PointsRequest",
         "BezierDefinition",
         "BsplineDefinition",
         "PatchesDefinition",
@@ -167,6 +170,47 @@ def test_examples_of_curves_are_valid_and_answered(client: Client) -> None:
     example = content["application/json"]["examples"]["quarter"]["value"]
     assert errors("Curve", example) == []
     assert len(example["points"]) == 3
+
+
+def test_examples_of_queries_are_valid_and_answered(client: Client) -> None:
+    operation = DOCUMENT["paths"]["/v1/points"]["post"]
+    examples = operation["requestBody"]["content"]["application/json"]["examples"]
+    shown = operation["responses"]["200"]["content"]["application/json"]["examples"]
+    for name, example in examples.items():
+        assert errors("PointsRequest", example["value"]) == []
+        answer = client.post("/v1/points", example["value"])
+        assert answer.status_code == 200
+        assert errors("Points", answer.json()) == []
+        if name in shown:
+            assert shown[name]["value"] == answer.json()
+    assert set(shown) <= set(examples)
+
+
+def test_poles_without_curvature_are_as_described(client: Client) -> None:
+    cone = client.get("/v1/surfaces/cone").json()["surface"]
+    query = {"surface": cone, "uv": [[0.5, 1]], "patch": 0, "derivatives": 2}
+    answer = client.post("/v1/points", query).json()
+    assert answer["mean_curvature"] == [None]
+    assert errors("Points", answer) == []
+
+
+def test_schema_of_queries_is_no_stricter_than_the_code() -> None:
+    checked = 0
+    for case in QUERIES:
+        try:
+            value = json.loads(case.build()) if not case.name.startswith("long") else None
+        except ValueError:
+            continue
+        if value is not None and errors("PointsRequest", value):
+            checked += 1
+            with pytest.raises(InvalidRequest):
+                planned(value)
+    assert checked > 20
+
+
+def planned(value: Any) -> PointsWork:
+    wanted = points_request(value, DocumentLimits())
+    return plan_points(wanted.to_surface(), wanted.to_query())
 
 
 def test_examples_of_meshes_show_both_kinds_of_normals() -> None:

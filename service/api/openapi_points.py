@@ -43,6 +43,16 @@ _PATCH = {
 }
 _REQUESTS: Json = {
     "patch": {"summary": "Two points of a patch, and how it bends there", "value": _PATCH},
+    "triangle": {
+        "summary": "The middle of a triangle of degree 1",
+        "value": {
+            "surface": {
+                "type": "triangle",
+                "control_net": [[[0, 0, 0], [1, 0, 0]], [[0, 1, 1]]],
+            },
+            "barycentric": [[0.25, 0.25, 0.5]],
+        },
+    },
     "patches": {
         "summary": "The middle of each of two patches",
         "value": {
@@ -65,7 +75,9 @@ def post_points() -> Json:
         "tags": ["points"],
         "summary": "Points of a surface, with derivatives and curvatures",
         "description": "Evaluates the surface at the parameters given, in float64, and answers in "
-        "columns: row k of each belongs to place k of `uv` or `barycentric`.",
+        "columns: row k of each belongs to place k of `uv` or `barycentric`. Partials are those "
+        "with respect to the surface's own parameters, right-continuous at knots. Tubes, ribbons "
+        "and groups have none (`not_parametric`).",
         "requestBody": {
             "required": True,
             "content": {
