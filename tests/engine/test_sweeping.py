@@ -15,7 +15,7 @@ from service.engine.curve_evaluation import Samples
 from service.engine.mesh import Mesh
 from service.engine.options import Faces, MeshOptions
 from service.engine.sweeping import predicted_sweep
-from service.surface.curve import BezierCurve, BsplineCurve
+from service.surface.curve import BezierCurve, BsplineCurve, Curve
 from service.surface.sweeps import RibbonSurface, TubeSurface
 from service.surface.swept_shapes import curl, streamer, trefoil
 
@@ -194,7 +194,7 @@ def test_a_far_tube_is_stored_about_a_local_origin() -> None:
     assert judged(mesh).is_watertight
 
 
-HOSTILE_CURVES = {
+HOSTILE_CURVES: dict[str, Curve] = {
     "heavy end": BezierCurve(np.array([[-2.0, 2], [0, -1]]), np.array([1e8, 1])),
     "tiny": BezierCurve(np.array([[1e-300, 0], [2e-300, 1e-300], [0, 1e-300]])),
     "far": BezierCurve(np.array([[1e15, 0, 0], [1e15 + 1, 1, 0], [1e15, 2, 1]])),
