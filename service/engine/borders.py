@@ -5,6 +5,7 @@ import numpy as np
 from service.bases.arrays import IndexArray
 from service.engine.layout import Layout
 from service.engine.options import MeshOptions
+from service.surface.sides import BEGINS, ENDS
 
 
 def borders(
@@ -23,6 +24,9 @@ def borders(
     # With one division, different edges between the same corners are one line of the mesh, and a
     # patch between two poles vanishes.
     coarse = layout.divisions[seams.edge[lines]].min(initial=2) < 2
+    # With two, so are both halves of a side that returns to where it began.
+    returns = lines & (seams.corner[:, BEGINS] == seams.corner[:, ENDS])
+    coarse |= layout.divisions[seams.edge[returns]].min(initial=3) < 3
     if options.weld:
         counted = coarse or seams.folded.any() or _meet_twice(layout)
     else:

@@ -30,7 +30,7 @@ class MeshOptions:
     Attributes
     ----------
     resolution : (Ru, Rv)
-        Divisions of every patch along u and v.
+        Divisions of every patch along u and v; a triangle takes the larger number.
     faces : "triangles" or "quads"
     normals, uvs : bool
         Whether vertices carry unit normals, and parameters (u, v) where the surface has no texture

@@ -21,7 +21,8 @@ class MeshOptionFields(StrictModel):
     resolution: Resolution = Field(
         default=_DEFAULTS.resolution,
         description="Divisions of every patch: one number, or [u, v]. A patch has "
-        "(u + 1) × (v + 1) vertices.",
+        "(u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has "
+        "(n + 1)(n + 2)/2.",
         examples=[16, [16, 32]],
     )
     faces: Literal["triangles", "quads", "none"] = Field(
@@ -91,7 +92,8 @@ class MeshOptionFields(StrictModel):
     oogl: Annotated[OoglForm | None, Omittable()] = Field(
         default=None,
         description="Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` "
-        "(the default elsewhere) or `bez`, the exact patches. Other formats do not read it.",
+        "(the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side "
+        "in a point). Other formats do not read it.",
         examples=["bez"],
     )
 
