@@ -65,6 +65,16 @@ def unchanged(surface: Surface, _operation: ToBezier, _allowed: Allowed) -> Surf
     return surface
 
 
+NAMES: Mapping[type[Surface], str] = MappingProxyType(
+    {
+        BezierSurface: "bezier",
+        PatchSurface: "patches",
+        BsplineSurface: "bspline",
+        TriangleSurface: "triangle",
+    }
+)
+"""Kinds of surface that have parameters, as requests call them."""
+
 CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = MappingProxyType(
     {
         Elevate: {
@@ -143,24 +153,17 @@ def _with_usual_weights(surface: Surface) -> Surface:
 def _converted(surface: Surface, operation: Operation, allowed: Allowed) -> Surface:
     conversion = CONVERSIONS[type(operation)].get(type(surface))
     if conversion is None:
-        raise InvalidRequest(_refused(surface))
+        raise InvalidRequest(_refused(surface, operation))
     return conversion(surface, operation, allowed)
 
 
-def _refused(surface: Surface) -> Issue:
+def _refused(surface: Surface, operation: Operation) -> Issue:
     """Why nothing is done with a surface: it has no parameters, or not the right ones."""
-    if type(surface) not in CONVERSIONS[Transpose]:
-        return Issue(
-            "not_parametric",
-            "Parameters mean nothing on the whole of it; each of its pieces has its own.",
-            "",
-            "a group, or what is swept along a curve",
-            "one patch, patches, a B-spline or a triangle",
-        )
-    return Issue(
-        "unsupported_operation",
-        "This kind of surface cannot be converted in this way.",
-        "",
-        "another kind of surface",
-        "a kind that the operation is documented for",
-    )
+    kinds = CONVERSIONS[type(operation)]
+    needed = "one of " + ", ".join(name for kind, name in NAMES.items() if kind in kinds)
+    if type(surface) not in NAMES:
+        message = "Parameters mean nothing on the whole of it; each of its pieces has its own."
+        return Issue("not_parametric", message, "", "a group, a tube or a ribbon", needed)
+    message = "This kind of surface cannot be converted in this way."
+    got = f"the kind {NAMES[type(surface)]}"
+    return Issue("unsupported_operation", message, "", got, needed)
