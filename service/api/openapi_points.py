@@ -23,6 +23,9 @@ _VECTORS = {
     "dvv": "Second partials along v.",
 }
 
+_ALWAYS = frozenset({"positions", "normals"})
+"""What double precision can hold of every surface that is taken; else there may be a null."""
+
 _CURVATURE = "null where it grows beyond all bounds, as at the apex of a cone, or has no limit."
 _NUMBERS = {
     "gaussian_curvature": f"Gaussian curvatures, k1 · k2; {_CURVATURE}",
@@ -113,7 +116,8 @@ def points_schema() -> Json:
         if width == 0:
             properties[name] = _column({"type": "boolean"}, _DEGENERATE)
         elif name in _VECTORS:
-            properties[name] = _column(_row({"type": "number"}, width), _VECTORS[name])
+            number = "number" if name in _ALWAYS else ["number", "null"]
+            properties[name] = _column(_row({"type": number}, width), _VECTORS[name])
         elif width > 1:
             properties[name] = _column(_row({"type": ["number", "null"]}, width), _PRINCIPAL)
         else:

@@ -30,11 +30,13 @@ COLUMNS: tuple[tuple[tuple[str, int], ...], ...] = (
 value."""
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def points(model: PatchModel, places: Places, order: int) -> Columns:
     """The columns up to an order of derivatives, one row a place, float64.
 
     Partials are those with respect to the parameters of the surface: ∂/∂u = (1/width) ∂/∂local.
-    Curvatures are NaN where their limit at a pole is infinite or does not exist.
+    Curvatures are NaN where their limit at a pole is infinite or does not exist. What is beyond
+    float64 is infinite, as the curvature of a patch that is 1e-200 long.
     """
     count = len(places.patch)
     columns: dict[str, Column] = {

@@ -22,6 +22,7 @@ from tests.oracles import exact, quadrics, triangles
 from tests.strategies import (
     Array,
     cube,
+    degenerate_nets,
     example_batch,
     height_nets,
     mixed_model,
@@ -171,6 +172,24 @@ def test_models_of_any_size(method: Method, size: float) -> None:
         assert found.normals is not None
         assert right.normals is not None
         np.testing.assert_allclose(found.normals, right.normals, atol=1e-5)
+
+
+@both
+@either
+@settings(max_examples=20)
+@given(st.tuples(degenerate_nets(), st.sampled_from([1.0, 1e-30, 4e37]), resolutions, st.data()))
+def test_nets_made_to_go_wrong_have_normals(
+    method: Method,
+    dtype: Real,
+    surface: tuple[Array, float, tuple[int, int], st.DataObject],
+) -> None:
+    net, scale, resolution, data = surface
+    weights = data.draw(st.none() | weights_like(net))
+    found = evaluate(grid(net * scale, weights), resolution, dtype=dtype, method=method)
+    assert np.isfinite(found.positions).all()
+    assert found.normals is not None
+    lengths = np.linalg.norm(found.normals.astype(float), axis=-1)
+    np.testing.assert_allclose(lengths, 1, atol=1e-6)
 
 
 @both
