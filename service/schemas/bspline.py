@@ -3,7 +3,14 @@
 from typing import Annotated, Any, Literal, TypeAlias, cast
 
 import numpy as np
-from pydantic import BeforeValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema
+from pydantic import (
+    BeforeValidator,
+    Field,
+    PlainValidator,
+    ValidationInfo,
+    WithJsonSchema,
+    model_validator,
+)
 
 from service.bases.arrays import FloatArray
 from service.errors import Issue
@@ -27,12 +34,25 @@ def _degrees(value: object) -> object:
     """A whole number stands for both directions."""
     if type(value) is int:
         if not 1 <= value <= MAX_DEGREE:
-            needed = f"1 to {MAX_DEGREE}"
             code = "degree_too_high" if value > MAX_DEGREE else "out_of_range"
-            issue = Issue(code, "No B-spline has such a degree.", "", f"degree {value}", needed)
-            raise refusal([((), issue)])
+            raise refusal([((), _no_degree(code, value, MAX_DEGREE))])
         return [value, value]
     return _two(value, "a whole number or a list of two")
+
+
+def check_degrees(degrees: tuple[int, ...], info: ValidationInfo) -> None:
+    """Refuses degrees above the limit of the service, which may be lower than that of surfaces."""
+    limits = info.context if isinstance(info.context, DocumentLimits) else DocumentLimits()
+    for axis, degree in enumerate(degrees):
+        if degree > limits.max_degree:
+            # Equal degrees may have been given as one number.
+            where = ("degree",) if min(degrees) == max(degrees) else ("degree", axis)
+            raise refusal([(where, _no_degree("degree_too_high", degree, limits.max_degree))])
+
+
+def _no_degree(code: str, degree: int, most: int) -> Issue:
+    needed = f"1 to {most}"
+    return Issue(code, "No B-spline has such a degree.", "", f"degree {degree}", needed)
 
 
 def _knot_vectors(value: object) -> object:
@@ -147,6 +167,11 @@ class BsplineDefinition(StrictModel):
     attributes: SplineAttributes = Field(default_factory=dict)
     up: UpField = "y"
     name: NameField = "surface"
+
+    @model_validator(mode="after")
+    def _of_limited_degree(self, info: ValidationInfo) -> "BsplineDefinition":
+        check_degrees(self.degree, info)
+        return self
 
     def to_surface(self) -> BsplineSurface:
         """The surface itself; raises `InvalidRequest` with pointers relative to it."""

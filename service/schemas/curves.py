@@ -3,12 +3,19 @@
 from dataclasses import replace
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationInfo,
+    model_validator,
+)
 
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest
 from service.schemas.arrays import CURVE_POINTS, CURVE_WEIGHTS, SPLINE_POINTS
-from service.schemas.bspline import KnotVector
+from service.schemas.bspline import KnotVector, check_degrees
 from service.schemas.fields import NameField, StrictModel, UpField
 from service.schemas.unions import kind_of, of_known_kind
 from service.surface.checks import MAX_DEGREE
@@ -79,6 +86,11 @@ class BsplineCurveDefinition(StrictModel):
     )
     up: UpField = "y"
     name: NameField = "curve"
+
+    @model_validator(mode="after")
+    def _of_limited_degree(self, info: ValidationInfo) -> "BsplineCurveDefinition":
+        check_degrees((self.degree,), info)
+        return self
 
     def to_curve(self) -> BsplineCurve:
         """The curve itself; raises `InvalidRequest` with pointers relative to it."""

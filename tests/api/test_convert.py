@@ -242,6 +242,7 @@ OPERATION_FAULTS = [
     ('{"op":"elevate","degree":[3,"3"]}', "wrong_type", "/degree/1"),
     ('{"op":"elevate","degree":[3,null]}', "null_value", "/degree/1"),
     ('{"op":"elevate","degree":[3,1]}', "degree_too_low", "/degree/1"),
+    ('{"op":"elevate","degree":1}', "degree_too_low", "/degree"),
     (f'{{"op":"elevate","degree":3,"{ECHO}":1}}', "unknown_field", f"/{ECHO}"),
     ('{"op":"split"}', "missing_field", ""),
     ('{"op":"split","u":null}', "null_value", "/u"),
@@ -362,7 +363,7 @@ def test_limits_are_those_of_the_settings() -> None:
         assert (error["code"], error["pointer"]) == ("too_many_bytes", "/operations")
     with client_of(create_app(Settings(max_degree=8))) as client:
         error = client.post("/v1/convert", document).json()["errors"][0]
-        assert (error["code"], error["pointer"]) == ("degree_too_high", "/operations/0/degree/0")
+        assert (error["code"], error["pointer"]) == ("degree_too_high", "/operations/0/degree")
 
 
 def test_there_is_nothing_to_choose_in_the_query(client: Client) -> None:

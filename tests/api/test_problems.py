@@ -1,6 +1,7 @@
 """Errors that no route raises, limits, slow bodies, CORS."""
 
 from collections.abc import AsyncIterator, Iterator
+from typing import Any
 
 import anyio
 import pytest
@@ -143,6 +144,34 @@ def test_limits_are_settings(settings: Settings, code: str) -> None:
         answer = client.post("/v1/mesh", {**document, "resolution": 8})
     assert answer.status_code == 422
     assert answer.json()["errors"][0]["code"] == code
+
+
+@pytest.mark.parametrize(
+    ("path", "document", "pointer"),
+    [
+        ("/v1/mesh", {"surface": {"degree": 3}}, "/surface/degree"),
+        ("/v1/mesh", {"surface": {"degree": [2, 3]}}, "/surface/degree/1"),
+        ("/v1/points", {"surface": {}, "uv": [[0, 0]]}, "/surface/degree"),
+        ("/v1/convert", {"surface": {}, "operations": [{"op": "bezier"}]}, "/surface/degree"),
+        ("/v1/curve", {"curve": {"degree": 4}}, "/curve/degree"),
+    ],
+)
+def test_the_limit_of_degrees_is_that_of_splines_too(
+    path: str, document: dict[str, Any], pointer: str
+) -> None:
+    points = [[i, i * i % 3, 0] for i in range(5)]
+    for kind, net in (
+        ("surface", {"type": "bspline", "control_net": [points] * 5}),
+        ("curve", {"type": "bspline", "control_points": points}),
+    ):
+        if kind in document:
+            document = {**document, kind: {**net, **document[kind]}}
+    with client_of(create_app(Settings(max_degree=2))) as client:
+        answer = client.post(path, document)
+    assert answer.status_code == 422
+    (error,) = answer.json()["errors"]
+    assert (error["code"], error["pointer"]) == ("degree_too_high", pointer)
+    assert error["needed"] == "1 to 2"
 
 
 def test_pages_of_any_origin_may_read_answers(client: Client) -> None:

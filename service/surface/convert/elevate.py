@@ -19,7 +19,7 @@ from service.surface.convert.nets import (
     check_size,
     width,
 )
-from service.surface.convert.operations import Elevate
+from service.surface.convert.operations import Elevate, degree_place
 from service.surface.convert.seams import agree
 from service.surface.convert.sharing import batch_of, shared
 from service.surface.patches import PatchSurface
@@ -113,7 +113,7 @@ def check_degrees(present: tuple[int, int], wanted: tuple[int, int]) -> None:
                 Issue(
                     "degree_too_low",
                     "A degree can be raised without changing the surface, not lowered.",
-                    f"/degree/{axis}",
+                    degree_place(wanted, axis),
                     f"degree {new}",
                     f"at least {old}, the present degree",
                 )

@@ -12,6 +12,7 @@ from service.errors import InvalidRequest, Issue, TooLarge
 from service.surface.bezier import BezierSurface
 from service.surface.channels import MAX_NUMBERS, Channels
 from service.surface.checks import MAX_DEGREE
+from service.surface.convert.operations import degree_place
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 
@@ -94,7 +95,7 @@ def width(channels: Channels) -> int:
 def check_size(degree: tuple[int, int], patches: int, allowed: Allowed, beside: int = 0) -> None:
     """Refuses grids that would have a higher degree, or more numbers, than a surface may have."""
     for axis, n in enumerate(degree):
-        check_degree(n, allowed, f"/degree/{axis}")
+        check_degree(n, allowed, degree_place(degree, axis))
     check_count(patches * (degree[0] + 1) * (degree[1] + 1), allowed, beside)
 
 

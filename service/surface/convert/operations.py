@@ -17,6 +17,11 @@ UNIT = 1e-9
 """How far the sum of barycentric coordinates may be from one."""
 
 
+def degree_place(degree: tuple[int, int], axis: int) -> str:
+    """Pointer to one of two degrees; two that are equal may have been given as one number."""
+    return "/degree" if degree[0] == degree[1] else f"/degree/{axis}"
+
+
 @dataclass(frozen=True, slots=True)
 class Elevate:
     """The degree raised to (p, q); triangles take p, which must then equal q."""
@@ -31,7 +36,7 @@ class Elevate:
                     Issue(
                         "out_of_range",
                         "Degrees are whole numbers of a limited size.",
-                        f"/degree/{axis}",
+                        degree_place(self.degree, axis),
                         str(degree),
                         needed,
                     )

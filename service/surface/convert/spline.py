@@ -34,6 +34,7 @@ from service.surface.convert.operations import (
     Split,
     ToBezier,
     Transpose,
+    degree_place,
 )
 from service.surface.convert.sharing import Batch, shared
 from service.surface.group import GroupSurface, Member
@@ -52,9 +53,10 @@ def elevate_spline(surface: BsplineSurface, operation: Elevate, allowed: Allowed
     check_degrees(surface.degree, operation.degree)
     for axis, degree in enumerate(operation.degree):
         if degree > surface.degree[axis]:
-            check_degree(degree, allowed, f"/degree/{axis}")
+            where = degree_place(operation.degree, axis)
+            check_degree(degree, allowed, where)
             whole = domain_of(surface, axis)
-            surface = _over(surface, _Change(axis, degree, whole, f"/degree/{axis}"), allowed)
+            surface = _over(surface, _Change(axis, degree, whole, where), allowed)
     return surface
 
 

@@ -238,7 +238,7 @@ def test_a_triangle_among_patches_is_split_if_it_is_alone() -> None:
 @pytest.mark.parametrize(
     ("operation", "code", "pointer"),
     [
-        (Elevate((2, 2)), "degree_too_low", "/degree/0"),
+        (Elevate((2, 2)), "degree_too_low", "/degree"),
         (Elevate((4, 5)), "wrong_value", "/degree"),
         (Split(u=0.5), "missing_field", "/at"),
         (Restrict(u=(0, 0.5)), "unsupported_operation", ""),
