@@ -109,6 +109,24 @@ REQUESTS: Json = {
             },
         },
     },
+    "tube": {
+        "summary": "A wire that tapers along a closed B-spline",
+        "value": {
+            "surface": {
+                "type": "tube",
+                "curve": {
+                    "type": "bspline",
+                    "control_points": [[2, 0, 0], [0, 2, 1], [-2, 0, 0], [0, -2, 1]],
+                    "knots": "periodic",
+                },
+                "radius": [0.3, 0.1, 0.1, 0.3],
+                "sides": 12,
+                "up": "z",
+                "name": "ring",
+            },
+            "resolution": 8,
+        },
+    },
 }
 
 _MESHES: dict[str, tuple[str, Json]] = {
