@@ -66,8 +66,8 @@ def plan_curve(
     TooLarge
     """
     pieces = curve.lower()
-    # What certifies a sample takes time as the square of the degree.
-    work = max(1.0, (pieces.degree / EASY_DEGREE) ** 2)
+    # To measure and certify what lies between two samples takes time as a power of the degree.
+    work = max(1.0, (pieces.degree / EASY_DEGREE) ** 3)
     most = max(2, int(limits.max_vertices / work))
     planned = CurveWork(pieces, options, fmt, limits, most)
     if options.tolerance is None:

@@ -62,7 +62,7 @@ def swept_mesh(
         origin=origin,
         up=up,
         report=MeshReport(
-            vertices=len(np.unique(swept.place[welding.samples])) if options.weld else len(stored),
+            vertices=int((welding.welds == np.arange(len(stored))).sum()),
             triangles=len(triangles),
             quads=len(quads),
             patches=0,
@@ -90,9 +90,11 @@ def _weld(swept: Swept, normals: RealArray | None, options: MeshOptions) -> Weld
     own = np.arange(len(swept.place))
     if not options.weld:
         return Welding(own, own, own)
-    used = np.unique(np.concatenate([swept.triangles.ravel(), swept.quads.ravel()]))
+    used = np.zeros(len(swept.place), dtype=bool)
+    used[swept.triangles] = True
+    used[swept.quads] = True
     merge = not options.uvs
-    return weld(swept.place, used.astype(np.intp), normals, options.crease_angle, merge)
+    return weld(swept.place, np.flatnonzero(used), normals, options.crease_angle, merge)
 
 
 def _welds(welding: Welding) -> IndexArray | None:
