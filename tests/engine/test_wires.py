@@ -51,7 +51,7 @@ def test_wires_are_sound(example: str, wires: str, weld: bool, faces: str) -> No
     check_sound(mesh)
     if weld:
         assert mesh.report.watertight == (wires == "tubes")
-    ((part),) = mesh.parts
+    (part,) = mesh.parts
     assert part.name == NAME
     size = predict(patches_of(example), MeshOptions(isocurves=(3, 2), surface=False, **options))
     assert size.vertices >= len(mesh.positions)

@@ -94,6 +94,8 @@ function describe(mesh) {
   const point = new THREE.Vector3();
   const facts = {
     name: mesh.name,
+    color: mesh.material.color.toArray(),
+    mirrored: mesh.matrixWorld.determinant() < 0,
     vertices: position.count,
     triangles: mesh.geometry.index.count / 3,
     hasNormals: normal !== undefined,
@@ -125,14 +127,33 @@ function pixels() {
   return { width, height, rgba };
 }
 
-/** Share of the picture that the model covers, and the share of the pixels inside it at which the
- *  shading has an edge: along a row, the green channel bends by EDGE steps of 1/255 or more. */
-function measurePicture(model) {
+/** The picture of the model alone. */
+function pictureOf(model) {
   const others = scene.children.filter((child) => child !== model && !child.isLight);
   others.forEach((child) => { child.visible = false; });
   renderer.render(scene, camera);
   others.forEach((child) => { child.visible = true; });
-  const { width, height, rgba } = pixels();
+  return pixels();
+}
+
+/** Mean green of the model's pixels in the lower and in the upper half of the picture. */
+function measureLight(model) {
+  const { width, height, rgba } = pictureOf(model);
+  const sums = [0, 0];
+  const counts = [0, 0];
+  for (let i = 0; i < rgba.length; i += 4) {
+    if (rgba[i + 3] !== 255) continue;
+    const half = i / 4 < (width * height) / 2 ? 0 : 1;
+    sums[half] += rgba[i + 1];
+    counts[half] += 1;
+  }
+  return sums.map((sum, half) => sum / counts[half]);
+}
+
+/** Share of the picture that the model covers, and the share of the pixels inside it at which the
+ *  shading has an edge: along a row, the green channel bends by EDGE steps of 1/255 or more. */
+function measurePicture(model) {
+  const { width, height, rgba } = pictureOf(model);
   const opaque = (i) => rgba[i + 3] === 255;
   let covered = 0;
   let inside = 0;
@@ -159,7 +180,8 @@ async function show() {
   meshes.forEach((mesh) => {
     mesh.castShadow = true;
     mesh.receiveShadow = true;
-    mesh.material.color.set(GLAZE);
+    // Faces of which no colour was told.
+    if (mesh.material.name === 'surface') mesh.material.color.set(GLAZE);
     mesh.material.roughness = 0.32;
   });
   const bounds = new THREE.Box3().setFromObject(model, true);
@@ -170,6 +192,7 @@ async function show() {
   window.viewer = {
     meshes: () => meshes.map(describe),
     measure: () => measurePicture(model),
+    light: () => measureLight(model),
     shadeFlat: () => meshes.forEach(({ material }) => {
       material.flatShading = true;
       material.needsUpdate = true;

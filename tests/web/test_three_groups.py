@@ -1,0 +1,89 @@
+"""Groups and wireframes as three.js has them of a GLB, in headless Chromium."""
+
+import base64
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.encoders.registry import BY_NAME
+from service.engine.build import build_scene
+from service.engine.options import MeshOptions
+from service.engine.scene import placed_points
+from service.pipeline import render
+from service.surface.examples import find
+from service.surface.group import GroupSurface, Member
+from service.surface.lowered import GroupModel
+from tests.tools import chromium, node_package
+from tests.web.browser import viewer
+
+
+def shown(url: str) -> tuple[list[dict[str, Any]], list[float]]:
+    """What three.js holds of every mesh, and how bright the picture is below and above."""
+    node_package("three")
+    with viewer(chromium(), url) as (page, complaints):
+        assert page.evaluate("window.viewerError") is None
+        found: list[dict[str, Any]] = page.evaluate("window.viewer.meshes()")
+        light: list[float] = page.evaluate("window.viewer.light()")
+    assert complaints == []
+    return found, light
+
+
+def upright(points: Any) -> np.ndarray:
+    """A model that is z-up as it stands in a scene that is y-up."""
+    x, y, z = np.asarray(points).T
+    return np.stack([x, z, -y], axis=1)
+
+
+def test_copies_stand_in_their_places_and_colours(server: str) -> None:
+    """Every vertex of every member of the tea service, where it was placed."""
+    meshes, _ = shown(f"{server}/v1/surfaces/tea-service/mesh.glb?resolution=3")
+    model = find("tea-service").surface().lower()
+    assert isinstance(model, GroupModel)
+    scene = build_scene(model, MeshOptions(resolution=(3, 3)), single=True)
+    # In the order of the members; three.js changes names that sound alike.
+    waiting = iter(meshes)
+    for node in scene.nodes:
+        wanted = upright(placed_points(scene.meshes[node.model].positions, node.matrix))
+        own = [next(waiting) for _ in scene.meshes[node.model].parts]
+        found = np.concatenate([mesh["positions"] for mesh in own])
+        for end in ("min", "max"):
+            bounds = (getattr(points, end)(axis=0) for points in (found, wanted))
+            np.testing.assert_allclose(*bounds, atol=1e-5)  # type: ignore[call-overload]
+        assert node.color is not None
+        light = [
+            c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in node.color[:3]
+        ]
+        for mesh in own:
+            np.testing.assert_allclose(mesh["color"], light, atol=1e-6)
+            determinant = 1 if node.matrix is None else np.linalg.det(node.matrix[:3, :3])
+            assert mesh["mirrored"] == (determinant < 0)
+    assert list(waiting) == []
+
+
+def test_a_mirrored_copy_is_lit_from_the_same_side() -> None:
+    """A ball and its mirror image look alike, brighter above than below."""
+    ball, seen = find("sphere").surface(), []
+    for mirror in (1.0, -1.0):
+        member = Member(ball, color=(0.5, 0.5, 0.5), matrix=np.diag([1, mirror, 1, 1.0]))
+        content = render(GroupSurface((member,), "z"), MeshOptions((6, 6)), BY_NAME["glb"])
+        encoded = base64.b64encode(content).decode()
+        (mesh,), light = shown(f"data:model/gltf-binary;base64,{encoded}")
+        assert mesh["mirrored"] == (mirror < 0)
+        outwards = np.einsum("vd,vd->v", mesh["positions"], mesh["normals"])
+        assert outwards.min() > 0.99
+        seen.append(light)
+    assert seen[0][1] > 1.3 * seen[0][0]
+    np.testing.assert_allclose(seen[0], seen[1], rtol=0.01)
+
+
+def test_the_teapot_as_a_wireframe(server: str) -> None:
+    """One request: tubes where the curves run, and nothing else."""
+    query = "faces=none&isocurves=3&wires=tubes&wire_width=0.02&resolution=8"
+    (mesh,), light = shown(f"{server}/v1/surfaces/utah-teapot/mesh.glb?{query}")
+    assert mesh["name"] == "isocurves"
+    assert mesh["longestNormalError"] < 1e-6
+    assert min(light) > 0
+    points = np.array(mesh["positions"])
+    assert points[:, 1].max() == pytest.approx(3.15, abs=0.02)
+    assert points[:, 1].min() == pytest.approx(0, abs=0.02)
