@@ -17,7 +17,7 @@ from service.schemas.curve_request import curve_request
 from service.schemas.document import parse_document
 from service.settings import Settings, document_limits, result_limits
 
-INLINE_WORK = 4000
+INLINE_WORK = 600
 """Points times the degree up to which a curve takes 1 to 2 ms, which the event loop can spare."""
 
 

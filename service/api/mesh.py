@@ -21,6 +21,7 @@ from service.schemas.request import mesh_request
 from service.settings import Settings, document_limits, result_limits
 from service.surface import Surface
 from service.surface.lowered import GroupModel
+from service.surface.sweep_model import SweepModel
 
 INLINE_VERTICES, INLINE_DEGREE = 1000, 8
 """Up to here a mesh takes 1 to 2 ms, which the event loop can spare: a thread would add as much,
@@ -65,9 +66,9 @@ def _planned(surface: Surface, wanted: MeshOptionFields, fmt: Format, settings: 
 
 async def _content(request: Request, work: Work) -> bytes:
     """The file, computed here when that is quick and in a thread when it is not."""
-    # Every different member of a group takes a time of its own.
+    # Every different member of a group takes a time of its own, and a sweep some milliseconds.
     is_long = (
-        isinstance(work.model, GroupModel)
+        isinstance(work.model, GroupModel | SweepModel)
         or work.size.vertices > INLINE_VERTICES
         or highest_degree(work.model) > INLINE_DEGREE
     )

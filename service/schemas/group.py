@@ -171,7 +171,8 @@ def define(surface: GroupSurface, inner: Callable[["Surface"], dict[str, Any]]) 
 
 
 def _control_points(definition: "SurfaceDefinition") -> int:
-    """Control points of one surface, as its own arrays were counted."""
+    """Control points of one surface or its curve, as its own arrays were counted."""
+    definition = getattr(definition, "curve", definition)
     return max(
         (
             prod(value.shape[: grid.point_levels])

@@ -5,9 +5,11 @@ from typing import Any
 
 import pytest
 
+from service.api.app import create_app
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
-from tests.api.client import Client
+from service.settings import Settings
+from tests.api.client import Client, client_of
 from tests.clients.gltf_validator import issues
 
 CURVE = {"control_points": [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]}
@@ -128,3 +130,12 @@ def test_a_mesh_that_would_be_too_large_is_not_begun(client: Client) -> None:
     document = {"surface": {**TUBE, "sides": 1000}, "resolution": 60_000}
     answer = client.post("/v1/mesh", document)
     assert answer.json()["code"] == "result_too_large"
+
+
+def test_the_curves_of_a_group_count_together() -> None:
+    members = [{"surface": TUBE}, {"surface": RIBBON}, {"surface": TUBE}]
+    document = {"surface": {"type": "group", "members": members}}
+    with client_of(create_app(Settings(max_control_points=11))) as client:
+        answer = client.post("/v1/mesh", document)
+    (error,) = answer.json()["errors"]
+    assert (error["code"], error["got"]) == ("too_many_control_points", "12 control points")
