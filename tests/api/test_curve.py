@@ -264,7 +264,7 @@ def test_no_file_is_longer_than_foreseen(fmt: CurveFormat) -> None:
         assert len(work.run()) <= fmt.byte_bound(size)
 
 
-def test_bits_do_not_depend_on_the_way_they_are_asked_for(client: Client) -> None:
+def test_every_number_reads_back_as_it_was_written(client: Client) -> None:
     document = {"curve": LOOP, "resolution": 4}
     assert body("json", client, document) == orjson.dumps(
         orjson.loads(body("json", client, document))
