@@ -51,6 +51,18 @@ def test_control_points_of_all_members_count_together(client: Client) -> None:
     assert found == ("too_many_control_points", "/surface/members")
 
 
+def test_points_of_curves_count_as_well(client: Client) -> None:
+    """Three tubes along curves of 22 points."""
+    curve = {"control_points": [[k, k % 2, 0] for k in range(22)]}
+    tube = {"type": "tube", "curve": curve, "radius": 0.1}
+    members = [{"surface": tube}] * 3
+    body = {"surface": {"type": "group", "members": members[:2]}, "resolution": 4}
+    assert client.post("/v1/mesh", body).status_code == 200
+    body["surface"] = {"type": "group", "members": members}
+    found = refused(client, "/v1/mesh", body)
+    assert found == ("too_many_control_points", "/surface/members")
+
+
 def test_keys_repeated_inside_members_are_found(client: Client) -> None:
     text = json.dumps({"surface": GROUP}).replace('"name": "sail"', '"name": "a", "name": "b"')
     answer = client.request(

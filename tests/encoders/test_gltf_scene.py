@@ -15,7 +15,7 @@ from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.pipeline import Limits, plan, render
 from service.surface.bezier import BezierSurface
-from service.surface.examples import find
+from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
 from tests.clients.gltf_validator import issues
 from tests.encoders.glb_reader import Gltf, read_glb, read_gltf
@@ -211,6 +211,31 @@ def test_the_same_group_gives_the_same_bytes() -> None:
     again = GroupSurface(surface.members, surface.up, surface.name)  # type: ignore[union-attr]
     for suffix in ("glb", "json", "stl"):
         assert render(surface, COARSE, BY_NAME[suffix]) == render(again, COARSE, BY_NAME[suffix])
+
+
+def everything() -> GroupSurface:
+    """Every example but groups, sheared and mirrored, in colours or without."""
+    surfaces = [example.surface() for example in EXAMPLES.values()]
+    alone = [surface for surface in surfaces if not isinstance(surface, GroupSurface)]
+    members = [
+        Member(
+            surface, None, (0.2, 0.5, 0.7) if k % 2 else None, moved(9 * k, 0, 0) @ SHEAR @ MIRROR
+        )
+        for k, surface in enumerate(alone)
+    ]
+    return GroupSurface(tuple(members), "z")
+
+
+@pytest.mark.parametrize("uvs", [False, True])
+@pytest.mark.parametrize("name", BY_NAME)
+def test_every_kind_of_surface_can_be_a_member(name: str, uvs: bool, tmp_path: Path) -> None:
+    """With and without colours, attributes and texture coordinates, within the predicted bytes."""
+    group, fmt, options = everything(), BY_NAME[name], MeshOptions(resolution=(3, 2), uvs=uvs)
+    size = predict(group.lower(), options, shared=fmt.encode_scene is not None)
+    content = render(group, options, fmt)
+    assert len(content) <= fmt.byte_bound(size, EncodeOptions())
+    if fmt.encode_scene is not None:
+        assert issues(content, tmp_path / f"model.{name}") == []
 
 
 @pytest.mark.parametrize("name", BY_NAME)
