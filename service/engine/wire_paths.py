@@ -7,7 +7,7 @@ the bend. A sharper one ends both curves.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,6 +32,10 @@ class WirePaths:
 
     paths: Paths
     normals: FloatArray
+
+    def lifted(self, distance: float) -> Paths:
+        """The paths so far above the surface."""
+        return replace(self.paths, points=self.paths.points + distance * self.normals)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

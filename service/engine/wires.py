@@ -24,6 +24,10 @@ NAME = "isocurves"
 SHARE = 1 / 300
 """Width of a wire where none is told, in units of the diagonal of the control points' bounds."""
 
+LIFT = 1 / 20
+"""How far above the faces ribbons lie, in units of their width: in one place with them, now these
+and now those would be seen."""
+
 COLOR: Color = (0.93, 0.54, 0.25, 1.0)
 """Of wires that have faces; lines look the same."""
 
@@ -83,14 +87,19 @@ def with_solids(
     """The mesh with tubes or ribbons along the isoparametric curves as one more part.
 
     Their width is the option's. Ribbons lie on the surface: they face along its normals, those of
-    one of the patches where two meet.
+    one of the patches where two meet; a little above it where its faces are drawn, too.
     """
     width = width_of(model, options)
     curves = isocurves(model, options.resolution, options.isocurves)
     swept = [
         tubes(wires.paths, width / 2, options.wire_sides, faces=options.faces)
         if options.wires == "tubes"
-        else ribbons(wires.paths, width, facing=wires.normals, faces=options.faces)
+        else ribbons(
+            wires.lifted(width * LIFT if options.surface else 0.0),
+            width,
+            facing=wires.normals,
+            faces=options.faces,
+        )
         for wires in wire_paths(model, curves, options.crease_angle)
     ]
     if not swept:

@@ -66,7 +66,8 @@ class MeshOptionFields(StrictModel):
     wires: WireForm = Field(
         default=_DEFAULTS.wires,
         description="What isoparametric curves are drawn as: `lines` where the format has lines, "
-        "`tubes`, or `ribbons` that lie flat on the surface.",
+        "`tubes`, or `ribbons` that lie flat on the surface, a twentieth of their width above its "
+        "faces.",
         examples=["tubes"],
     )
     wire_width: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = Field(

@@ -79,6 +79,15 @@ def test_ribbons_lie_on_the_surface() -> None:
     )
 
 
+def test_ribbons_lie_above_the_faces_that_are_drawn() -> None:
+    """By a twentieth of their width: on the unit sphere at a radius of 1.005."""
+    options: dict[str, Any] = {"wires": "ribbons", "wire_width": 0.1, "resolution": (8, 8)}
+    mesh = mesh_of("sphere", isocurves=(3, 3), **options)
+    first = len(mesh_of("sphere", resolution=(8, 8)).positions)
+    distance = np.linalg.norm(mesh.positions[first:], axis=1)
+    np.testing.assert_allclose(distance, np.hypot(1.005, 0.05), atol=1e-12)
+
+
 def test_a_circle_across_patches_is_one_closed_tube() -> None:
     """Two circles of four pieces round the cone's side and two round its base, no caps."""
     cone = patches_of("cone")
