@@ -13,7 +13,7 @@ from service.encoders import json_points
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.prediction import predict
 from service.encoders.text import json_bound, json_text
-from service.engine import de_casteljau, forward_difference
+from service.engine import de_casteljau, forward_difference, sweeping
 from service.engine.build import (
     NOT_PATCHES,
     as_patches,
@@ -37,6 +37,7 @@ from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import Operation
 from service.surface.group import GroupSurface
 from service.surface.lowered import GroupModel, Model, PatchModel
+from service.surface.sweep_model import SweepModel
 from service.surface.sweeps import RibbonSurface, TubeSurface
 
 NOT_PARAMETRIC = Issue(
@@ -60,7 +61,8 @@ class Lowerable(Protocol):
 class Limits:
     """The largest result that is computed: vertices, bytes of one answer, points of a query.
 
-    `max_multiplications` is the most that the method `de_casteljau` or a query may take: seconds.
+    `max_multiplications` is the most that the method `de_casteljau`, a query, or what is swept
+    along curves may take: seconds.
     """
 
     max_vertices: int = 4_500_000
@@ -117,6 +119,7 @@ def plan(
     _check_wires(model, options)
     _check_format(options, fmt, encode)
     _check_vertices(size, limits)
+    _check_sweeps(model, options, limits)
     _check_method(model, options, fmt, limits)
     _check_bytes(stored, fmt, encode, limits)
     return Work(model, options, fmt, encode, size)
@@ -316,6 +319,22 @@ def _check_vertices(size: MeshSize, limits: Limits) -> None:
                 "/resolution",
                 f"{size.vertices + size.overlay_points} vertices",
                 f"at most {limits.max_vertices}",
+            )
+        )
+
+
+def _check_sweeps(model: Model, options: MeshOptions, limits: Limits) -> None:
+    """Refuses curves of so high a degree that their many lengths would take too long."""
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    count = sum(sweeping.effort(own, options) for own in models if isinstance(own, SweepModel))
+    if count > limits.max_multiplications:
+        raise TooLarge(
+            Issue(
+                "too_costly",
+                "Curves of so high a degree take long to be measured: with the square of it.",
+                "/resolution",
+                f"{count} multiplications",
+                f"at most {limits.max_multiplications}; fewer divisions, or a lower degree",
             )
         )
 

@@ -64,13 +64,21 @@ def count_borders(
 
     `welds` tells for each vertex the first one at its position; None where all differ.
     """
-    edges = []
+    lines = np.empty(sum(rows.size for rows in mesh_faces), dtype=np.int64)
+    count = 0
     for rows in mesh_faces:
-        ring = rows.astype(np.int64) if welds is None else welds[rows].astype(np.int64)
-        edges += [
-            np.stack([ring[:, a], ring[:, (a + 1) % ring.shape[1]]], axis=1)
-            for a in range(ring.shape[1])
-        ]
-    ends = np.sort(np.concatenate(edges), axis=1)
-    _, uses = np.unique(ends[:, 0] << 32 | ends[:, 1], return_counts=True)
-    return int((uses == 1).sum()), bool((uses == 2).all())
+        for corner in range(rows.shape[1]):
+            begin, end = rows[:, corner - 1], rows[:, corner]
+            if welds is not None:
+                begin, end = welds[begin], welds[end]
+            line = lines[count : count + len(rows)]
+            np.minimum(begin, end, out=line)
+            line <<= 32
+            line |= np.maximum(begin, end)
+            count += len(rows)
+    lines.sort()
+    # Where another line begins, in the order of their ends; the last place is behind the last.
+    begins = np.ones(count + 1, dtype=bool)
+    begins[1:-1] = lines[1:] != lines[:-1]
+    alone = int((begins[:-1] & begins[1:]).sum())
+    return alone, bool(begins[::2].all() and not begins[1::2].any())

@@ -15,6 +15,9 @@ STEEPEST = 1e6
 """A radius that changes faster than this with the length changes at once: the normal is that of
 a disc."""
 
+EFFORT = 40
+"""Multiplications a station and (degree + 1)²: two rules of quadrature, some of it twice."""
+
 
 def sweep(model: SweepModel, options: MeshOptions, *, single: bool = False) -> Mesh:
     """The mesh of a tube or ribbon, at `resolution[0]` divisions of every piece of its curve."""
@@ -50,6 +53,12 @@ def predicted_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, 
         return rows * (columns + 1), 2 * cells, 0, grids
     pointed = cells if (model.profile.spread == 0).any() else 2 * columns
     return rows * (columns + 1), pointed, cells, grids
+
+
+def effort(model: SweepModel, options: MeshOptions) -> int:
+    """Multiplications of the lengths, which take most of the time where the degree is high."""
+    stations = model.pieces.count * options.resolution[0]
+    return stations * EFFORT * (model.pieces.degree + 1) ** 2
 
 
 def _function(coefficients: FloatArray, t: FloatArray) -> FloatArray:

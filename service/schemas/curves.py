@@ -119,7 +119,9 @@ def curve_of(definition: CurveDefinition, *, plain: bool = False) -> Curve:
         curve = definition.to_curve()
     except InvalidRequest as error:
         raise error.within("/curve") from None
-    return replace(curve, up="y", name="curve") if plain else curve
+    if plain and (curve.up, curve.name) != ("y", "curve"):
+        return replace(curve, up="y", name="curve")
+    return curve
 
 
 def define_curve(curve: Curve) -> dict[str, Any]:

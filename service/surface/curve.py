@@ -1,6 +1,6 @@
 """Curves, Bézier and B-spline, polynomial or rational, in the plane or in space."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
@@ -110,6 +110,7 @@ class BsplineCurve:
     weights: FloatArray | None = None
     up: Up = "y"
     name: str = "curve"
+    _pieces: CurvePieces = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         points = checked_points(self.control_points, "control_points", axes=2, dimensions=(2, 3))
@@ -122,7 +123,7 @@ class BsplineCurve:
         if self.weights is not None:
             object.__setattr__(self, "weights", checked_weights(self.weights, (len(points),)))
         check_up(self.up)
-        self.lower()  # refuses what is one point
+        object.__setattr__(self, "_pieces", self._lowered())  # refuses what is one point
 
     @property
     def periodic(self) -> bool:
@@ -136,6 +137,9 @@ class BsplineCurve:
 
     def lower(self) -> CurvePieces:
         """The curve as one Bézier piece a span."""
+        return self._pieces
+
+    def _lowered(self) -> CurvePieces:
         points = polygon = self.control_points
         weights = self.weights
         if weights is not None and weights.min() == weights.max():

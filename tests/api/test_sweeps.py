@@ -139,3 +139,15 @@ def test_the_curves_of_a_group_count_together() -> None:
         answer = client.post("/v1/mesh", document)
     (error,) = answer.json()["errors"]
     assert (error["code"], error["got"]) == ("too_many_control_points", "12 control points")
+
+
+def test_what_would_take_minutes_is_refused(client: Client) -> None:
+    points = [[k % 7, k % 5, k % 3] for k in range(400)]
+    curve = {"type": "bspline", "control_points": points, "degree": 64}
+    tube = {"type": "tube", "curve": curve, "radius": 0.1, "sides": 3}
+    group = {"type": "group", "members": [{"surface": tube}] * 2 + [{"surface": TUBE}]}
+    for surface in (tube, group):
+        answer = client.post("/v1/mesh", {"surface": surface, "resolution": 400})
+        assert answer.status_code == 422
+        (error,) = answer.json()["errors"]
+        assert (error["code"], error["pointer"]) == ("too_costly", "/resolution")
