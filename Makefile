@@ -44,8 +44,8 @@ bench: $(VENV)/.dev ## Measure: evaluation, encoders, one request, hostile bodie
 
 web: $(SWAGGER)/LICENSE ## Fetch the scripts of /docs from the npm registry
 
-picture: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Draw docs/teapot.png anew
-	$(BIN)/python -m tests.web.picture docs/teapot.png
+picture: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Draw the pictures of docs/ anew
+	$(BIN)/python -m tests.web.picture docs
 
 lock: ## Pin the newest versions of everything in constraints.txt
 	rm -rf build/lock

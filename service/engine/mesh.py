@@ -6,7 +6,7 @@ from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.engine.closure import Closure
 from service.surface.lowered import Color, Up
 
-ENGINE = 1
+ENGINE = 2
 """Version of the numbers. Raised only when the same request would give other figures."""
 
 

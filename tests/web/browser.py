@@ -64,10 +64,15 @@ def open_page(chromium: str) -> Iterator[tuple[Page, list[str]]]:
         yield page, complaints
 
 
+def show(page: Page, pages: str, model_url: str) -> None:
+    """Opens the viewer, which is served at `pages`, and waits until it has drawn the model."""
+    page.goto(f"{pages}/viewer.html?model={quote(model_url, safe='')}")
+    page.wait_for_function("window.viewer || window.viewerError")
+
+
 @contextmanager
 def viewer(chromium: str, model_url: str) -> Iterator[tuple[Page, list[str]]]:
     """The page that shows the model, drawn, and what the browser's console complained of."""
     with serve_folder(FOLDER) as pages, open_page(chromium) as (page, complaints):
-        page.goto(f"{pages}/viewer.html?model={quote(model_url, safe='')}")
-        page.wait_for_function("window.viewer || window.viewerError")
+        show(page, pages, model_url)
         yield page, complaints

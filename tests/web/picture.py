@@ -1,22 +1,68 @@
-"""Draws the picture of the README: `python -m tests.web.picture docs/teapot.png`."""
+"""Draws the pictures of the documentation, and lists the examples beside theirs.
+
+`python -m tests.web.picture docs` writes `teapot.png`, `wires.png`, `examples/<id>.png` and
+`examples.md`.
+"""
 
 import sys
 from pathlib import Path
 
+from playwright.sync_api import ViewportSize
+
+from service.surface.examples import EXAMPLES, Example
 from tests.live import running_service
 from tests.tools import chromium
-from tests.web.browser import viewer
+from tests.web.browser import FOLDER, open_page, serve_folder, show
 
-MODEL = "/v1/surfaces/utah-teapot/mesh.glb?resolution=32"
+TEAPOT = "/v1/surfaces/utah-teapot/mesh.glb?resolution=32"
+WIRES = (
+    "/v1/surfaces/utah-teapot/mesh.glb?resolution=12&faces=none&isocurves=4&wires=tubes"
+    "&wire_width=0.03"
+)
+LARGE: ViewportSize = {"width": 1200, "height": 800}
+MEDIUM: ViewportSize = {"width": 900, "height": 600}
+SMALL: ViewportSize = {"width": 400, "height": 300}
+
+HEAD = """\
+# The built-in surfaces
+
+They answer at `/v1/surfaces/{id}/mesh.{suffix}` without having been posted, with any option in the
+query; `/v1/surfaces/{id}` is the definition to start from. Drawn by three.js from the service's
+own glTF; `make picture` draws them anew.
+"""
 
 
-def main(target: Path) -> None:
-    """Write what the browser shows of the teapot to `target`, a PNG file."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with running_service() as url, viewer(chromium(), url + MODEL) as (page, complaints):
-        if complaints:
-            sys.exit("\n".join(complaints))
-        page.screenshot(path=target)
+def listing() -> str:
+    """The page of the examples, Markdown."""
+    return "\n".join([HEAD, *map(_entry, EXAMPLES.values())])
+
+
+def _entry(example: Example) -> str:
+    return (
+        f"## {example.title}: `{example.id}`\n\n"
+        f"![{example.title}](examples/{example.id}.png)\n\n{example.description}\n"
+    )
+
+
+def main(folder: Path) -> None:
+    """All pictures, and the page that shows them."""
+    (folder / "examples").mkdir(parents=True, exist_ok=True)
+    pictures = {folder / "teapot.png": (TEAPOT, LARGE), folder / "wires.png": (WIRES, MEDIUM)}
+    for example in EXAMPLES:
+        address = f"/v1/surfaces/{example}/mesh.glb?resolution=24"
+        pictures[folder / "examples" / f"{example}.png"] = (address, SMALL)
+    with (
+        running_service() as service,
+        serve_folder(FOLDER) as pages,
+        open_page(chromium()) as (page, complaints),
+    ):
+        for target, (address, size) in pictures.items():
+            page.set_viewport_size(size)
+            show(page, pages, service + address)
+            if complaints:
+                sys.exit("\n".join([address, *complaints]))
+            page.screenshot(path=target)
+    (folder / "examples.md").write_text(listing(), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -181,7 +181,8 @@ async function show() {
     mesh.castShadow = true;
     mesh.receiveShadow = true;
     // Faces of which no colour was told.
-    if (mesh.material.name === 'surface') mesh.material.color.set(GLAZE);
+    const plain = mesh.material.name === 'surface' && !mesh.material.vertexColors;
+    if (plain) mesh.material.color.set(GLAZE);
     mesh.material.roughness = 0.32;
   });
   const bounds = new THREE.Box3().setFromObject(model, true);
