@@ -24,6 +24,7 @@ from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import ChannelKind, PatchModel
 from service.surface.sweeps import TubeSurface
+from service.surface.triangle import TriangleSurface
 from tests.examples import patches_of
 from tests.strategies import (
     Array,
@@ -283,6 +284,24 @@ def test_points_are_refused_where_poles_would_take_minutes() -> None:
         plan_points(high, Query(uv, None, 1))
     assert caught.value.issues[0].code == "too_costly"
     assert caught.value.issues[0].pointer == "/uv"
+
+
+def test_points_are_refused_where_series_would_take_minutes() -> None:
+    """Curvatures next to a pole take a hundred times as long as elsewhere."""
+    net = np.random.default_rng(3).random((4, 4, 3))
+    net[0] = 0.0
+    surface = BezierSurface(net, np.random.default_rng(4).uniform(0.2, 5, (4, 4)))
+    uv = np.random.default_rng(2).random((200_000, 2))
+    beside = uv * (1e-4, 1)
+    for places, order in ((uv, 2), (beside, 1), (beside[:10_000], 2)):
+        plan_points(surface, Query(places, None, order))
+    triangle = TriangleSurface(np.concatenate([net[k, : 4 - k] for k in range(4)]))
+    within = np.column_stack([uv[:, 0], 1 - uv[:, 0], 0 * uv[:, 0]])
+    plan_points(triangle, Query(within[:, ::-1] * 0.5 + 0.5 / 3, None, 2))
+    for refused, places in ((surface, beside), (triangle, within)):
+        with pytest.raises(TooLarge) as caught:
+            plan_points(refused, Query(places, None, 2))
+        assert caught.value.issues[0].code == "too_costly"
 
 
 def test_methods_are_for_patches() -> None:

@@ -5,11 +5,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.differential import jets
 from service.engine.places import Places
+from service.engine.pole_curvature import NEAR
 from service.engine.triangle_differential import triangle_jets
-from service.surface.lowered import PatchModel, TensorPatches, TrianglePatches
+from service.surface.lowered import Patches, PatchModel, TensorPatches, TrianglePatches
 
 Column: TypeAlias = FloatArray | Bools
 Columns: TypeAlias = Mapping[str, Column]
@@ -28,6 +29,9 @@ COLUMNS: tuple[tuple[tuple[str, int], ...], ...] = (
 )
 """What comes with each order of derivatives, and how many numbers a point has there; 0 is a truth
 value."""
+
+SERIES = 100_000
+"""What the power series of curvatures at or near a pole take at least, in multiplications."""
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
@@ -79,21 +83,39 @@ def effort(model: PatchModel, places: Places, order: int) -> int:
     """Multiplications that a query may take if S_u × S_v vanishes at every place of it.
 
     The normal polynomial of every patch asked for, of degree (3p, 3q) if rational, else (2p, 2q),
-    and its value at every place.
+    its value at every place, and at poles the series of the curvatures.
     """
     if order == 0:
         return 0
-    counts = np.bincount(places.patch, minlength=model.patch_count)
     first, total = 0, 0
     for batch in model.batches:
-        here = counts[first : first + batch.count]
+        rows = np.flatnonzero((places.patch >= first) & (places.patch < first + batch.count))
+        index = places.patch[rows] - first
         first += batch.count
         p, q = batch.degree if isinstance(batch, TensorPatches) else (batch.degree, batch.degree)
         factor = 2 if batch.weights is None else 3
         patch = (p + 1) * (q + 1) * (2 * p + 1) * (2 * q + 1) * 3**factor
         place = 3 * (factor * p + 1) * (factor * q + 1)
-        total += int(np.count_nonzero(here)) * patch + int(here.sum()) * place
+        total += len(np.unique(index)) * patch + len(rows) * place
+        if order == 2:
+            near = _near_poles(batch, index, places.local[rows])
+            total += int(near.sum()) * (factor - 1) * (SERIES + 100 * (p + 1) * (q + 1))
     return total
+
+
+def _near_poles(batch: Patches, index: Ints, local: FloatArray) -> Bools:
+    """Which places are at or near a side that is one point, of the patches `index` of a batch."""
+    u, v = local.T
+    collapsed = batch.collapsed[index]
+    if isinstance(batch, TensorPatches):
+        distances = np.stack([u, 1 - u, v, 1 - v], axis=1)
+        degree = max(batch.degree)
+    else:
+        # Every triangle has one corner for its fourth side: nothing is expanded there.
+        distances, collapsed = np.stack([u, 1 - u - v, v], axis=1), collapsed[:, :3]
+        degree = batch.degree
+    near: Bools = np.any(collapsed & (distances <= NEAR / degree), axis=1)
+    return near
 
 
 def _empty(count: int, width: int) -> Column:

@@ -25,6 +25,10 @@ MAX_WEIGHT_RATIO = 1e8
 for the lightest control points, and with them for normals near these."""
 
 
+MIN_WEIGHT, MAX_WEIGHT = 1e-30, 1e30
+"""What weights may be themselves. Powers and quotients of those in between stay within float64."""
+
+
 def checked_points(
     values: ArrayLike, name: str, axes: int, dimensions: tuple[int, ...] = (3,)
 ) -> FloatArray:
@@ -82,7 +86,7 @@ def checked_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     Raises
     ------
     InvalidRequest
-        `weights_shape`, `not_finite`, `weight_not_positive` or `weight_ratio`.
+        `weights_shape`, `not_finite`, `weight_not_positive`, `weight_ratio` or `out_of_range`.
     """
     weights = np.array(values, dtype=np.float64, order="C")
     if weights.shape != shape:
@@ -108,6 +112,8 @@ def checked_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
                 f"at most {MAX_WEIGHT_RATIO:.0e} times",
             )
         )
+    far = (weights < MIN_WEIGHT) | (weights > MAX_WEIGHT)
+    _refuse(weights, "weights", far, _weight_out_of_range)
     weights.flags.writeable = False
     return weights
 
@@ -222,6 +228,16 @@ def _not_positive(where: str, value: float) -> Issue:
         where,
         f"{value:.6g}",
         "a number above 0",
+    )
+
+
+def _weight_out_of_range(where: str, value: float) -> Issue:
+    return Issue(
+        "out_of_range",
+        "Only the quotients of weights count; so small or large ones leave double precision.",
+        where,
+        f"{value:.6g}",
+        f"{MIN_WEIGHT:.0e} to {MAX_WEIGHT:.0e}",
     )
 
 

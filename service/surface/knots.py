@@ -29,6 +29,10 @@ MIN_SPAN = 1e-8
 """Least length of a span in units of the domain's largest knot. A parameter written in float64
 still has half of its digits within it; knots that are closer were meant to be equal."""
 
+SHORTEST = float(np.finfo(np.float32).tiny)
+"""Least length of any span: shorter ones are nothing in single precision, and derivatives along
+them leave float64."""
+
 MAX_BEZIER_POINTS = 4_000_000
 """Most control points of all the Bézier patches together, and most entries of the operators that
 lead to them: a hundred megabytes of either."""
@@ -140,6 +144,11 @@ def check_bezier_points(
         )
 
 
+def least_span(low: float, high: float) -> float:
+    """Least length of a span of knots between these two."""
+    return max(MIN_SPAN * max(abs(low), abs(high)), SHORTEST)
+
+
 def _check_values(vector: FloatArray, where: str) -> None:
     _refuse(
         np.flatnonzero(~np.isfinite(vector)),
@@ -198,7 +207,7 @@ def _check_order(vector: FloatArray, degree: int, where: str) -> None:
             )
         )
     at = bases.spans(vector, degree)
-    least = MIN_SPAN * max(abs(low), abs(high))
+    least = least_span(low, high)
     lengths = np.diff(vector)
     _refuse(
         at[lengths[at] < least] + 1,

@@ -38,7 +38,7 @@ from service.surface.convert.operations import (
 )
 from service.surface.convert.sharing import Batch, shared
 from service.surface.group import GroupSurface, Member
-from service.surface.knots import MIN_SPAN, Knots, check_bezier_points
+from service.surface.knots import Knots, check_bezier_points, least_span
 from service.surface.patches import PatchSurface
 
 SAME_SHARE = 2.0**-44
@@ -283,7 +283,7 @@ def _check_work(work: int, where: str) -> None:
 def _check_spans(knots: FloatArray, degree: int, where: str) -> None:
     """Refuses a cut so near a knot that what is between would be no surface."""
     breaks = bases.breaks(knots, degree)
-    least = MIN_SPAN * float(np.abs(breaks[[0, -1]]).max())
+    least = least_span(float(breaks[0]), float(breaks[-1]))
     shortest = float(np.diff(breaks).min())
     if shortest < least:
         raise InvalidRequest(
