@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np  # noqa: F401  (its BLAS must be loaded before it can be told anything)
 from threadpoolctl import threadpool_limits
 
-from service.pipeline import Limits
+from service.pipeline.limits import Limits
 from service.schemas.document import DocumentLimits
 from service.surface.checks import MAX_DEGREE
 

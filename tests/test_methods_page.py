@@ -5,9 +5,9 @@ from typing import get_args
 
 import numpy as np
 
-from service.engine.forward_difference import MAX_DEGREE
+from service.engine.evaluation.forward_difference import MAX_DEGREE
 from service.engine.options import Method
-from service.pipeline import Limits
+from service.pipeline.limits import Limits
 from service.schemas.options import MeshOptionFields
 
 PAGE = (Path(__file__).parents[1] / "docs" / "methods.md").read_text(encoding="utf-8")

@@ -11,11 +11,11 @@ from openapi_spec_validator import OpenAPIV31SpecValidator
 from starlette.routing import Route
 
 from service.api.app import create_app
-from service.api.openapi import document
-from service.encoders.curve_registry import CURVE_FORMATS
+from service.api.openapi.document import document
+from service.encoders.curves.registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
 from service.errors import InvalidRequest
-from service.pipeline import PointsWork, plan_points
+from service.pipeline.points import PointsWork, plan_points
 from service.schemas.convert import OPERATIONS, convert_request
 from service.schemas.document import DocumentLimits
 from service.schemas.points import points_request

@@ -15,7 +15,7 @@ from starlette.responses import Response
 from service import __version__
 from service.api import catalogue, convert, curve, docs, mesh, points, problems
 from service.api.answers import json_response
-from service.api.openapi import document
+from service.api.openapi.document import document
 from service.settings import Settings, from_environment, pin_blas
 
 

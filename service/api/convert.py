@@ -9,7 +9,7 @@ from service.api.answers import HEADERS, ChunkedResponse
 from service.api.body import read_body
 from service.api.parameters import no_parameters
 from service.api.work import run
-from service.pipeline import converted
+from service.pipeline.conversion import converted
 from service.schemas.convert import convert_request
 from service.schemas.document import parse_document
 from service.settings import Settings, document_limits, result_limits

@@ -10,9 +10,9 @@ from service.api.body import read_body
 from service.api.negotiation import by_accept
 from service.api.parameters import only_format
 from service.api.work import long_to_read, run
-from service.curve_pipeline import CurveWork, plan_curve
-from service.encoders.curve_format import CurveFormat
-from service.encoders.curve_registry import CURVE_FORMATS
+from service.encoders.curves.format import CurveFormat
+from service.encoders.curves.registry import CURVE_FORMATS
+from service.pipeline.curve import CurveWork, plan_curve
 from service.schemas.curve_request import curve_request
 from service.schemas.document import parse_document
 from service.settings import Settings, document_limits, result_limits

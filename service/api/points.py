@@ -9,7 +9,7 @@ from service.api.answers import HEADERS, ChunkedResponse
 from service.api.body import read_body
 from service.api.parameters import no_parameters
 from service.api.work import INLINE_BYTES, run
-from service.pipeline import PointsWork, plan_points
+from service.pipeline.points import PointsWork, plan_points
 from service.schemas.document import parse_document
 from service.schemas.points import points_request
 from service.settings import Settings, document_limits, result_limits

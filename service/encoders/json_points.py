@@ -1,7 +1,7 @@
 """Queried points as one JSON object: a list for every column, a row for every point."""
 
 from service.encoders.text import FLOAT64_CHARS, json_text
-from service.engine.points import COLUMNS, Columns
+from service.engine.points.answer import COLUMNS, Columns
 
 
 def encode(columns: Columns) -> bytes:

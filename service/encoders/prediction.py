@@ -7,12 +7,12 @@ from typing import TypeAlias
 
 from service.encoders.format import MeshSize
 from service.engine.build import colored
-from service.engine.isocurves import most_isocurves
 from service.engine.options import MeshOptions
-from service.engine.sweeping import predicted_sweep
+from service.engine.sweeps.sweeping import predicted_sweep
 from service.engine.tessellate import predicted_size
-from service.engine.wires import NAME as WIRES
-from service.engine.wires import most_solids
+from service.engine.wires.draw import NAME as WIRES
+from service.engine.wires.draw import most_solids
+from service.engine.wires.isocurves import most_isocurves
 from service.surface.lowered import GroupModel, Model, PatchModel, TrianglePatches
 from service.surface.sweep_model import SweepModel
 

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.engine.isocurves import isocurves
 from service.engine.light import tinted
 from service.engine.mesh import Mesh, Overlay
 from service.engine.options import MeshOptions
 from service.engine.scene import Scene, arranged, flattened, in_single, placed_points
-from service.engine.sweeping import sweep
+from service.engine.sweeps.sweeping import sweep
 from service.engine.tessellate import overlays_of, tessellate
-from service.engine.wires import line_overlay, width_of, with_lines, with_solids, without_faces
+from service.engine.wires.draw import line_overlay, width_of, with_lines, with_solids, without_faces
+from service.engine.wires.isocurves import isocurves
 from service.errors import InvalidRequest, Issue
 from service.surface.channels import only_channels
 from service.surface.lowered import (

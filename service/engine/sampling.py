@@ -10,9 +10,9 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.engine.channels import ChannelRows, sample_channels
-from service.engine.evaluate import evaluate
+from service.engine.evaluation.evaluate import evaluate
+from service.engine.evaluation.normals import unit_normals
 from service.engine.layout import Layout
-from service.engine.normals import unit_normals
 from service.engine.options import MeshOptions, Method
 from service.engine.scratch import Real
 from service.engine.stitch import sample_edges

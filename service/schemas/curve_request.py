@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field, ValidationError, model_validator
 
-from service.engine.curve_options import CurveOptions
+from service.engine.curves.options import CurveOptions
 from service.engine.options import MAX_RESOLUTION
 from service.errors import Issue
 from service.schemas.curves import CurveDefinition, curve_of

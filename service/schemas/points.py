@@ -8,7 +8,7 @@ from pydantic import Field, ValidationError, WithJsonSchema, WrapValidator, mode
 from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.places import Query
+from service.engine.points.places import Query
 from service.errors import Issue
 from service.schemas.arrays import MAX_INDEX, NumberGrid, index_too_large
 from service.schemas.document import DocumentLimits

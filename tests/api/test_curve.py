@@ -10,11 +10,11 @@ import orjson
 import pytest
 
 from service.api.app import create_app
-from service.curve_pipeline import plan_curve
-from service.encoders.curve_format import CurveFormat, CurveSize
-from service.encoders.curve_registry import CURVE_FORMATS
+from service.encoders.curves.format import CurveFormat, CurveSize
+from service.encoders.curves.registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
-from service.engine.curve_options import CurveOptions
+from service.engine.curves.options import CurveOptions
+from service.pipeline.curve import plan_curve
 from service.settings import Settings
 from service.surface.curve import BezierCurve
 from tests.api.client import Client, client_of

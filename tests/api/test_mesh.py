@@ -7,11 +7,11 @@ import httpx
 import numpy as np
 import pytest
 
-from service import pipeline
 from service.api.app import create_app
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions, Method
+from service.pipeline.mesh import render
 from service.settings import Settings
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
@@ -43,12 +43,12 @@ def test_type_may_be_left_out_and_a_number_stands_for_both_directions(client: Cl
 @pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 def test_every_format_by_name_by_type_and_by_suffix(client: Client, fmt: Format) -> None:
     document = {"surface": BEZIER, "resolution": 4}
-    wanted = pipeline.render(SURFACE, MeshOptions((4, 4)), fmt)
+    wanted = render(SURFACE, MeshOptions((4, 4)), fmt)
     by_name = client.post(f"/v1/mesh?format={fmt.name}", document)
     by_type = client.post("/v1/mesh", document, {"Accept": fmt.media_type})
     assert by_name.content == by_type.content == wanted
     by_suffix = client.get(f"/v1/surfaces/saddle/mesh.{fmt.suffix}?resolution=4")
-    assert by_suffix.content == pipeline.render(find("saddle").surface(), MeshOptions((4, 4)), fmt)
+    assert by_suffix.content == render(find("saddle").surface(), MeshOptions((4, 4)), fmt)
     for answer in (by_name, by_type, by_suffix):
         assert answer.status_code == 200
         assert answer.headers["content-type"].partition(";")[0] == fmt.media_type
@@ -131,16 +131,14 @@ def test_without_weld_every_sample_is_a_vertex_in_the_order_that_is_documented(
 
 def test_form_of_oogl_is_read_and_left_alone_by_other_formats(client: Client) -> None:
     document = {"surface": BEZIER, "resolution": 2, "oogl": "bez"}
-    wanted = pipeline.render(
-        SURFACE, MeshOptions((2, 2)), BY_NAME["oogl"], EncodeOptions(oogl="bez")
-    )
+    wanted = render(SURFACE, MeshOptions((2, 2)), BY_NAME["oogl"], EncodeOptions(oogl="bez"))
     assert client.post("/v1/mesh?format=oogl", document).content == wanted
     assert client.post("/v1/mesh?format=glb", document).status_code == 200
 
 
 def test_long_work_gives_the_same_bytes_in_a_thread(client: Client) -> None:
     answer = client.get("/v1/surfaces/saddle/mesh.glb?resolution=150")
-    wanted = pipeline.render(find("saddle").surface(), MeshOptions((150, 150)), BY_NAME["glb"])
+    wanted = render(find("saddle").surface(), MeshOptions((150, 150)), BY_NAME["glb"])
     assert answer.content == wanted
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import NdBSpline
 
-from service.engine.evaluate import evaluate
-from service.engine.places import Query, locate
-from service.engine.points import points
+from service.engine.evaluation.evaluate import evaluate
+from service.engine.points.answer import points
+from service.engine.points.places import Query, locate
 from service.surface.examples import EXAMPLES, find
 from service.surface.lowered import PatchModel, TensorPatches
 from tests.api.client import Client

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from service.engine.evaluate import evaluate
+from service.engine.evaluation.evaluate import evaluate
 from service.engine.scratch import Real
 from service.settings import pin_blas
 from service.surface.lowered import TensorPatches

@@ -9,7 +9,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
-from service.pipeline import mesh
+from service.pipeline.mesh import mesh
 from service.settings import pin_blas
 from service.surface.bezier import BezierSurface
 from tests.benchmarks.alternately import alternately

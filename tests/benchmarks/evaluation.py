@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.engine.evaluate import Formulation, choose, evaluate
+from service.engine.evaluation.evaluate import Formulation, choose, evaluate
 from service.settings import pin_blas
 from service.surface.lowered import TensorPatches
 from tests.benchmarks.alternately import alternately

@@ -10,8 +10,8 @@ from functools import partial
 
 import numpy as np
 
-from service.engine.evaluate import evaluate
-from service.engine.forward_difference import MAX_DEGREE
+from service.engine.evaluation.evaluate import evaluate
+from service.engine.evaluation.forward_difference import MAX_DEGREE
 from service.engine.options import Method
 from service.engine.scratch import Real
 from service.settings import pin_blas

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.interpolate import NdBSpline
 
 from service.engine.closure import closure
-from service.engine.evaluate import evaluate
+from service.engine.evaluation.evaluate import evaluate
 from service.engine.options import MeshOptions
 from service.engine.stitch import find_seams
 from service.engine.tessellate import tessellate

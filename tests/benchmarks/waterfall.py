@@ -12,12 +12,12 @@ from starlette.types import ASGIApp, Message
 from service.api.app import create_app
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.engine.evaluate import evaluate
+from service.engine.evaluation.evaluate import evaluate
 from service.engine.layout import Layout
 from service.engine.options import MeshOptions
 from service.engine.scratch import Real
 from service.engine.tessellate import tessellate
-from service.pipeline import plan
+from service.pipeline.mesh import plan
 from service.schemas.document import parse_document
 from service.schemas.request import mesh_request
 from service.schemas.surfaces import definition

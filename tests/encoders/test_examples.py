@@ -8,7 +8,7 @@ from service.encoders.format import EncodeOptions, OoglForm
 from service.encoders.registry import BY_NAME
 from service.engine.options import Faces, MeshOptions, OverlayName
 from service.errors import InvalidRequest, UnsupportedByFormat
-from service.pipeline import render
+from service.pipeline.mesh import render
 from service.surface.examples import EXAMPLES
 from service.surface.lowered import GroupModel, TrianglePatches
 from service.surface.sweep_model import SweepModel

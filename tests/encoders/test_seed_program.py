@@ -13,7 +13,7 @@ from pathlib import Path
 
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
-from service.pipeline import render
+from service.pipeline.mesh import render
 from service.surface import examples
 from tests.clients.geomview import read_oogl
 

@@ -12,7 +12,7 @@ from service.encoders.format import EncodeOptions, OoglForm
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions, OverlayName
 from service.errors import UnsupportedByFormat
-from service.pipeline import plan
+from service.pipeline.mesh import plan
 from service.surface.channels import Channels
 from service.surface.examples import find
 from service.surface.rounded import rounded_box

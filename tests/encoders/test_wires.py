@@ -10,7 +10,8 @@ from service.encoders.prediction import predict
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions, WireForm
 from service.errors import InvalidRequest, SurfaceError, UnsupportedByFormat
-from service.pipeline import Limits, plan, render
+from service.pipeline.limits import Limits
+from service.pipeline.mesh import plan, render
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from tests.clients.geomview import read_oogl

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.engine.build import as_patches, build, build_scene, carrying
-from service.engine.evaluate import evaluate
+from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.surface.bezier import BezierSurface

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.evaluate import evaluate
+from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh import Mesh
 from service.surface.examples import EXAMPLES
 from service.surface.lowered import PatchModel, TensorPatches

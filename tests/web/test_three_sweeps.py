@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page
 
-from service.curve_pipeline import render_curve
-from service.encoders.curve_registry import CURVES_BY_NAME
-from service.engine.curve_options import CurveOptions
+from service.encoders.curves.registry import CURVES_BY_NAME
+from service.engine.curves.options import CurveOptions
+from service.pipeline.curve import render_curve
 from service.surface.swept_shapes import trefoil
 from tests.tools import chromium, node_package
 from tests.web.browser import viewer

@@ -1,0 +1,107 @@
+"""The OpenAPI document: every call, every media type, every error, with examples that are true.
+
+Routes read the raw request, so nothing could be derived from their signatures. The language comes
+from the pydantic models, formats and ids from their registries, and the examples of meshes and
+errors from the code that makes them.
+"""
+
+from functools import cache
+
+from service import __version__
+from service.api.openapi.convert import post_convert
+from service.api.openapi.curve import curve_schema, post_curve
+from service.api.openapi.examples import meshes
+from service.api.openapi.mesh import EXAMPLE_PARAMETER, get_mesh, post_mesh
+from service.api.openapi.operations import get_operation
+from service.api.openapi.points import points_schema, post_points
+from service.api.openapi.problems import responses
+from service.api.openapi.schemas import Json, ref, schemas
+
+_DESCRIPTION = """\
+Parametric surfaces in, meshes out: post a control net, get vertices and faces.
+
+A request carries a surface and, beside it, the options of its mesh. Built-in examples answer by
+URL, with the same options as query parameters. `GET` calls answer `HEAD` as well.
+
+Errors are problems (RFC 9457) with a stable `code` and, for each thing that is wrong, a JSON
+pointer into the body or the name of a parameter, what was got and what was needed. The input is
+never repeated. A request that would cost too much is refused before anything is computed.
+"""
+
+_TAGS = [
+    {"name": "meshes", "description": "Surfaces to meshes."},
+    {"name": "points", "description": "Points of surfaces, one by one."},
+    {"name": "surfaces", "description": "Surfaces to surfaces."},
+    {"name": "curves", "description": "Curves to points and lines."},
+    {"name": "catalogue", "description": "What there is to ask for."},
+    {"name": "operations", "description": "Whether the service is well."},
+]
+
+
+@cache
+def document() -> Json:
+    """The whole document, OpenAPI 3.1."""
+    return {
+        "openapi": "3.1.0",
+        "info": {"title": "Surface Service", "version": __version__, "description": _DESCRIPTION},
+        "tags": _TAGS,
+        "paths": _paths(),
+        "components": {
+            "schemas": schemas() | {"Points": points_schema(), "Curve": curve_schema()},
+            "responses": responses(),
+            "examples": meshes(),
+        },
+    }
+
+
+def _paths() -> Json:
+    return {
+        "/v1/mesh": {"post": post_mesh()},
+        "/v1/points": {"post": post_points()},
+        "/v1/convert": {"post": post_convert()},
+        "/v1/curve": {"post": post_curve()},
+        "/v1/surfaces": {
+            "get": get_operation(
+                "listSurfaces", "catalogue", "The built-in surfaces", "SurfaceList", "InvalidQuery"
+            )
+        },
+        "/v1/surfaces/{example}": {
+            "get": get_operation(
+                "getSurface",
+                "catalogue",
+                "The definition of a built-in surface, as a body for `POST /v1/mesh`",
+                "SurfaceDocument",
+                "UnknownSurface",
+                "InvalidQuery",
+            )
+            | {"parameters": [EXAMPLE_PARAMETER]}
+        },
+        "/v1/surfaces/{example}/mesh.{suffix}": {"get": get_mesh()},
+        "/v1/formats": {
+            "get": get_operation(
+                "listFormats", "catalogue", "The formats written here", "FormatList", "InvalidQuery"
+            )
+        },
+        "/health": {
+            "get": get_operation(
+                "getHealth", "operations", "State and versions, for people", "Health"
+            )
+        },
+        "/health/live": {
+            "get": get_operation(
+                "getLiveness", "operations", "200 as long as the process works", "Health"
+            )
+        },
+        "/health/ready": {"get": _ready()},
+    }
+
+
+def _ready() -> Json:
+    operation = get_operation(
+        "getReadiness", "operations", "200 as long as new requests are welcome", "Health"
+    )
+    operation["responses"]["503"] = {
+        "description": "The service is about to stop.",
+        "content": {"application/json": {"schema": ref("Health")}},
+    }
+    return operation

@@ -1,0 +1,164 @@
+"""Examples of requests, and of the meshes that they give: computed, hence true."""
+
+from functools import cache
+from typing import Any
+
+import orjson
+
+from service.api.openapi.schemas import Json
+from service.encoders.registry import BY_NAME
+from service.pipeline.mesh import render
+from service.schemas.document import DocumentLimits
+from service.schemas.request import mesh_request
+
+_STRIP = [[[0, 1], [2, 3]], [[2, 3], [4, 5]]]
+"""Two patches of degree (1, 1) over six vertices; they share the edge of the two in the middle."""
+
+_WING = {"control_net": [[[0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 1, 0.5]]]}
+
+_CIRCLE = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
+
+REQUESTS: Json = {
+    "patch": {
+        "summary": "One patch of degree (1, 2)",
+        "value": {
+            "surface": {
+                "type": "bezier",
+                "control_net": [
+                    [[0, 0, 0], [0, 1, 1], [0, 2, 0]],
+                    [[1, 0, 1], [1, 1, 2], [1, 2, 1]],
+                ],
+            },
+            "resolution": [16, 32],
+        },
+    },
+    "rational": {
+        "summary": "A quarter of a cylinder, exactly",
+        "value": {
+            "surface": {
+                "control_net": [
+                    [[1, 0, 0], [1, 1, 0], [0, 1, 0]],
+                    [[1, 0, 1], [1, 1, 1], [0, 1, 1]],
+                ],
+                "weights": [[1, 0.7071067811865476, 1], [1, 0.7071067811865476, 1]],
+                "up": "z",
+                "name": "quarter",
+            },
+            "resolution": 8,
+        },
+    },
+    "nurbs": {
+        "summary": "A NURBS surface that closes: a full circle of nine points, drawn up",
+        "value": {
+            "surface": {
+                "type": "bspline",
+                "control_net": [[[x, y, 0], [2 * x, 2 * y, 1], [x, y, 2]] for x, y in _CIRCLE],
+                "degree": [2, 2],
+                "knots": [[0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4], "clamped"],
+                "weights": [
+                    [1, 1, 1] if x * y == 0 else [0.7071067811865476] * 3 for x, y in _CIRCLE
+                ],
+                "up": "z",
+                "name": "drum",
+            },
+            "resolution": 8,
+        },
+    },
+    "colors": {
+        "summary": "A patch with colours, texture coordinates and a temperature",
+        "value": {
+            "surface": {
+                "control_net": [
+                    [[0, 0, 0], [0, 1, 1], [0, 2, 0]],
+                    [[1, 0, 1], [1, 1, 2], [1, 2, 1]],
+                ],
+                "colors": [[[0.1, 0.2, 0.8], [0.9, 0.3, 0.1]]],
+                "uvs": [[[0, 0], [0, 1]], [[1, 0], [1, 1]]],
+                "attributes": {"temperature": [[[20], [95], [20]]]},
+            },
+            "resolution": 8,
+        },
+    },
+    "patches": {
+        "summary": "Two patches that share an edge, with their boundary",
+        "value": {
+            "surface": {
+                "type": "patches",
+                "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1], [2, 0, 0], [2, 1, 0]],
+                "patches": _STRIP,
+                "parts": {"left": [0], "right": [1]},
+            },
+            "faces": "quads",
+            "overlays": ["boundary"],
+        },
+    },
+    "group": {
+        "summary": "A patch and its mirror image, in two colours",
+        "value": {
+            "surface": {
+                "type": "group",
+                "members": [
+                    {"surface": _WING, "name": "right", "color": [0.2, 0.4, 0.8]},
+                    {
+                        "surface": _WING,
+                        "name": "left",
+                        "color": [0.8, 0.2, 0.2, 0.5],
+                        "matrix": [[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
+                    },
+                ],
+            },
+        },
+    },
+    "tube": {
+        "summary": "A wire that tapers along a closed B-spline",
+        "value": {
+            "surface": {
+                "type": "tube",
+                "curve": {
+                    "type": "bspline",
+                    "control_points": [[2, 0, 0], [0, 2, 1], [-2, 0, 0], [0, -2, 1]],
+                    "knots": "periodic",
+                },
+                "radius": [0.3, 0.1, 0.1, 0.3],
+                "sides": 12,
+                "up": "z",
+                "name": "ring",
+            },
+            "resolution": 8,
+        },
+    },
+}
+
+_MESHES: dict[str, tuple[str, Json]] = {
+    "MeshOfPatch": (
+        "A patch: row k of the normals belongs to row k of the vertices",
+        {"surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}},
+    ),
+    "MeshWithCrease": (
+        "Two patches that meet at an angle: `attribute_faces` name the normals",
+        {
+            "surface": {
+                "type": "patches",
+                "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 1], [2, 1, 1]],
+                "patches": _STRIP,
+                "name": "ramp",
+            },
+            "faces": "quads",
+        },
+    ),
+}
+
+
+@cache
+def meshes() -> Json:
+    """Examples of the JSON mesh by name: patches of one division."""
+    return {
+        name: {"summary": summary, "value": _mesh(request | {"resolution": 1})}
+        for name, (summary, request) in _MESHES.items()
+    }
+
+
+def _mesh(request: Json) -> Any:
+    wanted = mesh_request(request, DocumentLimits())
+    mesh = render(wanted.to_surface(), wanted.mesh_options(), BY_NAME["json"])
+    return orjson.loads(mesh)

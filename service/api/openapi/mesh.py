@@ -1,0 +1,97 @@
+"""The operations that answer meshes, in the OpenAPI document."""
+
+from service.api.openapi.examples import REQUESTS, meshes
+from service.api.openapi.operations import problems
+from service.api.openapi.schemas import Json, option_parameters, ref
+from service.encoders.format import Format
+from service.encoders.registry import BY_NAME, FORMATS
+from service.surface.examples import EXAMPLES
+
+EXAMPLE_PARAMETER = {
+    "name": "example",
+    "in": "path",
+    "required": True,
+    "description": "Id of a built-in surface.",
+    "schema": {"type": "string", "enum": list(EXAMPLES)},
+    "example": "utah-teapot",
+}
+
+
+def post_mesh() -> Json:
+    """POST /v1/mesh."""
+    return {
+        "operationId": "createMesh",
+        "tags": ["meshes"],
+        "summary": "The mesh of a surface",
+        "description": "Evaluates the surface and answers in the format that `Accept` prefers, or "
+        "that `format` names; JSON if neither says anything.",
+        "parameters": [
+            {
+                "name": "format",
+                "in": "query",
+                "required": False,
+                "description": "Format of the answer, stronger than `Accept`.",
+                "schema": {"type": "string", "enum": list(BY_NAME)},
+                "example": "glb",
+            }
+        ],
+        "requestBody": {
+            "required": True,
+            "content": {"application/json": {"schema": ref("MeshRequest"), "examples": REQUESTS}},
+        },
+        "responses": {
+            "200": _mesh_response(),
+            **problems(
+                "MalformedJson",
+                "NotAcceptable",
+                "BodyTooSlow",
+                "BodyTooLarge",
+                "UnsupportedMediaType",
+                "InvalidRequest",
+                "InternalError",
+            ),
+        },
+    }
+
+
+def get_mesh() -> Json:
+    """GET /v1/surfaces/{example}/mesh.{suffix}."""
+    suffix = {
+        "name": "suffix",
+        "in": "path",
+        "required": True,
+        "description": "Suffix of the format of the answer; `Accept` is not read.",
+        "schema": {"type": "string", "enum": [f.suffix for f in FORMATS]},
+        "example": "glb",
+    }
+    return {
+        "operationId": "getSurfaceMesh",
+        "tags": ["meshes"],
+        "summary": "The mesh of a built-in surface",
+        "description": "For programs that fetch meshes by URL.",
+        "parameters": [EXAMPLE_PARAMETER, suffix, *option_parameters()],
+        "responses": {
+            "200": _mesh_response(),
+            **problems("UnknownSurface", "InvalidQuery", "InternalError"),
+        },
+    }
+
+
+def _mesh_response() -> Json:
+    return {
+        "description": "The mesh.",
+        "headers": {
+            "Content-Disposition": {
+                "description": "A name to save the file under; not with JSON.",
+                "schema": {"type": "string"},
+            }
+        },
+        "content": {f.media_type: _mesh_content(f) for f in FORMATS},
+    }
+
+
+def _mesh_content(fmt: Format) -> Json:
+    if fmt.name == "json":
+        examples = {name: {"$ref": f"#/components/examples/{name}"} for name in meshes()}
+        return {"schema": ref("Mesh"), "examples": examples}
+    return {"schema": {"description": f"{fmt.title}."}}

@@ -1,0 +1,115 @@
+"""The error answers of the OpenAPI document; the code that raises errors makes the examples."""
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from types import MappingProxyType
+
+import numpy as np
+
+from service.api import problems
+from service.api.body import body_too_large, body_too_slow, check_media_type
+from service.api.negotiation import by_accept, by_suffix
+from service.api.openapi.schemas import Json, ref
+from service.api.parameters import named_example, only_format
+from service.api.problems import MEDIA_TYPE, Place, problem_document, problem_of
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.options import MeshOptions
+from service.engine.points.places import Query
+from service.errors import SurfaceError
+from service.pipeline.mesh import render
+from service.pipeline.points import plan_points
+from service.schemas.document import DocumentLimits, parse_document
+from service.schemas.query import options_from_text
+from service.schemas.request import mesh_request
+from service.settings import Settings
+from service.surface.examples import find
+
+
+def _refused(call: Callable[[], object], place: Place | None = None) -> Json:
+    """The problem that a call runs into."""
+    try:
+        call()
+    except SurfaceError as error:
+        return problem_document(problem_of(error), error.issues, place)
+    raise AssertionError("an example of an error is no error")
+
+
+def _raised(error: SurfaceError) -> Json:
+    """The problem of an error that is at hand."""
+    return problem_document(problem_of(error), error.issues)
+
+
+def _post(text: bytes) -> Callable[[], object]:
+    return lambda: mesh_request(parse_document(text), DocumentLimits()).to_surface()
+
+
+def _render(fmt: str, options: MeshOptions) -> Callable[[], object]:
+    return lambda: render(find("saddle").surface(), options, BY_NAME[fmt])
+
+
+def _outside() -> object:
+    query = Query(np.array([[0.5, 1.5]]), None, 0)
+    return plan_points(find("saddle").surface(), query)
+
+
+_RAGGED = (
+    b'{"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, true]], [[2, 0, 0], [2, 1]]]}}'
+)
+_SETTINGS = Settings()
+
+_EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
+    {
+        "MalformedJson": {"truncated": lambda: _refused(_post(b'{"surface": {'))},
+        "NotFound": {"no such path": lambda: problem_document(problems.NOT_FOUND)},
+        "UnknownSurface": {
+            "id": lambda: _refused(lambda: named_example("teapot")),
+            "suffix": lambda: _refused(lambda: by_suffix("fbx")),
+        },
+        "MethodNotAllowed": {"method": lambda: problem_document(problems.METHOD_NOT_ALLOWED)},
+        "NotAcceptable": {"pictures": lambda: _refused(lambda: by_accept("image/png", FORMATS))},
+        "BodyTooSlow": {"stalled": lambda: _raised(body_too_slow(0, _SETTINGS))},
+        "BodyTooLarge": {"body": lambda: _raised(body_too_large(_SETTINGS))},
+        "UnsupportedMediaType": {"form": lambda: _refused(lambda: check_media_type("text/plain"))},
+        "InvalidRequest": {
+            "net": lambda: _refused(_post(_RAGGED)),
+            "options": lambda: _refused(_post(b'{"resolution": 0, "faces": null, "colour": 1}')),
+            "format": lambda: _refused(lambda: only_format([("format", "fbx")], FORMATS)),
+            "quads": lambda: _refused(_render("stl", MeshOptions(faces="quads"))),
+            "size": lambda: _refused(_render("glb", MeshOptions((9000, 9000)))),
+            "points": lambda: _refused(_outside),
+        },
+        "InvalidQuery": {
+            "options": lambda: _refused(
+                lambda: options_from_text([("resolution", "0"), ("weld", "1")]), "parameter"
+            ),
+            "quads": lambda: _refused(_render("stl", MeshOptions(faces="quads")), "parameter"),
+        },
+        "InternalError": {"ours": lambda: problem_document(problems.INTERNAL_ERROR)},
+    }
+)
+
+
+@cache
+def responses() -> dict[str, Json]:
+    """The error answers by name."""
+    return {name: _response(examples) for name, examples in _EXAMPLES.items()}
+
+
+@cache
+def status_of(name: str) -> str:
+    """The status of an error answer, as OpenAPI writes it."""
+    examples = responses()[name]["content"][MEDIA_TYPE]["examples"]
+    return str(next(iter(examples.values()))["value"]["status"])
+
+
+def _response(examples: Mapping[str, Callable[[], Json]]) -> Json:
+    values = {name: make() for name, make in examples.items()}
+    return {
+        "description": " ".join(dict.fromkeys(value["detail"] for value in values.values())),
+        "content": {
+            MEDIA_TYPE: {
+                "schema": ref("Problem"),
+                "examples": {name: {"value": value} for name, value in values.items()},
+            }
+        },
+    }

@@ -1,0 +1,117 @@
+"""`surface convert`: writes a surface in another form with the same points."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from service.cli.output import write
+from service.cli.refusals import OK, Refused, issue_line
+from service.cli.source import (
+    FILE_HELP,
+    Commands,
+    add_command,
+    add_output,
+    check_output,
+    surface_document,
+    surface_source,
+)
+from service.errors import Issue, SurfaceError
+
+
+def add(commands: Commands) -> None:
+    """The command and its flags."""
+    text = "write a surface in another form with the same points"
+    convert = add_command(commands, "convert", text)
+    convert.add_argument("source", metavar="FILE|EXAMPLE", help=FILE_HELP.format("operations"))
+    add_output(convert, formats=False)
+    _add_operations(convert)
+    convert.set_defaults(run=_run)
+
+
+class _Append(argparse.Action):
+    """Appends the name of a flag and its text to the operations, whichever flag it is."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[Any] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """The flags in the order in which they stand, for that is the order of the work."""
+        del parser, option_string
+        text = values if isinstance(values, str) else ""
+        namespace.operations = [*(namespace.operations or []), (self.metavar_name, text)]
+
+    @property
+    def metavar_name(self) -> str:
+        """The flag without its hyphens."""
+        return self.option_strings[0].removeprefix("--")
+
+
+def _add_operations(convert: argparse.ArgumentParser) -> None:
+    """The operations, done in the order in which they are given; they replace those of a file."""
+    group = convert.add_argument_group("operations, done in the order given")
+    for flag, metavar, text in (
+        ("elevate", "P,Q|N", "raise the degree"),
+        ("split", "u=A,v=B|R,S,T", "cut at u, at v or at both; a triangle at a point"),
+        ("restrict", "u=A:B,v=C:D", "cut out a piece"),
+        ("transpose", None, "exchange u and v"),
+        ("reverse", "u|v", "run u or v backwards"),
+        ("bezier", None, "make Bézier patches of a B-spline"),
+        ("triangle", "lower|upper", "make a triangular patch of half a patch"),
+        ("operations", "JSON", "a list of operations as in a request"),
+    ):
+        nargs = 0 if metavar is None else None
+        group.add_argument(
+            f"--{flag}", action=_Append, dest="operations", nargs=nargs, metavar=metavar, help=text
+        )
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    from service.schemas.operation_text import operations_from_text
+
+    check_output(arguments)
+    source = surface_source(arguments.source)
+    flags: list[str] = []
+    try:
+        document = surface_document(source)
+        if arguments.operations is not None:
+            flags, operations = operations_from_text(arguments.operations)
+            document = document | {"operations": operations}
+        if arguments.url is None:
+            content = _converted_here(document)
+        else:
+            from service.remote import remote_convert
+
+            content = remote_convert(arguments.url, document)
+    except SurfaceError as error:
+        raise Refused(*(_operation_line(issue, flags) for issue in error.issues)) from None
+    write(arguments.output, content)
+    return OK
+
+
+def _converted_here(document: dict[str, Any]) -> bytes:
+    """The new surface, computed in this process."""
+    from service.pipeline.conversion import converted
+    from service.schemas.convert import convert_request
+    from service.settings import document_limits, from_environment, pin_blas, result_limits
+    from service.surface.convert.nets import Allowed
+
+    pin_blas()
+    settings = from_environment()
+    request = convert_request(document, document_limits(settings))
+    surface, operations = request.to_surface(), request.to_operations()
+    allowed = Allowed(settings.max_control_points, settings.max_degree)
+    return converted(surface, operations, allowed, result_limits(settings))
+
+
+def _operation_line(issue: Issue, flags: Sequence[str]) -> str:
+    """One issue as a line; it names the flag that asked for the operation."""
+    _, first, number = (*issue.pointer.split("/"), "", "")[:3]
+    if first == "operations" and number.isdecimal() and int(number) < len(flags):
+        return issue_line(
+            replace(issue, pointer=f"/{flags[int(number)]}"), dict.fromkeys(flags, "")
+        )
+    return issue_line(issue)

@@ -1,0 +1,86 @@
+"""`surface curve`: writes a curve as points or lines."""
+
+import argparse
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from service.cli.output import write
+from service.cli.refusals import OK, Refused, issue_line
+from service.cli.source import (
+    Commands,
+    add_command,
+    add_output,
+    chosen_format,
+    chosen_options,
+    read_request,
+)
+from service.errors import SurfaceError
+
+if TYPE_CHECKING:
+    from service.encoders.curves.format import CurveFormat
+
+OPTIONS = ("resolution", "tolerance", "tangents", "arc_lengths")
+"""The options of a curve, by name."""
+
+
+_CURVE_HELP = (
+    "a JSON file (a curve, or a request with a curve and options), or - for standard input"
+)
+
+
+def add(commands: Commands) -> None:
+    """The command and its flags."""
+    curve = add_command(commands, "curve", "write a curve as points or lines")
+    curve.add_argument("source", metavar="FILE", help=_CURVE_HELP)
+    add_output(curve)
+    _add_options(curve)
+    curve.set_defaults(run=_run)
+
+
+def _add_options(curve: argparse.ArgumentParser) -> None:
+    """The options of a curve; each overrides the same one in the file."""
+    group = curve.add_argument_group("options of the curve")
+    group.add_argument("--resolution", metavar="N", help="divisions of every piece (16)")
+    group.add_argument(
+        "--tolerance", metavar="DISTANCE", help="instead: how far lines may be from the curve"
+    )
+    for name, text in (
+        ("tangents", "unit tangents (yes)"),
+        ("arc-lengths", "length up to every point (yes)"),
+    ):
+        group.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=text)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    from service.encoders.curves.registry import CURVE_FORMATS
+
+    fmt = chosen_format(arguments, CURVE_FORMATS)
+    source = read_request(arguments.source, "curve", "no such file")
+    chosen = chosen_options(arguments, OPTIONS)
+    if "resolution" in chosen or "tolerance" in chosen:
+        # One of the two on the command line takes the place of either in the file.
+        source = {key: value for key, value in source.items() if key not in OPTIONS[:2]}
+    try:
+        if arguments.url is None:
+            content = _local(source, chosen, fmt)
+        else:
+            from service.remote import remote_curve
+
+            content = remote_curve(arguments.url, source, chosen, fmt)
+    except SurfaceError as error:
+        raise Refused(*(issue_line(issue, chosen) for issue in error.issues)) from None
+    write(arguments.output, content)
+    return OK
+
+
+def _local(source: dict[str, Any], chosen: Mapping[str, str], fmt: "CurveFormat") -> bytes:
+    """The file of a curve, computed in this process."""
+    from service.pipeline.curve import render_curve
+    from service.schemas.curve_request import curve_request
+    from service.schemas.query import values_from_text
+    from service.settings import document_limits, from_environment, pin_blas, result_limits
+
+    pin_blas()
+    settings = from_environment()
+    wanted = curve_request(source | values_from_text(chosen.items()), document_limits(settings))
+    return render_curve(wanted.to_curve(), wanted.curve_options(), fmt, result_limits(settings))

@@ -1,0 +1,56 @@
+"""The command line: its commands, and what their errors become."""
+
+import argparse
+from collections.abc import Sequence
+
+from service.cli import convert, curve, lists, mesh, points, serve
+from service.cli.refusals import (
+    EXIT_CODES,
+    REFUSED,
+    UNREACHABLE,
+    USAGE,
+    Refused,
+    UsageError,
+    complain,
+    issue_line,
+)
+from service.errors import BadAddress, ServiceFailed, SurfaceError
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the command line and returns its exit code."""
+    options = _parser().parse_args(arguments)
+    from service.settings import InvalidSettings
+
+    try:
+        return int(options.run(options))
+    except SurfaceError as error:
+        for issue in error.issues:
+            complain(issue_line(issue))
+        return REFUSED
+    except Refused as error:
+        for line in error.args:
+            complain(line)
+        return REFUSED
+    except (UsageError, BadAddress, InvalidSettings) as error:
+        complain(str(error))
+        return USAGE
+    except ServiceFailed as error:
+        complain(str(error))
+        return UNREACHABLE
+    except OSError as error:
+        complain(f"{error.filename or 'output'}: {error.strerror}")
+        return REFUSED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="surface",
+        description="Parametric surfaces in, meshes out.",
+        epilog=EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    for command in (serve, mesh, points, convert, curve, lists):
+        command.add(commands)
+    return parser

@@ -1,0 +1,100 @@
+"""`surface mesh`: writes the mesh of a surface."""
+
+import argparse
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from service.cli.output import write
+from service.cli.refusals import OK, Refused, issue_line
+from service.cli.source import (
+    FILE_HELP,
+    Commands,
+    add_command,
+    add_output,
+    chosen_format,
+    chosen_options,
+    surface_source,
+)
+from service.errors import SurfaceError
+
+if TYPE_CHECKING:
+    from service.encoders.format import Format
+
+OPTIONS = (
+    "resolution", "faces", "normals", "uvs", "weld", "crease_angle", "overlays", "oogl",
+    "isocurves", "wires", "wire_width", "wire_sides", "method",
+)  # fmt: skip
+"""The options of a mesh, by name; their models would take too long to import for `--help`."""
+
+
+def add(commands: Commands) -> None:
+    """The command and its flags."""
+    mesh = add_command(commands, "mesh", "write the mesh of a surface")
+    mesh.add_argument("source", metavar="FILE|EXAMPLE", help=FILE_HELP.format("options"))
+    add_output(mesh)
+    _add_options(mesh)
+    mesh.set_defaults(run=_run)
+
+
+def _add_options(mesh: argparse.ArgumentParser) -> None:
+    """The options of a mesh; each overrides the same one in the file."""
+    group = mesh.add_argument_group("options of the mesh")
+    group.add_argument("--resolution", metavar="N|U,V", help="divisions of every patch (16)")
+    group.add_argument("--faces", metavar="KIND", help="triangles (default), quads or none")
+    for name, text in (
+        ("normals", "unit normals (yes)"),
+        ("uvs", "parameters (u, v) where the surface has no uvs of its own (no)"),
+        ("weld", "vertices shared along shared edges (yes)"),
+    ):
+        group.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=text)
+    group.add_argument("--crease-angle", metavar="RADIANS", help="keep normals apart beyond (1°)")
+    group.add_argument("--overlays", metavar="A,B", help="lines: control_net, boundary")
+    group.add_argument("--isocurves", metavar="N|U,V", help="curves across every patch (0)")
+    group.add_argument("--wires", metavar="KIND", help="these as lines (default), tubes or ribbons")
+    group.add_argument("--wire-width", metavar="LENGTH", help="width of these (diagonal / 300)")
+    group.add_argument("--wire-sides", metavar="N", help="sides of a tube (8)")
+    group.add_argument(
+        "--method", metavar="NAME", help="matrix (default), de_casteljau, forward_difference"
+    )
+    group.add_argument("--oogl", metavar="FORM", help="form of OOGL: cquad, mesh, off, bez")
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    from service.encoders.registry import FORMATS
+
+    fmt = chosen_format(arguments, FORMATS)
+    source = surface_source(arguments.source)
+    chosen = chosen_options(arguments, OPTIONS)
+    try:
+        if arguments.url is None:
+            content = _local(source, chosen, fmt)
+        else:
+            from service.remote import remote_mesh
+
+            content = remote_mesh(arguments.url, source, chosen, fmt)
+    except SurfaceError as error:
+        raise Refused(*(issue_line(issue, chosen) for issue in error.issues)) from None
+    write(arguments.output, content)
+    return OK
+
+
+def _local(source: str | dict[str, Any], chosen: Mapping[str, str], fmt: "Format") -> bytes:
+    """The file, computed in this process."""
+    from service.encoders.format import EncodeOptions
+    from service.pipeline.mesh import Lowerable, render
+    from service.schemas.query import options_from_text, values_from_text
+    from service.schemas.request import mesh_request
+    from service.settings import document_limits, from_environment, pin_blas, result_limits
+    from service.surface.examples import find
+
+    pin_blas()
+    settings = from_environment()
+    if isinstance(source, str):
+        surface: Lowerable = find(source).surface()
+        wanted = options_from_text(chosen.items())
+    else:
+        request = mesh_request(source | values_from_text(chosen.items()), document_limits(settings))
+        surface, wanted = request.to_surface(), request
+    return render(
+        surface, wanted.mesh_options(), fmt, EncodeOptions(wanted.oogl), result_limits(settings)
+    )

@@ -1,0 +1,62 @@
+"""Where the command line writes: a whole file or none, or standard output."""
+
+import os
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from service.cli.refusals import Refused
+
+
+def write(output: str, content: bytes) -> None:
+    """Writes to a file, or to standard output for "-".
+
+    Raises
+    ------
+    OSError
+        With the name that was given, not that of a file beside it.
+    """
+    if output == "-":
+        print_bytes(content)
+        return
+    try:
+        _whole(Path(os.path.realpath(output)), content)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, output) from None
+
+
+def _whole(place: Path, content: bytes) -> None:
+    """Writes a whole file or none: beside its place first, then into it."""
+    if place.exists() and not place.is_file():
+        # A device or a pipe: nothing may be put in its place.
+        place.write_bytes(content)
+        return
+    beside = place.with_name(f".{place.name}.{os.getpid()}.part")
+    try:
+        with beside.open("xb") as file:
+            file.write(content)
+        beside.replace(place)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def print_bytes(content: bytes) -> None:
+    """Writes to standard output; silent where the program that should read it has ended."""
+    if sys.stdout is None:
+        raise Refused("standard output is closed")
+    rest = memoryview(content)
+    try:
+        while rest:  # with PYTHONUNBUFFERED a write may end early, and only the next one fails
+            rest = rest[sys.stdout.buffer.write(rest) :]
+        sys.stdout.buffer.flush()
+    except OSError as error:
+        # Python writes what is left in the buffer when it ends, and would fail once more.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            raise Refused from None
+        raise OSError(error.errno, error.strerror, "standard output") from None
+
+
+def print_lines(lines: Iterable[str]) -> None:
+    """Writes lines to standard output."""
+    print_bytes("".join(f"{line}\n" for line in lines).encode())

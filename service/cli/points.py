@@ -1,0 +1,87 @@
+"""`surface points`: writes points, partials, normals and curvatures of a surface."""
+
+import argparse
+from collections.abc import Mapping
+from typing import Any
+
+from service.cli.output import write
+from service.cli.refusals import OK, Refused, issue_line
+from service.cli.source import (
+    FILE_HELP,
+    Commands,
+    add_command,
+    add_output,
+    check_output,
+    surface_document,
+    surface_source,
+)
+from service.errors import SurfaceError
+
+FLAGS = ("uv", "barycentric", "patch", "derivatives")
+
+
+def add(commands: Commands) -> None:
+    """The command and its flags; each overrides the same field of the file."""
+    text = "write points, partials, normals and curvatures of a surface"
+    points = add_command(commands, "points", text)
+    points.add_argument("source", metavar="FILE|EXAMPLE", help=FILE_HELP.format("places"))
+    add_output(points, formats=False)
+    group = points.add_argument_group("places; each flag of the first two may be repeated")
+    group.add_argument("--uv", metavar="U,V", action="append", help="parameters of a place")
+    group.add_argument(
+        "--barycentric", metavar="R,S,T", action="append", help="a place on a triangle"
+    )
+    group.add_argument("--patch", metavar="K", help="number of the patch, if there are several")
+    group.add_argument("--derivatives", metavar="N", help="0, 1 (default) or 2")
+    points.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    check_output(arguments)
+    source = surface_source(arguments.source)
+    given = {name: getattr(arguments, name) for name in FLAGS}
+    chosen = {name: _value(text) for name, text in given.items() if text is not None}
+    if {"uv", "barycentric"} & chosen.keys() and not isinstance(source, str):
+        # Places on the command line take the place of those in the file.
+        source = {key: value for key, value in source.items() if key not in FLAGS[:3]}
+    try:
+        document = surface_document(source) | chosen
+        if arguments.url is None:
+            content = _local(document)
+        else:
+            from service.remote import remote_points
+
+            content = remote_points(arguments.url, document)
+    except SurfaceError as error:
+        lines = (issue_line(issue, dict.fromkeys(chosen, "")) for issue in error.issues)
+        raise Refused(*lines) from None
+    write(arguments.output, content)
+    return OK
+
+
+def _value(text: str | list[str]) -> Any:
+    """A flag as a document would hold it; what is no number is left for the model to refuse."""
+    if isinstance(text, list):
+        return [[_number(part) for part in place.split(",")] for place in text]
+    return _number(text)
+
+
+def _number(text: str) -> int | float | str:
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
+
+
+def _local(document: Mapping[str, Any]) -> bytes:
+    """The answer, computed in this process."""
+    from service.pipeline.points import plan_points
+    from service.schemas.points import points_request
+    from service.settings import document_limits, from_environment, pin_blas, result_limits
+
+    pin_blas()
+    settings = from_environment()
+    wanted = points_request(document, document_limits(settings))
+    return plan_points(wanted.to_surface(), wanted.to_query(), result_limits(settings)).run()

@@ -1,0 +1,36 @@
+"""`surface serve`: answers over HTTP."""
+
+import argparse
+
+from service.cli.refusals import OK, Refused
+from service.cli.source import Commands
+
+DRAIN = 25
+"""Seconds that answers under way may take once the service is told to stop."""
+
+
+def add(commands: Commands) -> None:
+    """The command and its flags."""
+    serve = commands.add_parser("serve", help="answer over HTTP")
+    serve.add_argument("--host", help="address to listen at (SURFACE_HOST, 127.0.0.1)")
+    serve.add_argument("--port", help="port to listen at (SURFACE_PORT, 8000)")
+    serve.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    import uvicorn
+
+    from service.api.app import create_app
+    from service.settings import from_environment, with_flags
+
+    given = {"host": arguments.host, "port": arguments.port}
+    flags = {name: text for name, text in given.items() if text is not None}
+    settings = with_flags(from_environment(), flags)
+    host, port = settings.host, settings.port
+    try:
+        uvicorn.run(create_app(settings), host=host, port=port, timeout_graceful_shutdown=DRAIN)
+    except SystemExit as stop:
+        if stop.code:
+            # It has logged why; its exit code would mean something else here.
+            raise Refused(f"cannot serve at {host}, port {port}; the reason stands above") from None
+    return OK

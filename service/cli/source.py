@@ -1,0 +1,120 @@
+"""What commands have in common: a file or an example to begin with, a file to end with."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from service.cli.refusals import EXIT_CODES, Refused, UsageError
+
+if TYPE_CHECKING:
+    from service.encoders.format import FileFormat
+
+AnyFormat = TypeVar("AnyFormat", bound="FileFormat")
+Commands = Any
+"""What `add_subparsers` gives; its type has no public name."""
+
+FILE_HELP = (
+    "a JSON file (a surface, or a request with a surface and {}), the id of an example, or - for "
+    "standard input"
+)
+
+
+def add_command(commands: Commands, name: str, text: str) -> argparse.ArgumentParser:
+    """A command that reads something and writes a file; its help tells the exit codes."""
+    command: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=text,
+        epilog=EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    return command
+
+
+def add_output(command: argparse.ArgumentParser, *, formats: bool = True) -> None:
+    """Where the file goes, and who computes it."""
+    kind = "file" if formats else "JSON file"
+    command.add_argument(
+        "-o", "--output", required=True, help=f"{kind} to write, or - for standard output"
+    )
+    if formats:
+        command.add_argument("--format", help="format, if the suffix of the output does not tell")
+    command.add_argument("--url", help="let the service at this address do the work")
+
+
+def check_output(arguments: argparse.Namespace) -> None:
+    """Refuses an output without a name."""
+    if not arguments.output:
+        raise UsageError("--output: empty; needed a file, or - for standard output")
+
+
+def chosen_format(arguments: argparse.Namespace, formats: Sequence[AnyFormat]) -> AnyFormat:
+    """The format by name, else by the suffix of the output."""
+    by_name = {fmt.name: fmt for fmt in formats}
+    by_suffix = {fmt.suffix: fmt for fmt in formats}
+    check_output(arguments)
+    if arguments.format is not None:
+        if arguments.format not in by_name:
+            raise UsageError(f"--format: unknown; needed one of {', '.join(by_name)}")
+        return by_name[arguments.format]
+    suffix = Path(arguments.output).suffix.removeprefix(".").lower()
+    if arguments.output == "-" or suffix not in by_suffix:
+        raise UsageError(
+            f"the output's name does not tell the format; needed --format or one of the suffixes "
+            f"{', '.join(by_suffix)}"
+        )
+    return by_suffix[suffix]
+
+
+def surface_source(source: str) -> str | dict[str, Any]:
+    """The id of an example, or the request in a file."""
+    from service.surface.examples import EXAMPLES
+
+    if source in EXAMPLES and not Path(source).exists():
+        return source
+    missing = f"no such file and no such example; examples: {', '.join(EXAMPLES)}"
+    return read_request(source, "surface", missing)
+
+
+def read_request(source: str, what: str, missing: str) -> dict[str, Any]:
+    """The request in a file; one that holds a bare surface or curve makes one without options."""
+    from service.schemas.document import parse_document
+
+    if not source:
+        raise UsageError(f"the name is empty; needed a file with a {what}, or - for standard input")
+    if source == "-":
+        if sys.stdin is None:
+            raise Refused("standard input is closed")
+        document = parse_document(sys.stdin.buffer.read())
+    elif Path(source).exists():
+        document = parse_document(Path(source).read_bytes())
+    else:
+        raise UsageError(missing)
+    if isinstance(document, dict) and what in document:
+        return document
+    return {what: document}
+
+
+def surface_document(source: str | dict[str, Any]) -> dict[str, Any]:
+    """The request in a file, or the surface of an example as one."""
+    import orjson
+
+    from service.encoders.text import json_text
+    from service.schemas.surfaces import definition
+    from service.surface.examples import find
+
+    if isinstance(source, dict):
+        return source
+    # As a file would hold it: numbers in lists, not in arrays.
+    return {"surface": orjson.loads(json_text(definition(find(source).surface())))}
+
+
+def chosen_options(arguments: argparse.Namespace, names: Sequence[str]) -> dict[str, str]:
+    """The options that the command line gives, as a query would give them."""
+    chosen: dict[str, str] = {}
+    for name in names:
+        value = getattr(arguments, name)
+        if value is not None:
+            chosen[name] = str(value).lower() if isinstance(value, bool) else value
+    return chosen

@@ -1,0 +1,1 @@
+"""The formats of curves: a registry of their own."""

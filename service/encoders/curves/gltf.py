@@ -1,0 +1,90 @@
+"""A curve as glTF 2.0: one node, one LINE_STRIP, an unlit material.
+
+Beside POSITION stand `_TANGENT` (VEC3; glTF's own TANGENT belongs to normals and textures),
+`_PARAMETER` and `_ARC_LENGTH`. A closed curve has its first point once more at the end, where the
+parameter and the length are others: so it is a strip, and no loop.
+
+References
+----------
+Khronos, glTF 2.0 Specification: 3.7.2.1 mesh primitives. KHR_materials_unlit.
+"""
+
+from service.encoders.curves.format import CurveSize, in_space, report_object
+from service.encoders.gltf import GENERATOR, LINE_MATERIAL, Z_UP_TO_Y_UP, binary, textual
+from service.encoders.gltf_buffer import BufferBuilder, JsonObject
+from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
+from service.engine.curves.polyline import Polyline
+
+LINE_STRIP = 3
+"""Primitive mode (3.7.2.1)."""
+
+POINT_BYTES = 12 + 12 + 4 + 4
+
+
+def encode_glb(line: Polyline) -> bytes:
+    """The binary form."""
+    buffer = BufferBuilder()
+    return binary(_document(line, buffer), buffer)
+
+
+def encode_gltf(line: Polyline) -> bytes:
+    """The JSON form, its buffer inside it as base64."""
+    buffer = BufferBuilder()
+    return textual(_document(line, buffer), buffer)
+
+
+def glb_byte_bound(size: CurveSize) -> int:
+    """Bytes at most of the binary form."""
+    return _json_bound(size) + size.points * POINT_BYTES
+
+
+def gltf_byte_bound(size: CurveSize) -> int:
+    """Bytes at most of the JSON form: base64 writes 3 bytes as 4."""
+    return _json_bound(size) + 4 + size.points * POINT_BYTES // 3 * 4
+
+
+def _document(line: Polyline, buffer: BufferBuilder) -> JsonObject:
+    """Everything but the buffer itself, whose chunks are left in `buffer`."""
+    attributes = {"POSITION": buffer.add_positions(in_space(line.points))}
+    if line.tangents is not None:
+        attributes["_TANGENT"] = buffer.add_attribute(in_space(line.tangents))
+    attributes["_PARAMETER"] = buffer.add_attribute(line.parameters[:, None])
+    if line.arc_lengths is not None:
+        attributes["_ARC_LENGTH"] = buffer.add_attribute(line.arc_lengths[:, None])
+    return {
+        "asset": {
+            "version": "2.0",
+            "generator": GENERATOR,
+            "extras": {"report": report_object(line.report)},
+        },
+        "extensionsUsed": ["KHR_materials_unlit"],
+        "scene": 0,
+        "scenes": [{"name": line.name, "nodes": [0]}],
+        "nodes": [{"name": line.name, "mesh": 0, **_place(line)}],
+        "meshes": [
+            {
+                "name": line.name,
+                "primitives": [{"attributes": attributes, "mode": LINE_STRIP, "material": 0}],
+            }
+        ],
+        "materials": [LINE_MATERIAL],
+        "accessors": buffer.accessors,
+        "bufferViews": buffer.views,
+    }
+
+
+def _place(line: Polyline) -> JsonObject:
+    """Where the node stands: moved by the origin, and upright, in one transformation."""
+    x, y, z = in_space(line.origin[None])[0].tolist()
+    place: JsonObject = {}
+    if line.up == "z":
+        place["rotation"] = Z_UP_TO_Y_UP
+    if line.origin.any():
+        # The rotation comes first, so that the origin is turned with all else.
+        place["translation"] = [x, z, 0.0 - y] if line.up == "z" else [x, y, z]
+    return place
+
+
+def _json_bound(size: CurveSize) -> int:
+    """Bytes at most of all but the buffer, headers and padding included."""
+    return 4096 + 17 * FLOAT64_CHARS + 3 * LONGEST_ESCAPE * size.name_bytes

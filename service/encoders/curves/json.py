@@ -1,0 +1,30 @@
+"""A curve as one JSON object: columns of as many rows as there are points, all float64.
+
+Points and tangents have two coordinates where the control points have two. A column that was not
+asked for is left out.
+"""
+
+import numpy as np
+
+from service.encoders.curves.format import CurveSize, report_object
+from service.encoders.text import FLOAT64_CHARS, json_text
+from service.engine.curves.polyline import Polyline
+
+
+def encode(line: Polyline) -> bytes:
+    """The JSON document, UTF-8."""
+    document: dict[str, object] = {
+        "points": np.ascontiguousarray(line.points.astype(np.float64) + line.origin)
+    }
+    columns = (
+        ("tangents", line.tangents),
+        ("parameters", line.parameters),
+        ("arc_lengths", line.arc_lengths),
+    )
+    document |= {name: np.ascontiguousarray(c) for name, c in columns if c is not None}
+    return json_text(document | {"report": report_object(line.report)})
+
+
+def byte_bound(size: CurveSize) -> int:
+    """Bytes at most: points and tangents in space, parameters and lengths."""
+    return 512 + 8 * FLOAT64_CHARS + size.points * (8 * (FLOAT64_CHARS + 1) + 4)

@@ -1,0 +1,24 @@
+"""A curve as Wavefront OBJ: points, and one line element through all of them."""
+
+import numpy as np
+
+from service.encoders.curves.format import CurveSize, absolute_points
+from service.encoders.obj import identifier
+from service.encoders.text import FLOAT64_CHARS, digits, rows
+from service.engine.curves.polyline import Polyline
+
+
+def encode(line: Polyline) -> bytes:
+    """The OBJ file, UTF-8; a closed curve returns to its first point by number."""
+    points = absolute_points(line)
+    number = np.arange(1, len(points) + 1)
+    if line.report.closed:
+        points, number[-1] = points[:-1], 1
+    head = b"o " + identifier(line.name) + b"\n"
+    return head + rows(points, b"v ") + rows(number[np.newaxis], b"l ")
+
+
+def byte_bound(size: CurveSize) -> int:
+    """Bytes at most."""
+    point = 2 + 3 * (FLOAT64_CHARS + 1)
+    return 8 + size.name_bytes + size.points * (point + digits(size.points) + 1)

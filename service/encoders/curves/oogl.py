@@ -1,0 +1,25 @@
+"""A curve as an OOGL VECT: one polyline of one colour; with a negative count it is closed.
+
+References
+----------
+Geomview manual, "OOGL File Formats": VECT.
+"""
+
+from service.encoders.curves.format import CurveSize, absolute_points
+from service.encoders.text import FLOAT64_CHARS, digits, rows
+from service.engine.curves.polyline import Polyline
+
+
+def encode(line: Polyline) -> bytes:
+    """The OOGL file, ASCII. A closed curve has its first point once."""
+    points = absolute_points(line)
+    count = len(points)
+    if line.report.closed:
+        points, count = points[:-1], 1 - count
+    head = f"VECT\n1 {len(points)} 1\n{count}\n1\n"
+    return head.encode() + rows(points) + b"1 1 1 1\n"
+
+
+def byte_bound(size: CurveSize) -> int:
+    """Bytes at most."""
+    return 32 + 2 * digits(size.points) + size.points * 3 * (FLOAT64_CHARS + 1)

@@ -1,0 +1,1 @@
+"""Curves as samples: points, tangents, lengths, certified chords."""

@@ -1,0 +1,144 @@
+"""How long a curve is, up to each of its samples: adaptive Gauss–Legendre quadrature.
+
+    s(t) = ∫ |C′(τ)| dτ
+
+The integrand is analytic but where C′ vanishes or nearly does; there the intervals are halved
+until what they hold no longer counts.
+"""
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+
+from service.bases.arrays import FloatArray, Ints
+from service.bases.bernstein import bernstein
+from service.engine.curves.evaluation import CHUNK, Samples
+from service.surface.curve_pieces import CurvePieces
+
+COARSE, FINE = (leggauss(count) for count in (6, 12))
+"""Nodes and weights over [−1, 1] of two rules; their difference tells whether the finer is right,
+which then is far better than the difference."""
+
+ACCURACY = 1e-12
+"""What the two rules may differ by in one interval, relative to its length and its share of the
+whole. So the sum of all differences is at most twice this of the whole length."""
+
+MAX_HALVINGS = 60
+"""An interval as short as 2⁻⁶⁰ holds nothing that counts."""
+
+MAX_GROWTH = 256
+"""Where a curve has a cusp, one interval in two is halved again; a wild one comes to rest after a
+few halvings. More open intervals than this for each at the beginning are a matter of rounding."""
+
+
+def arc_lengths(pieces: CurvePieces, at: Samples) -> FloatArray:
+    """Length of the curve from its beginning to each sample, shape (N,); the last is the whole.
+
+    Parameters
+    ----------
+    at : Samples
+        In order along the curve, joints at t = 0 of the piece that follows; from the very
+        beginning to the very end.
+    """
+    piece = at.piece[:-1]
+    # An interval ends where the next sample is, or at t = 1 where that is in the next piece.
+    end: FloatArray = np.where(at.piece[1:] == piece, at.t[1:], 1.0)
+    speeds = Speeds(pieces)
+    step = max(1, CHUNK // (len(FINE[0]) * (pieces.degree + 1) * pieces.dimension))
+    coarse, fine = np.empty(len(piece)), np.empty(len(piece))
+    for first in range(0, len(piece), step):
+        rows = slice(first, first + step)
+        coarse[rows], fine[rows] = speeds.integrals(piece[rows], at.t[:-1][rows], end[rows])
+    whole = float(fine.sum())
+    share = whole / len(piece)
+    floor = speeds.noise[piece] * (end - at.t[:-1])
+    unsure = np.flatnonzero(np.abs(fine - coarse) > ACCURACY * (fine + share) + floor)
+    lengths = fine
+    lengths[unsure] = 0.0
+    step = max(1, step // 16)  # room for what they are halved to
+    for first in range(0, len(unsure), step):
+        here = unsure[first : first + step]
+        _refine(speeds, lengths, (here, piece[here], at.t[:-1][here], end[here]), share)
+    return np.concatenate([[0.0], np.cumsum(lengths)])
+
+
+def _refine(
+    speeds: "Speeds",
+    lengths: FloatArray,
+    intervals: tuple[Ints, Ints, FloatArray, FloatArray],
+    share: float,
+) -> None:
+    """Adds to `lengths` what some intervals (number, piece, begin, end) hold, halving them."""
+    number, piece, begin, end = intervals
+    most = MAX_GROWTH * (len(number) + 1)
+    for _ in range(MAX_HALVINGS):
+        middle = begin + (end - begin) / 2
+        number, piece = np.repeat(number, 2), np.repeat(piece, 2)
+        begin = np.stack([begin, middle], axis=1).ravel()
+        end = np.stack([middle, end], axis=1).ravel()
+        coarse, fine = speeds.integrals(piece, begin, end)
+        # Half as long, half as large a part of the share: the differences cannot add up.
+        share /= 2
+        floor = speeds.noise[piece] * (end - begin)
+        sure = np.abs(fine - coarse) <= ACCURACY * (fine + share) + floor
+        if len(number) > most:
+            sure[:] = True
+        np.add.at(lengths, number[sure], fine[sure])
+        rest = ~sure
+        number, piece, begin, end = number[rest], piece[rest], begin[rest], end[rest]
+        if not len(number):
+            return
+    np.add.at(lengths, number, speeds.integrals(piece, begin, end)[1])
+
+
+class Speeds:
+    """|C′| of the pieces, from nets about their own middles."""
+
+    def __init__(self, pieces: CurvePieces) -> None:
+        low, high = pieces.points.min(axis=1), pieces.points.max(axis=1)
+        local = pieces.points - (low + (high - low) / 2)[:, None]
+        # In units of a power of two, lest the squares of small numbers vanish.
+        exponent = float(np.frexp(np.abs(local).max())[1])
+        self.unit = 2.0 ** max(exponent, -1000.0)
+        self.points: FloatArray = local / self.unit
+        self.steps: FloatArray = pieces.degree * np.diff(self.points, axis=1)
+        self.weights = pieces.weights
+        self.degree = pieces.degree
+        if self.weights is not None:
+            self.weighted: FloatArray = self.weights[:, :, None] * self.points
+            self.steps = self.degree * np.diff(self.weighted, axis=1)
+            self.weight_steps: FloatArray = self.degree * np.diff(self.weights, axis=1)
+        self.noise: FloatArray = self._noise() * self.unit
+
+    def _noise(self) -> FloatArray:
+        """What rounding may add to the speed on each piece, (S,), before the unit is put back."""
+        most = np.abs(self.steps).max(axis=(1, 2))
+        if self.weights is not None:
+            far = np.abs(self.points).max(axis=(1, 2))
+            most = (most + far * np.abs(self.weight_steps).max(axis=1)) / self.weights.min(axis=1)
+        noise: FloatArray = 8 * (self.degree + 1) * float(np.finfo(np.float64).eps) * most
+        return noise
+
+    def integrals(
+        self, piece: Ints, begin: FloatArray, end: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Lengths of intervals of pieces by the coarse and by the fine rule, (M,) each."""
+        half = (end - begin) / 2
+        found = []
+        for nodes, shares in (COARSE, FINE):
+            t = (begin + half)[:, None] + half[:, None] * nodes
+            found.append(half * (self.at(piece, t) * shares).sum(axis=1))
+        return found[0], found[1]
+
+    def at(self, piece: Ints, t: FloatArray) -> FloatArray:
+        """|C′| at parameters (M, k) of M pieces."""
+        shape = t.shape
+        below = bernstein(self.degree - 1, t.ravel()).reshape(*shape, -1)
+        first = np.einsum("mki,mid->mkd", below, self.steps[piece])
+        if self.weights is not None:
+            basis = bernstein(self.degree, t.ravel()).reshape(*shape, -1)
+            w = np.einsum("mki,mi->mk", basis, self.weights[piece])[..., None]
+            slope = np.einsum("mki,mi->mk", below, self.weight_steps[piece])[..., None]
+            place = np.einsum("mki,mid->mkd", basis, self.weighted[piece]) / w
+            first = (first - place * slope) / w
+        speed: FloatArray = np.sqrt(np.einsum("mkd,mkd->mk", first, first)) * self.unit
+        return speed

@@ -1,0 +1,241 @@
+"""How far a curve is from the chords between its samples: certified, by the convex hull.
+
+A point of a Bézier curve is a mean of its control points, Σ_i R_i P_i, also of a rational one with
+positive weights. The distance to a segment is a convex function d, so
+
+    d(C(t)) ≤ Σ_i R_i(t) d(P_i) ≤ f max_{0<i<n} d(P_i) + max(d(P_0), d(P_n)),
+
+where f bounds R_1 + … + R_{n−1}: polynomial, 1 − B_0 − B_n ≤ 1 − 2^{1−n}. That is ½ at degree 2 and
+¾ at degree 3, so that the bound is what an arch really rises to.
+
+Halving a piece quarters the second differences of its (homogeneous) net, and the control points
+are no further from the chord than n²/8 of those. So halving comes to an end for every tolerance
+that rounding leaves room for; smaller ones are refused.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, RealArray
+from service.engine.curves.evaluation import Samples
+from service.errors import InvalidRequest, Issue, TooLarge
+from service.surface.curve_pieces import CurvePieces
+
+MAX_HALVINGS = 48
+"""Parameters remain exact in float64. By the bound above fewer suffice for every tolerance that
+is not refused, weights of ratio 1e8 included."""
+
+CHUNK = 1 << 18
+"""Coordinates of nets that are worked on at a time."""
+
+EPS = float(np.finfo(np.float64).eps)
+SINGLE = np.finfo(np.float32)
+
+
+def least_tolerance(pieces: CurvePieces, *, single: bool, origin: FloatArray) -> float:
+    """The smallest tolerance that the rounding of vertices and nets leaves room for."""
+    far = float(np.abs(np.stack(pieces.bounds)).max())
+    near = float(np.abs(np.stack(pieces.bounds) - origin).max())
+    step = EPS * far * (pieces.degree + 2)
+    if single:
+        step += float(SINGLE.eps) * near + float(SINGLE.smallest_subnormal)
+    return 4 * (2 * step + _slack(pieces, MAX_HALVINGS))
+
+
+def halved(
+    pieces: CurvePieces, tolerance: float, most: int, *, single: bool, origin: FloatArray
+) -> Samples:
+    """Samples at dyadic parameters whose chords are within the tolerance of the curve.
+
+    Parameters
+    ----------
+    tolerance : float
+        Model units.
+    most : int
+        Samples that are allowed.
+    single, origin
+        How the samples will be stored: float32 about an origin, or float64.
+
+    Raises
+    ------
+    InvalidRequest
+        `tolerance_too_small` if rounding alone is as large.
+    TooLarge
+        As soon as more than `most` samples are needed.
+    """
+    least = least_tolerance(pieces, single=single, origin=origin)
+    if tolerance < least:
+        raise InvalidRequest(
+            Issue(
+                "tolerance_too_small",
+                "The numbers of the answer are not so precise.",
+                "/tolerance",
+                f"{tolerance:.6g}",
+                f"at least {least:.3g} for this curve in this format",
+            )
+        )
+    # Half of what rounding may take is left for the chord between rounded ends.
+    wanted = tolerance - least / 2
+    net = homogeneous(pieces)
+    block = max(1, CHUNK // net[0].size)
+    begins = [np.array([[pieces.count - 1, 1.0]])]
+    found = 1
+    waiting = [
+        (rows, np.zeros(len(rows)), 0, net[rows])
+        for rows in np.array_split(np.arange(pieces.count), -(-pieces.count // block))
+    ]
+    while waiting:
+        piece, t, depth, nets = waiting.pop()
+        flat = deviations(nets, _projected(nets[:, [0, -1]], pieces.dimension)) <= wanted
+        if depth == MAX_HALVINGS:
+            flat[:] = True  # beyond the bound; what is left is certified with the rest
+        begins.append(np.stack([piece[flat], t[flat]], axis=1))
+        found += int(flat.sum())
+        left = np.flatnonzero(~flat)
+        if found + 2 * len(left) > most:
+            raise TooLarge(
+                Issue(
+                    "too_many_vertices",
+                    "To be so near to the curve its polyline would need too many points.",
+                    "/tolerance",
+                    f"more than {most} points",
+                    f"at most {most}",
+                )
+            )
+        step = 0.5 ** (depth + 1)
+        for rows in np.array_split(left, -(-2 * len(left) // block)) if len(left) else ():
+            first, second = _halves(nets[rows])
+            where = np.concatenate([t[rows], t[rows] + step])
+            both = np.concatenate([piece[rows], piece[rows]])
+            waiting.append((both, where, depth + 1, np.concatenate([first, second])))
+    places = np.concatenate(begins)
+    places = places[np.lexsort((places[:, 1], places[:, 0]))]
+    return Samples(places[:, 0].astype(np.intp), places[:, 1])
+
+
+def certified(pieces: CurvePieces, at: Samples, stored: RealArray, origin: FloatArray) -> float:
+    """Bound of the distance from any point of the curve to the polyline of its stored samples.
+
+    Parameters
+    ----------
+    at : Samples
+        In order along the curve, as of `arc_lengths`.
+    stored : ndarray, shape (N, d)
+        The samples as they are written, relative to `origin`; their rounding counts.
+    """
+    net = homogeneous(pieces)
+    vertices = stored.astype(np.float64) + (origin - pieces.middle)
+    worst = 0.0
+    for rows in _intervals(len(at) - 1, net[0].size):
+        piece, begin = at.piece[rows], at.t[rows]
+        following = slice(rows.start + 1, rows.stop + 1)
+        end = np.where(at.piece[following] == piece, at.t[following], 1.0)
+        nets = restricted(net[piece], begin, end)
+        chords = np.stack([vertices[rows], vertices[following]], axis=1)
+        worst = max(worst, float(deviations(nets, chords).max()))
+    far = float(np.abs(vertices).max() + np.abs(pieces.middle).max() + np.abs(origin).max())
+    return worst + _slack(pieces, 2) + 4 * EPS * far
+
+
+def homogeneous(pieces: CurvePieces) -> FloatArray:
+    """Nets about the middle of the curve: (S, n+1, d), or (w x …, w) of shape (S, n+1, d+1)."""
+    local = pieces.points - pieces.middle
+    if pieces.weights is None:
+        return local
+    weights = pieces.weights[..., np.newaxis]
+    return np.concatenate([local * weights, weights], axis=-1)
+
+
+def restricted(nets: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
+    """Nets (M, n+1, k) of the parts [begin, end] of curves, by de Casteljau's construction twice.
+
+    Only convex combinations: what is lost is a few roundings a level.
+    """
+    after = _cut(nets, begin, keep_end=True)
+    rest = 1.0 - begin
+    share = np.where(rest > 0, (end - begin) / np.where(rest > 0, rest, 1.0), 0.0)
+    return _cut(after, share, keep_end=False)
+
+
+def deviations(nets: FloatArray, chords: FloatArray) -> FloatArray:
+    """How far each curve may be from its chord, by the bound above.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (M, n+1, d) or (M, n+1, d+1) if homogeneous
+    chords : ndarray of float64, shape (M, 2, d)
+
+    Returns
+    -------
+    ndarray of float64, shape (M,)
+    """
+    distance = _distances(_projected(nets, chords.shape[-1]), chords)
+    ends = np.maximum(distance[:, 0], distance[:, -1])
+    if nets.shape[1] == 2:
+        return ends
+    least = 0.5 ** (nets.shape[1] - 2)  # of B_0 + B_n
+    inner, outer = np.full(len(nets), 1.0 - least), np.full(len(nets), least)
+    if nets.shape[-1] > chords.shape[-1]:
+        inner *= nets[:, 1:-1, -1].max(axis=1)
+        outer *= nets[:, [0, -1], -1].min(axis=1)
+    bound: FloatArray = inner / (inner + outer) * distance[:, 1:-1].max(axis=1) + ends
+    return bound
+
+
+def _distances(points: FloatArray, chords: FloatArray) -> FloatArray:
+    """Distances of points (M, m, d) to segments (M, 2, d): shape (M, m)."""
+    begin, along = chords[:, :1], chords[:, 1] - chords[:, 0]
+    # In units of the largest coordinate, lest squares of small ones vanish.
+    away = points - begin
+    size = np.maximum(np.abs(away).max(axis=(1, 2)), np.abs(along).max(axis=1))
+    unit = np.where(size > 0, size, 1.0)
+    away, along = away / unit[:, None, None], along / unit[:, None]
+    squared = (along * along).sum(axis=1)
+    share = (away * along[:, None]).sum(axis=2) / np.where(squared > 0, squared, 1.0)[:, None]
+    gap = away - np.clip(share, 0.0, 1.0)[..., None] * along[:, None]
+    distance: FloatArray = unit[:, None] * np.sqrt((gap * gap).sum(axis=2))
+    return distance
+
+
+def _projected(nets: FloatArray, dimension: int) -> FloatArray:
+    """Points of nets that may be homogeneous."""
+    return nets if nets.shape[-1] == dimension else nets[..., :-1] / nets[..., -1:]
+
+
+def _halves(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The nets of both halves, the middle point in both."""
+    left, right = [nets[:, 0]], [nets[:, -1]]
+    row = nets
+    while row.shape[1] > 1:
+        row = (row[:, :-1] + row[:, 1:]) / 2
+        left.append(row[:, 0])
+        right.append(row[:, -1])
+    return np.stack(left, axis=1), np.stack(right[::-1], axis=1)
+
+
+def _cut(nets: FloatArray, t: FloatArray, *, keep_end: bool) -> FloatArray:
+    """The net of [t, 1], or of [0, t]."""
+    kept = [nets[:, -1 if keep_end else 0]]
+    row, after = nets, t[:, None, None]
+    while row.shape[1] > 1:
+        row = (1.0 - after) * row[:, :-1] + after * row[:, 1:]
+        kept.append(row[:, -1 if keep_end else 0])
+    return np.stack(kept[::-1] if keep_end else kept, axis=1)
+
+
+def _intervals(count: int, width: int) -> Iterator[slice]:
+    step = max(1, CHUNK // width)
+    for first in range(0, count, step):
+        yield slice(first, min(first + step, count))
+
+
+def _slack(pieces: CurvePieces, cuts: int) -> float:
+    """What rounding may do to control points that so many cuts lead to.
+
+    Each of the n levels of a cut makes convex combinations, (1 − t) a + t b, right to 2 ε of the
+    largest coordinate; dividing by the weight, and going about the middle, is one more each.
+    """
+    low, high = pieces.bounds
+    size = float(np.sqrt(((high - low) ** 2).sum()))
+    return EPS * size * (2 * pieces.degree * cuts + 4)

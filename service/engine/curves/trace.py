@@ -1,0 +1,80 @@
+"""A curve into one polyline: samples, tangents, lengths, and how far the curve is from it.
+
+1. Choose the samples: so many a piece, or halving until the chords are near enough.
+2. Evaluate points and tangents.
+3. Measure the curve, and certify the distance between it and the points as they will be stored.
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, RealArray
+from service.engine.curves.arc_length import arc_lengths
+from service.engine.curves.chords import certified, halved
+from service.engine.curves.evaluation import Samples, positions, tangents
+from service.engine.curves.options import CurveOptions
+from service.engine.curves.polyline import Polyline, PolylineReport
+from service.engine.extent import extent, local_origin
+from service.surface.curve_pieces import CurvePieces
+
+
+def choose_samples(
+    pieces: CurvePieces, options: CurveOptions, most: int, *, single: bool = False
+) -> Samples:
+    """Where the curve shall be sampled.
+
+    Raises
+    ------
+    InvalidRequest, TooLarge
+        If a tolerance is too small for the numbers, or needs more than `most` samples.
+    """
+    if options.tolerance is None:
+        return Samples.uniform(pieces.count, options.resolution)
+    origin = _origin(pieces, single)
+    return halved(pieces, options.tolerance, most, single=single, origin=origin)
+
+
+def trace(
+    pieces: CurvePieces, at: Samples, options: CurveOptions, *, single: bool = False
+) -> Polyline:
+    """The polyline through these samples.
+
+    Parameters
+    ----------
+    single : bool
+        float32 positions about a local origin, for formats that store them so; else float64 in
+        model coordinates.
+    """
+    origin = _origin(pieces, single)
+    points = _stored(positions(pieces, at), origin, single)
+    lengths = arc_lengths(pieces, at)
+    low, high = extent(points)
+    return Polyline(
+        name=pieces.name,
+        points=points,
+        tangents=tangents(pieces, at) if options.tangents else None,
+        parameters=at.parameters(pieces.breaks),
+        arc_lengths=lengths if options.arc_lengths else None,
+        origin=origin,
+        up=pieces.up,
+        report=PolylineReport(
+            points=len(at),
+            pieces=pieces.count,
+            length=float(lengths[-1]),
+            closed=pieces.closed,
+            deviation_bound=certified(pieces, at, points, origin),
+            bounds_min=_absolute(low, origin),
+            bounds_max=_absolute(high, origin),
+        ),
+    )
+
+
+def _origin(pieces: CurvePieces, single: bool) -> FloatArray:
+    return local_origin(*pieces.bounds) if single else np.zeros(pieces.dimension)
+
+
+def _stored(points: FloatArray, origin: FloatArray, single: bool) -> RealArray:
+    return (points - origin).astype(np.float32) if single else points
+
+
+def _absolute(bound: RealArray, origin: FloatArray) -> tuple[float, ...]:
+    return tuple((bound.astype(np.float64) + origin).tolist())

@@ -1,0 +1,158 @@
+"""Limits of unit normals where S_u × S_v vanishes.
+
+N = S_u × S_v is itself a polynomial in the Bernstein basis: its derivatives, and so the lowest term
+that does not vanish, are known and need not be guessed from neighbours.
+"""
+
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.bases.arrays import FloatArray
+from service.bases.bernstein import bernstein, binomials
+from service.engine.evaluation.nets import PatchNets, along, longest
+
+VANISHING = 2.0**-40
+"""Part of a measure below which its difference counts as zero: it is exact to some 2^-52 of the
+measure, so what is larger has a dozen binary digits."""
+
+NEGLIGIBLE = 2.0**-36
+"""Coefficients of N below this part of the largest are rounding of what should be zero."""
+
+Direction: TypeAlias = Literal["v", "u", "diagonal"]
+
+
+def limit_normals(
+    nets: PatchNets, which: NDArray[np.intp], u: FloatArray, v: FloatArray
+) -> FloatArray:
+    """Limit normals at parameters where N vanishes.
+
+    The limit is the direction of the first coefficient of N, seen from the point inwards, that does
+    not vanish: first straight away from the side on which the point lies, then along that side, at
+    corners then diagonally. Failing all, the mean normal of the patch.
+
+    Parameters
+    ----------
+    nets : PatchNets
+        K patches.
+    which : ndarray of int, shape (m,)
+        Rows of `nets`.
+    u, v : ndarray of float64, shape (m,)
+        Parameters in [0, 1].
+
+    Returns
+    -------
+    ndarray of float64, shape (m, 3)
+        Unit vectors.
+    """
+    coefficients = nets.normal_net
+    largest = longest(coefficients)
+    floor = np.maximum(NEGLIGIBLE * largest, VANISHING * nets.measure)[which]
+    # Restriction only averages coefficients: where none is above the floor, none will be.
+    hopeful = largest[which] > floor
+    normals = np.full((len(which), 3), np.nan)
+    # Inwards from the edge on which the sample lies; a corner counts to the v edge first. Along a
+    # collapsed edge N vanishes throughout, so that a wrong first choice finds nothing.
+    on_u_edge_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
+    orders: tuple[tuple[NDArray[np.bool_], tuple[Direction, ...]], ...] = (
+        (hopeful & ~on_u_edge_only, ("v", "u")),
+        (hopeful & on_u_edge_only, ("u", "v")),
+        # Where both lines vanish throughout; elsewhere than at a corner that has no limit.
+        (hopeful & ((u == 0) | (u == 1)) & ((v == 0) | (v == 1)), ("diagonal",)),
+    )
+    for group, directions in orders:
+        for direction in directions:
+            open_ = np.flatnonzero(group & np.isnan(normals[:, 0]))
+            if len(open_):
+                lines = lines_inwards(coefficients, which[open_], u[open_], v[open_], direction)
+                normals[open_] = _leading(lines, floor[open_])
+    rest = np.flatnonzero(np.isnan(normals[:, 0]))
+    if len(rest):
+        normals[rest] = _patch_normals(nets, coefficients, which[rest])
+    return normals
+
+
+def _from_corner(coefficients: FloatArray, t: FloatArray, axis: int) -> FloatArray:
+    """The polynomials again, on the part of the domain that begins at t and goes inwards.
+
+    Restriction by de Casteljau, then turned round where the larger part lies before t. After it
+    the sample is the corner with index 0 along `axis`.
+    """
+    moved = np.moveaxis(coefficients, axis, -1).copy()
+    ones = (1,) * (moved.ndim - 1)
+    flip = t > 0.5
+    moved[flip] = moved[flip][..., ::-1]
+    begin = np.where(flip, 1.0 - t, t)
+    inner = np.flatnonzero(begin > 0)
+    if len(inner):
+        # The right part of a subdivision is the last value of every level of the triangle.
+        triangle, s = moved[inner], begin[inner].reshape(-1, *ones)
+        n = triangle.shape[-1]
+        for level in range(1, n):
+            keep = n - level
+            triangle[..., :keep] = (1 - s) * triangle[..., :keep] + s * triangle[..., 1 : keep + 1]
+        moved[inner] = triangle
+    return np.moveaxis(moved, -1, axis)
+
+
+def lines_inwards(
+    coefficients: FloatArray,
+    which: NDArray[np.intp],
+    u: FloatArray,
+    v: FloatArray,
+    direction: Direction,
+) -> FloatArray:
+    """Coefficients (m, d, n) of polynomials (K, d, …) along a line from each sample inwards."""
+    if direction == "v":
+        basis = bernstein(coefficients.shape[2] - 1, u)
+        return _from_corner(along(coefficients, which, basis), v, axis=2)
+    if direction == "u":
+        basis = bernstein(coefficients.shape[3] - 1, v)
+        return _from_corner(along(coefficients.swapaxes(2, 3), which, basis), u, axis=2)
+    boxes = _from_corner(_from_corner(coefficients[which], u, axis=2), v, axis=3)
+    rows, columns = boxes.shape[2:]
+    weighted = boxes * np.multiply.outer(binomials(rows - 1), binomials(columns - 1))
+    line = np.zeros((*boxes.shape[:2], rows + columns - 1))
+    for i in range(rows):
+        line[:, :, i : i + columns] += weighted[:, :, i]
+    return line / binomials(rows + columns - 2)
+
+
+def _leading(lines: FloatArray, floor: FloatArray) -> FloatArray:
+    """The first coefficient longer than `floor` of each line, made unit; NaN if there is none."""
+    lengths = np.linalg.norm(lines, axis=1)
+    large = lengths > floor[:, None]
+    first = large.argmax(axis=1)
+    rows = np.arange(len(lines))
+    found = large[rows, first]
+    length = np.where(found, lengths[rows, first], 1.0)
+    return np.where(found[:, None], lines[rows, :, first] / length[:, None], np.nan)
+
+
+def _patch_normals(
+    nets: PatchNets, coefficients: FloatArray, which: NDArray[np.intp]
+) -> FloatArray:
+    """Last resort: the mean normal of the whole patch, weighted by area; else a perpendicular.
+
+    The mean of the coefficients of N is its integral over the patch.
+    """
+    used, back = np.unique(which, return_inverse=True)
+    mean = coefficients[used].mean(axis=(2, 3))
+    length = np.linalg.norm(mean, axis=1)
+    flat = np.flatnonzero(length <= VANISHING * nets.measure[used])
+    length[flat] = 1.0
+    normals = mean / length[:, None]
+    # Without any area the patch is a line or a point: perpendicular to its longest difference.
+    for row in flat.tolist():
+        edges = np.concatenate(
+            [nets.du[used[row], :3].reshape(3, -1), nets.dv[used[row], :3].reshape(3, -1)], axis=1
+        )
+        chord = edges[:, np.square(edges).sum(axis=0).argmax()]
+        # The coordinate axis that leans on it least; z if several do.
+        axis = np.zeros(3)
+        axis[2 - np.abs(chord[::-1]).argmin()] = 1.0
+        across = axis - chord * (chord @ axis) / max(float(chord @ chord), 1e-300)
+        normals[row] = across / np.linalg.norm(across)
+    shared: FloatArray = normals[back]
+    return shared

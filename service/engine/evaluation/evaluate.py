@@ -1,0 +1,123 @@
+"""Points and unit normals of a batch of patches at all samples.
+
+`formulations` has three ways to compute them on a grid; here the fastest is chosen by shape.
+Triangles have their own, `triangular`.
+"""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from service.bases import triangle
+from service.bases.arrays import FloatArray
+from service.engine.evaluation import de_casteljau, forward_difference
+from service.engine.evaluation.formulations import kronecker, normal_polynomial, separable
+from service.engine.evaluation.triangular import TriangularEvaluation
+from service.engine.evaluation.under_way import Evaluation, GridEvaluation, Samples
+from service.engine.options import Method
+from service.engine.scratch import Real
+from service.surface.lowered import Patches, TensorPatches, TrianglePatches
+
+Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
+"""Ways of the method `matrix`."""
+
+FORMULATIONS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingProxyType(
+    {
+        "kronecker": kronecker,
+        "separable": separable,
+        "normal_polynomial": normal_polynomial,
+    }
+)
+
+GRIDS: Mapping[Method, Callable[[GridEvaluation], None]] = MappingProxyType(
+    {"de_casteljau": de_casteljau.grids, "forward_difference": forward_difference.grids}
+)
+"""The methods beside `matrix`, on tensor-product patches."""
+
+TRIANGLES: Mapping[Method, Callable[[TriangularEvaluation], None]] = MappingProxyType(
+    {
+        "matrix": TriangularEvaluation.run,
+        "de_casteljau": de_casteljau.triangles,
+        "forward_difference": forward_difference.triangles,
+    }
+)
+"""All methods, on triangles."""
+
+
+def evaluate(
+    patches: Patches,
+    resolution: tuple[int, int],
+    *,
+    dtype: Real = np.float64,
+    normals: bool = True,
+    origin: FloatArray | None = None,
+    method: Method = "matrix",
+    formulation: Formulation | None = None,
+    out: Samples | None = None,
+) -> Samples:
+    """S(i/Ru, j/Rv) − origin and the unit normals there, for every patch of a batch.
+
+    Parameters
+    ----------
+    patches : TensorPatches or TrianglePatches
+        P patches of one degree.
+    resolution : (Ru, Rv)
+        Divisions along u and v, at least 1; a triangle takes the larger.
+    dtype : float32 or float64
+        Precision of the result and of the arithmetic.
+    normals : bool
+        Whether normals are wanted.
+    origin : ndarray of float64, shape (3,), optional
+        Subtracted from the control points before they are rounded to `dtype`.
+    method : "matrix", "de_casteljau" or "forward_difference"
+        How samples are computed; what is doubtful about normals is computed anew in any case.
+    formulation : str, optional
+        Overrules the choice among those of `matrix`; the answer is the same up to rounding.
+    out : Samples, optional
+        An earlier result of the same shapes and precision to overwrite. Large fresh arrays cost
+        as much as the arithmetic, because the system zeroes every page of them.
+
+    References
+    ----------
+    Piegl and Tiller, The NURBS Book, 2nd ed., Algorithms A1.7 and A4.3, for all samples at once.
+    """
+    divisions = max(resolution)
+    if out is None:
+        each: tuple[int, ...] = (resolution[0] + 1, resolution[1] + 1)
+        if isinstance(patches, TrianglePatches):
+            each = (triangle.size(divisions),)
+        shape = (patches.count, *each, 3)
+        out = Samples(np.empty(shape, dtype), np.empty(shape, dtype) if normals else None, 0)
+    work: Evaluation
+    if isinstance(patches, TrianglePatches):
+        work = TriangularEvaluation(patches, divisions, dtype, out, origin)
+        TRIANGLES[method](work)
+    else:
+        work = GridEvaluation(patches, resolution, dtype, out, origin)
+        if method == "matrix":
+            FORMULATIONS[formulation or choose(patches, resolution, normals)](work)
+        else:
+            GRIDS[method](work)
+    crowded = work.crowded()
+    if dtype is np.float32 and len(crowded):
+        # One by one these normals would cost a hundred times what the patch costs in float64.
+        anew = evaluate(patches.take(crowded), resolution, method=method, formulation=formulation)
+        if anew.normals is not None:
+            work.replace_normals(crowded, anew.normals, anew.poles)
+    return work.finished()
+
+
+def choose(patches: TensorPatches, resolution: tuple[int, int], normals: bool) -> Formulation:
+    """The formulation expected to be fastest, by counting multiplications and numpy calls."""
+    p, q = patches.degree
+    count = (resolution[0] + 1) * (resolution[1] + 1)
+    # A call per patch costs as much as some 100 000 multiplications.
+    at_once = (p + 1) * (q + 1)
+    in_turn = (q + 1) * (1 + (p + 1) / (resolution[1] + 1)) + 12_000 / count
+    if at_once <= in_turn:
+        return "kronecker"
+    if normals and patches.weights is None and count >= 40_000 and max(p, q) <= 4:
+        return "normal_polynomial"
+    return "separable"

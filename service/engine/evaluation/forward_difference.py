@@ -1,0 +1,171 @@
+"""The method `forward_difference`: each row of samples by additions alone.
+
+For equal steps the differences of order n of a polynomial of degree n are constant, so that from
+those at the start of a row every sample takes n additions. The starting differences are exact to
+float64; from there on every addition rounds in the working precision, and what it rounds away is
+carried to the end of the row: the error grows with the number of divisions.
+
+References
+----------
+Farin, Curves and Surfaces for CAGD, 5th ed., section 5.6 (forward differencing); Lien, Shantz and
+Pratt, Adaptive forward differencing, SIGGRAPH 1987.
+"""
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+import numpy as np
+
+from service.bases import triangle
+from service.bases.arrays import FloatArray, Ints, RealArray
+from service.bases.bernstein import bernstein, binomials, sampled
+from service.engine.evaluation.triangle_nets import differences
+from service.engine.evaluation.triangular import TriangularEvaluation
+from service.engine.evaluation.under_way import GridEvaluation
+from service.engine.scratch import Real
+
+MAX_DEGREE: dict[Real, int] = {np.float32: 8, np.float64: 16}
+"""Rounding grows with 3 to the power of the degree: beyond these it is 1e-3 (float32) or 1e-9
+(float64) of the size of the net."""
+
+CHUNK_SAMPLES = 1 << 17
+"""Samples worked on at a time: the more rows step together, the fewer calls."""
+
+
+def grids(work: GridEvaluation) -> None:
+    """Points and normals of tensor-product patches: rows along v, as many as fit step together."""
+    p, q = work.patches.degree
+    for first, last, begin, end in _pieces(work.patches.count, *work.shape):
+        nets = work.nets(first, last)
+        local = work.local(first, last).reshape(p + 1, q + 1, -1, last - first)
+        rows = slice(begin, end)
+        at = _rows(local, work, rows)
+        work.write_local(at, work.positions[first:last, rows])
+        if work.normals is not None:
+            du, dv = (_rows(np.diff(local, axis=axis), work, rows) for axis in (0, 1))
+            work.write_normals(
+                work.partials_to_vectors(at, du, dv),
+                work.normals[first:last, rows],
+                nets.least(work.dtype)[:, :, np.newaxis],
+                first * work.each + begin * work.shape[1],
+            )
+
+
+def _rows(net: FloatArray, work: GridEvaluation, rows: slice) -> RealArray:
+    """Planes (d, r, rows, Rv+1) of nets (m+1, n+1, d, r)."""
+    basis = sampled(len(net) - 1, work.resolution[0])[rows]
+    curves = np.moveaxis(np.tensordot(basis, net, axes=(1, 0)), 0, -1)
+    divisions = np.full(len(basis), work.resolution[1])
+    return np.moveaxis(_marched(curves, divisions, work.dtype), 0, -1)
+
+
+def triangles(work: TriangularEvaluation) -> None:
+    """The same of triangles: row m of the samples, where t = m/R, has R − m divisions."""
+    starts = triangle.row_starts(work.divisions)
+    for first, last, begin, end in _pieces(work.patches.count, *2 * (work.divisions + 1,)):
+        nets = work.nets(first, last)
+        local = work.local(first, last)
+        run = slice(starts[begin], starts[end])
+        at = _triangle_rows(local, work.divisions, slice(begin, end), work.dtype)
+        work.write_local(at, work.positions[first:last, run])
+        if work.normals is not None:
+            du, dv = (
+                _triangle_rows(net, work.divisions, slice(begin, end), work.dtype)
+                for net in differences(local)
+            )
+            work.write_normals(
+                work.partials_to_vectors(at, du, dv),
+                work.normals[first:last, run],
+                nets.least(work.dtype),
+                first * work.each + int(starts[begin]),
+            )
+
+
+def _triangle_rows(net: FloatArray, divisions: int, rows: slice, dtype: Real) -> RealArray:
+    """Planes (d, r, samples) of some rows of triangular nets (K, d, r).
+
+    At a fixed t the surface is a curve of degree n in s/(1 − t), as its tensor-product form shows.
+    """
+    square = triangle.tensor_net(np.moveaxis(net, -1, 0))
+    number = np.arange(divisions + 1)[rows]
+    basis = bernstein(square.shape[1] - 1, number / divisions)
+    curves = np.einsum("mk,rlkd->ldrm", basis, square)
+    lengths = divisions - number
+    values = _marched(curves, np.maximum(lengths, 1), dtype)
+    row = np.repeat(np.arange(len(number)), lengths + 1)
+    place = np.concatenate([np.arange(length + 1) for length in lengths.tolist()])
+    return np.moveaxis(values[place, :, :, row], 0, -1)
+
+
+def curves(points: FloatArray, divisions: int) -> FloatArray:
+    """Bézier curves (E, n+1, d) at R equal divisions: (E, R+1, d).
+
+    Every number is computed by itself: its bits do not depend on what is computed beside it.
+    """
+    out = np.empty((len(points), divisions + 1, points.shape[2]))
+    step = max(1, CHUNK_SAMPLES // (divisions + 1))
+    for first in range(0, len(points), step):
+        part = points[first : first + step].transpose(1, 2, 0)
+        values = _marched(part, np.full(part.shape[2], divisions), np.float64)
+        out[first : first + step] = values.transpose(2, 0, 1)
+    return out
+
+
+def _marched(curves: FloatArray, divisions: Ints, dtype: Real) -> RealArray:
+    """Values of curves (n+1, …, rows) at their own equal divisions: (most divisions + 1, …, rows).
+
+    The rows come longest first; behind the end of a row nothing is written. What is added up is
+    the way from the start of the row, lest its distance from the origin cost digits.
+    """
+    exact = starting_differences(curves, divisions)
+    begin, differences_ = exact[0].astype(dtype), exact.astype(dtype)
+    differences_[0] = 0
+    values = np.zeros((int(divisions.max()) + 1, *curves.shape[1:]), dtype)
+    for j in range(len(values)):
+        active = int(np.count_nonzero(divisions >= j))
+        here = differences_[..., :active]
+        np.add(begin[..., :active], here[0], out=values[j, ..., :active])
+        np.add(here[:-1], here[1:], out=here[:-1])
+    return values
+
+
+def starting_differences(curves: FloatArray, divisions: Ints) -> FloatArray:
+    """Forward differences of order 0 … n at the start, for steps of 1/R: as (n+1, …, rows).
+
+        Δ_h^k t^m = k! S(m, k) h^m at t = 0,  S of the second kind of Stirling
+
+    applied to the coefficients C(n, m) Δ^m b_0 of the powers. Differences of samples would lose
+    the digits that R^k then magnifies.
+    """
+    degree = len(curves) - 1
+    counts = _surjections(degree)
+    step = 1.0 / divisions
+    found = np.zeros(curves.shape)
+    difference = curves
+    for m in range(degree + 1):
+        power = binomials(degree)[m] * difference[0] * step**m
+        for k in range(m + 1):
+            found[k] += counts[m, k] * power
+        difference = difference[1:] - difference[:-1]
+    return found
+
+
+@lru_cache(maxsize=32)
+def _surjections(degree: int) -> FloatArray:
+    """K! S(m, k), which is how many maps of m things onto k there are: row m, column k."""
+    counts = np.zeros((degree + 1, degree + 1))
+    counts[0, 0] = 1
+    for m in range(1, degree + 1):
+        for k in range(1, m + 1):
+            counts[m, k] = k * (counts[m - 1, k] + counts[m - 1, k - 1])
+    counts.flags.writeable = False
+    return counts
+
+
+def _pieces(count: int, rows: int, samples: int) -> Iterator[tuple[int, int, int, int]]:
+    """Patches [first, last) and their rows [begin, end): all rows of some, or some rows of one."""
+    step = max(1, CHUNK_SAMPLES // samples)
+    patches = max(1, step // rows)
+    for first in range(0, count, patches):
+        for begin in range(0, rows, step):
+            yield first, min(first + patches, count), begin, min(begin + step, rows)

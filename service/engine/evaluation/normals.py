@@ -1,0 +1,73 @@
+"""Unit normals at any parameter of a patch, poles and other degenerate points included.
+
+The normal is S_u × S_v made unit. Where that vector vanishes the limit from inside the patch is
+taken, and for that N = S_u × S_v itself is written in the Bernstein basis: its derivatives, and so
+the lowest term that does not vanish, are then known and need not be guessed from neighbours.
+
+Slow beside `evaluate`, which therefore sends only those samples here whose normals it cannot vouch
+for.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.bases.arrays import Bools, FloatArray
+from service.bases.bernstein import bernstein
+from service.engine.evaluation.degenerate import VANISHING, limit_normals
+from service.engine.evaluation.nets import PatchNets, nets_of_samples
+from service.engine.vectors import cross
+from service.surface.lowered import TensorPatches
+
+
+def unit_normals(
+    patches: TensorPatches, index: NDArray[np.intp], u: FloatArray, v: FloatArray
+) -> tuple[FloatArray, int]:
+    """Unit normals of patch `index[m]` at (u[m], v[m]), and how many of them are limits.
+
+    Parameters
+    ----------
+    patches : TensorPatches
+    index : ndarray of int, shape (m,)
+    u, v : ndarray of float64, shape (m,)
+        Parameters in [0, 1].
+
+    Returns
+    -------
+    normals : ndarray of float64, shape (m, 3)
+        Unit length, never NaN. A patch without area has no normals: it gets a unit vector
+        perpendicular to its extent.
+    limits : int
+        Samples at which S_u × S_v vanishes.
+
+    References
+    ----------
+    Farin, Curves and Surfaces for CAGD, 5th ed., on degenerate patches, has the case of one
+    collapsed side; the general one is the Taylor expansion of N.
+    """
+    normals = np.empty((len(index), 3))
+    limits = 0
+    for nets, rows, which in nets_of_samples(patches, index):
+        normals[rows], vanishes = normals_of(nets, which, u[rows], v[rows])
+        limits += int(np.count_nonzero(vanishes))
+    return normals, limits
+
+
+def normals_of(
+    nets: PatchNets, which: NDArray[np.intp], u: FloatArray, v: FloatArray
+) -> tuple[FloatArray, Bools]:
+    """The same for rows `which` of nets at hand; and at which samples S_u × S_v vanishes."""
+    p, q = nets.degree
+    du, dv = nets.partials(
+        which, (bernstein(p, u), bernstein(p - 1, u)), (bernstein(q, v), bernstein(q - 1, v))
+    )
+    vectors = cross(du, dv)
+    lengths, length_u, length_v = (np.linalg.norm(rows, axis=-1) for rows in (vectors, du, dv))
+    vanishes: Bools = lengths <= VANISHING * length_u * length_v
+    vanishes |= length_u <= VANISHING * nets.longest_u[which]
+    vanishes |= length_v <= VANISHING * nets.longest_v[which]
+    zero = np.flatnonzero(vanishes)
+    lengths[zero] = 1.0
+    normals = vectors / lengths[:, None]
+    if len(zero):
+        normals[zero] = limit_normals(nets, which[zero], u[zero], v[zero])
+    return normals, vanishes

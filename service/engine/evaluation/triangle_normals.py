@@ -1,0 +1,167 @@
+"""Unit normals at any parameter of a triangular patch, degenerate points included.
+
+S_s × S_t made unit; where it vanishes, the limit that the same surface has as a tensor-product
+patch (`normals`). Slow beside `triangular`, which sends only those samples here whose normals it
+cannot vouch for.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.bases import triangle
+from service.bases.arrays import Bools, FloatArray
+from service.engine.evaluation.degenerate import VANISHING
+from service.engine.evaluation.normals import unit_normals
+from service.engine.evaluation.triangle_nets import differences
+from service.engine.vectors import cross
+from service.surface.lowered import TrianglePatches
+
+CHUNK_NUMBERS = 1 << 18
+"""Control points gathered at a time."""
+
+
+def triangle_normals(
+    patches: TrianglePatches, index: NDArray[np.intp], s: FloatArray, t: FloatArray
+) -> tuple[FloatArray, int]:
+    """Unit normals of patch `index[m]` at (s[m], t[m]), and how many of them are limits.
+
+    Parameters
+    ----------
+    patches : TrianglePatches
+    index : ndarray of int, shape (m,)
+    s, t : ndarray of float64, shape (m,)
+        From 0, with a sum of at most 1.
+
+    Returns
+    -------
+    normals : ndarray of float64, shape (m, 3)
+        Unit length, never NaN.
+    limits : int
+        Samples at which S_s × S_t vanishes.
+    """
+    normals, vanishes = normals_at(patches, index, s, t)
+    return normals, int(np.count_nonzero(vanishes))
+
+
+def normals_at(
+    patches: TrianglePatches, index: NDArray[np.intp], s: FloatArray, t: FloatArray
+) -> tuple[FloatArray, Bools]:
+    """The same, and at which samples S_s × S_t vanishes."""
+    normals = np.empty((len(index), 3))
+    vanishes = np.empty(len(index), dtype=bool)
+    for local, rows, which in triangles_of_samples(patches, index):
+        found = _regular(local.patches, which, s[rows], t[rows])
+        normals[rows], vanishes[rows] = found
+    zero = np.flatnonzero(vanishes)
+    if len(zero):
+        # All together: what is prepared for a patch of high degree costs as much as all the rest.
+        used, which = np.unique(index[zero], return_inverse=True)
+        around = _local(patches.take(used)).patches
+        u = across(around, which, _barycentric(s[zero], t[zero]))
+        normals[zero], _ = unit_normals(around.tensor(), which, u, t[zero])
+    return normals, vanishes
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LocalTriangles:
+    """Some patches as (S − middle) · scale: their own middles (K, 3) and scales (K,).
+
+    What is raised in degree is rounded: to the digits of its own size, not of its distance.
+    """
+
+    patches: TrianglePatches
+    middle: FloatArray
+    scale: FloatArray
+
+
+def triangles_of_samples(
+    patches: TrianglePatches, index: NDArray[np.intp]
+) -> Iterator[tuple[LocalTriangles, NDArray[np.intp], NDArray[np.intp]]]:
+    """The patches that samples of patches `index` (m,) need, some samples at a time.
+
+    Yields
+    ------
+    local : LocalTriangles
+    rows : ndarray of int, shape (r,)
+        Rows of `index`; each comes once.
+    which : ndarray of int, shape (r,)
+        The row of `local` for each of them.
+    """
+    step = max(1, CHUNK_NUMBERS // patches.points.shape[1])
+    order = np.argsort(index, kind="stable")
+    for first in range(0, len(order), step):
+        rows = order[first : first + step]
+        used, which = np.unique(index[rows], return_inverse=True)
+        yield _local(patches.take(used)), rows, which
+
+
+def _regular(
+    local: TrianglePatches, which: NDArray[np.intp], s: FloatArray, t: FloatArray
+) -> tuple[FloatArray, Bools]:
+    """S_s × S_t of rows `which` of patches at hand, made unit where it does not vanish."""
+    places = _barycentric(s, t)
+    nets = local.points
+    if local.weights is not None:
+        weights = local.weights[..., np.newaxis]
+        nets = np.concatenate([nets * weights, weights], axis=-1)
+    nets = nets.swapaxes(0, 1)
+    along = differences(nets)
+    below = triangle.triangle_bernstein(local.degree - 1, places)
+    ds, dt = (_sums(below, net, which) for net in along)
+    if local.weights is not None:
+        basis = triangle.triangle_bernstein(local.degree, places)
+        at = _sums(basis, nets, which)
+        place = at[:, :3] / at[:, 3:]
+        ds = ds[:, :3] - place * ds[:, 3:]
+        dt = dt[:, :3] - place * dt[:, 3:]
+    vectors = cross(ds, dt)
+    length, length_s, length_t = (np.linalg.norm(rows, axis=-1) for rows in (vectors, ds, dt))
+    longest_s, longest_t = (_longest(net)[which] for net in along)
+    vanishes: Bools = length <= VANISHING * length_s * length_t
+    vanishes |= length_s <= VANISHING * longest_s
+    vanishes |= length_t <= VANISHING * longest_t
+    length[vanishes] = 1.0
+    return vectors / length[:, None], vanishes
+
+
+def _sums(basis: FloatArray, nets: FloatArray, which: NDArray[np.intp]) -> FloatArray:
+    """Values (m, d) of nets (K, P, d), each of its own row of `which`."""
+    if nets.shape[1] == 1:
+        return basis.T @ nets[:, 0]
+    values: FloatArray = np.einsum("km,kmd->md", basis, nets[:, which])
+    return values
+
+
+def _barycentric(s: FloatArray, t: FloatArray) -> FloatArray:
+    return np.stack([np.maximum(1.0 - s - t, 0.0), s, t], axis=1)
+
+
+def _local(patches: TrianglePatches) -> LocalTriangles:
+    middle = patches.points.mean(axis=1, keepdims=True)
+    points = patches.points - middle
+    size = np.abs(points).max(axis=(1, 2), keepdims=True)
+    scale = np.exp2(np.minimum(-np.frexp(size)[1].astype(np.float64), 1000.0))
+    local = TrianglePatches(points * scale, patches.weights)
+    return LocalTriangles(local, middle[:, 0], scale[:, 0, 0])
+
+
+def across(patches: TrianglePatches, which: NDArray[np.intp], places: FloatArray) -> FloatArray:
+    """U of barycentric places in the tensor form, s / (r + s).
+
+    At the corner t = 1 it is the direction in which the corner is approached: along a side if the
+    other one is a point, else through the middle.
+    """
+    r, s, _ = places.T
+    sides = patches.collapsed[which]
+    middle = (1.0 + sides[:, 0] - sides[:, 1]) / 2.0
+    inside = r + s > 0
+    return np.where(inside, s / np.where(inside, r + s, 1.0), middle)
+
+
+def _longest(nets: FloatArray) -> FloatArray:
+    """Longest length among the vectors of each net: (K, P, d) to (P,)."""
+    lengths: FloatArray = np.sqrt(np.square(nets[..., :3]).sum(axis=-1).max(axis=0))
+    return lengths

@@ -1,0 +1,1 @@
+"""Points, partials, normals and curvatures at parameters that were asked for."""

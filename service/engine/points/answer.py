@@ -1,0 +1,124 @@
+"""Everything that can be asked about single points of a model, in columns."""
+
+from collections.abc import Mapping
+from typing import TypeAlias
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.points.differential import jets
+from service.engine.points.places import Places
+from service.engine.points.pole_curvature import NEAR
+from service.engine.points.triangle_differential import triangle_jets
+from service.surface.lowered import Patches, PatchModel, TensorPatches, TrianglePatches
+
+Column: TypeAlias = FloatArray | Bools
+Columns: TypeAlias = Mapping[str, Column]
+
+COLUMNS: tuple[tuple[tuple[str, int], ...], ...] = (
+    (("positions", 3),),
+    (("du", 3), ("dv", 3), ("normals", 3), ("degenerate", 0)),
+    (
+        ("duu", 3),
+        ("duv", 3),
+        ("dvv", 3),
+        ("gaussian_curvature", 1),
+        ("mean_curvature", 1),
+        ("principal_curvatures", 2),
+    ),
+)
+"""What comes with each order of derivatives, and how many numbers a point has there; 0 is a truth
+value."""
+
+SERIES = 100_000
+"""What the power series of curvatures at or near a pole take at least, in multiplications."""
+
+
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+def points(model: PatchModel, places: Places, order: int) -> Columns:
+    """The columns up to an order of derivatives, one row a place, float64.
+
+    Partials are those with respect to the parameters of the surface: ∂/∂u = (1/width) ∂/∂local.
+    Curvatures are NaN where their limit at a pole is infinite or does not exist. What is beyond
+    float64 is infinite, as the curvature of a patch that is 1e-200 long.
+    """
+    count = len(places.patch)
+    columns: dict[str, Column] = {
+        name: _empty(count, width) for names in COLUMNS[: order + 1] for name, width in names
+    }
+    first = 0
+    for batch in model.batches:
+        here = (places.patch >= first) & (places.patch < first + batch.count)
+        rows = np.flatnonzero(here)
+        if len(rows):
+            u, v = places.local[rows].T
+            index = places.patch[rows] - first
+            if isinstance(batch, TrianglePatches):
+                found = triangle_jets(batch, index, u, v, order)
+            else:
+                found = jets(batch, index, u, v, order)
+            wu, wv = places.widths[rows].T[:, :, np.newaxis]
+            columns["positions"][rows] = found.partials[0]
+            if found.normals is not None and found.degenerate is not None:
+                columns["du"][rows] = found.partials[1] / wu
+                columns["dv"][rows] = found.partials[2] / wv
+                columns["normals"][rows] = found.normals
+                columns["degenerate"][rows] = found.degenerate
+            if (curvatures := found.curvatures) is not None:
+                columns["duu"][rows] = found.partials[3] / wu / wu
+                columns["duv"][rows] = found.partials[4] / wu / wv
+                columns["dvv"][rows] = found.partials[5] / wv / wv
+                columns["gaussian_curvature"][rows] = curvatures.gaussian
+                columns["mean_curvature"][rows] = curvatures.mean
+                columns["principal_curvatures"][rows, 0] = curvatures.larger
+                columns["principal_curvatures"][rows, 1] = curvatures.smaller
+        first += batch.count
+    for column in columns.values():
+        if column.dtype != np.bool_:
+            np.add(column, 0.0, out=column)  # people read these numbers: −0 becomes 0
+    return columns
+
+
+def effort(model: PatchModel, places: Places, order: int) -> int:
+    """Multiplications that a query may take if S_u × S_v vanishes at every place of it.
+
+    The normal polynomial of every patch asked for, of degree (3p, 3q) if rational, else (2p, 2q),
+    its value at every place, and at poles the series of the curvatures.
+    """
+    if order == 0:
+        return 0
+    first, total = 0, 0
+    for batch in model.batches:
+        rows = np.flatnonzero((places.patch >= first) & (places.patch < first + batch.count))
+        index = places.patch[rows] - first
+        first += batch.count
+        p, q = batch.degree if isinstance(batch, TensorPatches) else (batch.degree, batch.degree)
+        factor = 2 if batch.weights is None else 3
+        patch = (p + 1) * (q + 1) * (2 * p + 1) * (2 * q + 1) * 3**factor
+        place = 3 * (factor * p + 1) * (factor * q + 1)
+        total += len(np.unique(index)) * patch + len(rows) * place
+        if order == 2:
+            near = _near_poles(batch, index, places.local[rows])
+            total += int(near.sum()) * (factor - 1) * (SERIES + 100 * (p + 1) * (q + 1))
+    return total
+
+
+def _near_poles(batch: Patches, index: Ints, local: FloatArray) -> Bools:
+    """Which places are at or near a side that is one point, of the patches `index` of a batch."""
+    u, v = local.T
+    collapsed = batch.collapsed[index]
+    if isinstance(batch, TensorPatches):
+        distances = np.stack([u, 1 - u, v, 1 - v], axis=1)
+        degree = max(batch.degree)
+    else:
+        # Every triangle has one corner for its fourth side: nothing is expanded there.
+        distances, collapsed = np.stack([u, 1 - u - v, v], axis=1), collapsed[:, :3]
+        degree = batch.degree
+    near: Bools = np.any(collapsed & (distances <= NEAR / degree), axis=1)
+    return near
+
+
+def _empty(count: int, width: int) -> Column:
+    if width == 0:
+        return np.empty(count, dtype=bool)
+    return np.empty(count if width == 1 else (count, width))

@@ -1,0 +1,135 @@
+"""Points, first and second partials, normals and curvatures at any parameters of a batch."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.bernstein import bernstein
+from service.engine.evaluation.nets import PARTIALS, PatchNets, at, nets_of_samples
+from service.engine.evaluation.normals import normals_of
+from service.engine.points.curvature import Curvatures, regular_curvatures
+from service.engine.points.pole_curvature import curvatures_near, limit_curvatures
+from service.surface.lowered import TensorPatches
+from service.surface.sides import corners_of
+
+COUNTS = (1, 3, 6)
+"""How many of them there are up to each order."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Jets:
+    """What is known at m parameters; what was not asked for is None.
+
+    Attributes
+    ----------
+    partials : ndarray of float64, shape (1, 3 or 6, m, 3)
+        S; S_u, S_v; S_uu, S_uv, S_vv.
+    normals : ndarray of float64, shape (m, 3), or None
+        Unit normals, their limits where S_u × S_v vanishes.
+    degenerate : ndarray of bool, shape (m,), or None
+        Where it vanishes.
+    curvatures : Curvatures or None
+    """
+
+    partials: FloatArray
+    normals: FloatArray | None
+    degenerate: Bools | None
+    curvatures: Curvatures | None
+
+
+def jets(patches: TensorPatches, index: Ints, u: FloatArray, v: FloatArray, order: int) -> Jets:
+    """Partials of patch `index[k]` at (u[k], v[k]) up to an order; normals and curvatures.
+
+    Parameters
+    ----------
+    patches : TensorPatches
+    index : ndarray of int, shape (m,)
+    u, v : ndarray of float64, shape (m,)
+        Parameters in [0, 1].
+    order : 0, 1 or 2
+        Normals come with the first partials, curvatures with the second.
+
+    References
+    ----------
+    Piegl and Tiller, The NURBS Book, 2nd ed., Algorithm A4.4 (partials of a rational surface).
+    """
+    m = len(index)
+    partials = np.empty((COUNTS[order], m, 3))
+    normals = np.empty((m, 3))
+    degenerate = np.empty(m, dtype=bool)
+    curvatures = np.empty((4, m))
+    for nets, rows, which in nets_of_samples(patches, index):
+        here = u[rows], v[rows]
+        local = _partials(nets, which, *here, order)
+        scale = nets.scale[which]
+        partials[:, rows] = local / scale[:, None]
+        partials[0, rows] += nets.middle[which]
+        if order > 0:
+            normals[rows], degenerate[rows] = normals_of(nets, which, *here)
+        if order > 1:
+            found = regular_curvatures(local, normals[rows])
+            pole = degenerate[rows]
+            if pole.any():
+                u_pole, v_pole = u[rows[pole]], v[rows[pole]]
+                found[:, pole] = limit_curvatures(
+                    nets, which[pole], u_pole, v_pole, normals[rows[pole]]
+                )
+            beside = curvatures_near(nets, which, *here, normals[rows])
+            found = np.where(np.isnan(beside), found, beside)
+            curvatures[:, rows] = found * np.stack([scale * scale, scale, scale, scale])
+    _write_ends(patches, index, u, v, partials[0])
+    return Jets(
+        partials,
+        normals if order > 0 else None,
+        degenerate if order > 0 else None,
+        Curvatures(*curvatures) if order > 1 else None,
+    )
+
+
+def _partials(nets: PatchNets, which: Ints, u: FloatArray, v: FloatArray, order: int) -> FloatArray:
+    """Partials of the surface in the scale and about the middle of its net: (1, 3 or 6, m, 3)."""
+    p, q = nets.degree
+    along_u = [bernstein(p - k, u) if k <= p else None for k in range(order + 1)]
+    along_v = [bernstein(q - k, v) if k <= q else None for k in range(order + 1)]
+    found = []
+    for i, j in PARTIALS[: COUNTS[order]]:
+        net, bu, bv = nets.partial_net(i, j), along_u[i], along_v[j]
+        if net is None or bu is None or bv is None:
+            found.append(np.zeros((len(which), nets.point.shape[1])))
+        else:
+            found.append(at(net, which, bu, bv))
+    return project(np.stack(found)) if nets.rational else np.stack(found)
+
+
+def project(x: FloatArray) -> FloatArray:
+    """Partials of S = X/w from those of the homogeneous (X, w): (1, 3 or 6, m, 4) to (…, m, 3).
+
+        S_u = (X_u − w_u S)/w,  S_uv = (X_uv − w_uv S − w_u S_v − w_v S_u)/w
+
+    About a point near the surface, which loses the least.
+    """
+    w = x[..., 3:]
+    s = np.empty((*x.shape[:-1], 3))
+    s[0] = x[0, :, :3] / w[0]
+    if len(x) > 1:
+        s[1:3] = (x[1:3, :, :3] - w[1:3] * s[0]) / w[0]
+    if len(x) > 3:
+        s[3] = x[3, :, :3] - w[3] * s[0] - 2 * w[1] * s[1]
+        s[4] = x[4, :, :3] - w[4] * s[0] - w[1] * s[2] - w[2] * s[1]
+        s[5] = x[5, :, :3] - w[5] * s[0] - 2 * w[2] * s[2]
+        s[3:] /= w[0]
+    return s
+
+
+def _write_ends(
+    patches: TensorPatches, index: Ints, u: FloatArray, v: FloatArray, points: FloatArray
+) -> None:
+    """Corners, and sides that are one point, are their control points bit for bit."""
+    corners = corners_of(patches.points)
+    for side, (here, corner) in enumerate(((u == 0, 0), (u == 1, 2), (v == 0, 0), (v == 1, 1))):
+        rows = np.flatnonzero(here)
+        rows = rows[patches.collapsed[index[rows], side]]
+        points[rows] = corners[index[rows], corner]
+    rows = np.flatnonzero(((u == 0) | (u == 1)) & ((v == 0) | (v == 1)))
+    points[rows] = corners[index[rows], (2 * u[rows] + v[rows]).astype(np.intp)]

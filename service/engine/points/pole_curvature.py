@@ -1,0 +1,181 @@
+"""Curvatures at and near poles, where S_u × S_v vanishes: quotients of power series.
+
+At a pole the formulas are 0/0, and beside it what is left of the digits of numerator and
+denominator grows fewer with the square of the distance. Along a line from the pole both are power
+series whose lowest terms are known to be zero and can be left out.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.evaluation.degenerate import Direction, lines_inwards
+from service.engine.evaluation.nets import PARTIALS, PatchNets
+from service.engine.points.series import Series, cross, dot, taylor
+
+ORDERS = (1, 4)
+"""Orders of the zero of S_u × S_v up to which limits are looked for: a usual pole first, which is
+of order 1, then what is left. K being a quotient by |S_u × S_v|⁴, order k takes 4 k + 1 terms."""
+
+NEAR = 2.0**-8
+"""Part of the patch, over its degree, in which a pole is expanded about."""
+
+NEAR_TERMS = 10
+"""So many terms there: what is cut off is NEAR to the sixth."""
+
+KNOWN = 2.0**-20
+"""A limit that is known less exactly than this, in units of the net or relative, is not told."""
+
+
+def curvatures_near(
+    nets: PatchNets, which: Ints, u: FloatArray, v: FloatArray, normals: FloatArray
+) -> FloatArray:
+    """K, H, k_1, k_2 next to sides that are one point, NaN elsewhere and on them: (4, m).
+
+    Parameters
+    ----------
+    which : ndarray of int, shape (m,)
+        Rows of `nets`.
+    normals : ndarray of float64, shape (m, 3)
+        Unit normals, which decide the sign.
+    """
+    result = np.full((4, len(which)), np.nan)
+    distances = np.stack([u, 1 - u, v, 1 - v], axis=1)
+    inside = (distances > 0) & (distances <= NEAR / max(nets.degree))
+    near = nets.collapsed[which] & inside
+    distances = np.where(near, distances, np.inf)
+    nearest = distances.argmin(axis=1)
+    for side in range(4):
+        rows = np.flatnonzero(near.any(axis=1) & (nearest == side))
+        if len(rows):
+            foot = np.full(len(rows), float(side % 2))
+            if side < 2:
+                line = Line(nets, which[rows], foot, v[rows], "u")
+            else:
+                line = Line(nets, which[rows], u[rows], foot, "v")
+            series = line.series(NEAR_TERMS)
+            result[:, rows] = _quotients(series, normals[rows], distances[rows, side])
+    return result
+
+
+def limit_curvatures(
+    nets: PatchNets, which: Ints, u: FloatArray, v: FloatArray, normals: FloatArray
+) -> FloatArray:
+    """Limits of K, H, k_1, k_2 where S_u × S_v vanishes, in the scale of the nets: (4, m).
+
+    Taken along the first line inwards on which that vector does not vanish throughout; the lines
+    come in the order in which `service.engine.evaluation.degenerate` looks for normals.
+    """
+    result = np.full((4, len(which)), np.nan)
+    open_ = np.ones(len(which), dtype=bool)
+    on_u_edge_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
+    corner = ((u == 0) | (u == 1)) & ((v == 0) | (v == 1))
+    orders: tuple[tuple[Bools, tuple[Direction, ...]], ...] = (
+        (~on_u_edge_only, ("v", "u")),
+        (on_u_edge_only, ("u", "v")),
+        (corner, ("diagonal",)),
+    )
+    for group, directions in orders:
+        for direction in directions:
+            rows = np.flatnonzero(group & open_)
+            if not len(rows):
+                continue
+            order = Line(nets, which[rows], u[rows], v[rows], direction).order()
+            open_[rows[order <= ORDERS[-1]]] = False
+            for least, most in pairwise((-1, *ORDERS)):
+                here = rows[(order > least) & (order <= most)]
+                if len(here):
+                    line = Line(nets, which[here], u[here], v[here], direction)
+                    result[:, here] = _quotients(line.series(4 * most + 1), normals[here])
+    return result
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Line:
+    """Lines inwards from parameters of patches: rows `which` of nets, at (u, v)."""
+
+    nets: PatchNets
+    which: Ints
+    u: FloatArray
+    v: FloatArray
+    direction: Direction
+
+    def order(self) -> FloatArray:
+        """Order of the zero of S_u × S_v where the lines begin, if not above the highest."""
+        su, sv = self.series(ORDERS[-1] + 1, second=False)
+        order: FloatArray = cross(su, sv).first().min(axis=1)
+        return order
+
+    def series(self, count: int, *, second: bool = True) -> list[Series]:
+        """S_u, S_v and, with `second`, S_uu, S_uv, S_vv along the lines: vectors (m, 3, T)."""
+        found = [self._partial(i, j, count) for i, j in PARTIALS[: 6 if second else 3]]
+        if not self.nets.rational:
+            return found[1:]
+        x, w = [f.axes(slice(0, 3)) for f in found], [f.axes(slice(3, 4)) for f in found]
+        s = x[0] / w[0]
+        su = (x[1] - w[1] * s) / w[0]
+        sv = (x[2] - w[2] * s) / w[0]
+        if not second:
+            return [su, sv]
+        suu = (x[3] - w[3] * s - (w[1] * su).times(2)) / w[0]
+        suv = (x[4] - w[4] * s - w[1] * sv - w[2] * su) / w[0]
+        svv = (x[5] - w[5] * s - (w[2] * sv).times(2)) / w[0]
+        return [su, sv, suu, suv, svv]
+
+    def _partial(self, i: int, j: int, count: int) -> Series:
+        net = self.nets.partial_net(i, j)
+        if net is None:
+            zero = np.zeros((len(self.which), self.nets.point.shape[1], count))
+            return Series(zero, zero)
+        return taylor(lines_inwards(net, self.which, self.u, self.v, self.direction), count)
+
+
+def _quotients(
+    series: list[Series], normals: FloatArray, distance: FloatArray | float = 0.0
+) -> FloatArray:
+    """K, H, k_1, k_2 at a distance s from poles: (4, m).
+
+    With N = S_u × S_v = c s^k + …, the second form L, M, P = S_uu · N, S_uv · N, S_vv · N and the
+    first form E, F, G
+
+        K = (L P − M²)/|N|⁴,  H = (L G − 2 M F + P E)/(2 |N|³)
+
+    so what counts are the terms of order 4k and 3k of the numerators and those above.
+    """
+    su, sv, suu, suv, svv = series
+    n = cross(su, sv)
+    order = n.first().min(axis=1)
+    ell, em, pe = (dot(second, n) for second in (suu, suv, svv))
+    square, _ = dot(n, n).tail(2 * order, distance)
+    gauss, gauss_error = _quotient(ell * pe - em * em, 4 * order, square**2, distance)
+    mean, mean_error = _quotient(
+        ell * dot(sv, sv) - (em * dot(su, sv)).times(2) + pe * dot(su, su),
+        3 * order,
+        2 * square**1.5,
+        distance,
+    )
+    # The normal that is told may be the limit along another line, on the other side.
+    lead, _ = n.tail(np.repeat(order[:, np.newaxis], 3, axis=1), 0.0)
+    mean = np.where(_dot(lead, normals) < 0, -mean, mean)
+    spread = mean**2 - gauss
+    unsure = 2 * np.abs(mean) * mean_error + gauss_error
+    spread = np.sqrt(np.where(spread <= unsure, 0.0, spread))
+    return np.stack([gauss, mean, mean + spread, mean - spread])
+
+
+def _quotient(
+    numerator: Series, order: FloatArray, denominator: FloatArray, distance: FloatArray | float
+) -> tuple[FloatArray, FloatArray]:
+    """Numerator / (denominator s^order), NaN if its limit is infinite or unknown; and its error."""
+    term, error = numerator.tail(order, distance)
+    value, error = term / denominator, error / denominator
+    infinite = numerator.first() < order
+    unknown = ~(error <= KNOWN * np.maximum(np.abs(value), 1.0))
+    return np.where(infinite | unknown, np.nan, value), error
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    product: FloatArray = np.einsum("mk,mk->m", a, b)
+    return product

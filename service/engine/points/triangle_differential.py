@@ -1,0 +1,105 @@
+"""Points, partials, normals and curvatures at any barycentric places of triangular patches.
+
+The partials are those along s and t, r giving way: along (−1, 1, 0) and (−1, 0, 1). Where they are
+parallel the curvatures are the limits of the same surface as a tensor-product patch.
+"""
+
+import numpy as np
+
+from service.bases import triangle
+from service.bases.arrays import FloatArray, Ints
+from service.engine.evaluation.nets import PARTIALS, PatchNets
+from service.engine.evaluation.triangle_nets import differences
+from service.engine.evaluation.triangle_normals import across, normals_at, triangles_of_samples
+from service.engine.points.curvature import Curvatures, regular_curvatures
+from service.engine.points.differential import COUNTS, Jets, project
+from service.engine.points.pole_curvature import curvatures_near, limit_curvatures
+from service.surface.lowered import TrianglePatches
+
+
+def triangle_jets(
+    patches: TrianglePatches, index: Ints, s: FloatArray, t: FloatArray, order: int
+) -> Jets:
+    """Partials of patch `index[k]` at (s[k], t[k]) up to an order; normals and curvatures.
+
+    As `service.engine.points.differential.jets`, with s and t for u and v.
+    """
+    m = len(index)
+    partials = np.empty((COUNTS[order], m, 3))
+    normals, degenerate = np.empty((m, 3)), np.empty(m, dtype=bool)
+    if order > 0:
+        normals, degenerate = normals_at(patches, index, s, t)
+    curvatures = np.empty((4, m))
+    for local, rows, which in triangles_of_samples(patches, index):
+        places = np.stack([np.maximum(1.0 - s[rows] - t[rows], 0.0), s[rows], t[rows]], axis=1)
+        found = _partials(local.patches, which, places, order)
+        scale = local.scale[which]
+        partials[:, rows] = found / scale[:, None]
+        partials[0, rows] += local.middle[which]
+        if order > 1:
+            bent = regular_curvatures(found, normals[rows])
+            bent[:, degenerate[rows]] = np.nan
+            odd = degenerate[rows] | local.patches.collapsed[which, :3].any(axis=1)
+            if odd.any():
+                bent[:, odd] = _at_poles(
+                    local.patches, which[odd], places[odd], normals[rows[odd]], bent[:, odd]
+                )
+            curvatures[:, rows] = bent * np.stack([scale * scale, scale, scale, scale])
+    _write_corners(patches, index, (s, t), partials[0])
+    return Jets(
+        partials,
+        normals if order > 0 else None,
+        degenerate if order > 0 else None,
+        Curvatures(*curvatures) if order > 1 else None,
+    )
+
+
+def _partials(local: TrianglePatches, which: Ints, places: FloatArray, order: int) -> FloatArray:
+    """Partials of the patches as they are: (1, 3 or 6, m, 3)."""
+    n = local.degree
+    points = local.points
+    if local.weights is not None:
+        weights = local.weights[..., np.newaxis]
+        points = np.concatenate([points * weights, weights], axis=-1)
+    net = points.swapaxes(0, 1)
+    nets = {(0, 0): net}
+    if order > 0:
+        nets[1, 0], nets[0, 1] = differences(net)
+    if order > 1 and n > 1:
+        nets[2, 0], nets[1, 1] = differences(nets[1, 0])
+        nets[0, 2] = differences(nets[0, 1])[1]
+    found = np.zeros((COUNTS[order], len(which), net.shape[-1]))
+    for row, key in enumerate(PARTIALS[: COUNTS[order]]):
+        if key in nets:
+            below = sum(key)
+            basis = triangle.triangle_bernstein(n - below, places)
+            factor = (1, n, n * (n - 1))[below]
+            found[row] = factor * np.einsum("km,kmd->md", basis, nets[key][:, which])
+    return project(found) if local.weights is not None else found
+
+
+def _at_poles(
+    local: TrianglePatches, which: Ints, places: FloatArray, normals: FloatArray, bent: FloatArray
+) -> FloatArray:
+    """The curvatures again where S_s × S_t vanishes, and beside sides that are one point."""
+    used, row = np.unique(which, return_inverse=True)
+    nets = PatchNets(local.take(used).tensor(), np.arange(len(used)))
+    # The corner t = 1 is a pole of this form only.
+    nets.collapsed[:, 3] = False
+    u, v = across(local, which, places), places[:, 2]
+    units = np.stack([nets.scale**2, nets.scale, nets.scale, nets.scale])[:, row]
+    lost = np.flatnonzero(np.isnan(bent).all(axis=0))
+    bent[:, lost] = limit_curvatures(nets, row[lost], u[lost], v[lost], normals[lost])
+    bent[:, lost] *= units[:, lost]
+    beside = curvatures_near(nets, row, u, v, normals) * units
+    return np.where(np.isnan(beside), bent, beside)
+
+
+def _write_corners(
+    patches: TrianglePatches, index: Ints, places: tuple[FloatArray, FloatArray], points: FloatArray
+) -> None:
+    """Corners are their control points bit for bit."""
+    s, t = places
+    for number, here in enumerate(((s == 0) & (t == 0), t == 1, s == 1)):
+        rows = np.flatnonzero(here)
+        points[rows] = patches.corners[index[rows], number]

@@ -1,0 +1,1 @@
+"""What is swept along curves: tubes and ribbons."""

@@ -1,0 +1,222 @@
+"""What is swept along: the stations of curves, their directions, and what becomes of corners.
+
+A station is a place at which a ring of a tube, or a crossbar of a ribbon, stands. A smooth curve
+has one at every sample. At a corner, where the tangent turns by more than the crease angle, there
+are two at one place, one for each direction. Up to a turn of 90° they are *mitred*: both stand in
+the plane that halves the corner, at the very same points, and there are no faces between them. A
+sharper corner, or a cusp, is *rounded*: stations between them turn from one direction to the other
+in steps of at most 22.5°.
+"""
+
+from dataclasses import dataclass
+from math import ceil, pi, radians
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.curves.arc_length import Speeds, arc_lengths
+from service.engine.curves.evaluation import Samples, positions, tangents
+from service.engine.sweeps.frames import perpendicular
+from service.surface.curve_pieces import CurvePieces, raised
+
+SHARPEST_MITRE = radians(90)
+"""A mitred tube is 1 / cos(half the turn) times as wide across the corner: here 1.41 times."""
+
+ROUND_STEP = radians(22.5)
+
+
+@dataclass(frozen=True, eq=False)
+class Paths:
+    """K curves of m stations each.
+
+    Attributes
+    ----------
+    points, tangents : ndarray of float64, shape (K, m, 3)
+        Of a closed curve the last station is at the very place of the first.
+    fractions : ndarray of float64, shape (K, m)
+        Length of the curve up to the station, as a part of the whole: 0 to 1.
+    closed : bool
+    parameters : ndarray of float64, shape (m,)
+        Where radii and widths are read, 0 to 1.
+    mitres : ndarray of float64, shape (K, m, 3), or None
+        Unit normals of the planes in which the stations stand, where not all are the tangents.
+    mitred : ndarray of bool, shape (m,)
+        Stations at the very place of the one before, with no faces between them.
+    speeds : ndarray of float64, shape (K, m), or None
+        Change of the length with these parameters.
+    """
+
+    points: FloatArray
+    tangents: FloatArray
+    fractions: FloatArray
+    closed: bool
+    parameters: FloatArray
+    mitres: FloatArray | None = None
+    mitred: Bools | None = None
+    speeds: FloatArray | None = None
+
+    @staticmethod
+    def smooth(points: FloatArray, tangents: FloatArray, *, closed: bool = False) -> "Paths":
+        """Smooth curves from their samples and unit tangents, (K, m, 3) each.
+
+        Lengths are those of the polylines. Points may repeat; not all of a curve may be one.
+        """
+        steps = np.sqrt(np.square(np.diff(points, axis=1)).sum(axis=2))
+        lengths = np.cumsum(np.pad(steps, ((0, 0), (1, 0))), axis=1)
+        even = np.linspace(0.0, 1.0, points.shape[1])
+        whole = lengths[:, -1:]
+        fractions = np.where(whole > 0, lengths / np.where(whole > 0, whole, 1.0), even)
+        return Paths(points, tangents, fractions, closed, even)
+
+
+def path_of(
+    pieces: CurvePieces, divisions: int, crease_angle: float, *, closed: bool | None = None
+) -> Paths:
+    """The stations of one curve at R divisions of every piece, its corners mitred or rounded.
+
+    `closed` tells whether a curve that ends where it begins shall be taken for closed; as a rule
+    it is.
+    """
+    closed = pieces.closed if closed is None else closed
+    at = Samples.uniform(pieces.count, divisions)
+    arriving = _arriving(at)
+    before, after = _directions(pieces, at, arriving, closed)
+    turn = _angles(before, after)
+    counts = _corners(pieces, at, turn, crease_angle)
+    mean = _mean(before, after)
+    mitred, smooth = counts == 2, counts == 1
+    before[smooth] = after[smooth] = mean[smooth]
+    if closed:
+        # Its beginning stands where its end does: what is between them is at the end.
+        counts[0] = 1
+        counts[-1] -= mitred[-1]
+    lengths = arc_lengths(pieces, at)
+    own = at.parameters(pieces.breaks)
+
+    sample = np.repeat(np.arange(len(at)), counts)
+    number = np.arange(len(sample)) - np.repeat(np.cumsum(counts) - counts, counts)
+    share = number / np.maximum(counts - 1, 1)[sample]
+    if closed:
+        share[0] = 1.0  # its first direction is that in which it goes on
+    directions = _between(before[sample], after[sample], turn[sample], share)
+    planes = np.where(mitred[sample, None], mean[sample], directions)
+    arrives = (counts[sample] > 1) & (share == 0)
+    speeds = np.where(arrives, _speeds(pieces, arriving)[sample], _speeds(pieces, at)[sample])
+    return Paths(
+        points=raised(positions(pieces, at))[np.newaxis, sample],
+        tangents=directions[np.newaxis],
+        fractions=(lengths / lengths[-1])[np.newaxis, sample],
+        closed=closed,
+        parameters=((own - own[0]) / (own[-1] - own[0]))[sample],
+        mitres=planes[np.newaxis] if mitred.any() else None,
+        mitred=mitred[sample] & (number == 1),
+        speeds=speeds[np.newaxis],
+    )
+
+
+def most_stations(pieces: CurvePieces, divisions: int, crease_angle: float) -> int:
+    """How many stations there can be, at most: exact but for cusps within pieces."""
+    joints = Samples.uniform(pieces.count, 1)
+    turn = _angles(*_directions(pieces, joints, _arriving(joints), pieces.closed))
+    corners = int((_stations(turn, crease_angle) - 1).sum())
+    cusps = int(np.minimum(_most_cusps(pieces), divisions - 1).sum())
+    return pieces.count * divisions + 1 + corners + cusps * ceil(pi / ROUND_STEP)
+
+
+def _corners(pieces: CurvePieces, at: Samples, turn: FloatArray, crease_angle: float) -> Ints:
+    """Stations at every sample; within a piece only as many corners as it can have cusps.
+
+    Where there are more, rounding turns the tangents, and there are none.
+    """
+    counts = _stations(turn, crease_angle)
+    turned = (counts > 1) & (at.t > 0) & (at.t < 1)
+    number = np.bincount(at.piece[turned], minlength=pieces.count)
+    wrong = number > _most_cusps(pieces)
+    counts[turned & wrong[at.piece]] = 1
+    return counts
+
+
+def _most_cusps(pieces: CurvePieces) -> Ints:
+    """How many cusps each piece may have: none where all steps of its polygon go forwards.
+
+    Weights change nothing: C′ is a sum of P_j − P_i with i < j, times positive functions.
+    """
+    steps = np.diff(pieces.points, axis=1)
+    chord = pieces.points[:, -1] - pieces.points[:, 0]
+    size = np.abs(steps).max(axis=(1, 2))
+    unit = np.where(size > 0, size, 1.0)
+    forwards = np.einsum("sid,sd->si", steps / unit[:, None, None], chord / unit[:, None])
+    most: Ints = np.where((size > 0) & (forwards.min(axis=1) <= 0), pieces.degree - 1, 0)
+    return most
+
+
+def _arriving(at: Samples) -> Samples:
+    """The same places as they are reached: joints at t = 1 of the piece before."""
+    joint = (at.t == 0.0) & (at.piece > 0)
+    return Samples(at.piece - joint, np.where(joint, 1.0, at.t))
+
+
+def _directions(
+    pieces: CurvePieces, at: Samples, arriving: Samples, closed: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Unit tangents with which the curve arrives at each sample, and with which it goes on."""
+    after = raised(tangents(pieces, at))
+    before = raised(tangents(pieces, arriving, before=True))
+    if closed:
+        # The corner between end and beginning belongs to both.
+        after[-1], before[0] = after[0], before[-1]
+    else:
+        after[-1], before[0] = before[-1], after[0]
+    return before, after
+
+
+def _speeds(pieces: CurvePieces, at: Samples) -> FloatArray:
+    """Change of the length with the parameter, that from 0 to 1 along the whole curve."""
+    widths = np.diff(pieces.breaks) / (pieces.breaks[-1] - pieces.breaks[0])
+    speeds: FloatArray = Speeds(pieces).at(at.piece, at.t[:, None])[:, 0] / widths[at.piece]
+    return speeds
+
+
+def _angles(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Angles between unit vectors (N, 3), precise near 0 and near π."""
+    angle: FloatArray = 2 * np.arctan2(
+        np.sqrt(np.square(a - b).sum(axis=1)), np.sqrt(np.square(a + b).sum(axis=1))
+    )
+    return angle
+
+
+def _mean(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Unit vectors half way between others, (N, 3); b itself where they are opposite."""
+    mean = a + b
+    length = np.sqrt(np.square(mean).sum(axis=1))
+    opposite = length < 1e-6
+    mean[opposite], length[opposite] = b[opposite], 1.0
+    mean /= length[:, None]
+    return mean
+
+
+def _least_turn(crease_angle: float) -> float:
+    """Turns up to this are none: small enough for one ring, and not left to rounding."""
+    return min(max(crease_angle, 1e-6), ROUND_STEP)
+
+
+def _stations(turn: FloatArray, crease_angle: float) -> Ints:
+    """Stations at every sample: 1 on a smooth curve, 2 of a mitred corner, more of a round one."""
+    steps = np.ceil(turn / ROUND_STEP).astype(np.intp)
+    corner = np.where(turn <= SHARPEST_MITRE, 2, steps + 1)
+    stations: Ints = np.where(turn <= _least_turn(crease_angle), 1, corner)
+    return stations
+
+
+def _between(a: FloatArray, b: FloatArray, turn: FloatArray, share: FloatArray) -> FloatArray:
+    """Unit vectors on the way from a to b, (N, 3); from a to −a the way is some half circle."""
+    across = b - np.einsum("nd,nd->n", a, b)[:, None] * a
+    length = np.sqrt(np.square(across).sum(axis=1))
+    back = (length <= 1e-6) & (turn > 1)
+    across[back], length[back] = perpendicular(a[back]), 1.0
+    across /= np.where(length > 0, length, 1.0)[:, None]
+    angle = (share * turn)[:, None]
+    between: FloatArray = np.cos(angle) * a + np.sin(angle) * across
+    exact = share == 1.0
+    between[exact] = b[exact]
+    return between

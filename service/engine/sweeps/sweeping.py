@@ -1,0 +1,81 @@
+"""A tube or a ribbon into one mesh: stations, grids of samples, vertices and faces."""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.bases.bernstein import bernstein
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.engine.sweeps.paths import Paths, most_stations, path_of
+from service.engine.sweeps.sweep import Swept, ribbons, tubes
+from service.engine.sweeps.swept_mesh import swept_mesh
+from service.surface.sweep_model import Ribbon, SweepModel, Tube
+
+STEEPEST = 1e6
+"""A radius that changes faster than this with the length changes at once: the normal is that of
+a disc."""
+
+EFFORT = 40
+"""Multiplications a station and (degree + 1)²: two rules of quadrature, some of it twice."""
+
+
+def sweep(model: SweepModel, options: MeshOptions, *, single: bool = False) -> Mesh:
+    """The mesh of a tube or ribbon, at `resolution[0]` divisions of every piece of its curve."""
+    polygon = model.polygon
+    swept = swept_along(model, options)
+    return swept_mesh(model.name, swept, options, single=single, up=model.up, polygon=polygon)
+
+
+def swept_along(model: SweepModel, options: MeshOptions) -> Swept:
+    """The samples and faces of a tube or ribbon."""
+    divisions, crease = options.resolution[0], options.crease_angle
+    paths = path_of(model.pieces, divisions, crease, closed=model.closed)
+    profile = model.profile
+    spread = _function(profile.spread, paths.parameters)
+    if isinstance(profile, Ribbon):
+        facing, camera = profile.facing, profile.camera
+        return ribbons(paths, spread, facing=facing, camera=camera, faces=options.faces)
+    slopes = _slopes(profile, paths)
+    caps, faces = profile.caps, options.faces
+    return tubes(paths, spread, profile.sides, slopes=slopes, caps=caps, faces=faces)
+
+
+def predicted_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, int, int]:
+    """Samples, triangles, quads and grids at most, from the corners of the curve alone."""
+    stations = most_stations(model.pieces, options.resolution[0], options.crease_angle)
+    tube = isinstance(model.profile, Tube)
+    columns = model.profile.sides if isinstance(model.profile, Tube) else 1
+    rows = stations + 4 * tube
+    cells = (rows - 1) * columns
+    corners = stations - model.pieces.count * options.resolution[0]
+    grids = corners + 2 * tube
+    if options.faces == "triangles":
+        return rows * (columns + 1), 2 * cells, 0, grids
+    pointed = cells if (model.profile.spread == 0).any() else 2 * columns
+    return rows * (columns + 1), pointed, cells, grids
+
+
+def effort(model: SweepModel, options: MeshOptions) -> int:
+    """Multiplications of the lengths, which take most of the time where the degree is high."""
+    stations = model.pieces.count * options.resolution[0]
+    return stations * EFFORT * (model.pieces.degree + 1) ** 2
+
+
+def _function(coefficients: FloatArray, t: FloatArray) -> FloatArray:
+    """A Bézier function, at its ends the coefficients themselves."""
+    basis = bernstein(len(coefficients) - 1, t)
+    value: FloatArray = (basis * coefficients).sum(axis=1)
+    # A constant is that constant, whatever its shares add up to.
+    return np.clip(value, coefficients.min(), coefficients.max())
+
+
+def _slopes(tube: Tube, paths: Paths) -> FloatArray | None:
+    """Change of the radius with the length at every station; None where it is constant."""
+    if len(tube.radii) == 1 or paths.speeds is None:
+        return None
+    degree = len(tube.radii) - 1
+    steps = degree * np.diff(tube.radii)
+    rate = (bernstein(degree - 1, paths.parameters) * steps).sum(axis=1)
+    least = np.maximum(np.abs(rate) / STEEPEST, np.finfo(np.float64).tiny)
+    slopes: FloatArray = rate / np.maximum(paths.speeds, least)
+    return slopes

@@ -1,0 +1,104 @@
+"""What was swept, into one mesh: samples welded to vertices, and the report."""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, IndexArray, RealArray
+from service.engine.borders import count_borders
+from service.engine.extent import extent, local_origin
+from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
+from service.engine.options import MeshOptions
+from service.engine.sweeps.sweep import Swept
+from service.engine.weld import Welding, weld
+from service.surface.lowered import Up
+
+
+def swept_mesh(
+    name: str,
+    swept: Swept,
+    options: MeshOptions,
+    *,
+    single: bool = False,
+    up: Up = "y",
+    polygon: FloatArray | None = None,
+) -> Mesh:
+    """The mesh of tubes or ribbons, one part of this name.
+
+    Parameters
+    ----------
+    options : MeshOptions
+        Its faces are those that were swept; normals, uvs, weld and the crease angle are read here,
+        and of the overlays the control net.
+    single : bool
+        float32 positions about a local origin, for formats that store them so.
+    polygon : ndarray of float64, shape (K, 3), optional
+        The control polygon of the curve.
+    """
+    normals = swept.normals.copy() if options.normals else None
+    welding = _weld(swept, normals, options)
+    triangles, quads = (
+        welding.vertex[rows].astype(np.uint32) for rows in (swept.triangles, swept.quads)
+    )
+    positions = swept.positions[welding.samples]
+    origin = np.zeros(3)
+    if single:
+        origin = local_origin(positions.min(axis=0), positions.max(axis=0))
+    dtype = np.float32 if single else np.float64
+    stored: RealArray = (positions - origin).astype(dtype) if single else positions
+    welds = _welds(welding) if options.weld else None
+    boundary, watertight = count_borders((triangles, quads), welds)
+    low, high = (bound.astype(np.float64) + origin for bound in extent(stored))
+    drawn = "control_net" in options.overlays and polygon is not None
+    return Mesh(
+        name=name,
+        positions=stored,
+        normals=None if normals is None else normals[welding.samples].astype(dtype),
+        uvs=swept.uvs[welding.samples].astype(dtype) if options.uvs else None,
+        triangles=triangles,
+        quads=quads,
+        parts=(MeshPart(name, (0, len(triangles)), (0, len(quads))),),
+        grids=tuple(welding.vertex[grid].astype(np.uint32) for grid in swept.grids),
+        welds=welds,
+        overlays=(_polygon_overlay(polygon, origin, dtype),) if drawn else (),
+        origin=origin,
+        up=up,
+        report=MeshReport(
+            vertices=int((welding.welds == np.arange(len(stored))).sum()),
+            triangles=len(triangles),
+            quads=len(quads),
+            patches=0,
+            bounds_min=(float(low[0]), float(low[1]), float(low[2])),
+            bounds_max=(float(high[0]), float(high[1]), float(high[2])),
+            watertight=watertight,
+            boundary_edges=boundary,
+            poles_repaired=0,
+        ),
+    )
+
+
+def _polygon_overlay(
+    polygon: FloatArray | None, origin: FloatArray, dtype: type[np.float32] | type[np.float64]
+) -> Overlay:
+    """The control polygon of a curve, (K, 3), as lines to draw."""
+    points = np.empty((0, 3)) if polygon is None else polygon - origin
+    number = np.arange(max(len(points), 1), dtype=np.uint32)
+    segments = np.stack([number[:-1], number[1:]], axis=1)
+    return Overlay("control_net", points.astype(dtype), segments)
+
+
+def _weld(swept: Swept, normals: RealArray | None, options: MeshOptions) -> Welding:
+    """Vertices from samples: all of them, or one for those at one place that agree."""
+    own = np.arange(len(swept.place))
+    if not options.weld:
+        return Welding(own, own, own)
+    used = np.zeros(len(swept.place), dtype=bool)
+    used[swept.triangles] = True
+    used[swept.quads] = True
+    merge = not options.uvs
+    return weld(swept.place, np.flatnonzero(used), normals, options.crease_angle, merge)
+
+
+def _welds(welding: Welding) -> IndexArray | None:
+    """The first vertex at each vertex's position; None where all positions differ."""
+    if (welding.welds == np.arange(len(welding.welds))).all():
+        return None
+    return welding.welds.astype(np.uint32)

@@ -1,0 +1,1 @@
+"""Isoparametric curves of surfaces, and what they are drawn as."""

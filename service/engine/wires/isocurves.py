@@ -1,0 +1,211 @@
+"""Isoparametric curves of a model: the lines u = i/n_u and v = j/n_v of every patch.
+
+Borders are the edges that patches share, each drawn once and through the very samples that the
+faces use. Curves across a patch are its samples along a line, at the mesh's own divisions; they
+begin and end at points of the edges, computed from the edge alone, so that the curves of two
+neighbours meet bit for bit. On a triangle the curves are r, s, t = i/n. A curve that is one point
+is not drawn.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.evaluation.evaluate import evaluate
+from service.engine.layout import Layout
+from service.engine.points.triangle_differential import triangle_jets
+from service.engine.stitch import sample_edges
+from service.surface.lowered import PatchModel, TensorPatches, TrianglePatches
+from service.surface.sides import BEGINS, ENDS
+
+POINT = 2.0**-40
+"""A curve shorter than this, in units of its largest coordinate, is a point and its rounding."""
+
+
+_CORNERS = np.array(
+    [
+        [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]],
+        [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [0.0, 1.0]],
+    ]
+)
+"""Parameters of the corners, of a grid and of a triangle, where the last two are one point."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class IsoCurves:
+    """N curves with the same number of divisions.
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (N, R+1, 3)
+    patch : ndarray of int, shape (N,)
+        A patch that each curve lies on.
+    first, last : ndarray of float64, shape (N, 2)
+        Parameters of the patch between which the curve runs straight.
+    """
+
+    points: FloatArray
+    patch: Ints
+    first: FloatArray
+    last: FloatArray
+
+    def take(self, chosen: Bools) -> "IsoCurves":
+        """Some of the curves."""
+        return IsoCurves(
+            self.points[chosen], self.patch[chosen], self.first[chosen], self.last[chosen]
+        )
+
+
+def isocurves(
+    model: PatchModel, resolution: tuple[int, int], counts: tuple[int, int]
+) -> list[IsoCurves]:
+    """All curves that are more than a point, borders first; float64, in model coordinates.
+
+    Parameters
+    ----------
+    resolution : (Ru, Rv)
+        That of the mesh.
+    counts : (n_u, n_v)
+        Into how many pieces the curves of constant u, and of constant v, cut a patch; 0 draws
+        none. A triangle takes the larger for all three directions.
+    """
+    layout = Layout.plan(model, resolution)
+    found = list(_borders(layout, model, counts))
+    across_u, across_v = (_EdgePoints(layout, count) for count in counts)
+    # A triangle is divided evenly.
+    same = across_u if counts[0] >= counts[1] else across_v
+    first = 0
+    for batch in model.batches:
+        patches = np.arange(first, first + batch.count)
+        if isinstance(batch, TrianglePatches):
+            found += _across_triangles(batch, patches, max(resolution), same)
+        else:
+            found += _across_grids(batch, patches, resolution, 0, across_u)
+            found += _across_grids(batch, patches, resolution, 1, across_v)
+        first += batch.count
+    return [curves for run in found if len((curves := run.take(_lines(run.points))).points)]
+
+
+class _EdgePoints:
+    """Points at i/n of every edge: where curves across patches begin and end."""
+
+    def __init__(self, layout: Layout, count: int) -> None:
+        self.count = count
+        self._seams = layout.seams
+        if count > 1:
+            every = np.ones(len(layout.divisions), dtype=bool)
+            self._points = sample_edges(self._seams.curves, every, count)
+
+    def at(self, patches: Ints, side: int, i: int) -> FloatArray:
+        """The points at i/n of one side of some patches, in the side's own direction: (n, 3)."""
+        seams = self._seams
+        index = np.where(seams.backward[patches, side], self.count - i, i)
+        points = self._points[seams.edge[patches, side], index]
+        collapsed = seams.collapsed[patches, side]
+        corner = seams.corner_points[seams.corner[patches, BEGINS[side]]]
+        ends: FloatArray = np.where(collapsed[:, None], corner, points)
+        return ends
+
+
+def _borders(layout: Layout, model: PatchModel, counts: tuple[int, int]) -> Iterator[IsoCurves]:
+    """Every edge that a curve of the wanted directions is, once; as one patch has it."""
+    wanted = np.zeros(layout.seams.edge.shape, dtype=bool)
+    wanted[:, :2], wanted[:, 2:] = counts[0] > 0, counts[1] > 0
+    triangular = np.repeat(
+        [isinstance(batch, TrianglePatches) for batch in model.batches],
+        [batch.count for batch in model.batches],
+    )
+    wanted[triangular] = True
+    sides = np.flatnonzero(wanted & ~layout.seams.collapsed)
+    edges, place = np.unique(layout.seams.edge.ravel()[sides], return_index=True)
+    owner = sides[place]
+    backward = layout.seams.backward.ravel()[owner]
+    kind = triangular[owner // 4].astype(np.intp)
+    begin, end = (_CORNERS[kind, corner[owner % 4]] for corner in (BEGINS, ENDS))
+    for divisions in np.unique(layout.divisions[edges]).tolist():
+        rows = layout.divisions[edges] == divisions
+        chosen = np.zeros(len(layout.divisions), dtype=bool)
+        chosen[edges[rows]] = True
+        turned = backward[rows, None]
+        yield IsoCurves(
+            sample_edges(layout.seams.curves, chosen, divisions),
+            owner[rows] // 4,
+            np.where(turned, end[rows], begin[rows]),
+            np.where(turned, begin[rows], end[rows]),
+        )
+
+
+def _across_grids(
+    batch: TensorPatches,
+    patches: Ints,
+    resolution: tuple[int, int],
+    axis: int,
+    ends: _EdgePoints,
+) -> Iterator[IsoCurves]:
+    """Curves of constant u (axis 0) or v (axis 1) between the borders, place by place."""
+    if ends.count < 2:
+        return
+    steps = (ends.count, resolution[1]) if axis == 0 else (resolution[0], ends.count)
+    grids = evaluate(batch, steps, normals=False).positions
+    for i in range(1, ends.count):
+        points = (grids[:, i] if axis == 0 else grids[:, :, i]).astype(np.float64)
+        # Along u the sides v = 0 and v = 1 are where it begins and ends, and the other way round.
+        low, high = (2, 3) if axis == 0 else (0, 1)
+        points[:, 0], points[:, -1] = ends.at(patches, low, i), ends.at(patches, high, i)
+        place = np.full(len(patches), i / ends.count)
+        from_, to = (np.full(len(patches), end) for end in (0.0, 1.0))
+        corners = ([place, from_], [place, to]) if axis == 0 else ([from_, place], [to, place])
+        yield IsoCurves(points, patches, *(np.stack(corner, axis=1) for corner in corners))
+
+
+def _across_triangles(
+    batch: TrianglePatches, patches: Ints, divisions: int, ends: _EdgePoints
+) -> Iterator[IsoCurves]:
+    """Curves s, r and t = i/n between the borders of triangles, as parameters (s, t)."""
+    n = ends.count
+    for i in range(1, n):
+        # From the mesh's own samples, where these lie on the curve.
+        count = -(-divisions * (n - i) // n)
+        near, far = i / n, (n - i) / n
+        for begin, end, sides in (
+            ((near, 0.0), (near, far), ((2, i), (1, n - i))),
+            ((far, 0.0), (0.0, far), ((2, n - i), (0, n - i))),
+            ((0.0, near), (far, near), ((0, i), (1, i))),
+        ):
+            share = np.arange(count + 1) / count
+            line = (1 - share)[:, None] * begin + share[:, None] * end
+            s, t = (np.tile(column, len(patches)) for column in line.T)
+            index = np.repeat(np.arange(len(patches)), count + 1)
+            points = triangle_jets(batch, index, s, t, 0).partials[0].reshape(-1, count + 1, 3)
+            points[:, 0], points[:, -1] = (ends.at(patches, *side) for side in sides)
+            first, last = (np.tile(place, (len(patches), 1)) for place in (begin, end))
+            yield IsoCurves(points, patches, first, last)
+
+
+def _lines(points: FloatArray) -> Bools:
+    """Which curves are more than a point."""
+    size = np.ptp(points, axis=1).max(axis=1)
+    longer: Bools = size > POINT * np.abs(points).max(axis=(1, 2))
+    return longer
+
+
+def most_isocurves(
+    model: PatchModel, resolution: tuple[int, int], counts: tuple[int, int]
+) -> tuple[int, int]:
+    """How many curves and how many samples there can be, from the shapes alone."""
+    curves = points = 0
+    most = max(resolution)
+    for batch in model.batches:
+        if isinstance(batch, TrianglePatches):
+            # Three borders, and between them three directions.
+            each = 3 * max(counts)
+            curves += batch.count * each
+            points += batch.count * each * (most + 1)
+            continue
+        for count, divisions in zip(counts, reversed(resolution), strict=True):
+            inner, borders = max(count - 1, 0), 2 * (count > 0)
+            curves += batch.count * (inner + borders)
+            points += batch.count * (inner * (divisions + 1) + borders * (most + 1))
+    return curves, points

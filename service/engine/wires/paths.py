@@ -1,0 +1,221 @@
+"""Isoparametric curves one after another, as paths that tubes and ribbons are swept along.
+
+Where exactly two curves across patches end in the same point, bit for bit, and that is no corner
+of a patch, the one goes on where the other ends; and a curve that ends where it begins goes round.
+A bend there of up to 90° is mitred: one station for each direction, both in the plane that halves
+the bend. A sharper one ends both curves.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.rows import distinct_rows
+from service.engine.points.differential import jets
+from service.engine.points.triangle_differential import triangle_jets
+from service.engine.sweeps.paths import Paths
+from service.engine.wires.isocurves import IsoCurves
+from service.surface.lowered import PatchModel, TrianglePatches
+
+LEAST_MITRE = 2.0**-0.5
+"""Length of the mean of two unit vectors at an angle of 90°."""
+
+SLOW = 1e-9
+"""A derivative below this, in units of the largest along the curve, has lost its direction."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class WirePaths:
+    """Paths, and the surface's unit normals at their stations, (K, m, 3)."""
+
+    paths: Paths
+    normals: FloatArray
+
+    def lifted(self, distance: float) -> Paths:
+        """The paths so far above the surface."""
+        return replace(self.paths, points=self.paths.points + distance * self.normals)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Curve:
+    """Samples of one curve, its unit tangents and the surface's unit normals, (m, 3) each."""
+
+    points: FloatArray
+    tangents: FloatArray
+    normals: FloatArray
+
+    def turned(self) -> "_Curve":
+        """The curve from its end to its beginning."""
+        return _Curve(self.points[::-1], -self.tangents[::-1], self.normals[::-1])
+
+
+def wire_paths(
+    model: PatchModel, runs: Sequence[IsoCurves], crease_angle: float
+) -> Iterator[WirePaths]:
+    """All curves, joined where they go on; those of one pattern of stations together."""
+    curves = [curve for run in runs for curve in _directed(model, run)]
+    groups: dict[tuple[bool, bytes], list[tuple[_Curve, FloatArray, Bools]]] = {}
+    for chain, closed in _chains(curves, _joints(model, curves)):
+        curve, arriving, bends = _joined(chain, closed, crease_angle)
+        groups.setdefault((closed, bends.tobytes()), []).append((curve, arriving, bends))
+    for (closed, _), members in groups.items():
+        yield _paths(members, closed)
+
+
+def _directed(model: PatchModel, run: IsoCurves) -> Iterator[_Curve]:
+    """The curves of a run with their tangents and normals."""
+    count, samples, _ = run.points.shape
+    share = np.arange(samples)[:, None] / (samples - 1)
+    places = (1 - share) * run.first[:, None] + share * run.last[:, None]
+    along = run.last - run.first
+    slopes, normals = np.empty(run.points.shape), np.empty(run.points.shape)
+    first = 0
+    for batch in model.batches:
+        rows = np.flatnonzero((run.patch >= first) & (run.patch < first + batch.count))
+        if len(rows):
+            index = np.repeat(run.patch[rows] - first, samples)
+            u, v = places[rows].reshape(-1, 2).T
+            if isinstance(batch, TrianglePatches):
+                found = triangle_jets(batch, index, u, v, 1)
+            else:
+                found = jets(batch, index, u, v, 1)
+            steps = np.repeat(along[rows], samples, axis=0)
+            slope = found.partials[1] * steps[:, :1] + found.partials[2] * steps[:, 1:]
+            slopes[rows] = slope.reshape(len(rows), samples, 3)
+            if found.normals is not None:
+                normals[rows] = found.normals.reshape(len(rows), samples, 3)
+        first += batch.count
+    tangents = _unit(slopes, run.points)
+    return (_Curve(run.points[k], tangents[k], normals[k]) for k in range(count))
+
+
+def _unit(slopes: FloatArray, points: FloatArray) -> FloatArray:
+    """Unit tangents; from the chords where the derivative vanishes."""
+    chords = np.empty_like(points)
+    chords[:, 1:-1] = points[:, 2:] - points[:, :-2]
+    chords[:, 0], chords[:, -1] = points[:, 1] - points[:, 0], points[:, -1] - points[:, -2]
+    size = np.abs(slopes).max(axis=2)
+    slow = size <= SLOW * size.max(axis=1, keepdims=True)
+    vectors = np.where(slow[:, :, None], chords, slopes)
+    size = np.abs(vectors).max(axis=2)
+    # Where points repeat, too, the direction is that of the last step before, or the first after.
+    number = np.maximum.accumulate(np.where(size > 0, np.arange(size.shape[1]), -1), axis=1)
+    source = np.where(number >= 0, number, (size > 0).argmax(axis=1)[:, None])
+    vectors = np.take_along_axis(vectors, source[..., None], axis=1)
+    vectors /= np.abs(vectors).max(axis=2, keepdims=True)
+    tangents: FloatArray = vectors / np.sqrt(np.square(vectors).sum(axis=2, keepdims=True))
+    return tangents
+
+
+def _joints(model: PatchModel, curves: Sequence[_Curve]) -> Ints:
+    """For each end of each curve, 2 k and 2 k + 1, the end that it goes on at; −1 if it ends."""
+    ends = np.array([curve.points[end] for curve in curves for end in (0, -1)]).reshape(-1, 3)
+    corners = np.concatenate([batch.corners.reshape(-1, 3) for batch in model.batches])
+    _, number = distinct_rows(np.concatenate([ends, corners]) + 0.0)
+    uses = np.bincount(number[: len(ends)], minlength=number.max() + 1)
+    uses[number[len(ends) :]] = 0
+    order = np.argsort(number[: len(ends)], kind="stable")
+    pairs = order[uses[number[order]] == 2].reshape(-1, 2)
+    other = np.full(len(ends), -1, dtype=np.intp)
+    other[pairs[:, 0]], other[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
+    # A curve that ends where it begins goes round, whatever else meets it there.
+    ring = 2 * np.flatnonzero(number[: len(ends) : 2] == number[1 : len(ends) : 2])
+    other[ring], other[ring + 1] = ring + 1, ring
+    return other
+
+
+def _chains(curves: Sequence[_Curve], other: Ints) -> Iterator[tuple[list[_Curve], bool]]:
+    """Every curve once, in the chains that they form, and whether these are closed."""
+    following = other.tolist()
+    waiting = [True] * len(curves)
+    # Chains that end somewhere are begun there; what is left then goes round.
+    ends = [end for end in range(len(following)) if following[end] < 0]
+    for begin in (*ends, *range(0, len(following), 2)):
+        if not waiting[begin // 2]:
+            continue
+        chain, end = [], begin
+        while end >= 0 and waiting[end // 2]:
+            waiting[end // 2] = False
+            curve = curves[end // 2]
+            chain.append(curve.turned() if end % 2 else curve)
+            end = following[end ^ 1]
+        yield from _unbroken(chain, closed=end == begin)
+
+
+def _unbroken(chain: list[_Curve], *, closed: bool) -> Iterator[tuple[list[_Curve], bool]]:
+    """The chain in the pieces that sharp bends leave of it."""
+    breaks = [
+        k
+        for k in range(0 if closed else 1, len(chain))
+        if _mean_length(chain[k - 1].tangents[-1], chain[k].tangents[0]) < LEAST_MITRE
+    ]
+    if not breaks:
+        yield chain, closed
+        return
+    if closed:
+        chain = chain[breaks[0] :] + chain[: breaks[0]]
+        breaks = [k - breaks[0] for k in breaks[1:]]
+    for first, last in zip([0, *breaks], [*breaks, len(chain)], strict=True):
+        if last > first:
+            yield chain[first:last], False
+
+
+def _mean_length(a: FloatArray, b: FloatArray) -> float:
+    return float(np.sqrt(np.square((a + b) / 2).sum()))
+
+
+def _joined(
+    chain: list[_Curve], closed: bool, crease_angle: float
+) -> tuple[_Curve, FloatArray, Bools]:
+    """One curve of a chain: going on from every sample, arriving at it, and which are bends."""
+    after = np.concatenate([curve.tangents[bool(k) :] for k, curve in enumerate(chain)])
+    before = after.copy()
+    joints = np.cumsum([len(curve.tangents) - 1 for curve in chain])
+    for joint, following in zip(joints[:-1], chain[1:], strict=True):
+        after[joint] = following.tangents[0]
+    if closed:
+        after[-1] = after[0]
+        before[0] = before[-1]
+    whole = _Curve(
+        np.concatenate([curve.points[bool(k) :] for k, curve in enumerate(chain)]),
+        after,
+        np.concatenate([curve.normals[bool(k) :] for k, curve in enumerate(chain)]),
+    )
+    bends = np.square((before + after) / 2).sum(axis=1) < np.cos(max(crease_angle, 1e-6) / 2) ** 2
+    return whole, before, bends
+
+
+def _paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) -> WirePaths:
+    """Paths of one pattern: a station at every sample, two at every bend."""
+    points = np.stack([curve.points for curve, _, _ in members])
+    after = np.stack([curve.tangents for curve, _, _ in members])
+    normals = np.stack([curve.normals for curve, _, _ in members])
+    before = np.stack([arriving for _, arriving, _ in members])
+    bends = members[0][2]
+    planes = before + after
+    planes /= np.sqrt(np.square(planes).sum(axis=2, keepdims=True))
+    twice = bends.copy()
+    if closed:
+        # The first station stands where the last one does: together they are the two of a bend.
+        twice[[0, -1]] = False
+    sample = np.repeat(np.arange(len(bends)), 1 + twice)
+    second = np.zeros(len(sample), dtype=bool)
+    second[1:] = sample[1:] == sample[:-1]
+    goes_on = second.copy()
+    goes_on[0] = True
+    tangents = np.where(goes_on[:, None], after[:, sample], before[:, sample])
+    tangents = np.where(bends[sample, None], tangents, planes[:, sample])
+    smooth = Paths.smooth(points[:, sample], tangents, closed=closed)
+    bent = bool(bends.any())
+    paths = Paths(
+        smooth.points,
+        smooth.tangents,
+        smooth.fractions,
+        closed,
+        smooth.parameters,
+        mitres=planes[:, sample] if bent else None,
+        mitred=second if bent else None,
+    )
+    return WirePaths(paths, normals[:, sample])

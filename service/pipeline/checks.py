@@ -1,0 +1,171 @@
+"""What a mesh must be before it is computed: possible, in this format, and affordable."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from service.encoders.format import EncodeOptions, Format, MeshSize
+from service.engine.build import (
+    NOT_PATCHES,
+    highest_degree,
+    reach,
+)
+from service.engine.evaluation import de_casteljau, forward_difference
+from service.engine.options import MeshOptions
+from service.engine.sweeps import sweeping
+from service.errors import InvalidRequest, Issue, TooLarge, UnsupportedByFormat
+from service.pipeline.limits import Limits
+from service.surface.checks import MAX_COORDINATE
+from service.surface.lowered import GroupModel, Model, PatchModel
+from service.surface.sweep_model import SweepModel
+
+
+def check_wires(model: Model, options: MeshOptions) -> None:
+    """Refuses isoparametric curves of what has no parameters, and wires that are too wide."""
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    if options.solid_wires and (furthest := reach(model, options)) > MAX_COORDINATE:
+        raise InvalidRequest(
+            Issue(
+                "coordinate_too_large",
+                "Coordinates are stored in single precision.",
+                "/wire_width",
+                f"wires that reach as far as {furthest:.6g}",
+                f"at most {MAX_COORDINATE:.7g}",
+            )
+        )
+    if all(isinstance(own, PatchModel) for own in models) or not (
+        options.wired or not options.surface
+    ):
+        return
+    raise InvalidRequest(
+        Issue(
+            "not_parametric",
+            "Tubes and ribbons have no isoparametric curves; they are made of their faces.",
+            "/isocurves" if options.wired else "/faces",
+            "a tube or a ribbon",
+            "no isoparametric curves, and faces",
+        )
+    )
+
+
+def check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
+    """Refuses what the format cannot hold."""
+    if options.faces == "quads" and not fmt.quads:
+        raise UnsupportedByFormat(
+            Issue(
+                "unsupported_by_format",
+                f"The format {fmt.name} has only triangles.",
+                "/faces",
+                "quads",
+                "triangles, or another format",
+            )
+        )
+    if options.overlays and not fmt.overlays:
+        raise UnsupportedByFormat(
+            Issue(
+                "unsupported_by_format",
+                f"The format {fmt.name} has no place for lines.",
+                "/overlays",
+                "overlays",
+                "none, or another format",
+            )
+        )
+    if options.wired and not options.solid_wires and not fmt.overlays:
+        raise UnsupportedByFormat(
+            Issue(
+                "unsupported_by_format",
+                f"The format {fmt.name} has no place for lines.",
+                "/wires",
+                "isoparametric curves as lines",
+                "tubes or ribbons, or another format",
+            )
+        )
+    if encode.exact and (options.solid_wires or not options.surface):
+        raise UnsupportedByFormat(
+            Issue(
+                "unsupported_by_format",
+                "The exact form holds patches, and lines.",
+                "/oogl",
+                "wires that have faces, or no surface",
+                "the surface, its curves as lines, or another form",
+            )
+        )
+
+
+def check_vertices(size: MeshSize, limits: Limits) -> None:
+    """Refuses a mesh that would be too large, its lines included."""
+    if size.vertices + size.overlay_points > limits.max_vertices:
+        raise TooLarge(
+            Issue(
+                "too_many_vertices",
+                "The mesh would have too many vertices.",
+                "/resolution",
+                f"{size.vertices + size.overlay_points} vertices",
+                f"at most {limits.max_vertices}",
+            )
+        )
+
+
+def check_sweeps(model: Model, options: MeshOptions, limits: Limits) -> None:
+    """Refuses curves of so high a degree that their many lengths would take too long."""
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    count = sum(sweeping.effort(own, options) for own in models if isinstance(own, SweepModel))
+    if count > limits.max_multiplications:
+        raise TooLarge(
+            Issue(
+                "too_costly",
+                "Curves of so high a degree take long to be measured: with the square of it.",
+                "/resolution",
+                f"{count} multiplications",
+                f"at most {limits.max_multiplications}; fewer divisions, or a lower degree",
+            )
+        )
+
+
+def check_method(model: Model, options: MeshOptions, fmt: Format, limits: Limits) -> None:
+    """Refuses a method where there is none, it would take too long, or lose all digits."""
+    if options.method == "matrix":
+        return
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    patches = [own for own in models if isinstance(own, PatchModel)]
+    if len(patches) < len(models):
+        raise InvalidRequest(replace(NOT_PATCHES, pointer="/method"))
+    most = forward_difference.MAX_DEGREE[np.float32 if fmt.single else np.float64]
+    if options.method == "forward_difference" and highest_degree(model) > most:
+        raise InvalidRequest(
+            Issue(
+                "degree_too_high",
+                "Forward differences of so high a degree lose the digits that the format stores.",
+                "/method",
+                f"degree {highest_degree(model)}",
+                f"degrees up to {most}, or another method",
+            )
+        )
+    if options.method == "de_casteljau":
+        count = sum(de_casteljau.effort(own, options.resolution) for own in patches)
+        if count > limits.max_multiplications:
+            raise TooLarge(
+                Issue(
+                    "too_costly",
+                    "De Casteljau's algorithm would take too long: it grows with the third power "
+                    "of the degree.",
+                    "/method",
+                    f"{count} multiplications",
+                    f"at most {limits.max_multiplications}; fewer divisions, or another method",
+                )
+            )
+
+
+def check_bytes(size: MeshSize, fmt: Format, encode: EncodeOptions, limits: Limits) -> None:
+    """Refuses an answer that would be too large."""
+    most = fmt.byte_bound(size, encode)
+    if most > limits.max_bytes:
+        raise TooLarge(
+            Issue(
+                "too_many_bytes",
+                f"The answer as {fmt.name} could become too large.",
+                "/resolution",
+                f"up to {most} bytes",
+                f"at most {limits.max_bytes}",
+            )
+        )

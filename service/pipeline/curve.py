@@ -1,0 +1,111 @@
+"""Curve and options in, points, tangents and lengths or lines out."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from service.encoders.curves.format import CurveFormat, CurveSize
+from service.engine.curves.options import CurveOptions
+from service.engine.curves.trace import choose_samples, trace
+from service.errors import Issue, TooLarge
+from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.surface.curve_pieces import CurvePieces
+
+
+class LowerableCurve(Protocol):
+    """Whatever lowers to the Bézier pieces of one curve."""
+
+    def lower(self) -> CurvePieces:
+        """The curve piece by piece."""
+        ...
+
+
+EASY_DEGREE = 8
+"""Up to here the samples of a curve cost about the same each."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CurveWork:
+    """A file of a curve that may be computed; with a tolerance, of at most `most` points."""
+
+    pieces: CurvePieces
+    options: CurveOptions
+    fmt: CurveFormat
+    limits: Limits
+    most: int
+
+    def run(self) -> bytes:
+        """The file.
+
+        Raises
+        ------
+        InvalidRequest, TooLarge
+            If the tolerance cannot be met, or not with so many points.
+        """
+        at = choose_samples(self.pieces, self.options, self.most, single=self.fmt.single)
+        _check_curve(self, len(at))
+        return self.fmt.encode(trace(self.pieces, at, self.options, single=self.fmt.single))
+
+    @property
+    def points(self) -> int:
+        """Points of the polyline, where they are known beforehand; else as many as there may be."""
+        if self.options.tolerance is not None:
+            return self.most
+        return self.pieces.count * self.options.resolution + 1
+
+
+def plan_curve(
+    curve: LowerableCurve,
+    options: CurveOptions,
+    fmt: CurveFormat,
+    limits: Limits = DEFAULT_LIMITS,
+) -> CurveWork:
+    """What is to be computed of a curve, after it was found affordable from the shapes alone.
+
+    Raises
+    ------
+    TooLarge
+    """
+    pieces = curve.lower()
+    # To measure and certify what lies between two samples takes time as a power of the degree.
+    work = max(1.0, (pieces.degree / EASY_DEGREE) ** 3)
+    most = max(2, int(limits.max_vertices / work))
+    planned = CurveWork(pieces, options, fmt, limits, most)
+    if options.tolerance is None:
+        _check_curve(planned, planned.points)
+    return planned
+
+
+def render_curve(
+    curve: LowerableCurve,
+    options: CurveOptions,
+    fmt: CurveFormat,
+    limits: Limits = DEFAULT_LIMITS,
+) -> bytes:
+    """The curve as a file of this format; raises what `plan_curve` and the work raise."""
+    return plan_curve(curve, options, fmt, limits).run()
+
+
+def _check_curve(work: CurveWork, points: int) -> None:
+    """Refuses more points than are allowed, or more bytes."""
+    where = "/resolution" if work.options.tolerance is None else "/tolerance"
+    if points > work.most:
+        raise TooLarge(
+            Issue(
+                "too_many_vertices",
+                "The polyline would have too many points.",
+                where,
+                f"{points} points",
+                f"at most {work.most}",
+            )
+        )
+    bytes_ = work.fmt.byte_bound(CurveSize(points, len(work.pieces.name.encode())))
+    if bytes_ > work.limits.max_bytes:
+        raise TooLarge(
+            Issue(
+                "too_many_bytes",
+                f"The answer as {work.fmt.name} could become too large.",
+                where,
+                f"up to {bytes_} bytes",
+                f"at most {work.limits.max_bytes}",
+            )
+        )

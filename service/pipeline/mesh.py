@@ -1,0 +1,113 @@
+"""Surface and options in, a mesh file out."""
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+from service.encoders.format import EncodeOptions, Format, MeshSize
+from service.encoders.prediction import predict
+from service.engine.build import (
+    as_patches,
+    build,
+    build_scene,
+    carrying,
+    lines_of,
+)
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.pipeline.checks import (
+    check_bytes,
+    check_format,
+    check_method,
+    check_sweeps,
+    check_vertices,
+    check_wires,
+)
+from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.surface.lowered import GroupModel, Model
+
+PLAIN = EncodeOptions()
+
+
+class Lowerable(Protocol):
+    """Whatever lowers to a model that can be meshed."""
+
+    def lower(self) -> Model:
+        """The surface as batches of Bézier patches, or as a group of such."""
+        ...
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Work:
+    """A file that may be computed: everything is known of it but its bytes."""
+
+    model: Model
+    options: MeshOptions
+    fmt: Format
+    encode: EncodeOptions
+    size: MeshSize
+
+    def run(self) -> bytes:
+        """The file."""
+        if self.encode.exact and self.fmt.encode_exact is not None:
+            patches = as_patches(self.model)
+            return self.fmt.encode_exact(patches, lines_of(patches, self.options))
+        if isinstance(self.model, GroupModel) and self.fmt.encode_scene is not None:
+            scene = build_scene(self.model, self.options, single=self.fmt.single)
+            return self.fmt.encode_scene(scene, self.encode)
+        return self.fmt.encode(mesh(self.model, self.options, self.fmt), self.encode)
+
+
+def plan(
+    surface: Lowerable,
+    options: MeshOptions,
+    fmt: Format,
+    encode: EncodeOptions = PLAIN,
+    limits: Limits = DEFAULT_LIMITS,
+) -> Work:
+    """What is to be computed, after it was found possible and affordable.
+
+    Raises
+    ------
+    TooLarge, UnsupportedByFormat
+        From the shapes alone: nothing large has been allocated.
+    """
+    model, options = carried(surface.lower(), options, fmt)
+    if encode.exact and fmt.encode_exact is not None:
+        as_patches(model)  # refuses what is none
+    size = predict(model, options)
+    shared = fmt.encode_scene is not None and not encode.exact
+    stored = predict(model, options, shared=True) if shared else size
+    check_wires(model, options)
+    check_format(options, fmt, encode)
+    check_vertices(size, limits)
+    check_sweeps(model, options, limits)
+    check_method(model, options, fmt, limits)
+    check_bytes(stored, fmt, encode, limits)
+    return Work(model, options, fmt, encode, size)
+
+
+def render(
+    surface: Lowerable,
+    options: MeshOptions,
+    fmt: Format,
+    encode: EncodeOptions = PLAIN,
+    limits: Limits = DEFAULT_LIMITS,
+) -> bytes:
+    """The surface as a file of this format; raises what `plan` raises."""
+    return plan(surface, options, fmt, encode, limits).run()
+
+
+def mesh(model: Model, options: MeshOptions, fmt: Format) -> Mesh:
+    """The mesh of a model in the precision that the format stores."""
+    return build(model, options, single=fmt.single)
+
+
+def carried(model: Model, options: MeshOptions, fmt: Format) -> tuple[Model, MeshOptions]:
+    """The model and the options without what the format has no place for beside positions.
+
+    A surface keeps its colours and attributes whatever becomes of it, so they are left out and not
+    refused; and nothing is computed, or kept apart, for their sake.
+    """
+    uvs = options.uvs and "uvs" in fmt.carries
+    model = carrying(model, fmt.carries, apart=fmt.encode_scene is not None)
+    return model, replace(options, uvs=uvs)

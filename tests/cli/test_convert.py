@@ -1,0 +1,140 @@
+"""`surface convert`, from its flags to its files and exit codes."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from service.cli.main import main
+from service.pipeline.conversion import converted
+from service.schemas.convert import OPERATIONS
+from service.schemas.operation_text import operations_from_text
+from service.surface.convert.nets import Allowed
+from service.surface.convert.operations import Elevate, Reverse, Split, Transpose
+from service.surface.examples import find
+
+SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]], "name": "sail"}
+
+
+@pytest.fixture
+def net(tmp_path: Path) -> Path:
+    """A file that holds a bare surface."""
+    file = tmp_path / "net.json"
+    file.write_text(json.dumps(SURFACE), encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "wanted"),
+    [
+        ("elevate", "3", {"degree": 3}),
+        ("elevate", "3,4", {"degree": [3, 4]}),
+        ("elevate", "3,x", {"degree": [3, "x"]}),
+        ("split", "u=0.5", {"u": 0.5}),
+        ("split", "u=0.5,v=1e-3", {"u": 0.5, "v": 1e-3}),
+        ("split", "0.25,0.25,0.5", {"at": [0.25, 0.25, 0.5]}),
+        ("split", "u=1e999", {"u": "1e999"}),
+        ("restrict", "u=-1:2.5", {"u": [-1, 2.5]}),
+        ("restrict", "u=0:1,v=nan:2", {"u": [0, 1], "v": ["nan", 2]}),
+        ("transpose", "", {}),
+        ("reverse", "u", {"direction": "u"}),
+        ("bezier", "", {}),
+        ("triangle", "lower", {"half": "lower"}),
+    ],
+)
+def test_text_of_a_flag(name: str, text: str, wanted: dict[str, Any]) -> None:
+    assert operations_from_text([(name, text)]) == ([name], [{"op": name, **wanted}])
+
+
+def test_a_list_is_as_many_operations_as_it_has() -> None:
+    given = [("transpose", ""), ("operations", '[{"op": "bezier"}, 1]')]
+    flags, operations = operations_from_text(given)
+    assert flags == ["transpose", "operations", "operations"]
+    assert operations == [{"op": "transpose"}, {"op": "bezier"}, 1]
+
+
+def test_flags_work_in_the_order_in_which_they_stand(tmp_path: Path, net: Path) -> None:
+    output = tmp_path / "out.json"
+    flags = ["--elevate", "2,3", "--reverse", "u", "--split", "v=0.5", "--transpose"]
+    for source in ("saddle", str(net)):
+        assert main(["convert", source, "-o", str(output), *flags]) == 0
+        surface = json.loads(output.read_bytes())["surface"]
+        assert surface["type"] == "patches"
+        assert [len(surface["patches"]), len(surface["patches"][0])] == [2, 4]
+    wanted = converted(
+        find("saddle").surface(),
+        (Elevate((2, 3)), Reverse("u"), Split(v=0.5), Transpose()),
+        Allowed(),
+    )
+    assert main(["convert", "saddle", "-o", str(output), *flags]) == 0
+    assert output.read_bytes() == wanted
+    assert main(["mesh", str(output), "-o", str(tmp_path / "out.glb")]) == 0
+
+
+def test_a_file_may_bring_its_operations(tmp_path: Path) -> None:
+    file, output = tmp_path / "request.json", tmp_path / "out.json"
+    request = {"surface": SURFACE, "operations": [{"op": "elevate", "degree": 5}]}
+    file.write_text(json.dumps(request), "utf-8")
+    assert main(["convert", str(file), "-o", str(output)]) == 0
+    assert len(json.loads(output.read_bytes())["surface"]["control_net"]) == 6
+    assert main(["convert", str(file), "-o", str(output), "--elevate", "3"]) == 0
+    assert len(json.loads(output.read_bytes())["surface"]["control_net"]) == 4
+
+
+def test_every_operation_has_its_flag(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["convert", "--help"])
+    flags = capsys.readouterr().out.split()
+    assert {f"--{name}" for name in (*OPERATIONS, "operations")} <= set(flags)
+
+
+REFUSALS = [
+    (["--elevate", "0"], "--elevate: The number is out of range."),
+    (["--transpose", "--elevate", "2,x"], "--elevate: This must be a whole number."),
+    (["--split", "u=2"], "--split: A surface is split inside its domain."),
+    (["--restrict", "u=1:0"], "--restrict: An interval begins before it ends."),
+    (["--restrict", "w=0:1"], "--restrict: There is no field of this name."),
+    (["--reverse", "w"], "--reverse: The value is none of those allowed."),
+    (["--split", "u=0.5", "--split", "v=0.5"], "--split: The patches of this surface"),
+    (["--operations", '[{"op": "paint"}]'], "--operations: There is no such operation."),
+    (["--operations", "[]"], "/operations: The list has another length."),
+    ([], "/operations: A required field is missing."),
+]
+
+
+@pytest.mark.parametrize(("flags", "text"), REFUSALS)
+def test_refused_operation_names_its_flag(
+    server: str, net: Path, capsys: pytest.CaptureFixture[str], flags: list[str], text: str
+) -> None:
+    command = ["convert", str(net), "-o", "x.json", *flags]
+    assert main(command) == 1
+    local = capsys.readouterr().err
+    assert local.startswith(f"surface: {text}")
+    assert main([*command, "--url", server]) == 1
+    assert capsys.readouterr().err == local
+    assert not Path("x.json").exists()
+
+
+@pytest.mark.parametrize("text", ["{", "1", '{"op": "transpose"}', "[1,"])
+def test_what_is_no_list_of_operations(
+    net: Path, capsys: pytest.CaptureFixture[str], text: str
+) -> None:
+    assert main(["convert", str(net), "-o", "x.json", "--operations", text]) == 1
+    assert capsys.readouterr().err.startswith("surface: --operations: This must be a JSON list")
+
+
+def test_remote_work_gives_the_same_bytes(server: str, tmp_path: Path, net: Path) -> None:
+    ours, theirs = tmp_path / "ours.json", tmp_path / "theirs.json"
+    for source in ("utah-teapot", "sphere", str(net)):
+        command = ["convert", source, "--elevate", "4", "--reverse", "v", "-o"]
+        assert main([*command, str(ours)]) == 0
+        assert main([*command, str(theirs), "--url", server]) == 0
+        assert ours.read_bytes() == theirs.read_bytes()
+
+
+def test_misuse(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["convert", "saddle", "-o", "", "--transpose"]) == 2
+    assert "--output: empty" in capsys.readouterr().err
+    assert main(["convert", "teapot", "-o", "x.json", "--transpose"]) == 2
+    assert "utah-teapot" in capsys.readouterr().err

@@ -1,0 +1,437 @@
+"""The command `surface`, from its arguments to its files and exit codes."""
+
+import io
+import json
+import logging
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
+from threading import Thread
+
+import httpx
+import pytest
+
+from service.cli import mesh as mesh_command
+from service.cli.main import main
+from service.encoders.format import Format
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import render
+from service.schemas.options import MeshOptionFields
+from service.surface.examples import EXAMPLES, find
+
+SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]], "name": "sail"}
+
+
+@pytest.fixture
+def net(tmp_path: Path) -> Path:
+    """A file that holds a bare surface."""
+    file = tmp_path / "net.json"
+    file.write_text(json.dumps(SURFACE), encoding="utf-8")
+    return file
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+@pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
+def test_example_in_every_format_by_suffix(tmp_path: Path, fmt: Format) -> None:
+    output = tmp_path / f"saddle.{fmt.suffix}"
+    assert main(["mesh", "saddle", "-o", str(output), "--resolution", "3,4"]) == 0
+    wanted = render(find("saddle").surface(), MeshOptions((3, 4)), fmt)
+    assert output.read_bytes() == wanted
+    assert files(tmp_path) == [output.name]
+
+
+def test_format_by_name_is_stronger_than_the_suffix(tmp_path: Path) -> None:
+    output = tmp_path / "saddle.stl"
+    assert main(["mesh", "saddle", "-o", str(output), "--format", "ply"]) == 0
+    assert output.read_bytes().startswith(b"ply")
+
+
+def test_options_of_the_command_are_stronger_than_those_of_the_file(tmp_path: Path) -> None:
+    file, output = tmp_path / "request.json", tmp_path / "mesh.json"
+    file.write_text(json.dumps({"surface": SURFACE, "resolution": 9, "uvs": True}), "utf-8")
+    assert main(["mesh", str(file), "-o", str(output), "--resolution", "2", "--no-normals"]) == 0
+    mesh = json.loads(output.read_bytes())
+    assert len(mesh["vertices"]) == len(mesh["uvs"]) == 9
+    assert "normals" not in mesh
+
+
+def test_a_file_of_ones_own_may_be_as_loose_as_one_likes(tmp_path: Path) -> None:
+    """The budget of a body guards a server; the command line serves who runs it."""
+    file, output = tmp_path / "net.json", tmp_path / "net.off"
+    file.write_text(json.dumps(SURFACE) + " " * (3 << 20), encoding="utf-8")
+    assert main(["mesh", str(file), "-o", str(output), "--resolution", "1"]) == 0
+
+
+def test_standard_input_to_standard_output(
+    net: Path, monkeypatch: pytest.MonkeyPatch, capsysbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(net.read_bytes())))
+    assert main(["mesh", "-", "-o", "-", "--format", "off", "--resolution", "1"]) == 0
+    assert capsysbinary.readouterr().out.startswith(b"OFF")
+
+
+@pytest.mark.parametrize(
+    ("content", "place"),
+    [
+        ('{"surface": {"control_net": [[[0,0,0],[0,1,0]],[[1,0,0]]]}}', "/surface/control_net/1"),
+        ('{"control_net": [[[0,0,0],[0,1,true]],[[1,0,0],[1,1,0]]]}', "/surface/control_net/0/1/2"),
+        ('{"surface": {"control_net": [[NaN]]}}', "/surface/control_net/0/0"),
+        ('{"surface": {"type": "sponge"}}', "/surface/type"),
+        ('{"surface": {}, "colour": 1}', "/colour"),
+        ("[1, 2", "line 1, column"),
+    ],
+)
+def test_refusal_names_the_place_and_writes_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str, place: str
+) -> None:
+    file, output = tmp_path / "net.json", tmp_path / "mesh.glb"
+    file.write_text(content, encoding="utf-8")
+    assert main(["mesh", str(file), "-o", str(output)]) == 1
+    assert place in capsys.readouterr().err
+    assert not output.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "place"),
+    [
+        (["--resolution", "0"], "--resolution"),
+        (["--resolution", "60000"], "--resolution"),
+        (["--faces", "quads"], "--faces"),
+        (["--overlays", "edges"], "--overlays"),
+        (["--crease-angle", "wide"], "--crease-angle"),
+    ],
+)
+def test_refused_option_names_itself(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], place: str
+) -> None:
+    output = tmp_path / "saddle.glb"
+    assert main(["mesh", "saddle", "-o", str(output), *arguments]) == 1
+    assert capsys.readouterr().err.startswith(f"surface: {place}: ")
+    assert files(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["mesh", "teapot", "-o", "x.glb"], "utah-teapot"),
+        (["mesh", "saddle", "-o", "x.fbx"], "--format"),
+        (["mesh", "saddle", "-o", "-"], "--format"),
+        (["mesh", "saddle", "-o", "", "--format", "glb"], "--output: empty"),
+        (["mesh", "", "-o", "x.glb"], "the name is empty"),
+        (["mesh", "saddle", "-o", "x.glb", "--format", "fbx"], "glb"),
+        (["mesh", "saddle", "-o", "x.glb", "--url", "ftp://127.0.0.1"], "--url"),
+        (["serve", "--port", "70000"], "--port: got 70000, needed 0 to 65535"),
+        (["serve", "--port", "http"], "--port: got 'http', needed a whole number"),
+    ],
+)
+def test_misuse(capsys: pytest.CaptureFixture[str], arguments: list[str], text: str) -> None:
+    assert main(arguments) == 2
+    assert text in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [[], ["mesh"], ["mesh", "saddle"], ["paint"]])
+def test_incomplete_command_lines_exit_with_two(arguments: list[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(arguments)
+    assert stop.value.code == 2
+
+
+def test_bad_settings_stop_the_command(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("SURFACE_MAX_VERTICES", "many")
+    assert main(["mesh", "saddle", "-o", "x.glb"]) == 2
+    assert "SURFACE_MAX_VERTICES" in capsys.readouterr().err
+
+
+def test_folder_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = tmp_path / "none" / "saddle.glb"
+    assert main(["mesh", "saddle", "-o", str(output), "--resolution", "1"]) == 1
+    assert capsys.readouterr().err == f"surface: {output}: No such file or directory\n"
+
+
+COMMAND = f"{sys.executable} -m service"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "mesh utah-teapot -o - --format json | true",
+        "mesh utah-teapot -o - --format json | head -c 10",
+        "openapi | true",
+    ],
+)
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_reader_that_has_had_enough_is_one_exit_code_and_no_message(
+    monkeypatch: pytest.MonkeyPatch, command: str, unbuffered: str
+) -> None:
+    monkeypatch.setenv("PYTHONUNBUFFERED", unbuffered)
+    done = _bash(f"{COMMAND} {command}; exit ${{PIPESTATUS[0]}}")
+    assert (done.returncode, done.stderr) == (1, "")
+
+
+@pytest.mark.parametrize("command", ["mesh sphere -o - --format glb", "formats", "openapi"])
+def test_closed_standard_output(command: str) -> None:
+    done = _bash(f"{COMMAND} {command} >&-")
+    assert (done.returncode, done.stderr) == (1, "surface: standard output is closed\n")
+
+
+def test_full_standard_output() -> None:
+    done = _bash(f"{COMMAND} formats >/dev/full")
+    assert (done.returncode, done.stderr) == (
+        1,
+        "surface: standard output: No space left on device\n",
+    )
+
+
+def test_closed_standard_input_and_closed_standard_error() -> None:
+    done = _bash(f"{COMMAND} mesh - -o x.glb <&-")
+    assert (done.returncode, done.stderr) == (1, "surface: standard input is closed\n")
+    done = _bash(f"{COMMAND} mesh sponge -o - --format glb 2>&-")
+    assert (done.returncode, done.stdout) == (2, "")
+
+
+def _bash(script: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=False)
+
+
+def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
+    target, link = tmp_path / "target.glb", tmp_path / "link.glb"
+    target.touch()
+    link.symlink_to(target)
+    assert main(["mesh", "saddle", "-o", str(link)]) == 0
+    assert link.is_symlink()
+    assert target.read_bytes().startswith(b"glTF")
+    assert main(["mesh", "saddle", "-o", os.devnull, "--format", "glb"]) == 0
+    assert Path(os.devnull).is_char_device()
+
+
+def test_lists(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["examples"]) == 0
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(EXAMPLES)
+    assert main(["formats"]) == 0
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(BY_NAME)
+
+
+def test_openapi_is_printed(capsysbinary: pytest.CaptureFixture[bytes]) -> None:
+    assert main(["openapi"]) == 0
+    assert json.loads(capsysbinary.readouterr().out)["openapi"] == "3.1.0"
+
+
+def test_every_option_has_its_flag(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["mesh", "--help"])
+    flags = capsys.readouterr().out.split()
+    assert {f"--{name.replace('_', '-')}" for name in MeshOptionFields.model_fields} <= {
+        flag.rstrip(",") for flag in flags
+    }
+    assert set(MeshOptionFields.model_fields) == set(mesh_command.OPTIONS)
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["mesh", "--help"], ["convert", "--help"]])
+def test_help_tells_the_exit_codes_and_imports_nothing_heavy(arguments: list[str]) -> None:
+    program = (
+        "import sys; from service.cli.main import main\n"
+        "try: main(sys.argv[1:])\n"
+        "except SystemExit: print(sorted({'numpy', 'fastapi', 'pydantic'} & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=True
+    )
+    assert "exit codes:" in done.stdout
+    assert done.stdout.endswith("[]\n")
+
+
+def test_remote_work_gives_the_same_bytes(server: str, tmp_path: Path, net: Path) -> None:
+    ours, theirs = tmp_path / "ours.oogl", tmp_path / "theirs.oogl"
+    options = ["--resolution", "3,2", "--overlays", "control_net,boundary", "--oogl", "off"]
+    for source in ("utah-teapot", str(net)):
+        assert main(["mesh", source, "-o", str(ours), "--uvs", *options]) == 0
+        assert main(["mesh", source, "-o", str(theirs), "--uvs", *options, "--url", server]) == 0
+        assert ours.read_bytes() == theirs.read_bytes()
+
+
+@pytest.mark.parametrize("source", ["saddle", "file"])
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--faces", "quads"],
+        ["--resolution", "0"],
+        ["--resolution", "60000"],
+        ["--overlays", "boundary,edges"],
+        ["--crease-angle", "wide", "--oogl", "x"],
+    ],
+)
+def test_remote_refusal_reads_like_a_local_one(
+    server: str, net: Path, capsys: pytest.CaptureFixture[str], source: str, options: list[str]
+) -> None:
+    command = ["mesh", str(net) if source == "file" else source, "-o", "x.glb", *options]
+    assert main(command) == 1
+    local = capsys.readouterr().err
+    assert main([*command, "--url", server]) == 1
+    assert capsys.readouterr().err == local
+    assert local.startswith(f"surface: {options[0]}: ")
+
+
+def test_option_of_a_file_is_named_by_its_place_in_the_file(
+    server: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "request.json"
+    file.write_text(json.dumps({"surface": SURFACE, "overlays": ["edges"]}), "utf-8")
+    for url in ([], ["--url", server]):
+        assert main(["mesh", str(file), "-o", "x.glb", "--resolution", "2", *url]) == 1
+        assert capsys.readouterr().err.startswith("surface: /overlays/0: ")
+
+
+@pytest.mark.parametrize("source", ["saddle", "file"])
+def test_address_at_a_service_that_is_not_its_root(
+    server: str, net: Path, capsys: pytest.CaptureFixture[str], source: str
+) -> None:
+    url, source = f"{server}/foo", str(net) if source == "file" else source
+    assert main(["mesh", source, "-o", "x.glb", "--url", url]) == 3
+    assert f"{url}: not a surface service" in capsys.readouterr().err
+
+
+def test_service_that_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.socket() as unused:
+        unused.bind(("127.0.0.1", 0))
+        url = f"http://127.0.0.1:{unused.getsockname()[1]}"
+    assert main(["mesh", "saddle", "-o", "x.glb", "--url", url]) == 3
+    assert "does not answer" in capsys.readouterr().err
+
+
+class _Stranger(BaseHTTPRequestHandler):
+    """A server that is something else, or that is broken."""
+
+    def do_GET(self) -> None:
+        broken = self.path.startswith("/broken/")
+        happy = self.path.startswith("/happy/")
+        problem = {
+            "status": 500,
+            "code": "internal_error",
+            "detail": "The fault is ours.",
+            "errors": [],
+        }
+        body = json.dumps(problem).encode() if broken else b"<h1>Welcome</h1>"
+        self.send_response(500 if broken else 200 if happy else 404)
+        self.send_header("Content-Type", "application/problem+json" if broken else "text/html")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, format: str, *args: object) -> None:
+        pass
+
+
+@pytest.fixture
+def stranger() -> Iterator[str]:
+    with HTTPServer(("127.0.0.1", 0), _Stranger) as http:
+        thread = Thread(target=http.serve_forever)
+        thread.start()
+        yield f"http://127.0.0.1:{http.server_port}"
+        http.shutdown()
+        thread.join()
+
+
+@pytest.mark.parametrize(
+    ("path", "text"),
+    [
+        ("", "not a surface service"),
+        ("/happy", "not a surface service"),
+        ("/broken", "The fault is ours."),
+    ],
+)
+def test_service_that_fails_or_is_none(
+    stranger: str, capsys: pytest.CaptureFixture[str], path: str, text: str
+) -> None:
+    assert main(["mesh", "saddle", "-o", "x.glb", "--url", stranger + path]) == 3
+    assert text in capsys.readouterr().err
+
+
+def test_serve_answers_until_it_is_told_to_stop() -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    command = [sys.executable, "-m", "service", "serve", "--port", str(port)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as process:
+        try:
+            assert _health(f"http://127.0.0.1:{port}/health", process)["status"] == "ready"
+        finally:
+            process.terminate()
+            output = process.communicate(timeout=30)[0].decode()
+    assert "Finished server process" in output
+
+
+@pytest.fixture
+def own_logging() -> Iterator[None]:
+    """Takes back what uvicorn makes of the loggers: it writes to the test's standard error."""
+    loggers = [logging.getLogger(f"uvicorn{name}") for name in ("", ".error", ".access")]
+    before = [(log, log.handlers[:], log.level, log.propagate) for log in loggers]
+    yield
+    for log, handlers, level, propagate in before:
+        log.handlers[:], log.propagate = handlers, propagate
+        log.setLevel(level)
+
+
+@pytest.mark.usefixtures("own_logging")
+def test_a_port_that_is_taken_is_no_service_that_is_away(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = str(taken.getsockname()[1])
+        assert main(["serve", "--port", port]) == 1
+    assert f"cannot serve at 127.0.0.1, port {port}" in capsys.readouterr().err
+
+
+def _health(url: str, process: subprocess.Popen[bytes]) -> dict[str, str]:
+    """The answer, as soon as there is one."""
+    for _ in range(600):
+        try:
+            answer: dict[str, str] = httpx.get(url).json()
+        except httpx.TransportError:
+            assert process.poll() is None, "the service ended"
+            time.sleep(0.05)
+        else:
+            return answer
+    raise AssertionError("the service does not answer")
+
+
+def test_a_curve_in_a_file(tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]) -> None:
+    """Bare, or in a request whose options the command line overrides."""
+    bare, request = tmp_path / "bare.json", tmp_path / "request.json"
+    bare.write_text('{"control_points": [[0, 0], [1, 1], [2, 0]]}')
+    request.write_text(
+        '{"curve": {"control_points": [[0, 0], [1, 1], [2, 0]]}, "resolution": 3,'
+        ' "tangents": false}'
+    )
+    output = tmp_path / "curve.obj"
+    assert main(["curve", str(bare), "-o", str(output), "--resolution", "2"]) == 0
+    assert output.read_text().splitlines()[-1] == "l 1 2 3"
+    arguments = ["curve", str(request), "-o", "-", "--format", "json", "--tolerance", "0.01"]
+    assert main([*arguments, "--tangents"]) == 0
+    answer = json.loads(capsysbinary.readouterr().out)
+    assert answer["report"]["deviation_bound"] <= 0.01
+    assert len(answer["tangents"]) == answer["report"]["points"]
+    assert main(["curve", str(bare), "-o", str(tmp_path / "curve.stl")]) == 2
+    assert main(["curve", str(tmp_path / "none.json"), "-o", str(output)]) == 2
+    assert main(["curve", str(bare), "-o", str(output), "--tolerance", "-1"]) == 1
+    assert b"--tolerance" in capsysbinary.readouterr().err
+
+
+def test_a_curve_by_a_service(server: str, tmp_path: Path) -> None:
+    source, here, there = (tmp_path / name for name in ("c.json", "here.glb", "there.glb"))
+    source.write_text('{"control_points": [[0, 0, 0], [1, 1, 0], [2, 0, 1]]}')
+    assert main(["curve", str(source), "-o", str(here)]) == 0
+    assert main(["curve", str(source), "-o", str(there), "--url", server]) == 0
+    assert here.read_bytes() == there.read_bytes()

@@ -1,0 +1,65 @@
+"""`surface points`: places on the command line and in files."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.cli.main import main
+from service.engine.points.places import Query
+from service.pipeline.points import plan_points
+from service.surface.examples import find
+
+SADDLE = {"control_net": [[[-1, -1, 1], [-1, 1, -1]], [[1, -1, -1], [1, 1, 1]]]}
+
+
+def answer(*arguments: str, capsysbinary: pytest.CaptureFixture[bytes]) -> dict[str, Any]:
+    assert main(["points", *arguments, "-o", "-"]) == 0
+    found: dict[str, Any] = json.loads(capsysbinary.readouterr().out)
+    return found
+
+
+def test_an_example_at_places_of_the_command_line(
+    capsysbinary: pytest.CaptureFixture[bytes],
+) -> None:
+    flags = ("--uv", "0.5,0.5", "--uv", "0,1", "--derivatives", "2")
+    found = answer("saddle", *flags, capsysbinary=capsysbinary)
+    assert found["positions"] == [[0, 0, 0], [-1, 1, -1]]
+    assert found["gaussian_curvature"] == [-1, pytest.approx(-1 / 9)]
+    query = Query(np.array([[0.5, 0.5], [0.0, 1.0]]), None, 2)
+    assert found == json.loads(plan_points(find("saddle").surface(), query).run())
+
+
+def test_flags_take_the_place_of_what_the_file_says(
+    tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    file = tmp_path / "request.json"
+    file.write_text(json.dumps({"surface": SADDLE, "uv": [[0, 0]], "derivatives": 0}), "utf-8")
+    assert answer(str(file), capsysbinary=capsysbinary) == {"positions": [[-1, -1, 1]]}
+    found = answer(str(file), "--uv", "1,1", capsysbinary=capsysbinary)
+    assert found == {"positions": [[1, 1, 1]]}
+
+
+def test_a_triangle_at_barycentric_places(capsysbinary: pytest.CaptureFixture[bytes]) -> None:
+    flags = ("--barycentric", "0.25,0.25,0.5", "--derivatives", "0")
+    assert len(answer("monkey-saddle", *flags, capsysbinary=capsysbinary)["positions"]) == 1
+
+
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        (("--uv", "2,0.5"), "--uv: "),
+        (("--uv", "a,0.5"), "--uv: "),
+        (("--uv", "nan,0.5"), "--uv: "),
+        (("--uv", "1"), "--uv: "),
+        (("--uv", "0,0", "--derivatives", "3"), "--derivatives: "),
+        (("--derivatives", "1"), "uv"),
+    ],
+)
+def test_a_refusal_names_the_flag(
+    flags: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["points", "saddle", "-o", "-", *flags]) == 1
+    assert said in capsys.readouterr().err

@@ -1,0 +1,302 @@
+"""Points, tangents, lengths and chords of curves, against exact arithmetic and closed forms."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from geomdl import NURBS
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+from scipy.interpolate import BSpline
+
+from service.bases.arrays import FloatArray
+from service.engine.curves.arc_length import arc_lengths
+from service.engine.curves.evaluation import Samples, positions, tangents
+from service.engine.curves.options import CurveOptions
+from service.engine.curves.polyline import Polyline
+from service.engine.curves.trace import choose_samples, trace
+from service.errors import InvalidRequest, TooLarge
+from service.surface.curve import BezierCurve, BsplineCurve, Curve
+from service.surface.curve_pieces import CurvePieces
+from tests.oracles.curves import bezier_length, bezier_point, bezier_tangent, bspline_point
+
+ROOT = math.sqrt(0.5)
+QUARTER = BezierCurve(np.array([[1.0, 0], [1, 1], [0, 1]]), np.array([1, ROOT, 1]))
+CUSP = BezierCurve(np.array([[0.0, 0], [1, 1], [0, 1], [1, 0]]))
+
+
+@st.composite
+def bezier_curves(draw: st.DrawFn, limit: int = 8) -> BezierCurve:
+    """Any degree up to 9, in the plane or in space, with weights or without."""
+    shape = (draw(st.integers(2, 10)), draw(st.integers(2, 3)))
+    numbers = st.integers(-16 * limit, 16 * limit).map(lambda k: k / 16)
+    points = draw(arrays.arrays(np.float64, shape, elements=numbers))
+    if (points == points[0]).all():
+        points[0] += 1
+    load = st.integers(13, 320).map(lambda k: k / 64)
+    weights = draw(st.none() | arrays.arrays(np.float64, shape[0], elements=load))
+    return BezierCurve(points, weights)
+
+
+@st.composite
+def bspline_curves(draw: st.DrawFn) -> BsplineCurve:
+    """Degrees up to 5, knots with repetitions or a name, weights in [0.2, 5]."""
+    degree = draw(st.integers(1, 5))
+    count = draw(st.integers(max(degree + 1, 3), degree + 7))
+    points = draw(
+        arrays.arrays(
+            np.float64,
+            (count, draw(st.integers(2, 3))),
+            elements=st.integers(-64, 64).map(lambda k: k / 16),
+            unique=True,
+        )
+    )
+    knots: str | FloatArray = draw(st.sampled_from(["uniform", "clamped", "periodic", "given"]))
+    if knots == "given":
+        length = count + degree + 1
+        steps = draw(st.lists(st.integers(0, 3), min_size=length, max_size=length))
+        knots = _spread(np.cumsum(steps) / 4, degree)
+    load = st.integers(13, 320).map(lambda k: k / 64)
+    weights = draw(st.none() | arrays.arrays(np.float64, count, elements=load))
+    return BsplineCurve(points, degree, knots, weights)  # type: ignore[arg-type]
+
+
+def _spread(knots: FloatArray, degree: int) -> FloatArray:
+    """The knots, moved apart where one would occur more than `degree` times."""
+    found = knots.copy()
+    for i in range(degree, len(found)):
+        if found[i] <= found[i - degree]:
+            found[i:] += 0.5
+    return found
+
+
+def traced(curve: Curve, options: CurveOptions, *, single: bool = False) -> Polyline:
+    pieces = curve.lower()
+    at = choose_samples(pieces, options, 1_000_000, single=single)
+    return trace(pieces, at, options, single=single)
+
+
+def length_of(pieces: CurvePieces, divisions: int) -> float:
+    return float(arc_lengths(pieces, Samples.uniform(pieces.count, divisions))[-1])
+
+
+def distances(points: FloatArray, line: FloatArray) -> FloatArray:
+    """Distance of each point (M, d) to a polyline (N, d)."""
+    a, along = line[:-1], np.diff(line, axis=0)
+    squared = np.maximum((along**2).sum(axis=1), 1e-300)
+    share = np.clip(((points[:, None] - a) * along).sum(axis=2) / squared, 0, 1)
+    gap = points[:, None] - (a + share[..., None] * along)
+    nearest: FloatArray = np.sqrt((gap**2).sum(axis=2)).min(axis=1)
+    return nearest
+
+
+@settings(max_examples=40)
+@given(bezier_curves(), st.integers(1, 9))
+def test_bezier_points_and_tangents_are_right(curve: BezierCurve, divisions: int) -> None:
+    pieces = curve.lower()
+    at = Samples.uniform(1, divisions)
+    got, directions = positions(pieces, at), tangents(pieces, at)
+    size = np.abs(curve.control_points).max()
+    for k in range(divisions + 1):
+        t = Fraction(k, divisions)
+        exact = bezier_point(curve.control_points, curve.weights, Fraction(float(at.t[k])))
+        assert got[k] == pytest.approx([float(x) for x in exact], abs=1e-13 * size)
+        wanted = bezier_tangent(curve.control_points, curve.weights, t)
+        if t.denominator & (t.denominator - 1) == 0:  # exact in floating point, cusps included
+            assert directions[k] == pytest.approx(wanted, abs=1e-9)
+    assert np.linalg.norm(directions, axis=1) == pytest.approx(1, abs=1e-15)
+
+
+@settings(max_examples=40)
+@given(bspline_curves(), st.integers(1, 4))
+def test_bspline_points_are_right(curve: BsplineCurve, divisions: int) -> None:
+    pieces = curve.lower()
+    at = Samples.uniform(pieces.count, divisions)
+    got = positions(pieces, at)
+    points, weights, knots = curve.control_points, curve.weights, curve.knot_vector
+    if curve.periodic:
+        points = np.resize(points, (len(points) + curve.degree, points.shape[1]))
+        weights = None if weights is None else np.resize(weights, len(points))
+    for u, point in zip(at.parameters(pieces.breaks).tolist(), got, strict=True):
+        exact = bspline_point(points, weights, knots.tolist(), curve.degree, Fraction(u))
+        assert point == pytest.approx([float(x) for x in exact], abs=1e-12 * 4)
+    assert pieces.closed or not curve.periodic
+
+
+def test_bspline_points_are_those_of_the_peers() -> None:
+    rng = np.random.default_rng(7)
+    points, weights = rng.normal(size=(9, 3)), rng.uniform(0.2, 5, 9)
+    knots = np.array([0, 0, 0, 0, 1, 1, 2, 3.5, 4, 5, 5, 5, 5])
+    pieces = BsplineCurve(points, 3, knots, weights).lower()
+    at = Samples.uniform(pieces.count, 6)
+    u = at.parameters(pieces.breaks)
+    got = positions(pieces, at)
+    homogeneous = np.column_stack([points * weights[:, None], weights])
+    spline = BSpline(knots, homogeneous, 3)(u)
+    assert got == pytest.approx(spline[:, :3] / spline[:, 3:], abs=1e-12)
+    peer = NURBS.Curve(normalize_kv=False)
+    peer.degree, peer.ctrlptsw, peer.knotvector = 3, homogeneous.tolist(), knots.tolist()
+    assert got == pytest.approx(np.array([peer.evaluate_single(x) for x in u.tolist()]), abs=1e-12)
+
+
+def test_a_sample_does_not_depend_on_what_is_computed_beside_it() -> None:
+    rng = np.random.default_rng(3)
+    pieces = BsplineCurve(rng.normal(size=(40, 3)), 5, "uniform").lower()
+    at = Samples.uniform(pieces.count, 7)
+    together, directions = positions(pieces, at), tangents(pieces, at)
+    for k in (0, 5, 7, 100, len(at) - 1):
+        alone = Samples(at.piece[k : k + 1], at.t[k : k + 1])
+        assert np.array_equal(positions(pieces, alone)[0], together[k])
+        assert np.array_equal(tangents(pieces, alone)[0], directions[k])
+
+
+def test_a_cusp_has_the_direction_that_follows() -> None:
+    pieces = CUSP.lower()
+    at = Samples.uniform(1, 2)
+    assert tangents(pieces, at)[1] == pytest.approx([0, -1])
+    assert tangents(pieces, at, before=True)[1] == pytest.approx([0, 1])
+
+
+def test_repeated_control_points_take_no_direction_away() -> None:
+    points = np.array([[0.0, 0, 0], [0, 0, 0], [1, 0, 0], [1, 1, 1], [1, 1, 1]]) + 1e6
+    got = tangents(BezierCurve(points).lower(), Samples.uniform(1, 4))
+    assert got[0] == pytest.approx([1, 0, 0])
+    assert got[-1] == pytest.approx([0, ROOT, ROOT])
+    assert np.isfinite(got).all()
+
+
+def test_a_piece_that_is_one_point_borrows_a_direction() -> None:
+    points = np.array([[0.0, 0], [1, 0], [1, 0], [1, 0], [1, 1]])
+    pieces = BsplineCurve(points, 1).lower()
+    at = Samples.uniform(4, 1)
+    assert tangents(pieces, at).tolist() == [[1, 0], [0, 1], [0, 1], [0, 1], [0, 1]]
+    assert tangents(pieces, at, before=True)[2].tolist() == [0, 1]
+    assert arc_lengths(pieces, at).tolist() == [0, 1, 1, 1, 2]
+
+
+@pytest.mark.parametrize("divisions", [1, 2, 3, 16, 1000])
+def test_length_of_a_circle(divisions: int) -> None:
+    assert length_of(QUARTER.lower(), divisions) == pytest.approx(math.pi / 2, rel=1e-12)
+
+
+@pytest.mark.parametrize("divisions", [1, 2, 7, 64])
+def test_length_of_a_parabola(divisions: int) -> None:
+    """y = x² from 0 to 1: √5/2 + asinh(2)/4."""
+    pieces = BezierCurve(np.array([[0.0, 0], [0.5, 0], [1, 1]])).lower()
+    wanted = math.sqrt(5) / 2 + math.asinh(2) / 4
+    assert length_of(pieces, divisions) == pytest.approx(wanted, rel=1e-13)
+
+
+@pytest.mark.parametrize("divisions", [1, 2, 3, 16])
+def test_length_over_a_cusp(divisions: int) -> None:
+    """|C′| is not smooth in the middle, where it vanishes; the whole is 2 √2 − 1."""
+    wanted = bezier_length(CUSP.control_points, None, [0.5])
+    assert wanted == pytest.approx(2 * math.sqrt(2) - 1, rel=1e-14)
+    assert length_of(CUSP.lower(), divisions) == pytest.approx(wanted, rel=1e-11)
+
+
+@settings(max_examples=6)
+@given(bezier_curves(), st.integers(1, 4))
+def test_length_is_that_of_mpmath(curve: BezierCurve, divisions: int) -> None:
+    wanted = bezier_length(
+        curve.control_points, curve.weights, np.linspace(0, 1, 17)[1:-1].tolist()
+    )
+    assert length_of(curve.lower(), divisions) == pytest.approx(wanted, rel=1e-7)
+
+
+def test_lengths_grow_along_the_curve_and_do_not_depend_on_the_unit() -> None:
+    for unit in (1e-150, 1.0, 1e30):
+        pieces = BezierCurve(CUSP.control_points * unit).lower()
+        lengths = arc_lengths(pieces, Samples.uniform(1, 9)) / unit
+        assert lengths[0] == 0
+        assert (np.diff(lengths) > 0).all()
+        assert lengths[-1] == pytest.approx(2 * math.sqrt(2) - 1, rel=1e-11)
+
+
+@settings(max_examples=40)
+@given(bezier_curves(), st.sampled_from([1e-1, 1e-2, 1e-3]), st.booleans())
+def test_no_point_is_further_away_than_is_said(
+    curve: BezierCurve, tolerance: float, single: bool
+) -> None:
+    """The curve at many parameters, against the polyline as it is stored."""
+    pieces = curve.lower()
+    for options in (CurveOptions(tolerance=tolerance), CurveOptions(resolution=5)):
+        line = traced(curve, options, single=single)
+        bound = line.report.deviation_bound
+        if options.tolerance is not None:
+            assert bound <= tolerance
+        stored = line.points.astype(np.float64) + line.origin
+        fine = positions(pieces, Samples.uniform(1, 400))
+        assert distances(fine, stored).max() <= bound
+
+
+def test_the_bound_is_nearly_what_is_true() -> None:
+    """On an arc the control polygon is twice as high as the curve: there, nothing is given away."""
+    line = traced(QUARTER, CurveOptions(resolution=16))
+    fine = positions(QUARTER.lower(), Samples.uniform(1, 4096))
+    true = distances(fine, line.points.astype(np.float64)).max()
+    assert true <= line.report.deviation_bound <= 1.01 * true
+
+
+def test_a_straight_line_is_no_distance_away_however_it_runs() -> None:
+    points = np.outer([0.0, 0.7, 0.1, 1.0], [3.0, 4.0])
+    line = traced(BezierCurve(points), CurveOptions(resolution=3))
+    assert line.report.deviation_bound < 0.08  # it turns back within its ends
+    straight = np.outer([0.0, 0.9, 0.95, 1.0], [3.0, 4.0])
+    assert traced(BezierCurve(straight), CurveOptions(resolution=3)).report.deviation_bound < 1e-13
+    assert traced(BezierCurve(straight), CurveOptions(tolerance=1e-9)).report.points == 2
+
+
+def test_dyadic_samples_are_those_of_a_resolution() -> None:
+    """A tolerance chooses among the samples that powers of two as resolutions give."""
+    pieces = QUARTER.lower()
+    at = choose_samples(pieces, CurveOptions(tolerance=1e-4), 1000)
+    grid = positions(pieces, Samples.uniform(1, 1024))
+    number = (at.t * 1024).astype(int)
+    assert np.array_equal(number / 1024, at.t)
+    assert np.array_equal(positions(pieces, at), grid[number])
+
+
+def test_a_tolerance_below_the_rounding_is_refused() -> None:
+    for single, tolerance in ((False, 1e-16), (True, 1e-9)):
+        with pytest.raises(InvalidRequest) as caught:
+            traced(QUARTER, CurveOptions(tolerance=tolerance), single=single)
+        assert caught.value.issues[0].code == "tolerance_too_small"
+
+
+def test_a_tolerance_that_needs_too_many_points_is_refused() -> None:
+    with pytest.raises(TooLarge):
+        choose_samples(QUARTER.lower(), CurveOptions(tolerance=1e-8), 100)
+
+
+def test_every_tolerance_that_is_taken_ends() -> None:
+    """The least one, on a curve of weights as far apart as they may be."""
+    points = np.array([[0.0, 0, 0], [1, 3, 0], [2, -3, 1], [3, 0, 0]])
+    curve = BezierCurve(points, np.array([1, 1e8, 1, 1e8]))
+    with pytest.raises(InvalidRequest) as caught:
+        traced(curve, CurveOptions(tolerance=1e-300))
+    least = float(caught.value.issues[0].needed.split()[2])
+    # A sample every 1e-6 and a hull as thin as 1e-12: more would be beyond all rounding.
+    line = traced(curve, CurveOptions(tolerance=1.1 * least))
+    assert line.report.deviation_bound <= 1.1 * least
+
+
+def test_closed_curves_end_in_their_first_point() -> None:
+    rng = np.random.default_rng(5)
+    curve = BsplineCurve(rng.normal(size=(7, 3)) / 3, 3, "periodic")
+    line = traced(curve, CurveOptions(resolution=4))
+    assert line.report.closed
+    assert np.array_equal(line.points[0], line.points[-1])
+    assert line.tangents is not None
+    assert line.tangents[0] == pytest.approx(line.tangents[-1], abs=1e-12)
+    assert (line.report.points, line.report.pieces) == (29, 7)
+
+
+def test_a_curve_far_from_zero_is_stored_about_a_local_origin() -> None:
+    curve = BezierCurve(CUSP.control_points + 1e6)
+    line = traced(curve, CurveOptions(resolution=8), single=True)
+    assert line.origin.any()
+    assert line.report.deviation_bound < 0.05
+    assert np.abs(line.points).max() <= 1

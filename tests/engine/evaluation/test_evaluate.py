@@ -1,0 +1,536 @@
+"""Points and normals on a grid: against exact arithmetic, against peers, against each other."""
+
+import warnings
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from fractions import Fraction
+from typing import TypeAlias, get_args
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.engine.evaluation.evaluate import Formulation, choose, evaluate
+from service.engine.evaluation.under_way import Samples
+from service.surface.checks import MAX_WEIGHT_RATIO
+from service.surface.lowered import TensorPatches
+from tests.examples import patches_of
+from tests.oracles import exact
+from tests.strategies import (
+    Array,
+    example_batch,
+    height_nets,
+    model_of,
+    nets,
+    resolutions,
+    weighted_nets,
+    weights_like,
+)
+
+Degree: TypeAlias = tuple[int, int]
+Real: TypeAlias = type[np.float32] | type[np.float64]
+
+FORMULATIONS: tuple[Formulation, ...] = get_args(Formulation)
+DEGREES = [(p, 31 - p) for p in range(1, 31)] + [(3, 3), (2, 5)]
+WEIGHTED = [False, True]
+
+
+def smooth(degree: Degree, weighted: bool, seed: int = 0) -> TensorPatches:
+    """One random patch without folds: a regular grid, its points moved about by up to a fifth."""
+    rng = np.random.default_rng([seed, *degree, weighted])
+    p, q = degree
+    x, y = np.meshgrid(np.linspace(-1, 1, p + 1), np.linspace(-1, 1, q + 1), indexing="ij")
+    net = np.stack([x, y, np.zeros_like(x)], axis=-1)
+    net += rng.uniform(-0.2, 0.2, net.shape) * (1 / p, 1 / q, 1)
+    weights = rng.uniform(0.2, 5, (1, p + 1, q + 1)) if weighted else None
+    return TensorPatches(net[None], weights)
+
+
+def single(net: Array, weights: Array | None = None) -> TensorPatches:
+    """A batch of one patch."""
+    return TensorPatches(np.array(net)[None], None if weights is None else np.array(weights)[None])
+
+
+def points_of(net: Array, weights: Array | None, resolution: tuple[int, int]) -> Array:
+    """The positions of one patch, float64."""
+    return np.asarray(evaluate(single(net, weights), resolution, normals=False).positions[0])
+
+
+def usable(patches: TensorPatches, normals: bool = True) -> list[Formulation]:
+    """The formulations that apply: the normal polynomial is for polynomial normals."""
+    if normals and patches.weights is None:
+        return list(FORMULATIONS)
+    return [f for f in FORMULATIONS if f != "normal_polynomial"]
+
+
+@pytest.mark.parametrize("weighted", WEIGHTED)
+@pytest.mark.parametrize("degree", DEGREES, ids=str)
+def test_agrees_with_exact_arithmetic(degree: Degree, weighted: bool) -> None:
+    """Positions to 1e-12 of the patch, normals to 1e-9, in every formulation."""
+    patches = smooth(degree, weighted)
+    net, weights = patches.points[0], None if patches.weights is None else patches.weights[0]
+    resolution = (3, 2)
+    positions = exact.positions(net, weights, resolution)
+    normals = exact.normals(net, weights, resolution)
+    for formulation in usable(patches):
+        found = evaluate(patches, resolution, formulation=formulation)
+        assert found.normals is not None
+        assert np.abs(found.positions[0] - positions).max() < 1e-12
+        assert np.abs(found.normals[0] - normals).max() < 1e-9
+
+
+@given(weighted_nets(), resolutions)
+def test_positions_of_any_net_agree_with_exact_arithmetic(
+    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
+) -> None:
+    """Wild nets too: a position depends on no normal."""
+    net, weights = weighted
+    size = max(1.0, float(np.abs(net).max()))
+    error = np.abs(points_of(net, weights, resolution) - exact.positions(net, weights, resolution))
+    assert error.max() < 1e-14 * size
+
+
+@given(weighted_nets(height_nets()), resolutions)
+def test_normals_of_any_graph_agree_with_exact_arithmetic(
+    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
+) -> None:
+    """A graph over the plane has a normal everywhere; its weights may press it flat."""
+    net, weights = weighted
+    found = evaluate(single(net, weights), resolution)
+    assert found.normals is not None
+    truth = exact.normals(net, weights, resolution)
+    # Weights from 0.2 to 5 can tilt the partials far, but the polynomial graph never folds.
+    safe = ~np.isnan(truth).any(axis=-1)
+    assert safe.all() or weights is not None
+    assert np.abs(found.normals[0] - truth)[safe].max() < 1e-9
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("weighted", WEIGHTED)
+@pytest.mark.parametrize(
+    ("degree", "resolution"), [((3, 3), (16, 16)), ((1, 4), (3, 50)), ((9, 2), (40, 7))]
+)
+def test_a_fast_path_gives_the_same_answer(
+    degree: Degree,
+    resolution: tuple[int, int],
+    weighted: bool,
+    dtype: Real,
+) -> None:
+    """All formulations, several patches at once, against one another."""
+    batch = [smooth(degree, weighted, seed) for seed in range(5)]
+    points = np.concatenate([one.points for one in batch])
+    weights = np.concatenate([one.weights for one in batch if one.weights is not None] or [points])
+    patches = TensorPatches(points, weights if weighted else None)
+    first, *others = [
+        evaluate(patches, resolution, dtype=dtype, formulation=f) for f in usable(patches)
+    ]
+    for other in others:
+        digits = 64 * float(np.finfo(dtype).eps)
+        assert np.abs(first.positions - other.positions).max() < digits
+        assert first.normals is not None
+        assert other.normals is not None
+        allowed = 1e-6 if dtype == np.float32 else 1e-12
+        assert np.abs(first.normals - other.normals).max() < allowed
+
+
+@pytest.mark.parametrize("normals", [True, False])
+@pytest.mark.parametrize("weighted", WEIGHTED)
+def test_the_choice_is_one_that_applies(normals: bool, weighted: bool) -> None:
+    """Whatever the shapes, the chosen formulation can do the work asked for."""
+    for degree in ((1, 1), (3, 3), (4, 4), (15, 15), (30, 1)):
+        for resolution in ((1, 1), (16, 16), (512, 512), (1, 4000)):
+            patches = smooth(degree, weighted)
+            assert choose(patches, resolution, normals) in usable(patches, normals)
+
+
+def test_every_formulation_is_chosen_somewhere() -> None:
+    """None of them is dead: the teapot, a high degree, one large patch."""
+    teapot = example_batch("utah-teapot")
+    assert choose(teapot, (16, 16), True) == "kronecker"
+    assert choose(smooth((15, 15), False), (128, 128), True) == "separable"
+    assert choose(smooth((3, 3), False), (512, 512), True) == "normal_polynomial"
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_large_grids_are_worked_in_chunks_without_seams(formulation: Formulation) -> None:
+    """Samples of a grid of several chunks, against the same samples of a small one."""
+    patches = smooth((3, 2), weighted=False)
+    large = evaluate(patches, (600, 60), formulation=formulation)
+    small = evaluate(patches, (60, 6), formulation=formulation)
+    for a, b in ((large.positions, small.positions), (large.normals, small.normals)):
+        assert a is not None
+        assert b is not None
+        assert np.abs(a[:, ::10, ::10] - b).max() < 1e-14
+
+
+def test_many_patches_are_worked_in_chunks_without_seams() -> None:
+    """Each of a thousand patches alone, and among the others."""
+    rng = np.random.default_rng(3)
+    points = smooth((2, 2), weighted=False).points + rng.uniform(-1, 1, (1000, 1, 1, 3))
+    together = evaluate(TensorPatches(points), (6, 6))
+    assert together.normals is not None
+    for k in (0, 1, 333, 999):
+        alone = evaluate(TensorPatches(points[k : k + 1]), (6, 6))
+        assert alone.normals is not None
+        assert np.abs(together.positions[k] - alone.positions[0]).max() < 1e-14
+        assert np.abs(together.normals[k] - alone.normals[0]).max() < 1e-13
+
+
+@given(weighted_nets(), resolutions)
+def test_corners_are_interpolated(
+    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
+) -> None:
+    """Exactly where there are no weights to divide by."""
+    net, weights = weighted
+    corners = points_of(net, weights, resolution)[:: resolution[0], :: resolution[1]]
+    expected = net[:: len(net) - 1, :: len(net[0]) - 1]
+    if weights is None:
+        np.testing.assert_array_equal(corners, expected)
+    else:
+        np.testing.assert_allclose(corners, expected, atol=1e-14)
+
+
+@given(weighted_nets(), resolutions)
+def test_edges_are_the_curves_of_the_edge_nets(
+    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
+) -> None:
+    """u = 0 is the Bézier curve of row 0, and so on; exact curves, rounded."""
+    net, weights = weighted
+    points = points_of(net, weights, resolution)
+    homogeneous = exact.exact_net(net, weights)
+    for divisions, row, edge in (
+        (resolution[1], homogeneous[0], points[0]),
+        (resolution[1], homogeneous[-1], points[-1]),
+        (resolution[0], [r[0] for r in homogeneous], points[:, 0]),
+        (resolution[0], [r[-1] for r in homogeneous], points[:, -1]),
+    ):
+        for t, found in zip(exact.divisions(divisions), edge, strict=True):
+            *spatial, w = (*exact.curve_point(row, t), Fraction(1))[:4]
+            assert found == pytest.approx([float(x / w) for x in spatial], abs=1e-13)
+
+
+@given(weighted_nets(), resolutions, st.integers(0, 2**32 - 1))
+def test_stays_within_the_convex_hull(
+    weighted: tuple[Array, Array | None], resolution: tuple[int, int], seed: int
+) -> None:
+    """No sample lies beyond all control points in any direction."""
+    net, weights = weighted
+    directions = np.random.default_rng(seed).normal(size=(3, 50))
+    reach = (points_of(net, weights, resolution) @ directions).max(axis=(0, 1))
+    assert (reach <= (net @ directions).max(axis=(0, 1)) + 1e-12).all()
+
+
+@given(weighted_nets(), resolutions, st.integers(0, 2**32 - 1))
+def test_affine_invariance(
+    weighted: tuple[Array, Array | None], resolution: tuple[int, int], seed: int
+) -> None:
+    """Mapping the control points maps the surface."""
+    net, weights = weighted
+    rng = np.random.default_rng(seed)
+    matrix, shift = rng.uniform(-2, 2, (3, 3)), rng.uniform(-10, 10, 3)
+    before = points_of(net @ matrix + shift, weights, resolution)
+    after = points_of(net, weights, resolution) @ matrix + shift
+    np.testing.assert_allclose(before, after, atol=2e-12)
+
+
+@given(weighted_nets(height_nets()), resolutions)
+def test_reversing_the_net_reverses_the_parameter(
+    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
+) -> None:
+    """And turns the normal over; exchanging u and v turns it over as well."""
+    net, weights = weighted
+    found = evaluate(single(net, weights), resolution)
+    back = evaluate(single(net[::-1], None if weights is None else weights[::-1]), resolution)
+    swapped = evaluate(
+        single(net.swapaxes(0, 1), None if weights is None else weights.T), resolution[::-1]
+    )
+    for other, positions, normals in (
+        (back, found.positions[:, ::-1], _of(found)[:, ::-1]),
+        (swapped, found.positions.swapaxes(1, 2), _of(found).swapaxes(1, 2)),
+    ):
+        np.testing.assert_allclose(other.positions, positions, atol=1e-13)
+        np.testing.assert_allclose(_of(other), -normals, atol=1e-9)
+
+
+def _of(found: Samples) -> Array:
+    assert found.normals is not None
+    return np.asarray(found.normals)
+
+
+@given(nets(degree=st.just(1)), resolutions)
+def test_the_patch_of_degree_one_is_bilinear(net: Array, resolution: tuple[int, int]) -> None:
+    """A hyperbolic paraboloid: straight along u and along v, the middle the mean of the corners."""
+    points = points_of(net, None, resolution)
+    for axis in (0, 1):
+        assert np.abs(np.diff(points, 2, axis=axis)).max(initial=0) < 1e-13
+    middle = points_of(net, None, (2, 2))[1, 1]
+    np.testing.assert_allclose(middle, net.mean(axis=(0, 1)), atol=1e-14)
+
+
+@given(nets(), st.data())
+def test_equal_weights_are_no_weights(net: Array, data: st.DataObject) -> None:
+    """Whatever their common value; and a common factor of unequal ones is without effect."""
+    resolution = (4, 3)
+    plain = points_of(net, None, resolution)
+    np.testing.assert_allclose(
+        points_of(net, np.full(net.shape[:2], 0.3), resolution), plain, atol=1e-13
+    )
+    weights = data.draw(weights_like(net))
+    np.testing.assert_array_equal(
+        points_of(net, weights, resolution), points_of(net, weights * 4, resolution)
+    )
+
+
+def test_degree_elevation_changes_nothing() -> None:
+    """P*_i = i/(p+1) P_{i−1} + (1 − i/(p+1)) P_i is the same surface."""
+    net = smooth((3, 4), weighted=False).points[0]
+    share = (np.arange(5) / 4)[:, None, None]
+    padded = np.concatenate([net[:1], net, net[-1:]])
+    elevated = share * padded[:-1] + (1 - share) * padded[1:]
+    found, plain = (evaluate(single(n), (7, 5)) for n in (elevated, net))
+    np.testing.assert_allclose(found.positions, plain.positions, atol=1e-15)
+    np.testing.assert_allclose(_of(found), _of(plain), atol=1e-14)
+
+
+def test_tveits_normal_at_a() -> None:
+    """The tutorial's figure: (4, 2, 3)/√29 at the corner A."""
+    found = evaluate(patches_of("tveit").batches[0], (10, 10))
+    expected = [0.7427813527082074, 0.3713906763541037, 0.5570860145311556]
+    np.testing.assert_allclose(_of(found)[0, 0, 0], expected, atol=1e-15)
+
+
+def test_normals_can_be_left_out() -> None:
+    """The positions are the same without them."""
+    patches = smooth((3, 3), weighted=True)
+    without = evaluate(patches, (5, 4), normals=False)
+    assert without.normals is None
+    np.testing.assert_array_equal(without.positions, evaluate(patches, (5, 4)).positions)
+
+
+@pytest.mark.parametrize("resolution", [(1, 1), (1, 9), (9, 1)])
+def test_one_division_is_enough(resolution: tuple[int, int]) -> None:
+    """The corners, or a strip."""
+    found = evaluate(smooth((3, 5), weighted=True), resolution)
+    assert found.positions.shape == (1, resolution[0] + 1, resolution[1] + 1, 3)
+    np.testing.assert_allclose(np.linalg.norm(_of(found), axis=-1), 1, atol=1e-15)
+
+
+def test_origin_is_subtracted_before_rounding() -> None:
+    """A patch of extent 1 at a million keeps its seven digits in single precision."""
+    far = np.array([1e6, -3e6, 5e6])
+    for weighted in WEIGHTED:
+        near = smooth((3, 3), weighted)
+        moved = TensorPatches(near.points + far, near.weights)
+        # What adding and subtracting a million leaves of the net, to be fair.
+        kept = TensorPatches(moved.points - far, near.weights)
+        found = evaluate(moved, (8, 8), dtype=np.float32, origin=far)
+        assert found.positions.dtype == np.float32
+        assert np.abs(found.positions - evaluate(kept, (8, 8)).positions).max() < 1e-6
+
+
+def _example(name: str) -> Callable[[], TensorPatches]:
+    return lambda: example_batch(name)
+
+
+def _smooth(degree: Degree, weighted: bool) -> Callable[[], TensorPatches]:
+    return lambda: smooth(degree, weighted)
+
+
+SINGLES: dict[str, Callable[[], TensorPatches]] = {
+    name: _example(name)
+    for name in ("utah-teapot", "bourke-1111", "tveit", "sphere", "torus", "cone", "cylinder")
+} | {
+    f"{'rational' if weighted else 'polynomial'} {degree}": _smooth(degree, weighted)
+    for degree in ((3, 3), (2, 7), (15, 15), (30, 4))
+    for weighted in WEIGHTED
+}
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e6])
+@pytest.mark.parametrize("build", SINGLES.values(), ids=SINGLES)
+def test_single_precision_normals_are_right_to_1e_6(
+    build: Callable[[], TensorPatches], offset: float
+) -> None:
+    """Against double precision, at the origin and a million units away from it."""
+    patches = build()
+    points = patches.points + offset
+    for formulation in usable(patches):
+        moved = TensorPatches(points, patches.weights)
+        double = evaluate(moved, (13, 9), formulation=formulation)
+        one = evaluate(moved, (13, 9), dtype=np.float32, formulation=formulation)
+        assert _of(one).dtype == np.float32
+        assert np.abs(_of(one) - _of(double)).max() < 1e-6
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("weighted", WEIGHTED)
+@pytest.mark.parametrize("power", [-1000, -200, -100, -50, 50, 100, 120])
+def test_normals_do_not_depend_on_the_unit_of_length(
+    power: int, weighted: bool, dtype: Real
+) -> None:
+    """Scaling by a power of two is exact, so nothing at all may change; 2^±100 is about 1e±30."""
+    patches = smooth((3, 2), weighted)
+    scaled = TensorPatches(patches.points * 2.0**power, patches.weights)
+    for formulation in usable(patches):
+        plain = evaluate(patches, (5, 6), dtype=dtype, formulation=formulation)
+        found = evaluate(scaled, (5, 6), dtype=dtype, formulation=formulation)
+        np.testing.assert_array_equal(_of(found), _of(plain))
+        if dtype == np.float64:
+            np.testing.assert_array_equal(found.positions, plain.positions * 2.0**power)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("weighted", WEIGHTED)
+@pytest.mark.parametrize("ratio", [1e-4, 1e-8, 1e-11, 1e-13])
+def test_a_small_patch_beside_a_large_one_keeps_its_normals(
+    ratio: float, weighted: bool, dtype: Real
+) -> None:
+    """One scale for a whole batch must not starve its smallest member of digits."""
+    large = smooth((2, 2), weighted)
+    small = large.points * ratio
+    weights = None if large.weights is None else np.repeat(large.weights, 2, axis=0)
+    both = TensorPatches(np.concatenate([large.points, small]), weights)
+    for formulation in usable(both):
+        normals = _of(evaluate(both, (6, 5), dtype=dtype, formulation=formulation))
+        allowed = 1e-6 if dtype == np.float32 else 1e-9
+        assert np.abs(normals[1] - normals[0]).max() < allowed
+
+
+@pytest.mark.parametrize("weighted", WEIGHTED)
+def test_a_wide_field_of_patches_keeps_its_normals_in_single_precision(weighted: bool) -> None:
+    """Patches of extent 2 spread over a million units, all of the same shape."""
+    one = smooth((3, 3), weighted)
+    places = np.array([[x, y, 0] for x in (0.0, 2.0**10, 2.0**20) for y in (0.0, 2.0**10)])
+    points = one.points + places[:, None, None]
+    weights = None if one.weights is None else np.repeat(one.weights, len(places), axis=0)
+    field = TensorPatches(points, weights)
+    truth = _of(evaluate(one, (7, 7)))[0]
+    for formulation in usable(field):
+        single_ = _of(evaluate(field, (7, 7), dtype=np.float32, formulation=formulation))
+        assert np.abs(single_ - truth).max() < 1e-6
+        double = _of(evaluate(field, (7, 7), formulation=formulation))
+        assert np.abs(double - truth).max() < 1e-9
+
+
+def test_the_inputs_are_left_alone() -> None:
+    """Read-only arrays in, fresh arrays out: two calls never share their memory."""
+    patches = smooth((3, 3), weighted=True)
+    before = patches.points.copy()
+    one, two = (evaluate(patches, (20, 20)) for _ in range(2))
+    np.testing.assert_array_equal(patches.points, before)
+    for first in (one.positions, _of(one)):
+        for second in (two.positions, _of(two)):
+            assert not np.shares_memory(first, second)
+
+
+def test_same_bits_again_and_in_other_threads() -> None:
+    """The work arrays are each thread's own."""
+    batches = [smooth((p, 3), weighted, seed=p) for p in (2, 3, 9) for weighted in WEIGHTED]
+
+    def figures(patches: TensorPatches) -> bytes:
+        found = evaluate(patches, (30, 17), dtype=np.float32)
+        return found.positions.tobytes() + _of(found).tobytes()
+
+    alone = [figures(patches) for patches in batches]
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(figures, batches * 8)) == alone * 8
+
+
+def test_agrees_with_scipys_splines() -> None:
+    """A Bézier patch is a B-spline without inner knots, one direction after the other."""
+    from scipy.interpolate import BSpline  # noqa: PLC0415 - slow to import, needed here only
+
+    patches = smooth((4, 3), weighted=False)
+    u, v = np.arange(12) / 11, np.arange(8) / 7
+    along_u = BSpline(np.repeat([0.0, 1.0], 5), patches.points[0], 4)
+    along_v = BSpline(np.repeat([0.0, 1.0], 4), along_u(u).swapaxes(0, 1), 3)
+    found = evaluate(patches, (11, 7))
+    np.testing.assert_allclose(found.positions[0], along_v(v).swapaxes(0, 1), atol=1e-14)
+
+
+def test_agrees_with_geomdl() -> None:
+    """Rational points and normals of another library, built for reading rather than speed."""
+    with warnings.catch_warnings():
+        # Its own use of deprecated Python is none of our business.
+        warnings.simplefilter("ignore")
+        from geomdl import NURBS, operations  # noqa: PLC0415
+
+        patches = smooth((3, 2), weighted=True)
+        assert patches.weights is not None
+        net, weights = patches.points[0], patches.weights[0]
+        peer = NURBS.Surface()
+        peer.degree_u, peer.degree_v = 3, 2
+        peer.ctrlpts_size_u, peer.ctrlpts_size_v = 4, 3
+        homogeneous = np.concatenate([net * weights[..., None], weights[..., None]], axis=-1)
+        peer.ctrlptsw = homogeneous.reshape(-1, 4).tolist()
+        peer.knotvector_u = [0.0] * 4 + [1.0] * 4
+        peer.knotvector_v = [0.0] * 3 + [1.0] * 3
+        found = evaluate(patches, (4, 4))
+        for i, j in np.ndindex(5, 5):
+            point, normal = operations.normal(peer, [i / 4, j / 4], normalize=True)
+            np.testing.assert_allclose(found.positions[0, i, j], point, atol=1e-14)
+            np.testing.assert_allclose(_of(found)[0, i, j], normal, atol=1e-13)
+
+
+def test_a_model_may_mix_degrees() -> None:
+    """Batches of one degree each; `model_of` groups neighbours."""
+    patches = [smooth((d, 2), weighted=False).points[0] for d in (3, 3, 4, 3)]
+    assert [batch.count for batch in model_of(patches).batches] == [2, 1, 1]
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("weighted", WEIGHTED)
+@pytest.mark.parametrize("extent", [5e-324, 1e-310, 3e38])
+def test_extents_at_the_ends_of_the_number_line_give_unit_normals(
+    extent: float, weighted: bool, dtype: Real
+) -> None:
+    """The smallest float there is, too few digits for a shape; and the largest coordinate."""
+    patches = smooth((2, 2), weighted)
+    points = np.clip(patches.points, -1, 1) * extent
+    for formulation in usable(patches):
+        found = evaluate(
+            TensorPatches(points, patches.weights), (3, 4), dtype=dtype, formulation=formulation
+        )
+        assert np.isfinite(found.positions).all()
+        np.testing.assert_allclose(np.linalg.norm(_of(found), axis=-1), 1, atol=1e-6)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("ratio", [1e2, 1e4, 1e6, MAX_WEIGHT_RATIO])
+def test_weights_far_apart_cost_digits_in_proportion(ratio: float, dtype: Real) -> None:
+    """Up to the largest ratio that is accepted: the hull always, normals as far as possible.
+
+    The lightest points have their weighted differences rounded to 1e-16 of the heaviest ones: that
+    and no more is what a normal may be off.
+    """
+    allowed = max(1e-5 if dtype == np.float32 else 1e-9, 1e-15 * ratio)
+    slack = 8 * float(np.finfo(dtype).eps)
+    for seed in range(20):
+        net = smooth((3, 3), weighted=False, seed=seed).points[0]
+        logarithms = np.random.default_rng(seed).uniform(-0.5, 0.5, net.shape[:2])
+        weights = ratio**logarithms
+        found = evaluate(single(net, weights), (3, 4), dtype=dtype)
+        assert (found.positions >= net.min(axis=(0, 1)) - slack).all()
+        assert (found.positions <= net.max(axis=(0, 1)) + slack).all()
+        np.testing.assert_allclose(np.linalg.norm(_of(found), axis=-1), 1, atol=slack)
+        assert np.abs(_of(found)[0] - exact.normals(net, weights, (3, 4))).max() < allowed
+
+
+@pytest.mark.parametrize("weighted", WEIGHTED)
+@pytest.mark.parametrize("degree", [3, 15, 30])
+@pytest.mark.parametrize("flat_cone", [False, True])
+def test_wild_patches_have_the_same_normals_in_single_precision(
+    degree: int, weighted: bool, flat_cone: bool
+) -> None:
+    """So many doubtful normals that all are taken from float64; poles of either kind included."""
+    rng = np.random.default_rng(degree)
+    points = rng.standard_normal((3, degree + 1, degree + 1, 3))
+    points[1, 0] = points[1, 0, 0]
+    if flat_cone:
+        points[1, 1] = points[1, 0, 0] + np.linspace(1, 2, degree + 1)[:, None] * (1.0, 0.5, 0.25)
+    weights = rng.uniform(0.2, 5, points.shape[:3]) if weighted else None
+    patches = TensorPatches(points, weights)
+    double, single_ = (evaluate(patches, (20, 21), dtype=kind) for kind in (np.float64, np.float32))
+    assert single_.poles == double.poles >= 22
+    np.testing.assert_allclose(_of(single_), _of(double), atol=1e-5)

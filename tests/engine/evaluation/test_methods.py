@@ -1,0 +1,357 @@
+"""The methods beside `matrix`: what they compute, what they lose, and that nothing else changes."""
+
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.evaluation import de_casteljau, forward_difference
+from service.engine.evaluation.evaluate import evaluate
+from service.engine.evaluation.forward_difference import starting_differences
+from service.engine.mesh import Mesh
+from service.engine.options import Method
+from service.engine.scratch import Real
+from service.engine.stitch import find_seams, sample_edges
+from service.surface.lowered import Patches, TensorPatches, TrianglePatches
+from tests.engine.meshing import mesh_of
+from tests.oracles import exact, quadrics, triangles
+from tests.strategies import (
+    Array,
+    cube,
+    degenerate_nets,
+    example_batch,
+    height_nets,
+    mixed_model,
+    model_of,
+    moved,
+    nets,
+    resolutions,
+    split_models,
+    triangle_heights,
+    triangle_nets,
+    weighted_nets,
+    weights_like,
+)
+
+BESIDE: tuple[Method, ...] = ("de_casteljau", "forward_difference")
+LOST: dict[tuple[Method, Real], float] = {
+    ("de_casteljau", np.float64): 1e-13,
+    ("de_casteljau", np.float32): 1e-6,
+    ("forward_difference", np.float64): 1e-12,
+    ("forward_difference", np.float32): 1e-5,
+}
+"""Errors of positions, relative to the size of the net, at degrees up to 5 and few divisions."""
+
+both = pytest.mark.parametrize("method", BESIDE)
+either = pytest.mark.parametrize("dtype", [np.float64, np.float32])
+
+
+def grid(net: Array, weights: Array | None = None) -> TensorPatches:
+    return TensorPatches(np.array(net)[None], None if weights is None else np.array(weights)[None])
+
+
+def triangle_batch(net: Array, weights: Array | None) -> TrianglePatches:
+    return TrianglePatches(net[None].copy(), None if weights is None else weights[None].copy())
+
+
+@st.composite
+def weighted_triangles(draw: st.DrawFn, base: st.SearchStrategy[Array]) -> Any:
+    net = draw(base)
+    return net, draw(st.none() | weights_like(net))
+
+
+@both
+@either
+@settings(max_examples=25)
+@given(weighted_nets(), resolutions)
+def test_points_are_the_exact_ones(
+    method: Method, dtype: Real, surface: tuple[Array, Array | None], resolution: tuple[int, int]
+) -> None:
+    net, weights = surface
+    truth = exact.positions(net, weights, resolution)
+    found = evaluate(grid(net, weights), resolution, dtype=dtype, normals=False, method=method)
+    assert found.positions.dtype == dtype
+    size = np.abs(net).max() or 1.0
+    assert np.abs(found.positions[0] - truth).max() <= LOST[method, dtype] * size
+
+
+@both
+@either
+@settings(max_examples=15)
+@given(weighted_triangles(triangle_nets()), st.integers(1, 6))
+def test_points_of_triangles_are_the_exact_ones(
+    method: Method, dtype: Real, surface: tuple[Array, Array | None], divisions: int
+) -> None:
+    net, weights = surface
+    truth = triangles.positions(triangles.jets(net, weights, divisions))
+    found = evaluate(
+        triangle_batch(net, weights), (1, divisions), dtype=dtype, normals=False, method=method
+    )
+    size = np.abs(net).max() or 1.0
+    assert np.abs(found.positions[0] - truth).max() <= LOST[method, dtype] * size
+
+
+@both
+@either
+@settings(max_examples=20)
+@given(weighted_nets(height_nets()), resolutions)
+def test_normals_are_the_exact_ones(
+    method: Method, dtype: Real, surface: tuple[Array, Array | None], resolution: tuple[int, int]
+) -> None:
+    net, weights = surface
+    found = evaluate(grid(net, weights), resolution, dtype=dtype, method=method)
+    assert found.normals is not None
+    truth = exact.normals(net, weights, resolution)
+    worst = 1e-9 if dtype is np.float64 else 3e-4
+    np.testing.assert_allclose(found.normals[0], truth, rtol=0, atol=worst)
+
+
+@both
+@either
+@settings(max_examples=10)
+@given(weighted_triangles(triangle_heights()), st.integers(1, 6))
+def test_normals_of_triangles_are_the_exact_ones(
+    method: Method, dtype: Real, surface: tuple[Array, Array | None], divisions: int
+) -> None:
+    net, weights = surface
+    patches = triangle_batch(net, weights)
+    found = evaluate(patches, (divisions, 1), dtype=dtype, method=method)
+    assert found.normals is not None
+    truth = triangles.normals(triangles.jets(net, weights, divisions))
+    worst = 1e-9 if dtype is np.float64 else 3e-4
+    np.testing.assert_allclose(found.normals[0], truth, rtol=0, atol=worst)
+
+
+@both
+@either
+@pytest.mark.parametrize("name", ["sphere", "utah-teapot", "cone"])
+def test_poles_are_repaired_as_ever(method: Method, dtype: Real, name: str) -> None:
+    patches = example_batch(name)
+    right = evaluate(patches, (8, 6), dtype=dtype)
+    found = evaluate(patches, (8, 6), dtype=dtype, method=method)
+    assert found.poles == right.poles > 0
+    assert found.normals is not None
+    assert right.normals is not None
+    np.testing.assert_allclose(found.normals, right.normals, rtol=0, atol=2e-5)
+    if name == "sphere":
+        points = found.positions.reshape(-1, 3).astype(np.float64)
+        off, outward = quadrics.sphere(points)
+        assert np.abs(off).max() < 1e-6
+        np.testing.assert_allclose(found.normals.reshape(-1, 3), outward, atol=2e-5)
+
+
+@both
+def test_far_from_the_origin_nothing_more_is_lost(method: Method) -> None:
+    """In single precision about a local origin, and even without one but for the position."""
+    net = np.random.default_rng(3).standard_normal((4, 4, 3))
+    there = np.array([2.0**20, -(2.0**18), 0])
+    near, far = grid(net), grid(moved(net, *there))
+    right = evaluate(near, (9, 9), dtype=np.float32, method=method)
+    found = evaluate(far, (9, 9), dtype=np.float32, method=method, origin=there)
+    np.testing.assert_allclose(found.positions, right.positions, rtol=0, atol=1e-6)
+    assert found.normals is not None
+    assert right.normals is not None
+    np.testing.assert_allclose(found.normals, right.normals, rtol=0, atol=1e-5)
+    plain = evaluate(far, (9, 9), method=method).positions - there
+    np.testing.assert_allclose(plain, right.positions, rtol=0, atol=1e-6)
+
+
+@both
+@pytest.mark.parametrize("size", [1e-30, 1e30])
+def test_models_of_any_size(method: Method, size: float) -> None:
+    patches = example_batch("sphere")
+    scaled = TensorPatches(patches.points * size, patches.weights)
+    for dtype in (np.float64, np.float32):
+        found = evaluate(scaled, (5, 5), dtype=dtype, method=method)
+        right = evaluate(patches, (5, 5), method=method)
+        np.testing.assert_allclose(found.positions / size, right.positions, atol=1e-6)
+        assert found.normals is not None
+        assert right.normals is not None
+        np.testing.assert_allclose(found.normals, right.normals, atol=1e-5)
+
+
+@both
+@either
+@settings(max_examples=20)
+@given(st.tuples(degenerate_nets(), st.sampled_from([1.0, 1e-30, 4e37]), resolutions, st.data()))
+def test_nets_made_to_go_wrong_have_normals(
+    method: Method,
+    dtype: Real,
+    surface: tuple[Array, float, tuple[int, int], st.DataObject],
+) -> None:
+    net, scale, resolution, data = surface
+    weights = data.draw(st.none() | weights_like(net))
+    found = evaluate(grid(net * scale, weights), resolution, dtype=dtype, method=method)
+    assert np.isfinite(found.positions).all()
+    assert found.normals is not None
+    lengths = np.linalg.norm(found.normals.astype(float), axis=-1)
+    np.testing.assert_allclose(lengths, 1, atol=1e-6)
+
+
+@both
+@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("name", ["utah-teapot", "sphere", "torus", "cube", "mixed"])
+def test_only_numbers_change(method: Method, single: bool, name: str) -> None:
+    """The faces, and who shares what, are those of `matrix`; closed stays closed."""
+    source: Any = name
+    if name == "cube":
+        source = cube((0, 3, 5, 6, 0, 3))
+    if name == "mixed":
+        rng = np.random.default_rng(2)
+        square, triangle = rng.standard_normal((4, 4, 3)), rng.standard_normal((10, 3))
+        triangle[[0, 1, 2, 3]] = square[-1]
+        source = mixed_model([square, triangle])
+    for resolution in ((6, 6), (3, 7)):
+        right = mesh_of(source, single=single, resolution=resolution)
+        found = mesh_of(source, single=single, resolution=resolution, method=method)
+        np.testing.assert_array_equal(found.triangles, right.triangles)
+        np.testing.assert_allclose(found.positions, right.positions, rtol=0, atol=1e-5)
+        assert found.report.watertight == right.report.watertight
+        assert found.report.boundary_edges == right.report.boundary_edges
+        if right.welds is not None:
+            np.testing.assert_array_equal(found.welds, right.welds)
+            check_welds(found)
+
+
+def check_welds(mesh: Mesh) -> None:
+    """Vertices that are said to be at one position are there bit for bit."""
+    np.testing.assert_array_equal(mesh.positions[mesh.welds], mesh.positions)
+
+
+@both
+@settings(max_examples=15)
+@given(split_models(oriented=False), resolutions)
+def test_seams_are_shared_bit_for_bit(
+    method: Method, model: tuple[Array, list[Array]], resolution: tuple[int, int]
+) -> None:
+    """Unwelded, the samples of a side are found among those of its neighbours."""
+    whole = mesh_of(model[1], resolution=resolution, weld=False, method=method)
+    welded = mesh_of(model[1], resolution=resolution, method=method)
+    places = len(np.unique(whole.positions, axis=0))
+    assert places <= welded.report.vertices
+    # Borders are the same numbers where a patch is computed alone.
+    divisions = resolution[0]
+    there = {
+        tuple(row)
+        for row in mesh_of(
+            model[1], resolution=(divisions, divisions), weld=False, method=method
+        ).positions.tolist()
+    }
+    for net in model[1]:
+        alone = mesh_of([net], resolution=(divisions, divisions), weld=False, method=method)
+        rows = alone.positions.reshape(divisions + 1, divisions + 1, 3)
+        for side in (rows[0], rows[-1], rows[:, 0], rows[:, -1]):
+            assert {tuple(row) for row in side.tolist()} <= there
+
+
+@both
+@given(weighted_nets())
+@settings(max_examples=15)
+def test_edges_do_not_depend_on_what_is_computed_beside_them(
+    method: Method, surface: tuple[Array, Array | None]
+) -> None:
+    net, weights = surface
+    seams = find_seams(model_of([net], None if weights is None else [weights]).batches)
+    wanted = np.ones(len(seams.users), dtype=bool)
+    whole = sample_edges(seams.curves, wanted, 9, method)
+    for edge in range(len(wanted)):
+        one = np.arange(len(wanted)) == edge
+        np.testing.assert_array_equal(sample_edges(seams.curves, one, 9, method)[0], whole[edge])
+
+
+@both
+@either
+def test_chunks_do_not_show(method: Method, dtype: Real, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(6)
+    batches: list[Patches] = [
+        TensorPatches(rng.standard_normal((7, 4, 3, 3)), rng.uniform(0.5, 2, (7, 4, 3))),
+        TrianglePatches(rng.standard_normal((7, 10, 3))),
+    ]
+    whole = [evaluate(patches, (9, 11), dtype=dtype, method=method) for patches in batches]
+    monkeypatch.setattr(de_casteljau, "CHUNK_NUMBERS", 1)
+    monkeypatch.setattr(de_casteljau, "LEAST_SAMPLES", 13)
+    monkeypatch.setattr(forward_difference, "CHUNK_SAMPLES", 40)
+    atol = 1e-13 if dtype is np.float64 else 1e-6
+    for patches, right in zip(batches, whole, strict=True):
+        found = evaluate(patches, (9, 11), dtype=dtype, method=method)
+        np.testing.assert_allclose(found.positions, right.positions, rtol=0, atol=atol)
+        assert found.normals is not None
+        assert right.normals is not None
+        np.testing.assert_allclose(found.normals, right.normals, rtol=0, atol=100 * atol)
+
+
+@settings(max_examples=40)
+@given(nets(degree=st.integers(1, 8)), st.integers(1, 40))
+def test_starting_differences_are_exact(net: Array, divisions: int) -> None:
+    """Δ^k of the samples at 0, h, … n h, computed in fractions; beyond the end as well."""
+    curve = net[:, :1]
+    found = starting_differences(curve.swapaxes(1, 2), np.array([divisions]))
+    points = [tuple(Fraction(x) for x in row[0]) for row in curve.tolist()]
+    values = [exact.curve_point(points, Fraction(k, divisions)) for k in range(len(points))]
+    for k in range(len(points)):
+        measure = 2.0 ** (2 * k) * 16 * max(1, len(points) / divisions) ** (2 * len(points))
+        right = np.array([float(x) for x in values[0]])
+        np.testing.assert_allclose(found[k, :, 0], right, rtol=0, atol=1e-14 * measure)
+        values = [tuple(b - a for a, b in zip(x, y, strict=True)) for x, y in pairwise(values)]
+
+
+def test_lines_in_steps_of_powers_of_two_are_exact() -> None:
+    """Where no addition rounds, forward differences round nothing."""
+    net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
+    for dtype in (np.float32, np.float64):
+        found = evaluate(grid(net), (8, 64), dtype=dtype, method="forward_difference").positions
+        u, v = np.meshgrid(np.arange(9) / 8, np.arange(65) / 64, indexing="ij")
+        np.testing.assert_array_equal(found[0], np.stack([u, v, u * v], axis=-1))
+
+
+def test_forward_differences_lose_with_every_division() -> None:
+    """In single precision about 1e-8 R of the size of a cubic: 1e-4 at R = 4096, less below."""
+    rng = np.random.default_rng(12)
+    patches = TensorPatches(rng.uniform(-1, 1, (4, 4, 4, 3)))
+    errors = {}
+    for divisions in (64, 512, 4096):
+        right = evaluate(patches, (2, divisions), normals=False).positions
+        found = evaluate(
+            patches, (2, divisions), dtype=np.float32, normals=False, method="forward_difference"
+        )
+        errors[divisions] = float(np.abs(found.positions - right).max()) / patches.extent
+        double = evaluate(patches, (2, divisions), normals=False, method="forward_difference")
+        assert np.abs(double.positions - right).max() <= 2.0**-52 * divisions * patches.extent
+    assert errors[64] < errors[512] < errors[4096] < 1e-4
+    assert errors[4096] > 10 * errors[64]
+    for divisions, error in errors.items():
+        assert 1e-9 * divisions < error < 3e-8 * divisions
+
+
+@pytest.mark.parametrize("degree", [8, 16])
+def test_forward_differences_at_the_highest_degree(degree: int) -> None:
+    """What is allowed is still of use: 1e-3 in single precision, 1e-8 in double."""
+    patches = TensorPatches(np.random.default_rng(1).uniform(-1, 1, (2, 3, degree + 1, 3)))
+    right = evaluate(patches, (2, 1024)).positions
+    for dtype, most in forward_difference.MAX_DEGREE.items():
+        if degree <= most:
+            found = evaluate(patches, (2, 1024), dtype=dtype, method="forward_difference")
+            worst = 2e-3 if dtype is np.float32 else 1e-8
+            assert np.abs(found.positions - right).max() <= worst * patches.extent
+
+
+@pytest.mark.parametrize(("p", "q"), [(1, 1), (3, 3), (2, 5), (6, 1)])
+def test_effort_counts_the_multiplications(p: int, q: int) -> None:
+    """Each mixing of two points takes two a coordinate: counted one by one, as they are done."""
+    count, rows, columns = 0, p + 1, q + 1
+    while rows > 1 and columns > 1:
+        count += sum(2 for _ in range(rows - 1) for _ in range(columns))
+        count += sum(2 for _ in range(rows - 1) for _ in range(columns - 1))
+        rows, columns = rows - 1, columns - 1
+    for left in range(max(rows, columns) - 1, 0, -1):
+        count += 2 * left
+    patches = TensorPatches(np.zeros((2, p + 1, q + 1, 3)))
+    assert de_casteljau.multiplications(patches) == 3 * count
+    model = model_of(list(patches.points))
+    assert de_casteljau.effort(model, (4, 6)) == 2 * 5 * 7 * 3 * count
+    cubic = TrianglePatches(np.zeros((1, 10, 3)), np.ones((1, 10)))
+    assert de_casteljau.multiplications(cubic) == 4 * 3 * (6 + 3 + 1)

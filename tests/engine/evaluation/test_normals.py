@@ -1,0 +1,296 @@
+"""Unit normals where du × dv vanishes, and of nets made to make it vanish."""
+
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from service.engine.evaluation.evaluate import evaluate
+from service.engine.evaluation.normals import unit_normals
+from service.surface.lowered import TensorPatches
+from tests.examples import patches_of
+from tests.oracles import exact, quadrics
+from tests.oracles.limits import limit_normal
+from tests.strategies import (
+    Array,
+    degenerate_nets,
+    example_batch,
+    height_nets,
+    nets,
+    turned,
+    weighted_nets,
+    weights_like,
+)
+
+ONE = Fraction(1)
+ZERO = Fraction(0)
+
+
+def patch(net: Array, weights: Array | None = None) -> TensorPatches:
+    """A batch of one."""
+    return TensorPatches(np.array(net)[None], None if weights is None else np.array(weights)[None])
+
+
+def normals_at(
+    net: Array, weights: Array | None, places: list[tuple[Fraction, Fraction]]
+) -> tuple[Array, int]:
+    """Normals of one patch at some parameters."""
+    u, v = (np.array([float(place[k]) for place in places]) for k in (0, 1))
+    return unit_normals(patch(net, weights), np.zeros(len(places), dtype=np.intp), u, v)
+
+
+def inwards(u: Fraction, v: Fraction) -> Iterator[tuple[int, int]]:
+    """Directions into the domain as they count: off the edge, along it, across."""
+    into_u, into_v = 1 if u <= Fraction(1, 2) else -1, 1 if v <= Fraction(1, 2) else -1
+    straight = [(0, into_v), (into_u, 0)]
+    if u in (ZERO, ONE) and v not in (ZERO, ONE):
+        straight.reverse()
+    yield from straight
+    yield into_u, into_v
+
+
+def limit_from_inside(net: Array, weights: Array | None, u: Fraction, v: Fraction) -> Array | None:
+    """The exact limit along the first direction that has one."""
+    for into in inwards(u, v):
+        found = limit_normal(net, weights, (u, v), into)
+        if found is not None:
+            return np.array(found)
+    return None
+
+
+def all_unit(normals: Array) -> bool:
+    """Length 1 to the last digits, which no NaN has."""
+    return bool(np.abs(np.linalg.norm(normals, axis=-1) - 1).max() < 4e-16)
+
+
+@given(weighted_nets(nets(limit=2)))
+def test_wherever_there_is_a_normal_it_is_right(weighted: tuple[Array, Array | None]) -> None:
+    """Wild nets: folded, self-intersecting; by the slow way and by the fast one."""
+    net, weights = weighted
+    truth = exact.normals(net, weights, (4, 3))
+    there = ~np.isnan(truth).any(axis=-1)
+    assume(there.any())
+    places = [(u, v) for u in exact.divisions(4) for v in exact.divisions(3)]
+    slow, _ = normals_at(net, weights, places)
+    fast = evaluate(patch(net, weights), (4, 3)).normals
+    assert fast is not None
+    for found in (slow.reshape(truth.shape), fast[0]):
+        assert all_unit(found)
+        assert np.abs(found - truth)[there].max() < 1e-9
+
+
+@given(weighted_nets(height_nets(degree=st.integers(1, 4))), st.integers(0, 7))
+def test_a_collapsed_edge_has_the_limit_along_every_ruling(
+    weighted: tuple[Array, Array | None], symmetry: int
+) -> None:
+    """Any of the four edges, corners included, against the exact Taylor expansion."""
+    net, weights = weighted[0].copy(), weighted[1]
+    net[0] = net[0, 0]
+    net = turned(net, symmetry)
+    weights = None if weights is None else turned(weights, symmetry)
+    third = exact.divisions(3)
+    edge = next(
+        places
+        for places, points in (
+            ([(ZERO, t) for t in third], net[0]),
+            ([(ONE, t) for t in third], net[-1]),
+            ([(t, ZERO) for t in third], net[:, 0]),
+            ([(t, ONE) for t in third], net[:, -1]),
+        )
+        if (points == points[0]).all()
+    )
+    found, limits = normals_at(net, weights, edge)
+    assert all_unit(found)
+    assert limits == len(edge)
+    for normal, (u, v) in zip(found, edge, strict=True):
+        truth = limit_from_inside(net, weights, u, v)
+        if truth is not None:
+            assert normal == pytest.approx(truth, abs=1e-9)
+
+
+@given(height_nets(degree=st.integers(3, 4)), st.sampled_from([2, 3]), st.booleans(), st.data())
+def test_an_edge_of_several_equal_rows_divides_several_times(
+    net: Array, rows: int, weighted: bool, data: st.DataObject
+) -> None:
+    """Rows 0 … k − 1 equal but not collapsed: du × dv begins with the k-th power."""
+    net = net.copy()
+    net[:rows] = net[0]
+    weights = data.draw(weights_like(net)) if weighted else None
+    if weights is not None:
+        weights[:rows] = weights[0]
+    places = [(ZERO, t) for t in exact.divisions(4)[1:-1]]
+    found, limits = normals_at(net, weights, places)
+    assert limits == len(places)
+    for normal, (u, v) in zip(found, places, strict=True):
+        assert normal == pytest.approx(limit_from_inside(net, weights, u, v), abs=1e-9)
+
+
+@given(degenerate_nets(), st.booleans(), st.data())
+def test_degenerate_nets_have_unit_normals(net: Array, weighted: bool, data: st.DataObject) -> None:
+    """Collapsed, repeated, flat, straight, all in one point: unit length, in both precisions."""
+    patches = patch(net, data.draw(weights_like(net)) if weighted else None)
+    for dtype, slack in ((np.float64, 4e-16), (np.float32, 3e-7)):
+        found = evaluate(patches, (4, 3), dtype=dtype)
+        assert found.normals is not None
+        assert np.abs(np.linalg.norm(found.normals.astype(float), axis=-1) - 1).max() < slack
+
+
+@given(degenerate_nets())
+def test_poles_are_counted(net: Array) -> None:
+    """As many as there are samples at which du × dv is exactly zero."""
+    found = evaluate(patch(net), (3, 2))
+    assert found.poles == np.isnan(exact.normals(net, None, (3, 2))).any(axis=-1).sum()
+
+
+@given(degenerate_nets())
+def test_poles_on_the_border_have_the_limit_from_inside(net: Array) -> None:
+    """Wherever the exact expansion knows one."""
+    resolution = (3, 2)
+    truth = exact.normals(net, None, resolution)
+    found = evaluate(patch(net), resolution).normals
+    assert found is not None
+    us, vs = exact.divisions(3), exact.divisions(2)
+    for i, j in np.argwhere(np.isnan(truth).any(axis=-1)).tolist():
+        if us[i] in (ZERO, ONE) or vs[j] in (ZERO, ONE):
+            limit = limit_from_inside(net, None, us[i], vs[j])
+            if limit is not None:
+                assert found[0, i, j] == pytest.approx(limit, abs=1e-9)
+
+
+CUSP = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]], [[0, 0, 0], [0, 1, 0]]]
+
+
+def _bubble() -> Array:
+    net = np.zeros((4, 4, 3))
+    net[1:3, 1:3] = [[[1, 1, 1], [1, -1, 1]], [[-1, 1, 1], [-1, -1, -2]]]
+    return net
+
+
+def _corner() -> Array:
+    net = np.stack(
+        [*np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="ij"), np.zeros((4, 4))], -1
+    )
+    net[:2, :2] = 0
+    return net
+
+
+HOSTILE: dict[str, Callable[[], Array]] = {
+    "one point": lambda: np.full((4, 3, 3), 0.1),
+    "one point at the origin": lambda: np.zeros((2, 2, 3)),
+    "on a line": lambda: np.linspace(0, 1, 12).reshape(4, 3, 1) * (1.0, -2.0, 0.3),
+    "on a crooked line": lambda: np.random.default_rng(1).random((4, 4, 1)) * (0.1, 0.7, -0.3),
+    "on an axis": lambda: np.random.default_rng(2).random((4, 4, 1)) * (0.0, 0.0, 1.0),
+    "an arc, not a surface": lambda: np.repeat(
+        [[[0, 0, 0]], [[1, 2, 0]], [[2.0, 0, 1]]], 3, axis=1
+    ),
+    "folded onto itself": lambda: np.array(CUSP, dtype=float),
+    "two points": lambda: np.repeat([[[0.0, 0, 0]], [[1, 2, 3]]], 4, axis=1),
+    "all four edges in one point": _bubble,
+    "one corner in its neighbours": _corner,
+}
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("scale", [1.0, 1e-30, 1e30])
+@pytest.mark.parametrize("offset", [0.0, 1e6])
+@pytest.mark.parametrize("weighted", [False, True])
+@pytest.mark.parametrize("shape", HOSTILE)
+def test_hostile_nets_have_unit_normals(
+    shape: str,
+    weighted: bool,
+    offset: float,
+    scale: float,
+    dtype: type[np.float32] | type[np.float64],
+) -> None:
+    """Never zero, never NaN, and no warning on the way (warnings are errors here)."""
+    net = (HOSTILE[shape]() + offset) * scale
+    weights = np.random.default_rng(3).uniform(0.2, 5, net.shape[:2]) if weighted else None
+    found = evaluate(patch(net, weights), (5, 4), dtype=dtype)
+    assert found.normals is not None
+    assert np.abs(np.linalg.norm(found.normals.astype(float), axis=-1) - 1).max() < 3e-7
+
+
+def test_normals_of_a_line_stand_on_it() -> None:
+    """A patch without area still has an extent to be perpendicular to."""
+    direction = np.array([1.0, -2.0, 0.3])
+    net = np.linspace(0, 1, 12).reshape(4, 3, 1) * direction
+    found = evaluate(patch(net), (5, 4)).normals
+    assert found is not None
+    assert np.abs(found @ direction).max() < 1e-12
+
+
+@given(nets(degree=st.integers(1, 3)), st.integers(0, 2))
+def test_normals_of_a_flat_net_stand_on_its_plane(net: Array, axis: int) -> None:
+    """However it is folded within the plane."""
+    net = net.copy()
+    net[..., axis] = 0.75
+    assume((~np.isnan(exact.normals(net, None, (3, 3)))).any())
+    found = evaluate(patch(net), (3, 3)).normals
+    assert found is not None
+    np.testing.assert_allclose(np.abs(found[..., axis]), 1, rtol=0, atol=4e-16)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("resolution", [(1, 1), (16, 16), (5, 300)])
+def test_teapot_poles_look_straight_up_and_down(
+    resolution: tuple[int, int], dtype: type[np.float32] | type[np.float64]
+) -> None:
+    """All along the collapsed edges of lid and bottom, to the last digit."""
+    model = patches_of("utah-teapot")
+    (batch,) = model.batches
+    found = evaluate(batch, resolution, dtype=dtype)
+    assert found.normals is not None
+    runs = {part.name: part for part in model.parts}
+    for name, height, z in (("lid", 3.15, 1.0), ("bottom", 0.0, -1.0)):
+        part = slice(runs[name].first, runs[name].last)
+        positions, normals = found.positions[part], found.normals[part]
+        tip = (np.abs(positions - (0, 0, height)) < 1e-6).all(axis=-1)
+        assert tip.sum() == 4 * (resolution[0] + 1)
+        np.testing.assert_array_equal(normals[tip], np.full((tip.sum(), 3), (0, 0, z)))
+    assert found.poles == 8 * (resolution[0] + 1)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_sphere_poles_are_smooth(dtype: type[np.float32] | type[np.float64]) -> None:
+    """The normal of the unit sphere is its point, at the poles too."""
+    found = evaluate(patches_of("sphere").batches[0], (6, 6), dtype=dtype)
+    assert found.normals is not None
+    assert np.abs(found.normals - found.positions).max() < (1e-12 if dtype == np.float64 else 5e-7)
+    assert found.poles == 8 * 7
+
+
+def test_cone_apex_keeps_the_normal_of_every_ruling() -> None:
+    """At the apex u still says from which side one comes."""
+    model = patches_of("cone")
+    side = next(part for part in model.parts if part.name == "side")
+    found = evaluate(model.batches[0], (8, 4))
+    assert found.normals is not None
+    for k in range(side.first, side.last):
+        _, outward = quadrics.cone(np.asarray(found.positions[k, :, 0], dtype=float))
+        for along in range(5):
+            np.testing.assert_allclose(found.normals[k, :, along], outward, atol=1e-12)
+
+
+def test_near_a_pole_normals_are_right_too() -> None:
+    """Where du is short but not zero the digits stay: 1/500 000 away from the sphere's pole."""
+    batch = example_batch("sphere")
+    assert batch.weights is not None
+    t = 2.0 ** -np.arange(1.0, 20)
+    for k in range(batch.count):
+        pole = 1 - t if k >= 4 else t
+        u = np.linspace(0, 1, len(t))
+        index = np.full(len(t), k, dtype=np.intp)
+        found, _ = unit_normals(batch, index, u, pole)
+        for normal, a, b in zip(found, u.tolist(), pole.tolist(), strict=True):
+            net = exact.exact_net(batch.points[k], batch.weights[k])
+            jet = exact.jets(net, [Fraction(a)], [Fraction(b)])[0][0]
+            assert normal == pytest.approx(exact.unit(exact.cross(jet.du, jet.dv)), abs=1e-9)
+
+
+def test_torus_and_the_open_examples_have_no_poles() -> None:
+    """Nothing to repair there."""
+    for name in ("torus", "saddle", "tveit", "bourke-1111"):
+        assert evaluate(patches_of(name).batches[0], (8, 8)).poles == 0

@@ -1,0 +1,234 @@
+"""Triangular patches, evaluated: against exact arithmetic, their symmetries, their tensor form."""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.bases import triangle
+from service.engine.evaluation import triangular
+from service.engine.evaluation.evaluate import evaluate
+from service.engine.evaluation.triangle_normals import triangle_normals
+from service.engine.scratch import Real
+from service.surface.lowered import TrianglePatches
+from tests.oracles import exact, triangles
+from tests.strategies import Array, triangle_heights, triangle_nets, weights_like
+
+few = st.integers(1, 4)
+
+
+def batch(net: Array, weights: Array | None = None) -> TrianglePatches:
+    return TrianglePatches(net[None].copy(), None if weights is None else weights[None].copy())
+
+
+@st.composite
+def weighted(draw: st.DrawFn, base: st.SearchStrategy[Array]) -> tuple[Array, Array | None]:
+    net = draw(base)
+    return net, draw(st.none() | weights_like(net))
+
+
+def smooth(degree: int, count: int = 1, rational: bool = False) -> TrianglePatches:
+    """Gentle hills over the same triangle, alike in nothing but their outline."""
+    rng = np.random.default_rng(degree)
+    places = triangle.barycentric(degree)[:, 1:]
+    heights = rng.uniform(-0.2, 0.2, (count, len(places), 1))
+    points = np.concatenate([np.broadcast_to(places, (count, *places.shape)), heights], axis=-1)
+    weights = rng.uniform(0.5, 2, points.shape[:2]) if rational else None
+    return TrianglePatches(points, weights)
+
+
+@given(weighted(triangle_nets()), few)
+def test_positions_are_the_exact_ones(given_: tuple[Array, Array | None], divisions: int) -> None:
+    net, weights = given_
+    truth = triangles.positions(triangles.jets(net, weights, divisions))
+    found = evaluate(batch(net, weights), (divisions, 1), normals=False)
+    assert found.normals is None
+    assert found.positions.shape == (1, len(truth), 3)
+    np.testing.assert_allclose(found.positions[0], truth, rtol=0, atol=1e-12 * np.abs(net).max())
+
+
+@given(weighted(triangle_nets()), few)
+def test_normals_are_the_exact_ones(given_: tuple[Array, Array | None], divisions: int) -> None:
+    """Where du × dv does not vanish; elsewhere they are unit vectors and counted."""
+    net, weights = given_
+    truth = triangles.normals(triangles.jets(net, weights, divisions))
+    found = evaluate(batch(net, weights), (divisions, divisions))
+    assert found.normals is not None
+    zero = np.isnan(truth[:, 0])
+    assert found.poles == zero.sum()
+    assert np.abs(found.normals[0] - truth)[~zero].max(initial=0) < 1e-9
+    np.testing.assert_allclose(np.linalg.norm(found.normals[0], axis=1), 1.0, rtol=1e-14)
+
+
+@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("degree", [1, 2, 3, 7, 12])
+def test_single_precision_keeps_its_digits(degree: int, rational: bool) -> None:
+    """Also far from zero, about a local origin."""
+    near = smooth(degree, 5, rational)
+    origin = np.array([3e5, -1e5, 2e6])
+    # What the input loses at such a distance is not evaluation's fault.
+    far = TrianglePatches(near.points + origin, near.weights)
+    kept = TrianglePatches(far.points - origin, near.weights)
+    truth = evaluate(kept, (9, 9))
+    found = evaluate(far, (9, 9), dtype=np.float32, origin=origin)
+    assert found.normals is not None
+    assert truth.normals is not None
+    assert found.positions.dtype == found.normals.dtype == np.float32
+    assert np.abs(found.positions - truth.positions).max() < 5e-7
+    assert np.abs(found.normals - truth.normals).max() < 2e-6
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("degree", [1, 3, 6])
+def test_chunks_do_not_show(
+    degree: int, rational: bool, dtype: Real, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Many patches at a time, one at a time, parts of one, bases made or kept: one result."""
+    patches = smooth(degree, 40, rational)
+    whole = evaluate(patches, (11, 11), dtype=dtype)
+    monkeypatch.setattr(triangular, "CHUNK_SAMPLES", 50)
+    parts = evaluate(patches, (11, 11), dtype=dtype)
+    monkeypatch.setattr(triangle, "LARGEST", 200)
+    made = evaluate(patches, (11, 11), dtype=dtype)
+    for found in (parts, made):
+        for ours, theirs in ((found.positions, whole.positions), (found.normals, whole.normals)):
+            assert ours is not None
+            assert theirs is not None
+            assert np.abs(ours - theirs).max() < 50 * np.finfo(dtype).eps
+
+
+@given(weighted(triangle_heights()), st.integers(0, 5))
+def test_the_net_may_be_turned_about(given_: tuple[Array, Array | None], symmetry: int) -> None:
+    """Rotating it gives the same points and normals; reflecting it turns the normals round."""
+    net, weights = given_
+    other = None if weights is None else triangles.turned(weights, symmetry)
+    first = evaluate(batch(net, weights), (5, 5))
+    second = evaluate(batch(triangles.turned(net, symmetry), other), (5, 5))
+    assert first.normals is not None
+    assert second.normals is not None
+    # Samples lie as control points of degree 5 would.
+    there = triangles.turned(first.positions[0], symmetry)
+    assert np.abs(second.positions[0] - there).max() < 1e-13 * max(1, np.abs(net).max())
+    sign = -1 if symmetry >= 3 else 1
+    normals = triangles.turned(first.normals[0], symmetry)
+    assert np.abs(sign * second.normals[0] - normals).max() < 1e-11
+
+
+@given(weighted(triangle_heights()), st.integers(1, 6), st.integers(1, 6))
+def test_the_tensor_form_is_the_same_surface(
+    given_: tuple[Array, Array | None], ru: int, rv: int
+) -> None:
+    """With s = u (1 − v), t = v: points, normals, and the pole, which is the corner itself."""
+    net, weights = given_
+    patches = batch(net, weights)
+    found = evaluate(patches.tensor(), (ru, rv))
+    u, v = (a.ravel() for a in np.meshgrid(np.arange(ru + 1) / ru, np.arange(rv + 1) / rv))
+    s, t = u * (1 - v), v
+    basis = triangle.triangle_bernstein(patches.degree, np.stack([1 - s - t, s, t], axis=1)).T
+    shares = basis if weights is None else basis * weights
+    points = (shares @ net) / shares.sum(axis=1, keepdims=True)
+    index = np.zeros(len(s), dtype=np.intp)
+    normals, limits = triangle_normals(patches, index, s, t)
+    grid = found.positions[0].swapaxes(0, 1).reshape(-1, 3)
+    assert np.abs(grid - points).max() < 1e-13 * max(1.0, np.abs(net).max())
+    assert found.normals is not None
+    assert np.abs(found.normals[0].swapaxes(0, 1).reshape(-1, 3) - normals).max() < 1e-9
+    assert (limits, found.poles) == (0, ru + 1)
+    pole = patches.tensor().points[0, :, -1]
+    np.testing.assert_array_equal(pole, np.tile(net[-1], (len(pole), 1)))
+
+
+def test_the_tensor_form_carries_its_sides_bit_for_bit() -> None:
+    """Corners and the side that keeps its degree; the others are the same curves, raised."""
+    for rational in (False, True):
+        patches = smooth(5, 3, rational)
+        tensor = patches.tensor()
+        np.testing.assert_array_equal(tensor.corners, patches.corners)
+        np.testing.assert_array_equal(tensor.side(2)[0], patches.side(2)[0])
+        assert tensor.collapsed.tolist() == [[False, False, False, True]] * 3
+
+
+def degenerate() -> dict[str, Any]:
+    """Nets with collapsed sides, repeated points, everything on a line or in a point."""
+    net = smooth(3).points[0]
+    lines = triangle.side_rows(3)
+    cases = {}
+    for number in range(3):
+        collapsed = net.copy()
+        collapsed[lines[number]] = net[lines[number][0]]
+        cases[f"side {number}"] = collapsed
+        blunt = net.copy()
+        blunt[lines[number][1]] = net[lines[number][0]]
+        cases[f"repeated point {number}"] = blunt
+    two = net.copy()
+    two[np.unique(lines[:2])] = net[0]
+    cases["two sides"] = two
+    cases["line"] = net * (1.0, 0.0, 0.0)
+    cases["point"] = np.ones_like(net)
+    cases["all sides"] = np.where(np.isin(np.arange(10), np.unique(lines))[:, None], 0.0, net)
+    return cases
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("net", degenerate().values(), ids=degenerate().keys())
+def test_degenerate_triangles_have_unit_normals(net: Array, rational: bool, dtype: Real) -> None:
+    """Everywhere, and where du × dv does not vanish they are the exact ones."""
+    weights = smooth(3, rational=True).weights if rational else None
+    truth = triangles.normals(triangles.jets(net, None if weights is None else weights[0], 4))
+    found = evaluate(TrianglePatches(net[None].copy(), weights), (4, 4), dtype=dtype)
+    assert found.normals is not None
+    lengths = np.linalg.norm(found.normals[0].astype(float), axis=1)
+    assert np.abs(lengths - 1).max() < 4 * np.finfo(dtype).eps
+    zero = np.isnan(truth[:, 0])
+    assert found.poles == zero.sum()
+    assert np.abs(found.normals[0] - truth)[~zero].max(initial=0) < 1e-5
+
+
+@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("symmetry", range(6))
+def test_normals_along_a_collapsed_side_are_those_of_the_cone(
+    symmetry: int, rational: bool
+) -> None:
+    """To first order the triangle is there the cone over C, its next row: the normal is C × C'.
+
+    Whichever side it is, and at both ends of it.
+    """
+    rng = np.random.default_rng(5)
+    net = np.array([[j, k, 0] for _, j, k in triangles.keys(4)]) + rng.uniform(-0.2, 0.2, (15, 3))
+    side = [key[1] == 0 for key in triangles.keys(4)]
+    net[side] = net[0]
+    weights = rng.uniform(0.5, 2, 15) if rational else np.ones(15)
+    next_ = [key[1] == 1 for key in triangles.keys(4)]
+    cone = exact.exact_net([(net[next_] - net[0]) * weights[next_, None]])[0]
+    slope = [tuple(y - x for x, y in zip(a, b, strict=True)) for a, b in pairwise(cone)]
+    truth = [
+        exact.unit(exact.cross(exact.curve_point(cone, t), exact.curve_point(slope, t)))
+        for t in exact.divisions(6)
+    ]
+    turned = batch(triangles.turned(net, symmetry), triangles.turned(weights, symmetry))
+    found = evaluate(turned if rational else TrianglePatches(turned.points), (6, 6))
+    assert found.normals is not None
+    assert found.poles == 7
+    here = triangles.turned(np.array([key[1] == 0 for key in triangles.keys(6)]), symmetry)
+    order = triangles.turned(np.array([key[2] for key in triangles.keys(6)]), symmetry)[here]
+    sign = -1 if symmetry >= 3 else 1
+    expected = sign * np.array(truth)[order]
+    assert np.abs(found.normals[0][here] - expected).max() < 1e-11
+
+
+@pytest.mark.parametrize("degree", [1, 2, 5, 20, 64])
+def test_high_degrees(degree: int) -> None:
+    """A plane stays one, its normal exact, whatever the degree; positions to rounding."""
+    places = triangle.barycentric(degree)
+    points = places @ np.array([[0.0, 0, 0], [2, 0, 1], [0, 3, 1]])
+    found = evaluate(TrianglePatches(points[None].copy()), (40, 40))
+    truth = triangle.barycentric(40) @ np.array([[0.0, 0, 0], [2, 0, 1], [0, 3, 1]])
+    assert np.abs(found.positions[0] - truth).max() < 1e-13
+    assert found.normals is not None
+    normal = np.array([-3, -2, 6]) / 7
+    assert np.abs(found.normals[0] - normal).max() < 1e-12

@@ -1,0 +1,78 @@
+"""Points of nets made to go wrong: no exception, no warning, nothing but numbers and nulls."""
+
+import numpy as np
+import orjson
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.encoders import json_points
+from service.engine.points.answer import points
+from service.engine.points.places import Query, locate
+from service.surface.lowered import (
+    Domain,
+    Part,
+    Patches,
+    PatchModel,
+    TensorPatches,
+    TrianglePatches,
+)
+from tests.strategies import Array, degenerate_nets, triangle_nets, weights_like
+
+WIDE = np.array([0.0, 1e-200]), np.array([-1e300, 1e300])
+"""Domains in which the chain rule leaves float64."""
+
+steps = st.lists(st.tuples(*[st.sampled_from([0, 1, 5, 8])] * 2), min_size=1, max_size=4)
+scales = st.sampled_from([1.0, 1e-300, 1e-30, 1e30, 3e38])
+
+
+def check(model: PatchModel, query: Query) -> None:
+    found = points(model, locate(model, query), query.order)
+    assert np.isfinite(found["positions"]).all()
+    np.testing.assert_allclose(np.linalg.norm(found["normals"], axis=1), 1, atol=1e-12)
+    content = json_points.encode(found)
+    assert len(content) <= json_points.byte_bound(len(query.places), query.order)
+    assert set(orjson.loads(content)) == set(found)
+
+
+def one(batch: Patches, domain: Domain | None = None) -> PatchModel:
+    return PatchModel("model", (batch,), (Part("model", 0, 1),), "y", domain)
+
+
+def scaled(net: Array, scale: float) -> Array:
+    """The net with its largest coordinate brought to `scale`, nearly."""
+    return net[None] * (scale / 8)
+
+
+@settings(max_examples=60)
+@given(degenerate_nets(), steps, scales, st.data())
+def test_degenerate_patches(
+    net: Array, places: list[tuple[int, int]], scale: float, data: st.DataObject
+) -> None:
+    weights = data.draw(st.none() | weights_like(net))
+    batch = TensorPatches(scaled(net, scale), None if weights is None else weights[None])
+    uv = np.array(places) / 8
+    check(one(batch), Query(uv, None, 2))
+    beside = np.clip(uv + 1e-9, 0, 1)
+    check(one(batch), Query(beside, None, 2))
+
+
+@settings(max_examples=30)
+@given(triangle_nets(), steps, scales, st.data())
+def test_degenerate_triangles(
+    net: Array, places: list[tuple[int, int]], scale: float, data: st.DataObject
+) -> None:
+    net = net.copy()
+    net[data.draw(st.lists(st.integers(0, len(net) - 1)))] = net[0]
+    weights = data.draw(st.none() | weights_like(net))
+    batch = TrianglePatches(scaled(net, scale), None if weights is None else weights[None])
+    rst = np.array([(16 - a - b, a, b) for a, b in places]) / 16
+    check(one(batch), Query(rst, None, 2))
+
+
+@pytest.mark.parametrize("wide", WIDE, ids=["narrow", "wide"])
+def test_partials_beyond_double_precision_are_null(wide: Array) -> None:
+    net = np.random.default_rng(1).standard_normal((1, 3, 3, 3)) * 1e30
+    model = one(TensorPatches(net), Domain(wide, np.array([0.0, 1.0])))
+    uv = np.array([[wide[0], 0.5], [wide[1], 1.0]])
+    check(model, Query(uv, None, 2))

@@ -1,0 +1,105 @@
+"""Points and partials of B-splines in the parameters of their own domain, beside scipy's."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import NdBSpline
+
+from service.bases import knots as bases
+from service.engine.points.answer import Columns, points
+from service.engine.points.places import Query, locate
+from service.surface.bspline import BsplineSurface
+from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
+from tests.strategies import Array
+
+ORDERS = {
+    "positions": (0, 0),
+    "du": (1, 0),
+    "dv": (0, 1),
+    "duu": (2, 0),
+    "duv": (1, 1),
+    "dvv": (0, 2),
+}
+LIMITS = (1e-12, 1e-9, 1e-7)
+
+shares = st.lists(st.floats(0, 1), min_size=1, max_size=5)
+
+
+def asked(surface: BsplineSurface, uv: Array) -> Columns:
+    model = surface.lower()
+    return points(model, locate(model, Query(uv, None, 2)), 2)
+
+
+def derivatives(surface: BsplineSurface, uv: Array) -> dict[str, Array]:
+    """Partials of the homogeneous B-spline by scipy, then the quotient rule.
+
+    S = X/w, w S_a = X_a − w_a S, w S_ab = X_ab − w_ab S − w_a S_b − w_b S_a
+    """
+    net = surface.control_net
+    weights = np.ones(net.shape[:2]) if surface.weights is None else surface.weights
+    together = np.concatenate([net * weights[..., None], weights[..., None]], axis=-1)
+    spline = NdBSpline(surface.knot_vectors, together, surface.degree)
+    x, w = {}, {}
+    for order in ORDERS.values():
+        # A second derivative of a line is zero; scipy refuses to take it.
+        if any(n > p for n, p in zip(order, surface.degree, strict=True)):
+            value = np.zeros((len(uv), 4))
+        else:
+            value = spline(uv, nu=order)
+        x[order], w[order] = value[:, :3], value[:, 3:]
+    s = {(0, 0): x[0, 0] / w[0, 0]}
+    for a in ((1, 0), (0, 1)):
+        s[a] = (x[a] - w[a] * s[0, 0]) / w[0, 0]
+    for a, b, ab in (((1, 0), (1, 0), (2, 0)), ((1, 0), (0, 1), (1, 1)), ((0, 1), (0, 1), (0, 2))):
+        s[ab] = (x[ab] - w[ab] * s[0, 0] - w[a] * s[b] - w[b] * s[a]) / w[0, 0]
+    return {name: s[order] for name, order in ORDERS.items()}
+
+
+def check(surface: BsplineSurface, uv: Array) -> None:
+    """To 1e-12, 1e-9 and 1e-7 of the largest there is, by order."""
+    found, wanted = asked(surface, uv), derivatives(surface, uv)
+    for name, order in ORDERS.items():
+        size = max(float(np.abs(wanted[name]).max()), 1.0)
+        np.testing.assert_allclose(found[name], wanted[name], atol=LIMITS[sum(order)] * size)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    knot_vectors(), knot_vectors(), st.integers(0, 10**6), st.booleans(), st.tuples(shares, shares)
+)
+def test_partials_are_those_of_scipy(
+    u: KnotVector, v: KnotVector, seed: int, rational: bool, inner: tuple[list[float], ...]
+) -> None:
+    """At breaks as well, where what lies to the right counts."""
+    weights = weights_for(u.points, seed, v.points) if rational else None
+    net = points_for(u.points, seed, v.points)
+    surface = BsplineSurface(net, (u.degree, v.degree), (u.knots, v.knots), weights)
+    lines = []
+    for vector, at in zip((u, v), inner, strict=True):
+        low, high = bases.domain(*vector)
+        inside = np.clip(low + (high - low) * np.array(at), low, high)
+        lines.append(np.concatenate([bases.breaks(*vector), inside]))
+    uv = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
+    check(surface, uv)
+
+
+@pytest.mark.parametrize("rational", [False, True])
+def test_high_degree_over_knots_far_from_zero(rational: bool) -> None:
+    """Degree (12, 7), domain from 1e5 on."""
+    rng = np.random.default_rng(8)
+    u = 1e5 + np.sort(rng.uniform(0, 40, 12 + 1 + 20))
+    v = bases.clamped(11, 7)
+    weights = weights_for(20, 3, 11) if rational else None
+    surface = BsplineSurface(points_for(20, 2, 11), (12, 7), (u, v), weights)
+    low, high = bases.domain(u, 12)
+    check(surface, np.stack([rng.uniform(low, high, 50), rng.uniform(0, 4, 50)], axis=1))
+
+
+def test_at_a_crease_the_right_side_counts() -> None:
+    """And the left one at the end of the domain."""
+    vector = np.array([0, 0, 0, 1, 1, 2, 2, 2.0])
+    net = points_for(5, 3, 2)
+    found = asked(BsplineSurface(net, (2, 1), (vector, "clamped")), np.array([[1.0, 0], [2.0, 0]]))
+    np.testing.assert_allclose(found["du"][0], 2 * (net[3, 0] - net[2, 0]), atol=1e-12)
+    np.testing.assert_allclose(found["du"][1], 2 * (net[4, 0] - net[3, 0]), atol=1e-12)

@@ -1,0 +1,260 @@
+"""Curvatures against closed forms and 50 digits, at poles and beside them."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from service.engine.points.curvature import Curvatures
+from service.engine.points.differential import jets
+from service.surface import quadrics
+from service.surface.lowered import TensorPatches
+from service.surface.patches import PatchSurface
+from tests.oracles import exact
+from tests.strategies import Array, height_nets, nets, weighted_nets, weights_like
+
+ROOT_HALF = np.sqrt(0.5)
+
+
+def batch(net: Array, weights: Array | None = None) -> TensorPatches:
+    return TensorPatches(np.array(net)[None], None if weights is None else np.array(weights)[None])
+
+
+def tensor(surface: PatchSurface) -> TensorPatches:
+    (patches,) = surface.lower().batches
+    assert isinstance(patches, TensorPatches)
+    return patches
+
+
+def at(patches: TensorPatches, patch: int, places: list[tuple[float, float]]) -> Curvatures:
+    u, v = np.array(places).T
+    found = jets(patches, np.full(len(u), patch), u, v, 2).curvatures
+    assert found is not None
+    return found
+
+
+def scattered(patches: TensorPatches, count: int = 200) -> tuple[Array, Array, Curvatures, Array]:
+    """Points and normals at places of all patches, corners and borders among them."""
+    rng = np.random.default_rng(3)
+    index = np.arange(count) % patches.count
+    u, v = rng.random((2, count))
+    u[::7], v[::5], u[::11], v[::13] = 0, 1, 1, 0
+    found = jets(patches, index, u, v, 2)
+    assert found.curvatures is not None
+    assert found.normals is not None
+    return found.partials[0], found.normals, found.curvatures, np.array(found.degenerate)
+
+
+@pytest.mark.parametrize("radius", [1.0, 3.0, 1e-12, 1e12])
+def test_sphere_is_round_everywhere_poles_included(radius: float) -> None:
+    """K = 1/r², H = k_1 = k_2 = −1/r: the normals point outwards."""
+    _, _, found, degenerate = scattered(tensor(quadrics.sphere(radius)))
+    assert degenerate.any()
+    np.testing.assert_allclose(found.gaussian * radius**2, 1, rtol=0, atol=1e-11)
+    for k in (found.mean, found.larger, found.smaller):
+        np.testing.assert_allclose(k * radius, -1, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("distance", [2.0**-4, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-14, 0.0])
+def test_sphere_is_round_beside_its_poles(distance: float) -> None:
+    patches = tensor(quadrics.sphere())
+    south, north = [(u, distance) for u in (0.0, 0.3, 1.0)], [(u, 1 - distance) for u in (0.0, 0.3)]
+    for patch, places in ((0, south), (4, north)):
+        found = at(patches, patch, places)
+        np.testing.assert_allclose(found.gaussian, 1, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(found.larger, -1, rtol=0, atol=1e-11)
+
+
+def test_torus() -> None:
+    """K = cos θ / (r (R + r cos θ)), k_2 = −1/r across the tube."""
+    points, _, found, _ = scattered(tensor(quadrics.torus(2.0, 0.5)))
+    rho = np.hypot(points[:, 0], points[:, 1])
+    cosine = (rho - 2.0) / 0.5
+    np.testing.assert_allclose(found.gaussian, cosine / (0.5 * rho), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found.smaller, -2.0, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found.larger, -cosine / rho, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found.mean, -(2 + cosine / rho) / 2, rtol=0, atol=1e-12)
+
+
+def test_cylinder_and_its_caps() -> None:
+    """K = 0 and H = −1/(2r) on the side; flat caps, their middles, which are poles, included."""
+    points, normals, found, degenerate = scattered(tensor(quadrics.cylinder(2.0, 3.0)))
+    side = np.abs(normals[:, 2]) < 0.5
+    assert degenerate.any()
+    assert 0 < side.sum() < len(points)
+    np.testing.assert_allclose(found.gaussian, 0, atol=1e-14)
+    np.testing.assert_allclose(found.mean, np.where(side, -0.25, 0), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(found.smaller, np.where(side, -0.5, 0), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(found.larger, 0, atol=1e-14)
+
+
+def test_cone_has_no_mean_curvature_at_its_apex() -> None:
+    """H = −cos α / (2ρ) grows without bounds; K = 0 along every ruling, so that is its limit."""
+    patches = tensor(quadrics.cone(1.0, 2.0))
+    places = [(0.4, v) for v in (0.0, 0.5, 0.9, 1 - 1e-6, 1.0)]
+    found = at(patches, 0, places)
+    np.testing.assert_allclose(found.gaussian, 0, atol=1e-9)
+    rho = 1 - np.array([v for _, v in places[:-1]])
+    np.testing.assert_allclose(found.mean[:-1], -2 / np.sqrt(5) / (2 * rho), rtol=1e-8)
+    assert np.isnan([found.mean[-1], found.larger[-1], found.smaller[-1]]).all()
+
+
+def test_saddle() -> None:
+    """z = xy: K = −1/(1 + u² + v²)², H = −uv/(1 + u² + v²)^{3/2}."""
+    net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
+    places = [(u, v) for u in (0.0, 0.25, 1.0) for v in (0.0, 0.6, 1.0)]
+    u, v = np.array(places).T
+    found = at(batch(net), 0, places)
+    square = 1 + u * u + v * v
+    gauss, mean = -1 / square**2, -u * v / square**1.5
+    spread = np.sqrt(mean**2 - gauss)
+    for got, right in (
+        (found.gaussian, gauss),
+        (found.mean, mean),
+        (found.larger, mean + spread),
+        (found.smaller, mean - spread),
+    ):
+        np.testing.assert_allclose(got, right, rtol=0, atol=1e-15)
+
+
+def test_ellipsoid_has_two_curvatures_at_its_pole() -> None:
+    """Half axes a, b, c: there k = −c/a² and −c/b², whatever the ruling by which it is reached."""
+    sphere = tensor(quadrics.sphere())
+    patches = TensorPatches(sphere.points * [3.0, 2.0, 1.5], sphere.weights)
+    found = at(patches, 5, [(u, v) for u in (0.0, 0.3, 1.0) for v in (1.0, 1 - 1e-9)])
+    np.testing.assert_allclose(found.larger, -1.5 / 9, rtol=1e-8)
+    np.testing.assert_allclose(found.smaller, -1.5 / 4, rtol=1e-8)
+    np.testing.assert_allclose(found.gaussian, 1.5**2 / 36, rtol=1e-8)
+
+
+def test_pole_of_higher_order() -> None:
+    """The paraboloid z = x² + y² with the radius v, v² and v³: N vanishes to order 1, 3 and 5.
+
+    Beyond the order that is looked at nothing is told.
+    """
+    arc = np.array([[1.0, 0], [1, 1], [0, 1]])
+    for power, known in ((1, True), (2, True), (3, False)):
+        net = np.zeros((3, 2 * power + 1, 3))
+        radius, square = np.zeros(2 * power + 1), np.zeros(2 * power + 1)
+        # Bernstein coefficients of r = v^power and of r², in degree 2 power.
+        n = 2 * power
+        for j in range(n + 1):
+            radius[j] = np.prod([(j - i) / (n - i) for i in range(power)])
+        square[-1] = 1
+        net[..., :2] = arc[:, None] * radius[:, None]
+        net[..., 2] = square
+        weights = np.outer([1, ROOT_HALF, 1], np.ones(n + 1))
+        found = at(batch(net, weights), 0, [(0.25, 0.0)])
+        if known:
+            assert found.gaussian == pytest.approx(4, rel=1e-9)
+            assert abs(found.mean[0]) == pytest.approx(2, rel=1e-9)
+            assert abs(found.smaller[0]) == pytest.approx(2, rel=1e-9)
+        else:
+            assert np.isnan([found.gaussian, found.mean, found.larger, found.smaller]).all()
+
+
+def test_nothing_has_no_curvature() -> None:
+    """A patch that is a point, and one that is a line."""
+    for net in (np.ones((3, 3, 3)), np.arange(3.0)[:, None, None] * np.ones((1, 3, 3))):
+        found = at(batch(net), 0, [(0.0, 0.0), (0.5, 0.5)])
+        assert np.isnan([found.gaussian, found.mean, found.larger, found.smaller]).all()
+
+
+@settings(max_examples=40)
+@given(
+    weighted_nets(height_nets(degree=st.integers(1, 4))),
+    st.lists(st.tuples(*[st.integers(0, 16)] * 2), min_size=1, max_size=3),
+)
+def test_curvatures_are_those_of_fifty_digits(
+    surface: tuple[Array, Array | None], places: list[tuple[int, int]]
+) -> None:
+    check(*surface, [(i / 16, j / 16) for i, j in places], 1e-9)
+
+
+@st.composite
+def collapsed(draw: st.DrawFn) -> tuple[Array, Array | None]:
+    """Nets with one side in one point, which is no apex: a tangent plane is left there."""
+    net = draw(nets(degree=st.integers(2, 4), limit=4)).copy()
+    net[:, 0] = net[0, 0]
+    net[..., 2] = np.where(np.arange(net.shape[1]) < 2, net[0, 0, 2], net[..., 2])
+    for i in range(len(net)):
+        net[i, 1, :2] = net[0, 0, :2] + [16.0 - i, 1.0 + i * i]
+    weights = draw(st.none() | weights_like(net))
+    return net, weights
+
+
+@settings(max_examples=30)
+@given(collapsed(), st.sampled_from([1e-3, 1e-5, 1e-7, 1e-9]), st.integers(0, 8))
+def test_beside_a_pole_next_to_nothing_is_lost(
+    surface: tuple[Array, Array | None], distance: float, along: int
+) -> None:
+    check(*surface, [(along / 8, distance)], 1e-8, root=1e-5)
+
+
+def check(
+    net: Array,
+    weights: Array | None,
+    places: list[tuple[float, float]],
+    limit: float,
+    *,
+    root: float | None = None,
+) -> None:
+    """All four at some places; `root` bounds k_1 and k_2 where they come from H² − K."""
+    found = at(batch(net, weights), 0, places)
+    precise = exact.exact_net(net, weights)
+    for k, (u, v) in enumerate(places):
+        _, du, dv, *_ = jet = exact.second_jet(precise, Fraction(u), Fraction(v))
+        assume(any(exact.cross(du, dv)))
+        assert len(jet) == 6
+        right = np.array(exact.curvatures(precise, Fraction(u), Fraction(v)), dtype=float)
+        measure = max(np.abs(right[1:]).max(), 1.0)
+        assert found.gaussian[k] == pytest.approx(right[0], abs=limit * measure**2)
+        assert found.mean[k] == pytest.approx(right[1], abs=limit * measure)
+        for got, truth in ((found.larger[k], right[2]), (found.smaller[k], right[3])):
+            assert got == pytest.approx(truth, abs=(root or limit) * measure)
+
+
+@settings(max_examples=25)
+@given(weighted_nets(height_nets(degree=st.integers(1, 3))), st.floats(0, 1), st.floats(0, 1))
+def test_curvature_is_of_the_surface_not_of_its_parameters(
+    surface: tuple[Array, Array | None], u: float, v: float
+) -> None:
+    """Elevated, exchanged and reversed nets: K stays, H turns with the normal; scaling divides."""
+    net, weights = surface
+    first = at(batch(net, weights), 0, [(u, v)])
+    homogeneous = net if weights is None else np.dstack([net * weights[..., None], weights])
+    higher = elevated(elevated(homogeneous).swapaxes(0, 1)).swapaxes(0, 1)
+    others = {
+        "elevated": (batch(*split_weights(higher, weights)), (u, v), 1.0, 1.0),
+        "exchanged": (
+            batch(net.swapaxes(0, 1), None if weights is None else weights.T), (v, u), -1.0, 1.0,
+        ),
+        "reversed": (
+            batch(net[::-1], None if weights is None else weights[::-1]), (1 - u, v), -1.0, 1.0,
+        ),
+        "scaled": (batch(8 * net, weights), (u, v), 1.0, 8.0),
+    }  # fmt: skip
+    measure = max(1.0, float(np.abs(first.larger).max()), float(np.abs(first.smaller).max()))
+    for name, (patches, place, sign, scale) in others.items():
+        second = at(patches, 0, [place])
+        np.testing.assert_allclose(
+            second.gaussian * scale**2, first.gaussian, rtol=0, atol=1e-8 * measure**2, err_msg=name
+        )
+        np.testing.assert_allclose(
+            sign * second.mean * scale, first.mean, rtol=0, atol=1e-8 * measure, err_msg=name
+        )
+
+
+def elevated(net: Array) -> Array:
+    """The net one degree higher along axis 0: P*_i = i/(p+1) P_{i−1} + (1 − i/(p+1)) P_i."""
+    share = (np.arange(len(net) + 1) / len(net))[:, None, None]
+    below = np.concatenate([net[:1], net])
+    above = np.concatenate([net, net[-1:]])
+    higher: Array = share * below + (1 - share) * above
+    return higher
+
+
+def split_weights(net: Array, weights: Array | None) -> tuple[Array, Array | None]:
+    return (net, None) if weights is None else (net[..., :3] / net[..., 3:], net[..., 3])

@@ -1,0 +1,169 @@
+"""Points and partials at scattered parameters, against fractions, geomdl and differences."""
+
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+import pytest
+from geomdl import NURBS, BSpline
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.evaluation import nets as nets_module
+from service.engine.points.differential import jets
+from service.surface.lowered import TensorPatches
+from tests.oracles import exact
+from tests.strategies import Array, example_batch, moved, nets, weighted_nets
+
+LIMITS = (1e-12, 1e-9, 1e-9, 1e-7, 1e-7, 1e-7)
+"""Of S, S_u, S_v, S_uu, S_uv, S_vv relative to the size of the net."""
+
+parameters = st.lists(
+    st.tuples(*[st.sampled_from([0.0, 1.0, 0.5]) | st.integers(0, 97).map(lambda k: k / 97)] * 2),
+    min_size=1,
+    max_size=4,
+)
+
+
+def batch(net: Array, weights: Array | None = None) -> TensorPatches:
+    return TensorPatches(np.array(net)[None], None if weights is None else np.array(weights)[None])
+
+
+def partials(
+    net: Array, weights: Array | None, places: list[tuple[float, float]], order: int = 2
+) -> Array:
+    u, v = np.array(places).T
+    index = np.zeros(len(u), dtype=np.intp)
+    return jets(batch(net, weights), index, u, v, order).partials
+
+
+def size(net: Array) -> float:
+    return float((net.max(axis=(0, 1)) - net.min(axis=(0, 1))).max()) or 1.0
+
+
+def check(net: Array, weights: Array | None, places: list[tuple[float, float]]) -> None:
+    found = partials(net, weights, places)
+    precise = exact.exact_net(net, weights)
+    for k, (u, v) in enumerate(places):
+        truth = exact.second_jet(precise, Fraction(u), Fraction(v))
+        for got, right, limit in zip(found[:, k], truth, LIMITS, strict=True):
+            assert np.abs(got - np.array(right, dtype=float)).max() <= limit * size(net)
+
+
+@settings(max_examples=60)
+@given(weighted_nets(nets(degree=st.integers(1, 8))), parameters)
+def test_partials_are_those_in_fractions(
+    surface: tuple[Array, Array | None], places: list[tuple[float, float]]
+) -> None:
+    check(*surface, places)
+
+
+@settings(max_examples=20)
+@given(weighted_nets(nets(degree=st.integers(1, 4))), parameters)
+def test_far_from_the_origin_only_the_position_is_rounded(
+    surface: tuple[Array, Array | None], places: list[tuple[float, float]]
+) -> None:
+    net, weights = surface
+    near = partials(net, weights, places)
+    far = partials(moved(net, 2.0**20, -(2.0**21)), weights, places)
+    np.testing.assert_allclose(far[1:], near[1:], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(far[0] - [2.0**20, -(2.0**21), 0], near[0], rtol=0, atol=2.0**-31)
+
+
+@pytest.mark.parametrize("weighted", [False, True])
+def test_high_degree(weighted: bool) -> None:
+    """Degree 15 by 9, weights in [0.2, 5]."""
+    rng = np.random.default_rng(15)
+    net = rng.integers(-128, 129, (16, 10, 3)) / 16
+    weights = rng.integers(13, 321, (16, 10)) / 64 if weighted else None
+    check(net, weights, [(0.0, 1.0), (0.125, 0.3), (0.7, 0.9), (1.0, 0.55)])
+
+
+@pytest.mark.parametrize("weighted", [False, True])
+def test_geomdl_agrees(weighted: bool) -> None:
+    """A peer: Algorithms A3.6 and A4.4 on a clamped surface without inner knots."""
+    rng = np.random.default_rng(7)
+    net = rng.standard_normal((5, 4, 3))
+    weights = rng.uniform(0.2, 5, (5, 4)) if weighted else np.ones((5, 4))
+    peer = NURBS.Surface() if weighted else BSpline.Surface()
+    peer.degree_u, peer.degree_v = 4, 3
+    points = np.concatenate([net * weights[..., None], weights[..., None]], axis=2)
+    peer.set_ctrlpts((points if weighted else net).reshape(20, -1).tolist(), 5, 4)
+    peer.knotvector_u, peer.knotvector_v = [0] * 5 + [1] * 5, [0] * 4 + [1] * 4
+    places = [(0.1, 0.2), (0.5, 0.5), (0.93, 0.4), (0.0, 1.0)]
+    found = partials(net, weights if weighted else None, places)
+    for k, (u, v) in enumerate(places):
+        table = peer.derivatives(u, v, order=2)
+        right = [table[i][j] for i, j in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))]
+        for got, value, limit in zip(found[:, k], right, LIMITS, strict=True):
+            np.testing.assert_allclose(got, value, rtol=0, atol=limit * size(net))
+
+
+def shifted(patches: TensorPatches, place: tuple[Array, Array], du: float, dv: float) -> Array:
+    """Points of every patch beside a place."""
+    found = jets(patches, np.arange(patches.count), place[0] + du, place[1] + dv, 0)
+    points: Array = found.partials[0]
+    return points
+
+
+def test_differences_of_points_tend_to_the_partials() -> None:
+    """Central differences of order h², of every example with weights or without."""
+    h = 2.0**-10
+    for name in ("sphere", "torus", "utah-teapot", "saddle"):
+        patches = example_batch(name)
+        index = np.arange(patches.count)
+        u, v = np.full(patches.count, 0.375), np.full(patches.count, 0.625)
+
+        at = partial(shifted, patches, (u, v))
+        s = jets(patches, index, u, v, 2).partials
+        estimates = [
+            (at(h, 0) - at(-h, 0)) / (2 * h),
+            (at(0, h) - at(0, -h)) / (2 * h),
+            (at(h, 0) - 2 * s[0] + at(-h, 0)) / h**2,
+            (at(h, h) - at(h, -h) - at(-h, h) + at(-h, -h)) / (4 * h**2),
+            (at(0, h) - 2 * s[0] + at(0, -h)) / h**2,
+        ]
+        for estimate, right in zip(estimates, s[1:], strict=True):
+            np.testing.assert_allclose(right, estimate, atol=3e-5 * patches.extent)
+
+
+def test_corners_and_poles_are_their_control_points() -> None:
+    """Bit for bit, as in a mesh."""
+    patches = example_batch("sphere")
+    for patch in range(patches.count):
+        for corner, (u, v) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
+            got = jets(patches, np.array([patch]), np.array([u * 1.0]), np.array([v * 1.0]), 0)
+            net = patches.points[patch]
+            np.testing.assert_array_equal(got.partials[0, 0], net[-u, -v], err_msg=str(corner))
+    south = jets(patches, np.zeros(7, dtype=np.intp), np.linspace(0, 1, 7), np.zeros(7), 1)
+    np.testing.assert_array_equal(south.partials[0], np.tile([0.0, 0.0, -1.0], (7, 1)))
+    assert south.degenerate is not None
+    assert south.degenerate.all()
+    assert south.normals is not None
+    np.testing.assert_allclose(south.normals, np.tile([0.0, 0.0, -1.0], (7, 1)), atol=1e-15)
+
+
+def test_the_order_decides_what_is_computed() -> None:
+    patches = example_batch("saddle")
+    middle = np.array([0.5])
+    for order, count in enumerate((1, 3, 6)):
+        found = jets(patches, np.array([0]), middle, middle, order)
+        assert len(found.partials) == count
+        assert (found.normals is None, found.degenerate is None) == (order < 1, order < 1)
+        assert (found.curvatures is None) == (order < 2)
+
+
+def test_chunks_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Many samples of few patches and few of many, in small pieces and in one."""
+    patches = example_batch("utah-teapot")
+    rng = np.random.default_rng(5)
+    index = np.concatenate([rng.integers(0, patches.count, 60), np.full(40, 3)])
+    u, v = rng.random((2, 100))
+    whole = jets(patches, index, u, v, 2)
+    monkeypatch.setattr(nets_module, "CHUNK_BYTES", 40_000)
+    monkeypatch.setattr(nets_module, "CHUNK_SAMPLES", 7)
+    pieces = jets(patches, index, u, v, 2)
+    np.testing.assert_allclose(pieces.partials, whole.partials, rtol=0, atol=1e-13)
+    assert whole.curvatures is not None
+    assert pieces.curvatures is not None
+    np.testing.assert_allclose(pieces.curvatures.mean, whole.curvatures.mean, rtol=1e-9)

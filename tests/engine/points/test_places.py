@@ -1,0 +1,124 @@
+"""Which patch a parameter belongs to, knots and ends included."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.engine.points.answer import points
+from service.engine.points.places import Query, locate
+from service.errors import InvalidRequest
+from service.surface.lowered import Domain, Part, PatchModel, TensorPatches
+from service.surface.patches import PatchSurface
+from tests.oracles.exact import split
+from tests.strategies import Array, cube, mixed_model, model_of
+
+KNOTS_U, KNOTS_V = np.array([-1.0, 0.5, 4.0]), np.array([2.0, 3.0])
+
+
+def pieces() -> tuple[Array, PatchModel]:
+    """A net over the domain [−1, 4] × [2, 3], split at u = ½: 0.3 of the way."""
+    net = np.arange(36.0).reshape(4, 3, 3) ** 1.5
+    halves = np.stack(split(net, 0.3))
+    domain = Domain(KNOTS_U, KNOTS_V)
+    return net, PatchModel("model", (TensorPatches(halves),), (Part("model", 0, 2),), "y", domain)
+
+
+def test_knots_belong_to_the_span_that_begins_there_and_the_end_to_the_last() -> None:
+    _, model = pieces()
+    uv = np.array([[-1, 2], [0.5, 2.5], [np.nextafter(0.5, 0), 2.5], [4, 3], [2.25, 3]])
+    found = locate(model, Query(uv, None, 0))
+    np.testing.assert_array_equal(found.patch, [0, 1, 0, 1, 1])
+    np.testing.assert_array_equal(found.local[[0, 1, 3, 4]], [[0, 0], [0, 0.5], [1, 1], [0.5, 1]])
+    assert 1 - 1e-15 < found.local[2, 0] <= 1
+    np.testing.assert_array_equal(found.widths[:, 0], [1.5, 3.5, 1.5, 3.5, 3.5])
+
+
+def test_spans_are_counted_along_u_first() -> None:
+    net = np.zeros((6, 2, 2, 3))
+    domain = Domain(np.array([0.0, 1, 2]), np.array([0.0, 1, 2, 3]))
+    model = PatchModel("model", (TensorPatches(net),), (Part("model", 0, 6),), "y", domain)
+    uv = np.array([[u + 0.5, v + 0.5] for u in range(2) for v in range(3)])
+    np.testing.assert_array_equal(locate(model, Query(uv, None, 0)).patch, np.arange(6))
+
+
+def test_partials_are_in_the_parameters_of_the_surface() -> None:
+    """The whole net over [0, 1], by the chain rule: u = −1 + 5 t, v = 2 + s."""
+    net, model = pieces()
+    whole = model_of([net])
+    t, s = np.array([0.1, 0.3, 0.55, 1.0]), np.array([0.0, 0.25, 1.0, 0.5])
+    uv = np.stack([-1 + 5 * t, 2 + s], axis=1)
+    found = points(model, locate(model, Query(uv, None, 0)), 2)
+    right = points(whole, locate(whole, Query(np.stack([t, s], axis=1), None, 0)), 2)
+    for name, factor in (("positions", 1), ("du", 5), ("dv", 1), ("duu", 25), ("duv", 5)):
+        np.testing.assert_allclose(found[name] * factor, right[name], atol=1e-9, err_msg=name)
+    for name in ("normals", "gaussian_curvature", "mean_curvature", "principal_curvatures"):
+        np.testing.assert_allclose(found[name], right[name], atol=1e-9, err_msg=name)
+
+
+def test_patches_are_numbered_as_in_the_request() -> None:
+    """Parts reorder the patches of a model; batches divide them."""
+    vertices = np.concatenate([face.reshape(-1, 3) for face in cube()])
+    grids = np.arange(24).reshape(6, 2, 2)
+    surface = PatchSurface(vertices, grids, parts=(("odd", (5, 1, 3)), ("two", (2,))))
+    model = surface.lower()
+    all_ = Query(np.full((6, 2), 0.5), np.arange(6), 0)
+    middles = points(model, locate(model, all_), 0)["positions"]
+    np.testing.assert_array_equal(middles, vertices[grids].mean(axis=(1, 2)))
+    fifth = Query(np.full((2, 2), 0.5), np.array(4), 0)
+    one = points(model, locate(model, fifth), 0)["positions"]
+    np.testing.assert_array_equal(one, middles[[4, 4]])
+
+
+def test_batches_of_several_degrees() -> None:
+    nets = [np.ones((2, 2, 3)), np.full((3, 4, 3), 2.0), np.full((2, 2, 3), 3.0)]
+    model = model_of(nets)
+    assert len(model.batches) == 3
+    found = points(model, locate(model, Query(np.full((4, 2), 0.5), np.array([2, 0, 1, 2]), 0)), 0)
+    np.testing.assert_array_equal(found["positions"][:, 0], [3, 1, 2, 3])
+
+
+def refused(model: PatchModel, uv: Any, patch: Any = None) -> list[tuple[str, str]]:
+    query = Query(np.array(uv, dtype=float), None if patch is None else np.array(patch), 0)
+    with pytest.raises(InvalidRequest) as caught:
+        locate(model, query)
+    return [(issue.code, issue.pointer) for issue in caught.value.issues]
+
+
+def test_what_lies_nowhere_is_refused() -> None:
+    _, model = pieces()
+    outside = [[-1, 2], [-1.1, 2], [4, 3.5], [0, 2], [5, 0]]
+    assert refused(model, outside) == [
+        ("outside_domain", f"/uv/{place}") for place in ("1/0", "2/1", "4/0", "4/1")
+    ]
+    assert refused(model, [[0, 2]], 0) == [("unexpected_patch", "/patch")]
+    several = model_of(cube())
+    assert refused(several, [[0, 0], [0.5, 1.5]], [0, 0]) == [("outside_domain", "/uv/1/1")]
+    assert refused(several, [[0, 0]]) == [("missing_field", "/patch")]
+    assert refused(several, [[0, 0], [0, 0]], [0]) == [("wrong_length", "/patch")]
+    assert refused(several, [[0, 0], [0, 0]], [0, 6]) == [("index_out_of_range", "/patch/1")]
+    assert refused(several, [[0, 0], [0, 0]], -1) == [("index_out_of_range", "/patch")]
+    assert len(refused(several, np.full((50, 2), 2.0), 0)) == 20
+
+
+def test_one_patch_needs_no_number() -> None:
+    model = model_of(cube()[:1])
+    np.testing.assert_array_equal(locate(model, Query(np.zeros((2, 2)), None, 0)).patch, [0, 0])
+
+
+def test_triangles_take_barycentric_places_and_grids_take_uv() -> None:
+    square, triangle = np.zeros((2, 2, 3)), np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 8]])
+    model = mixed_model([square, triangle])
+    places = np.array([[0.5, 0.25, 0.25], [0, 0, 1], [1 + 5e-10, 0, 0]])
+    found = locate(model, Query(places, np.array(1), 0))
+    np.testing.assert_allclose(found.local, places[:, 1:], rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(points(model, found, 0)["positions"][0], [1, 1, 2])
+    assert refused(model, places[:1], [0]) == [("wrong_parameters", "/barycentric/0")]
+    assert refused(model, [[0, 0], [0, 0]], [0, 1]) == [("wrong_parameters", "/uv/1")]
+    wrong = [[1, 0, 0], [0.5, 0.5, 1e-8], [0.5, 0.5, -1e-12], [0.5, 0.6, 0]]
+    assert refused(model, wrong, 1) == [
+        ("outside_domain", f"/barycentric/{row}") for row in (1, 2, 3)
+    ]
+    assert refused(model_of([square]), places[:1]) == [("wrong_parameters", "/barycentric/0")]
+    _, pieces_ = pieces()
+    assert refused(pieces_, places[:1]) == [("wrong_parameters", "/barycentric/0")]

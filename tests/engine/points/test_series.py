@@ -1,0 +1,96 @@
+"""Power series against fractions, and their errors against what is really off."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.bases.bernstein import bernstein
+from service.engine.points.series import Series, cross, dot, taylor
+
+COUNT = 6
+
+numbers = st.integers(-64, 64).map(lambda k: k / 7)
+lists = st.lists(numbers, min_size=COUNT, max_size=COUNT)
+
+
+def series(terms: list[float]) -> Series:
+    array = np.array(terms)
+    return Series(array, np.zeros(array.shape))
+
+
+def product(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
+    return [sum((a[i] * b[k - i] for i in range(k + 1)), Fraction(0)) for k in range(COUNT)]
+
+
+def off(found: Series, truth: list[Fraction]) -> None:
+    """The terms are as far off as their errors allow, and these are small."""
+    measure = max(1.0, *(abs(float(x)) for x in truth))
+    for term, error, right in zip(found.terms, found.errors, truth, strict=True):
+        assert abs(Fraction(float(term)) - right) <= Fraction(float(error)) + Fraction(2) ** -200
+        assert error <= 1e-11 * measure
+
+
+@settings(max_examples=40)
+@given(lists, lists, lists)
+def test_errors_bound_what_is_off(a: list[float], b: list[float], c: list[float]) -> None:
+    """a b − c and (a b − c)/d for a d that begins with 8."""
+    exact = [[Fraction(x) for x in terms] for terms in (a, b, c)]
+    difference = [x - y for x, y in zip(product(exact[0], exact[1]), exact[2], strict=True)]
+    found = series(a) * series(b) - series(c)
+    off(found, difference)
+    divisor = [8.0, *(x / 16 for x in b[1:])]
+    quotient: list[Fraction] = []
+    for k, x in enumerate(difference):
+        rest = sum((Fraction(divisor[i]) * quotient[k - i] for i in range(1, k + 1)), Fraction(0))
+        quotient.append((x - rest) / 8)
+    off(found / series(divisor), quotient)
+    off((found + found).times(3.0), [6 * x for x in difference])
+
+
+def test_errors_of_what_goes_in_come_out() -> None:
+    """An operand that may be off by e makes the product, the quotient and the sum as much off."""
+    wrong, one = Series(np.array([1.0, 1.0]), np.array([0.0, 1e-3])), series([1.0, 2.0])
+    for result in (wrong * one, wrong / one, wrong + one, wrong - one, one / wrong):
+        assert 0.9e-3 <= result.errors[1] <= 1.2e-3
+        assert result.errors[0] < 1e-12
+
+
+def test_taylor_of_a_polynomial_is_the_polynomial() -> None:
+    """Σ b_i B_i^n(t) = Σ a_k t^k; terms beyond the degree are zero, those cut off are missing."""
+    coefficients = np.array([[3.0, -1, 4, 1, 5]])
+    t = np.linspace(0, 1, 5)
+    values = bernstein(4, t) @ coefficients[0]
+    for count in (5, 8):
+        terms = taylor(coefficients, count).terms[0]
+        np.testing.assert_allclose(np.polynomial.polynomial.polyval(t, terms), values, atol=1e-13)
+    assert taylor(coefficients, 3).terms.shape == (1, 3)
+
+
+def test_products_of_vectors() -> None:
+    rng = np.random.default_rng(1)
+    a, b = rng.standard_normal((2, 4, 3, COUNT))
+    none = np.zeros(a.shape)
+    t = 0.01
+    powers = t ** np.arange(COUNT)
+    found_dot = dot(Series(a, none), Series(b, none)).terms @ powers
+    found_cross = cross(Series(a, none), Series(b, none)).terms @ powers
+    at_a, at_b = a @ powers, b @ powers
+    np.testing.assert_allclose(found_dot, (at_a * at_b).sum(axis=1), atol=1e-10)
+    np.testing.assert_allclose(found_cross, np.cross(at_a, at_b), atol=1e-10)
+
+
+def test_first_term_is_one_that_is_surely_there() -> None:
+    found = Series(np.array([[1e-20, 1e-9, 3, 1], [0.0, 0, 0, 0]]), np.full((2, 4), 1e-6))
+    np.testing.assert_array_equal(found.first(), [2, 4])
+
+
+def test_tail_leaves_out_what_is_known_to_be_zero() -> None:
+    found = Series(np.array([[1e-20, 1e-9, 3, 1]] * 3), np.full((3, 4), 1e-6))
+    value, error = found.tail(np.array([2.0, 2.0, 4.0]), np.array([0.0, 0.5, 0.0]))
+    np.testing.assert_array_equal(value, [3, 3.5, np.nan])
+    assert error[0] == pytest.approx(1e-6)
+    assert error[1] == pytest.approx(1.5e-6 + 0.5)
+    assert np.isnan(error[2])

@@ -1,0 +1,153 @@
+"""Points, partials and curvatures of triangles against fractions and the tensor-product form."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from service.engine.evaluation import triangle_normals
+from service.engine.evaluation.evaluate import evaluate
+from service.engine.points.differential import jets
+from service.engine.points.triangle_differential import triangle_jets
+from service.surface.lowered import TrianglePatches
+from tests.oracles import exact, triangles
+from tests.strategies import Array
+
+LIMITS = (1e-12, 1e-9, 1e-9, 1e-7, 1e-7, 1e-7)
+"""Of S, S_s, S_t, S_ss, S_st, S_tt relative to the size of the net."""
+
+
+@st.composite
+def surfaces(draw: st.DrawFn, low: int = 1, high: int = 6) -> tuple[Array, Array | None]:
+    degree = draw(st.integers(low, high))
+    count = (degree + 1) * (degree + 2) // 2
+    coordinates = st.integers(-128, 128).map(lambda k: k / 16)
+    net = draw(arrays.arrays(np.float64, (count, 3), elements=coordinates))
+    ratios = st.integers(13, 320).map(lambda k: k / 64)
+    return net, draw(st.none() | arrays.arrays(np.float64, (count,), elements=ratios))
+
+
+grid_places = st.lists(
+    st.tuples(st.integers(0, 16), st.integers(0, 16)).filter(lambda p: sum(p) <= 16),
+    min_size=1,
+    max_size=3,
+)
+
+
+def batch(net: Array, weights: Array | None) -> TrianglePatches:
+    return TrianglePatches(net[None].copy(), None if weights is None else weights[None].copy())
+
+
+def at_places(net: Array, weights: Array | None, places: list[tuple[float, float]]) -> list[Array]:
+    """Six partials, and the four curvatures, of one patch."""
+    s, t = np.array(places, dtype=float).T
+    found = triangle_jets(batch(net, weights), np.zeros(len(s), dtype=np.intp), s, t, 2)
+    c = found.curvatures
+    assert c is not None
+    return [found.partials, np.stack([c.gaussian, c.mean, c.larger, c.smaller])]
+
+
+@settings(max_examples=40)
+@given(surfaces(), grid_places)
+def test_partials_and_curvatures_are_those_in_fractions(
+    surface: tuple[Array, Array | None], places: list[tuple[int, int]]
+) -> None:
+    partials, curvatures = at_places(*surface, [(j / 16, k / 16) for j, k in places])
+    net = triangles.exact_triangle(*surface)
+    size = float(np.ptp(surface[0], axis=0).max()) or 1.0
+    for row, (j, k) in enumerate(places):
+        place = (Fraction(16 - j - k, 16), Fraction(j, 16), Fraction(k, 16))
+        jet = triangles.second_jet(net, place)
+        for got, right, limit in zip(partials[:, row], jet, LIMITS, strict=True):
+            assert np.abs(got - np.array(right, dtype=float)).max() <= limit * size
+        normal = exact.cross(jet[1], jet[2])
+        lengths = [float(exact.dot(d, d)) for d in (jet[1], jet[2])]
+        if float(exact.dot(normal, normal)) > 1e-4 * lengths[0] * lengths[1] > 0:
+            bent = np.array(exact.bending(jet), dtype=float)
+            measure = max(1.0, np.abs(bent).max())
+            np.testing.assert_allclose(curvatures[:, row], bent, rtol=0, atol=1e-7 * measure)
+
+
+@settings(max_examples=20)
+@given(surfaces(2, 5), grid_places)
+def test_curvatures_are_those_of_the_square(
+    surface: tuple[Array, Array | None], places: list[tuple[int, int]]
+) -> None:
+    """The same surface over s = u (1 − v), t = v."""
+    patches = batch(*surface)
+    s, t = np.array([(j / 16, k / 16) for j, k in places if k < 16] or [(0.25, 0.25)]).T
+    index = np.zeros(len(s), dtype=np.intp)
+    found = triangle_jets(patches, index, s, t, 2)
+    right = jets(patches.tensor(), index, s / (1 - t), t, 2)
+    assert found.curvatures is not None
+    assert right.curvatures is not None
+    assert found.degenerate is not None
+    assume(not found.degenerate.any())
+    length_s, length_t = (np.linalg.norm(d, axis=1) for d in found.partials[1:3])
+    sine = np.linalg.norm(np.cross(*found.partials[1:3]), axis=1) / (length_s * length_t)
+    assume((sine > 1e-2).all())
+    measure = np.maximum(1, np.abs([right.curvatures.larger, right.curvatures.smaller]).max(axis=0))
+    off = found.curvatures.gaussian - right.curvatures.gaussian
+    assert (np.abs(off) <= 1e-7 * measure**2).all()
+    assert (np.abs(found.curvatures.mean - right.curvatures.mean) <= 1e-7 * measure).all()
+
+
+@pytest.mark.parametrize("weighted", [False, True])
+@pytest.mark.parametrize("axis", range(3))
+def test_at_and_beside_a_side_that_is_one_point(axis: int, weighted: bool) -> None:
+    """Points of level 0 are one, those of level 1 lie in a plane with it: the limit is finite."""
+    keys = triangles.keys(2)
+    net = np.zeros((6, 3))
+    for row, key in enumerate(keys):
+        along = key[(axis + 1) % 3]
+        net[row] = ([0, 0, 0], [1 - along, along, 0], [1, 1, 2])[key[axis]]
+    ratios = np.array([1.0 + 0.5 * key[axis] + 0.25 * key[0] for key in keys])
+    weights = ratios if weighted else None
+    precise = triangles.exact_triangle(net, weights)
+    values = []
+    for distance in (0.0, 1e-14, 1e-10, 1e-7, 1e-4, 2.0**-5, 0.25):
+        place = np.roll([distance, 0.375 * (1 - distance), 0.625 * (1 - distance)], axis)
+        partials, curvatures = at_places(net, weights, [(place[1], place[2])])
+        assert np.isfinite(partials).all()
+        values.append(curvatures[:, 0])
+        if distance > 0:
+            s, t = Fraction(float(place[1])), Fraction(float(place[2]))
+            jet = triangles.second_jet(precise, (1 - s - t, s, t))
+            right = np.array(exact.bending(jet), dtype=float)
+            # Where r is small, s and t as rounded leave it few digits.
+            limit = 1e-9 if axis else 1e-9 + 1e-15 / distance
+            np.testing.assert_allclose(values[-1], right, rtol=max(limit, 1e-8), atol=1e-9)
+    np.testing.assert_allclose(values[0], values[1], rtol=1e-8, atol=1e-9)
+    assert abs(values[0][1]) > 0.1
+
+
+def test_corners_are_their_control_points_and_normals_are_as_in_a_mesh() -> None:
+    """Even where two sides meet in a cusp, the normal there is a limit, and flagged."""
+    net = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 1], [0.5, 0, 0], [1, 1, 1], [1, 2, 0.3]])
+    s, t = np.array([0.0, 1, 0]), np.array([0.0, 0, 1])
+    patches = batch(net, None)
+    found = triangle_jets(patches, np.zeros(3, dtype=np.intp), s, t, 1)
+    np.testing.assert_array_equal(found.partials[0], net[[0, 2, 5]])
+    assert found.degenerate is not None
+    np.testing.assert_array_equal(found.degenerate, [True, False, False])
+    assert found.normals is not None
+    mesh = evaluate(patches, (2, 2)).normals
+    assert mesh is not None
+    np.testing.assert_allclose(found.normals, mesh[0, [0, 2, 5]], atol=1e-12)
+
+
+def test_chunks_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(8)
+    patches = TrianglePatches(rng.standard_normal((5, 10, 3)), rng.uniform(0.5, 2, (5, 10)))
+    index = rng.integers(0, 5, 40)
+    s, t = rng.random((2, 40)) / 2
+    whole = triangle_jets(patches, index, s, t, 2)
+    monkeypatch.setattr(triangle_normals, "CHUNK_NUMBERS", 70)
+    pieces = triangle_jets(patches, index, s, t, 2)
+    np.testing.assert_allclose(pieces.partials, whole.partials, rtol=0, atol=1e-12)
+    assert whole.curvatures is not None
+    assert pieces.curvatures is not None
+    np.testing.assert_allclose(pieces.curvatures.mean, whole.curvatures.mean, rtol=1e-9)

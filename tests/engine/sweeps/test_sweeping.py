@@ -1,0 +1,222 @@
+"""Tubes and ribbons from their definitions: the trefoil, hair, corners, and what is foreseen."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.interpolate import BSpline
+
+from service.bases.arrays import FloatArray
+from service.engine.build import build
+from service.engine.curves.arc_length import arc_lengths
+from service.engine.curves.evaluation import Samples
+from service.engine.mesh import Mesh
+from service.engine.options import Faces, MeshOptions
+from service.engine.sweeps.sweeping import predicted_sweep
+from service.surface.curve import BezierCurve, BsplineCurve, Curve
+from service.surface.sweeps import RibbonSurface, TubeSurface
+from service.surface.swept_shapes import curl, streamer, trefoil
+
+
+def spline_of(curve: BsplineCurve) -> BSpline:
+    """A periodic B-spline as scipy has it."""
+    points = np.concatenate([curve.control_points, curve.control_points[: curve.degree]])
+    return BSpline(curve.knot_vector, points, curve.degree)
+
+
+def greatest_curvature(curve: BsplineCurve) -> float:
+    """|C′ × C″| / |C′|³ at many parameters."""
+    spline = spline_of(curve)
+    t = np.linspace(0, len(curve.control_points), 20_000)
+    first, second = spline(t, 1), spline(t, 2)
+    bend = np.linalg.norm(np.cross(first, second), axis=1)
+    return float((bend / np.linalg.norm(first, axis=1) ** 3).max())
+
+
+def judged(mesh: Mesh) -> trimesh.Trimesh:
+    """The mesh as another library has it, one vertex a position."""
+    rows = mesh.triangles if mesh.welds is None else mesh.welds[mesh.triangles]
+    return trimesh.Trimesh(mesh.positions, rows, process=False)
+
+
+@pytest.mark.parametrize("faces", ["triangles", "quads"])
+def test_a_tube_along_a_trefoil(faces: Faces) -> None:
+    """Watertight, outwards, and π r² times the length within 1 % at radius × curvature ≤ 0.2."""
+    curve = trefoil()
+    radius = 0.2 / greatest_curvature(curve)
+    tube = TubeSurface(curve, np.array([radius]), sides=48)
+    mesh = build(tube.lower(), MeshOptions(resolution=(8, 1), faces=faces))
+    assert (mesh.report.watertight, mesh.report.boundary_edges) == (True, 0)
+    assert mesh.report.vertices == 24 * 8 * 48
+    if faces == "quads":
+        assert (len(mesh.quads), len(mesh.triangles)) == (24 * 8 * 48, 0)
+        return
+    solid = judged(mesh)
+    assert solid.is_watertight
+    assert solid.is_winding_consistent
+    assert solid.euler_number == 0
+    pieces = curve.lower()
+    length = arc_lengths(pieces, Samples.uniform(pieces.count, 8))[-1]
+    assert solid.volume == pytest.approx(math.pi * radius**2 * length, rel=0.01)
+    assert mesh.normals is not None
+    own = solid.face_normals[:, None]
+    assert (own * mesh.normals[mesh.triangles]).sum(axis=2).min() > 0.99
+    # Every vertex is its normal away from the curve.
+    middle = mesh.positions - radius * mesh.normals
+    fine = spline_of(curve)(np.linspace(0, 24, 24 * 8 + 1))
+    gaps = np.linalg.norm(middle[:, None] - fine[None], axis=2).min(axis=1)
+    assert gaps.max() < 1e-9
+
+
+def test_the_rings_of_a_trefoil_hardly_turn() -> None:
+    """From ring to ring, and over the seam, the same vertex is the nearest one."""
+    tube = TubeSurface(trefoil(), np.array([0.3]), sides=12)
+    mesh = build(tube.lower(), MeshOptions(resolution=(16, 1)))
+    (grid,) = mesh.grids
+    assert mesh.normals is not None
+    rings = mesh.normals[grid[0, :, :-1]]
+    for here, there in pairwise(rings):
+        assert np.array_equal((here @ there.T).argmax(axis=1), np.arange(12))
+    assert np.array_equal(grid[0, 0], grid[0, -1])
+
+
+def test_hair_tapers_to_its_point() -> None:
+    mesh = build(curl().lower(), MeshOptions(resolution=(64, 1)))
+    assert mesh.report.watertight
+    assert judged(mesh).is_watertight
+    curve = curl().curve
+    tip = curve.control_points[-1]
+    assert (mesh.positions == tip).all(axis=1).any()
+    # No disc at the tip, one at the root.
+    assert mesh.report.triangles == 63 * 8 * 2 + 8 + 8
+
+
+def test_many_hairs_are_many_small_meshes() -> None:
+    rng = np.random.default_rng(11)
+    for points in rng.normal(size=(50, 5, 3)):
+        hair = TubeSurface(BezierCurve(points), np.array([0.02, 0.0]), sides=3)
+        mesh = build(hair.lower(), MeshOptions(resolution=(6, 1)))
+        assert mesh.report.watertight
+        assert mesh.report.vertices == 6 * 3 + 1 + 1
+
+
+def test_normals_of_a_swelling_tube_are_those_of_its_surface() -> None:
+    """About a straight line the normals are exact: those of a surface of revolution."""
+    line = BezierCurve(np.array([[0.0, 0, 0], [0, 0, 1], [0, 0, 4]]))
+    radii = np.array([0.5, 1.5, 0.25])
+    tube = TubeSurface(line, radii, sides=5, caps=False)
+    mesh = build(tube.lower(), MeshOptions(resolution=(10, 1)))
+    t = np.arange(11) / 10
+    z = 2 * t * (1 - t) + 4 * t * t
+    speed = 2 * (1 - t) + 6 * t
+    rate = 2 * ((1 - t) * (radii[1] - radii[0]) + t * (radii[2] - radii[1]))
+    (grid,) = mesh.grids
+    assert mesh.normals is not None
+    assert mesh.positions[grid[0, :, 0], 2] == pytest.approx(z, abs=1e-12)
+    wanted = -rate / np.hypot(rate, speed)
+    for column in range(5):
+        assert mesh.normals[grid[0, :, column], 2] == pytest.approx(wanted, abs=1e-12)
+
+
+def test_a_ribbon_follows_the_curve_and_its_profile() -> None:
+    ribbon = streamer()
+    mesh = build(ribbon.lower(), MeshOptions(resolution=(12, 1), faces="quads"))
+    (grid,) = mesh.grids
+    left, right = mesh.positions[grid[0, :, 0]], mesh.positions[grid[0, :, 1]]
+    curve = ribbon.curve
+    assert isinstance(curve, BsplineCurve)
+    t = np.arange(49) / 12
+    points = BSpline(curve.knot_vector, curve.control_points, 3)(t)
+    assert (left + right) / 2 == pytest.approx(points, abs=1e-12)
+    s = t / 4
+    width = sum(
+        math.comb(4, i) * s**i * (1 - s) ** (4 - i) * w for i, w in enumerate(ribbon.width.tolist())
+    )
+    assert np.linalg.norm(right - left, axis=1) == pytest.approx(width, abs=1e-12)
+    assert mesh.normals is not None
+    assert (mesh.normals[:, 2] > 0).all()
+    # Quads between, triangles at both tips.
+    assert (mesh.report.quads, mesh.report.triangles) == (46, 2)
+
+
+def test_a_curve_that_closes_under_another_radius_is_open() -> None:
+    loop = BezierCurve(np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 0]]))
+    closed = build(TubeSurface(loop, np.array([0.1])).lower(), MeshOptions())
+    assert judged(closed).euler_number == 0
+    open_ = build(TubeSurface(loop, np.array([0.1, 0.2])).lower(), MeshOptions())
+    assert open_.report.watertight
+    assert judged(open_).euler_number == 2
+
+
+CURVES: dict[str, FloatArray] = {
+    "arch": np.array([[0.0, 0, 0], [1, 1, 0], [0, 1, 1], [1, 0, 3]]),
+    "cusp": np.array([[0.0, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 0]]),
+    "loop": np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 0, 0]]),
+    "line": np.array([[0.0, 0], [1, 2]]),
+}
+
+
+@pytest.mark.parametrize("faces", ["triangles", "quads"])
+@pytest.mark.parametrize("corners", [False, True])
+@pytest.mark.parametrize("name", CURVES)
+def test_no_mesh_is_larger_than_foreseen(name: str, corners: bool, faces: Faces) -> None:
+    points = CURVES[name]
+    curve = BsplineCurve(points, 1) if corners else BezierCurve(points)
+    for surface in (
+        TubeSurface(curve, np.array([0.1]), sides=5),
+        TubeSurface(curve, np.array([0.0, 0.1, 0.0]), sides=3),
+        RibbonSurface(curve, np.array([0.0, 0.2])),
+    ):
+        for options in (
+            MeshOptions((6, 1), faces=faces),
+            MeshOptions((1, 9), faces=faces, weld=False),
+        ):
+            model = surface.lower()
+            vertices, triangles, quads, grids = predicted_sweep(model, options)
+            mesh = build(model, options)
+            assert len(mesh.positions) <= vertices
+            assert len(mesh.triangles) <= triangles
+            assert len(mesh.quads) <= quads
+            assert sum(len(grid) for grid in mesh.grids) <= grids
+            low, high = model.bounds
+            assert (mesh.positions >= low - 1e-12).all()
+            assert (mesh.positions <= high + 1e-12).all()
+
+
+def test_a_far_tube_is_stored_about_a_local_origin() -> None:
+    far = BezierCurve(CURVES["arch"] + [5e5, 4.6e6, 0])
+    mesh = build(TubeSurface(far, np.array([0.1])).lower(), MeshOptions(), single=True)
+    assert mesh.origin.any()
+    assert mesh.positions.dtype == np.float32
+    assert np.abs(mesh.positions).max() < 4
+    assert judged(mesh).is_watertight
+
+
+HOSTILE_CURVES: dict[str, Curve] = {
+    "heavy end": BezierCurve(np.array([[-2.0, 2], [0, -1]]), np.array([1e8, 1])),
+    "tiny": BezierCurve(np.array([[1e-300, 0], [2e-300, 1e-300], [0, 1e-300]])),
+    "far": BezierCurve(np.array([[1e15, 0, 0], [1e15 + 1, 1, 0], [1e15, 2, 1]])),
+    "grid of rounding": BsplineCurve(
+        np.array([[0.0, 1, 2], [1, 0, 2], [2, 2, 0], [0, 0, 1], [1, 2, 2]]) + 1e15, 2, "periodic"
+    ),
+    "points in a row": BsplineCurve(np.array([[0.0, 0], [1, 0], [1, 0], [1, 0], [0, 0]]), 1),
+    "there and back": BezierCurve(np.array([[0.0, 0], [1, 0], [0, 0]])),
+}
+
+
+@pytest.mark.parametrize("crease", [0.0, 0.02, math.pi])
+@pytest.mark.parametrize("name", HOSTILE_CURVES)
+def test_no_curve_is_too_odd(name: str, crease: float) -> None:
+    """Finite, of unit normals, closed and no larger than foreseen, whatever the curve does."""
+    curve = HOSTILE_CURVES[name]
+    size = float(np.ptp(curve.control_points, axis=0).max())
+    tube = TubeSurface(curve, np.array([0.1, 0.2, 0.1]) * size, sides=3)
+    options = MeshOptions((4, 1), crease_angle=crease)
+    mesh = build(tube.lower(), options)
+    assert np.isfinite(mesh.positions).all()
+    assert mesh.normals is not None
+    assert np.linalg.norm(mesh.normals, axis=1) == pytest.approx(1, abs=1e-12)
+    assert mesh.report.watertight
+    assert len(mesh.positions) <= predicted_sweep(tube.lower(), options)[0]

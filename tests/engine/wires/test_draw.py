@@ -1,0 +1,206 @@
+"""Isoparametric curves as tubes and ribbons: closed where curves close, joined where they go on."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from service.encoders.prediction import predict
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.engine.wires.draw import COLOR, NAME, width_of
+from service.engine.wires.isocurves import isocurves
+from service.engine.wires.paths import wire_paths
+from service.errors import InvalidRequest
+from service.surface.lowered import PatchModel
+from tests.engine.meshing import as_triangles, check_sound, check_values, check_winding, mesh_of
+from tests.examples import patches_of
+from tests.oracles.topology import volume
+from tests.strategies import Array, cube, degenerate_nets, model_of, split_models
+
+SHAPES = ["utah-teapot", "cone", "tveit", "torus", "octahedral-sphere", "bspline-hills"]
+"""Poles, an apex, a border, closed circles, triangles, a spline."""
+
+
+def wires_of(source: Any, count: int | tuple[int, int] = 2, **options: Any) -> Mesh:
+    """The wires alone."""
+    counts = (count, count) if isinstance(count, int) else count
+    return mesh_of(source, isocurves=counts, surface=False, **options)
+
+
+def paths_of(model: PatchModel, count: int) -> list[tuple[int, int, bool]]:
+    """How many paths of how many stations there are, closed or not."""
+    runs = isocurves(model, (4, 4), (count, count))
+    found = [wires.paths for wires in wire_paths(model, runs, np.radians(1))]
+    return sorted((*paths.points.shape[:2], paths.closed) for paths in found)
+
+
+@pytest.mark.parametrize(("weld", "faces"), [(True, "triangles"), (False, "quads")])
+@pytest.mark.parametrize("wires", ["tubes", "ribbons"])
+@pytest.mark.parametrize("example", SHAPES)
+def test_wires_are_sound(example: str, wires: str, weld: bool, faces: str) -> None:
+    options: dict[str, Any] = {
+        "resolution": (3, 2),
+        "wire_sides": 3,
+        "faces": faces,
+        "weld": weld,
+        "wires": wires,
+    }
+    mesh = wires_of(example, (3, 2), **options)
+    check_sound(mesh)
+    if weld:
+        assert mesh.report.watertight == (wires == "tubes")
+    (part,) = mesh.parts
+    assert part.name == NAME
+    size = predict(patches_of(example), MeshOptions(isocurves=(3, 2), surface=False, **options))
+    assert size.vertices >= len(mesh.positions)
+    assert size.triangles >= len(mesh.triangles)
+    assert size.quads >= len(mesh.quads)
+
+
+def test_tubes_keep_their_distance_from_the_surface() -> None:
+    """On a sphere of radius 1 the curves lie on it, the tubes within half their width."""
+    mesh = wires_of("sphere", 4, wires="tubes", wire_width=0.05, wire_sides=12)
+    check_winding(mesh)
+    distance = np.linalg.norm(mesh.positions, axis=1)
+    assert abs(distance - 1).max() < 0.025 + 1e-3
+    assert distance.max() > 1.02
+
+
+def test_ribbons_lie_on_the_surface() -> None:
+    """Their normals are the sphere's, their crossbars at right angles to it."""
+    mesh = wires_of("sphere", 3, wires="ribbons", wire_width=0.1, resolution=(8, 8))
+    assert mesh.normals is not None
+    outwards = np.einsum("vd,vd->v", mesh.normals, mesh.positions)
+    assert outwards.min() > 0.99
+    np.testing.assert_allclose(
+        np.linalg.norm(mesh.positions, axis=1), np.hypot(1, 0.05), atol=1e-12
+    )
+
+
+def test_ribbons_lie_above_the_faces_that_are_drawn() -> None:
+    """By a twentieth of their width: on the unit sphere at a radius of 1.005."""
+    options: dict[str, Any] = {"wires": "ribbons", "wire_width": 0.1, "resolution": (8, 8)}
+    mesh = mesh_of("sphere", isocurves=(3, 3), **options)
+    first = len(mesh_of("sphere", resolution=(8, 8)).positions)
+    distance = np.linalg.norm(mesh.positions[first:], axis=1)
+    np.testing.assert_allclose(distance, np.hypot(1.005, 0.05), atol=1e-12)
+
+
+def test_a_circle_across_patches_is_one_closed_tube() -> None:
+    """Two circles of four pieces round the cone's side and two round its base, no caps."""
+    cone = patches_of("cone")
+    # Lines of v = ½ on the side and on the base; lines of u = ½ from pole to pole.
+    found = paths_of(cone, 2)
+    assert (2, 17, True) in found
+    mesh = wires_of("cone", (0, 2), wires="tubes", wire_width=0.02, resolution=(4, 4))
+    # The rim's four borders end at corners, with caps: 8 discs, of which the circles have none.
+    circles = 2 * 16 * 8
+    borders = 4 * (5 * 8 + 2 * (8 + 1))
+    assert len(mesh.positions) == circles + borders
+
+
+def test_a_bend_is_mitred_up_to_a_right_angle() -> None:
+    """Lines round a cube bend by 90° at its edges, and go round as one tube with square corners."""
+    model = model_of(cube())
+    found = paths_of(model, 2)
+    # Three rings of four sides: four times four divisions, and a second station at each bend.
+    assert (3, 16 + 1 + 3, True) in found
+    mesh = wires_of(model, 2, wires="tubes", wire_width=0.1, wire_sides=4, resolution=(1, 1))
+    check_sound(mesh)
+    assert mesh.report.watertight
+
+
+@settings(max_examples=20)
+@given(split_models(oriented=False))
+def test_curves_go_on_across_patches(pieces: tuple[Array, list[Array]]) -> None:
+    """The quarters of one patch, whichever way they are turned: lines cross them in one."""
+    found = paths_of(model_of(pieces[1]), 2)
+    across = sum(count for count, stations, _ in found if stations == 9)
+    # Twelve borders in halves; of each direction two lines through two patches.
+    assert across == 4
+
+
+@settings(max_examples=20)
+@given(degenerate_nets())
+def test_wires_of_degenerate_surfaces_are_finite(net: Array) -> None:
+    for wires in ("tubes", "ribbons"):
+        mesh = wires_of([net], 2, wires=wires, resolution=(3, 3), wire_width=0.1)
+        if len(mesh.positions):
+            check_values(mesh)
+
+
+def test_wires_stand_beside_the_surface() -> None:
+    """One part more, in a colour of its own; the surface is as it was."""
+    alone = mesh_of("utah-teapot", resolution=(4, 4))
+    mesh = mesh_of("utah-teapot", resolution=(4, 4), isocurves=(2, 2), wires="tubes")
+    check_sound(mesh)
+    assert mesh.parts[:-1] == alone.parts
+    assert mesh.parts[-1].color == COLOR
+    count = len(alone.positions)
+    np.testing.assert_array_equal(mesh.positions[:count], alone.positions)
+    np.testing.assert_array_equal(mesh.triangles[: len(alone.triangles)], alone.triangles)
+    assert mesh.report.closure == alone.report.closure
+
+
+def test_wires_of_a_coloured_surface_keep_their_colour() -> None:
+    mesh = mesh_of("heated-panel", resolution=(4, 4), isocurves=(2, 2), wires="tubes")
+    alone = mesh_of("heated-panel", resolution=(4, 4))
+    assert mesh.colors is not None
+    count = len(alone.positions)
+    np.testing.assert_array_equal(mesh.colors[:count], alone.colors)
+    np.testing.assert_array_equal(mesh.colors[count:], [COLOR[: mesh.colors.shape[1]]] * (
+        len(mesh.positions) - count))  # fmt: skip
+    assert mesh.parts[-1].color is None
+    ((name, values),) = mesh.attributes
+    assert name == "temperature"
+    assert len(values) == len(mesh.positions)
+
+
+def test_the_width_follows_the_size_unless_it_is_told() -> None:
+    model = patches_of("sphere")
+    assert width_of(model, MeshOptions()) == pytest.approx(np.sqrt(12) / 300)
+    assert width_of(model, MeshOptions(wire_width=0.25)) == 0.25
+
+
+def test_the_volume_of_a_wire_is_its_length_times_its_section() -> None:
+    """Four straight borders and two straight lines across a flat square of side 2."""
+    square = np.array([[[0.0, 0, 0], [0, 2, 0]], [[2, 0, 0], [2, 2, 0]]])
+    sides, width = 16, 0.01
+    mesh = wires_of([square], 2, wires="tubes", wire_width=width, wire_sides=sides)
+    section = sides / 2 * np.sin(2 * np.pi / sides) * (width / 2) ** 2
+    found = volume(mesh.positions, as_triangles(mesh))
+    assert found == pytest.approx(6 * 2 * section, rel=1e-9)
+
+
+def test_wires_far_away_keep_their_shape_in_single_precision() -> None:
+    net = patches_of("saddle").batches[0].points[0] + 1e6
+    mesh = wires_of([net], 2, wires="tubes", single=True)
+    assert mesh.positions.dtype == np.float32
+    assert mesh.origin.tolist() == [1e6] * 3
+    check_sound(mesh)
+
+
+@pytest.mark.parametrize(
+    ("options", "pointer"),
+    [
+        ({"isocurves": (-1, 0)}, "/isocurves"),
+        ({"isocurves": (0, 1025)}, "/isocurves"),
+        ({"wire_width": 0.0}, "/wire_width"),
+        ({"wire_width": float("nan")}, "/wire_width"),
+        ({"wire_sides": 2}, "/wire_sides"),
+        ({"surface": False}, "/faces"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(options: dict[str, Any], pointer: str) -> None:
+    with pytest.raises(InvalidRequest) as caught:
+        MeshOptions(**options)
+    assert caught.value.issues[0].pointer == pointer
+
+
+def test_groups_have_wires_of_their_members() -> None:
+    """In place and under their names."""
+    mesh = mesh_of("tea-service", isocurves=(1, 1), wires="tubes", resolution=(2, 2))
+    names = [part.name for part in mesh.parts if part.name.endswith(f"/{NAME}")]
+    assert names[:2] == [f"tray/{NAME}", f"teapot/{NAME}"]

@@ -1,0 +1,171 @@
+"""Isoparametric curves: where they run, how many there are, that they meet and are drawn once."""
+
+from collections import Counter
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from service.engine.wires.isocurves import IsoCurves, isocurves, most_isocurves
+from service.surface.lowered import Part, PatchModel, TrianglePatches
+from tests.engine.meshing import mesh_of
+from tests.examples import patches_of
+from tests.oracles import exact, triangles
+from tests.strategies import (
+    Array,
+    cube,
+    degenerate_nets,
+    model_of,
+    moved,
+    nets,
+    resolutions,
+    split_models,
+    triangle_nets,
+    weighted_nets,
+)
+
+
+def curves_of(
+    model: PatchModel, counts: tuple[int, int], resolution: tuple[int, int] = (4, 4)
+) -> list[IsoCurves]:
+    found = isocurves(model, resolution, counts)
+    curves, points = most_isocurves(model, resolution, counts)
+    assert sum(len(run.points) for run in found) <= curves
+    assert sum(run.points[..., 0].size for run in found) <= points
+    return found
+
+
+def count(runs: list[IsoCurves]) -> int:
+    return sum(len(run.points) for run in runs)
+
+
+def places(run: IsoCurves, k: int) -> Array:
+    """Parameters of the samples of one curve."""
+    share = np.linspace(0, 1, run.points.shape[1])[:, None]
+    at: Array = (1 - share) * run.first[k] + share * run.last[k]
+    return at
+
+
+@settings(max_examples=25)
+@given(weighted_nets(nets(limit=4)), resolutions)
+def test_every_sample_is_a_point_of_the_surface(
+    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
+) -> None:
+    """At its parameters, by exact arithmetic; on lines of constant u or v."""
+    net, weights = weighted
+    model = model_of([net], None if weights is None else [weights])
+    truth = exact.exact_net(net, weights)
+    for run in curves_of(model, (3, 2), resolution):
+        for k in range(len(run.points)):
+            constant = run.first[k] == run.last[k]
+            assert constant.sum() == 1
+            value = run.first[k][constant][0]
+            assert value in ((0, 1 / 3, 2 / 3, 1) if constant[0] else (0, 1 / 2, 1))
+            for (u, v), point in zip(places(run, k), run.points[k], strict=True):
+                wanted = exact.surface_point(truth, Fraction(u), Fraction(v))
+                x, y, z, w = wanted if len(wanted) == 4 else (*wanted, Fraction(1))
+                np.testing.assert_allclose(point, [float(c / w) for c in (x, y, z)], atol=1e-11)
+
+
+@settings(max_examples=15)
+@given(triangle_nets())
+def test_curves_of_a_triangle_run_in_three_directions(net: Array) -> None:
+    batch = TrianglePatches(net[np.newaxis])
+    model = PatchModel("model", (batch,), (Part("model", 0, 1),))
+    truth = triangles.exact_triangle(net)
+    runs = curves_of(model, (4, 1), (5, 8))
+    for run in runs:
+        for k in range(len(run.points)):
+            for (s, t), point in zip(places(run, k), run.points[k], strict=True):
+                place = (1 - Fraction(s) - Fraction(t), Fraction(s), Fraction(t))
+                wanted = [float(c) for c in triangles.value(truth, place)]
+                np.testing.assert_allclose(point, wanted, atol=1e-11)
+    if len({tuple(corner) for corner in net.tolist()}) == len(net):
+        assert count(runs) == 3 + 3 * 3
+        # Lines at a quarter, a half, three quarters end at the mesh's own samples, 8 of them.
+        assert Counter(run.points.shape[1] - 1 for run in runs) == {8: 1, 6: 3, 4: 3, 2: 3}
+
+
+@pytest.mark.parametrize(
+    ("counts", "expected"),
+    [((1, 1), 4), ((3, 2), 7), ((0, 2), 3), ((5, 0), 6), ((0, 0), 0), ((1, 0), 2)],
+)
+def test_a_patch_alone_shows_so_many(counts: tuple[int, int], expected: int) -> None:
+    assert count(curves_of(patches_of("tveit"), counts)) == expected
+
+
+def test_shared_borders_are_drawn_once() -> None:
+    """A cube has twelve edges, and each of its faces three lines across in either direction."""
+    model = model_of(cube((0, 3, 5, 6, 2, 1)))
+    assert count(curves_of(model, (1, 1))) == 12
+    assert count(curves_of(model, (4, 4))) == 12 + 6 * 6
+
+
+def test_poles_are_not_drawn() -> None:
+    """A sphere of eight octants: three great circles in quarters; and a meridian in each octant."""
+    sphere = patches_of("sphere")
+    assert count(curves_of(sphere, (1, 1))) == 12
+    assert count(curves_of(sphere, (2, 1))) == 20
+    for run in curves_of(sphere, (3, 3)):
+        np.testing.assert_allclose(np.linalg.norm(run.points, axis=-1), 1, atol=1e-15)
+
+
+@settings(max_examples=25)
+@given(degenerate_nets())
+def test_no_curve_is_a_point(net: Array) -> None:
+    for run in curves_of(model_of([net]), (3, 3)):
+        assert np.isfinite(run.points).all()
+        assert (np.ptp(run.points, axis=1).max(axis=1) > 0).all()
+
+
+@settings(max_examples=25)
+@given(split_models(oriented=False))
+def test_curves_of_neighbours_meet_bit_for_bit(pieces: tuple[Array, list[Array]]) -> None:
+    """Whichever way the patches are turned: inside the model every end has its other."""
+    model = model_of(pieces[1])
+    runs = curves_of(model, (3, 3), (4, 6))
+    edges = {tuple(end) for run in runs[:2] for c in run.points for end in (c[0], c[-1])}
+    ends = Counter(tuple(end) for run in runs for c in run.points for end in (c[0], c[-1]))
+    lone = [end for end, uses in ends.items() if uses == 1 and end not in edges]
+    # Two ends at each of twice four edges of the whole's border.
+    assert len(lone) == 16
+
+
+@pytest.mark.parametrize("example", ["utah-teapot", "torus", "cone"])
+def test_lines_pass_through_the_vertices_of_the_mesh(example: str) -> None:
+    """Borders bit for bit, the others up to rounding, where their number divides the mesh's."""
+    vertices = mesh_of(example, resolution=(8, 8)).positions
+    known = {tuple(vertex) for vertex in vertices.tolist()}
+    first, *rest = curves_of(patches_of(example), (4, 4), (8, 8))
+    assert all(tuple(point) in known for point in first.points.reshape(-1, 3).tolist())
+    rounded = {tuple(vertex) for vertex in (vertices.round(9) + 0.0).tolist()}
+    for run in rest:
+        ends = run.points[:, [0, -1]].reshape(-1, 3).tolist()
+        assert all(tuple(end) in known for end in ends)
+        inner = run.points.round(9).reshape(-1, 3) + 0.0
+        assert all(tuple(point) in rounded for point in inner.tolist())
+
+
+def test_far_from_zero_nothing_is_lost() -> None:
+    """A surface of extent 5, a million away."""
+    net = patches_of("bourke-1111").batches[0].points[0]
+    near, far = (
+        [run.points.reshape(-1, 3) for run in curves_of(model_of([n]), (2, 2))]
+        for n in (net, moved(net, 1e6))
+    )
+    for one, other in zip(near, far, strict=True):
+        back = other - (1e6, 0, 0)
+        # Borders are found in an order that depends on their bits.
+        here, there = (points[np.lexsort(points.round(6).T)] for points in (one, back))
+        np.testing.assert_allclose(here, there, atol=1e-9)
+
+
+def test_a_spline_shows_every_span() -> None:
+    """Its knot lines, and the middles of its spans."""
+    model = patches_of("bspline-hills")
+    assert model.domain is not None
+    spans_u, spans_v = len(model.domain.u) - 1, len(model.domain.v) - 1
+    edges = spans_u * (spans_v + 1) + spans_v * (spans_u + 1)
+    assert count(curves_of(model, (1, 1))) == edges
+    assert count(curves_of(model, (2, 2))) == edges + 2 * spans_u * spans_v

@@ -1,0 +1,318 @@
+"""The product from end to end: what comes out, what is refused, and that refusing costs nothing."""
+
+import json
+import tracemalloc
+from dataclasses import replace
+from io import BytesIO
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.encoders.format import EncodeOptions, Format, OoglForm
+from service.encoders.prediction import predict
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.options import MAX_RESOLUTION, Faces, MeshOptions
+from service.engine.points.places import Query
+from service.errors import InvalidRequest, SurfaceError, TooLarge, UnsupportedByFormat
+from service.pipeline.limits import Limits
+from service.pipeline.mesh import mesh, plan, render
+from service.pipeline.points import plan_points
+from service.surface.bezier import BezierSurface
+from service.surface.curve import BezierCurve
+from service.surface.examples import EXAMPLES, find
+from service.surface.group import GroupSurface, Member
+from service.surface.lowered import ChannelKind, PatchModel
+from service.surface.sweeps import TubeSurface
+from service.surface.triangle import TriangleSurface
+from tests.examples import patches_of
+from tests.strategies import (
+    Array,
+    cube,
+    degenerate_nets,
+    model_of,
+    resolutions,
+    split_models,
+    weighted_nets,
+)
+
+each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
+MEBIBYTE = 1 << 20
+
+
+@each_format
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_every_example_in_every_format(example: str, fmt: Format) -> None:
+    """Bytes, the same ones twice, and no more of them than were predicted."""
+    surface, options = find(example).surface(), MeshOptions(resolution=(5, 4))
+    content = render(surface, options, fmt)
+    assert content == render(surface, options, fmt)
+    assert 0 < len(content) <= fmt.byte_bound(predict(surface.lower(), options), EncodeOptions())
+
+
+@pytest.mark.parametrize("name", ["glb", "stl", "ply", "off", "obj"])
+def test_the_sphere_arrives_closed(name: str) -> None:
+    """Read by another library: watertight, and nearly the volume of a sphere."""
+    content = render(find("sphere").surface(), MeshOptions(), BY_NAME[name])
+    arrived = trimesh.load_mesh(BytesIO(content), file_type=name)
+    arrived.merge_vertices(merge_norm=True)
+    assert arrived.is_watertight
+    assert arrived.volume == pytest.approx(4 / 3 * np.pi, rel=0.005)
+
+
+def test_json_has_the_numbers_of_the_mesh() -> None:
+    """float64 to the last digit: the sphere's vertices lie on the sphere to 1e-12."""
+    content = json.loads(render(find("sphere").surface(), MeshOptions(), BY_NAME["json"]))
+    vertices = np.array(content["vertices"])
+    assert np.abs(np.linalg.norm(vertices, axis=1) - 1).max() < 1e-12
+    np.testing.assert_allclose(content["normals"], vertices, atol=1e-7)
+
+
+@each_format
+def test_a_format_gets_the_precision_it_stores(fmt: Format) -> None:
+    """float32 where files hold float32, float64 elsewhere."""
+    made = mesh(patches_of("tveit"), MeshOptions(), fmt)
+    assert made.positions.dtype == (np.float32 if fmt.single else np.float64)
+
+
+def _counts(model: PatchModel, options: MeshOptions) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Predicted and true numbers of vertices, triangles, quads and patches."""
+    size = predict(model, options)
+    made = mesh(model, options, BY_NAME["json"])
+    return (
+        (size.vertices, size.triangles, size.quads, size.patches),
+        (len(made.positions), len(made.triangles), len(made.quads), made.report.patches),
+    )
+
+
+faces: st.SearchStrategy[Faces] = st.sampled_from(["triangles", "quads"])
+
+
+@given(split_models(oriented=False), resolutions, faces, st.booleans())
+def test_predictions_are_upper_bounds(
+    pieces: tuple[Array, list[Array]], resolution: tuple[int, int], kind: Faces, weld: bool
+) -> None:
+    """Turned neighbours, hence strips where the divisions differ; welded or not."""
+    options = MeshOptions(resolution=resolution, faces=kind, weld=weld, uvs=True)
+    predicted, true = _counts(model_of(pieces[1]), options)
+    assert all(a >= b for a, b in zip(predicted, true, strict=True))
+
+
+@given(degenerate_nets(), resolutions, faces)
+def test_predictions_hold_for_degenerate_nets(
+    net: Array, resolution: tuple[int, int], kind: Faces
+) -> None:
+    """Poles turn quads into triangles."""
+    predicted, true = _counts(model_of([net]), MeshOptions(resolution=resolution, faces=kind))
+    assert all(a >= b for a, b in zip(predicted, true, strict=True))
+
+
+@given(weighted_nets(), resolutions)
+def test_predictions_are_exact_for_a_patch_alone(
+    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
+) -> None:
+    """Nothing to weld, nothing collapsed: as many vertices as samples."""
+    net, _ = weighted
+    corners = {tuple(corner) for corner in net[:: len(net) - 1, :: len(net[0]) - 1].reshape(4, 3)}
+    predicted, true = _counts(model_of([net]), MeshOptions(resolution=resolution))
+    if len(corners) == 4:
+        assert predicted == true
+
+
+def test_predictions_are_not_wasteful() -> None:
+    """A welded cube's faces are counted exactly, its vertices within those of its edges."""
+    predicted, true = _counts(model_of(cube()), MeshOptions(resolution=(10, 10)))
+    assert predicted == true
+
+
+@each_format
+@pytest.mark.parametrize("option", [{"faces": "quads"}, {"overlays": ("control_net",)}], ids=str)
+def test_what_a_format_cannot_hold_is_refused(fmt: Format, option: dict[str, object]) -> None:
+    """With the option's pointer; and it is written where the format can hold it."""
+    surface = find("tveit").surface()
+    options = MeshOptions(**option)  # type: ignore[arg-type]
+    (name,) = option
+    if fmt.quads if name == "faces" else fmt.overlays:
+        assert render(surface, options, fmt)
+        return
+    with pytest.raises(UnsupportedByFormat) as caught:
+        render(surface, options, fmt)
+    (issue,) = caught.value.issues
+    assert issue.pointer == f"/{name}"
+    assert fmt.name in issue.message
+
+
+def refused(options: MeshOptions, fmt: Format, limits: Limits) -> SurfaceError:
+    """The refusal of a teapot, made without allocating what was asked for."""
+    surface = find("utah-teapot").surface()
+    tracemalloc.start()
+    try:
+        with pytest.raises(TooLarge) as caught:
+            render(surface, options, fmt, limits=limits)
+        assert tracemalloc.get_traced_memory()[1] < 2 * MEBIBYTE
+    finally:
+        tracemalloc.stop()
+    return caught.value
+
+
+@each_format
+@pytest.mark.parametrize("resolution", [(400, 400), (MAX_RESOLUTION,) * 2, (3, MAX_RESOLUTION)])
+def test_too_many_vertices_are_refused_before_anything_is_computed(
+    fmt: Format, resolution: tuple[int, int]
+) -> None:
+    """Knowing the shapes is enough."""
+    (issue,) = refused(MeshOptions(resolution=resolution), fmt, Limits()).issues
+    assert (issue.code, issue.pointer) == ("too_many_vertices", "/resolution")
+    assert "4500000" in issue.needed
+
+
+@each_format
+def test_too_many_bytes_are_refused_before_anything_is_computed(fmt: Format) -> None:
+    """The limit on the answer counts in the format's own bytes."""
+    options, limits = MeshOptions(resolution=(64, 64)), Limits(max_bytes=50_000)
+    (issue,) = refused(options, fmt, limits).issues
+    assert issue.code == "too_many_bytes"
+    assert "50000" in issue.needed
+
+
+def test_the_limits_themselves_are_allowed() -> None:
+    """Exactly as many vertices and bytes as are permitted."""
+    surface, options, fmt = find("tveit").surface(), MeshOptions(resolution=(9, 9)), BY_NAME["stl"]
+    size = predict(surface.lower(), options)
+    limits = Limits(size.vertices, fmt.byte_bound(size, EncodeOptions()))
+    assert render(surface, options, fmt, limits=limits)
+    for less in (
+        replace(limits, max_vertices=limits.max_vertices - 1),
+        replace(limits, max_bytes=limits.max_bytes - 1),
+    ):
+        with pytest.raises(TooLarge):
+            render(surface, options, fmt, limits=less)
+
+
+def test_exact_patches_need_no_mesh() -> None:
+    """OOGL's `bez` form does not depend on the resolution."""
+    surface, oogl = find("utah-teapot").surface(), BY_NAME["oogl"]
+    coarse, fine = (
+        render(surface, MeshOptions(resolution=(r, r)), oogl, EncodeOptions("bez")) for r in (2, 9)
+    )
+    assert coarse == fine
+
+
+def test_a_high_degree_is_refused_where_the_format_ends() -> None:
+    """Geomview's patches end at degree 12, whatever the service can do."""
+    surface = BezierSurface(np.random.default_rng(1).random((14, 3, 3)))
+    with pytest.raises(UnsupportedByFormat):
+        render(surface, MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
+    assert render(surface, MeshOptions(), BY_NAME["oogl"])
+
+
+KINDS: tuple[ChannelKind, ...] = ("colors", "uvs", "attribute")
+
+
+@each_format
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_a_format_has_no_place_for_is_left_out(fmt: Format, kind: ChannelKind) -> None:
+    """Bytes and prediction are then those of a surface that never had it."""
+    full = find("heated-panel").surface()
+    assert isinstance(full, BezierSurface)
+    without = {
+        "colors": replace(full.channels, colors=None),
+        "uvs": replace(full.channels, uvs=None),
+        "attribute": replace(full.channels, attributes=()),
+    }
+    less = replace(full, channels=without[kind])
+    options = MeshOptions((3, 3))
+    works = [plan(surface, options, fmt, EncodeOptions("off")) for surface in (full, less)]
+    alike = works[0].run() == works[1].run()
+    assert alike == (kind not in fmt.carries)
+    if alike:
+        assert works[0].size == works[1].size
+
+
+@each_format
+def test_parameters_are_left_out_like_texture_coordinates(fmt: Format) -> None:
+    surface = find("saddle").surface()
+    contents = [
+        render(surface, MeshOptions((3, 3), uvs=uvs), fmt, EncodeOptions("off"))
+        for uvs in (False, True)
+    ]
+    assert (contents[0] == contents[1]) == ("uvs" not in fmt.carries)
+
+
+@pytest.mark.parametrize("form", ["cquad", "mesh", "off", "bez"])
+def test_colors_in_every_form_of_oogl(form: OoglForm) -> None:
+    """No more bytes than predicted."""
+    surface, options = find("heated-panel").surface(), MeshOptions((9, 9))
+    work = plan(surface, options, BY_NAME["oogl"], EncodeOptions(form))
+    assert 0 < len(work.run()) <= work.fmt.byte_bound(work.size, work.encode)
+
+
+def test_forward_differences_end_where_their_digits_do() -> None:
+    """At degree 8 where float32 is stored, at degree 16 where float64 is."""
+    for columns, refused in ((9, ()), (10, ("glb",)), (17, ("glb",)), (18, ("glb", "json"))):
+        surface = BezierSurface(np.random.default_rng(1).random((2, columns, 3)))
+        options = MeshOptions((2, 3), method="forward_difference")
+        for name in ("glb", "json"):
+            if name in refused:
+                with pytest.raises(InvalidRequest) as caught:
+                    plan(surface, options, BY_NAME[name])
+                assert caught.value.issues[0].pointer == "/method"
+                assert caught.value.issues[0].got == f"degree {columns - 1}"
+            else:
+                assert render(surface, options, BY_NAME[name])
+
+
+def test_de_casteljau_is_refused_where_it_would_take_minutes() -> None:
+    """Known from shapes: a bicubic of 4 M vertices is fine, the same of degree 64 is not."""
+    options = MeshOptions((2000, 2000), method="de_casteljau")
+    cubic, high = (BezierSurface(np.ones((n + 1, n + 1, 3))) for n in (3, 64))
+    assert plan(cubic, options, BY_NAME["glb"]).size.vertices == 2001**2
+    assert plan(high, replace(options, method="matrix"), BY_NAME["glb"]).size.vertices == 2001**2
+    for surface in (high, GroupSurface((Member(high),))):
+        with pytest.raises(TooLarge) as caught:
+            plan(surface, options, BY_NAME["glb"])
+        assert caught.value.issues[0].code == "too_costly"
+        assert caught.value.issues[0].pointer == "/method"
+
+
+def test_points_are_refused_where_poles_would_take_minutes() -> None:
+    uv = np.random.default_rng(2).random((200_000, 2))
+    cubic, high = (BezierSurface(np.ones((n + 1, n + 1, 3))) for n in (3, 64))
+    for surface, order in ((cubic, 0), (cubic, 2), (high, 0)):
+        assert len(plan_points(surface, Query(uv, None, order)).places.patch) == len(uv)
+    with pytest.raises(TooLarge) as caught:
+        plan_points(high, Query(uv, None, 1))
+    assert caught.value.issues[0].code == "too_costly"
+    assert caught.value.issues[0].pointer == "/uv"
+
+
+def test_points_are_refused_where_series_would_take_minutes() -> None:
+    """Curvatures next to a pole take a hundred times as long as elsewhere."""
+    net = np.random.default_rng(3).random((4, 4, 3))
+    net[0] = 0.0
+    surface = BezierSurface(net, np.random.default_rng(4).uniform(0.2, 5, (4, 4)))
+    uv = np.random.default_rng(2).random((200_000, 2))
+    beside = uv * (1e-4, 1)
+    for places, order in ((uv, 2), (beside, 1), (beside[:10_000], 2)):
+        plan_points(surface, Query(places, None, order))
+    triangle = TriangleSurface(np.concatenate([net[k, : 4 - k] for k in range(4)]))
+    within = np.column_stack([uv[:, 0], 1 - uv[:, 0], 0 * uv[:, 0]])
+    plan_points(triangle, Query(within[:, ::-1] * 0.5 + 0.5 / 3, None, 2))
+    for refused, places in ((surface, beside), (triangle, within)):
+        with pytest.raises(TooLarge) as caught:
+            plan_points(refused, Query(places, None, 2))
+        assert caught.value.issues[0].code == "too_costly"
+
+
+def test_methods_are_for_patches() -> None:
+    """What is swept along a curve has one way to be meshed, alone or in a group."""
+    curve = BezierCurve(np.array([[0.0, 0, 0], [1, 1, 0], [2, 0, 1]]))
+    tube = TubeSurface(curve, np.array([0.1]))
+    for surface in (tube, GroupSurface((Member(find("saddle").surface()), Member(tube)))):
+        assert render(surface, MeshOptions((2, 2)), BY_NAME["glb"])
+        with pytest.raises(InvalidRequest) as caught:
+            plan(surface, MeshOptions((2, 2), method="de_casteljau"), BY_NAME["glb"])
+        issue = caught.value.issues[0]
+        assert (issue.code, issue.pointer) == ("not_parametric", "/method")
