@@ -34,6 +34,15 @@ def test_module_is_short_and_says_what_it_is_for(module: Path) -> None:
         assert ast.get_docstring(ast.parse(text)), "a module opens with what it is for"
 
 
+def test_modules_that_are_spoken_of_exist() -> None:
+    """Names in backticks, of modules or of what stands in one."""
+    for module in MODULES:
+        for name in re.findall(r"`(service(?:\.\w+)+)`", module.read_text(encoding="utf-8")):
+            path = ROOT / name.replace(".", "/")
+            places = [path.with_suffix(".py"), path, path.parent.with_suffix(".py")]
+            assert any(place.exists() for place in places), f"{relative(module)}: {name}"
+
+
 def test_a_folder_of_code_has_more_than_one_file() -> None:
     for package in {module.parent for module in MODULES}:
         assert len(list(package.glob("*.py"))) > 1, relative(package)
