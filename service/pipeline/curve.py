@@ -20,7 +20,11 @@ class LowerableCurve(Protocol):
 
 
 EASY_DEGREE = 8
-"""Up to here the samples of a curve cost about the same each."""
+"""Beyond, what certifies a curve costs a sample as the third power of the degree."""
+
+POINT, SQUARE = 3_000, 50
+"""Multiplications that measure a curve between two samples: so many, and times the square of the
+degree."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,9 +70,9 @@ def plan_curve(
     TooLarge
     """
     pieces = curve.lower()
-    # To measure and certify what lies between two samples takes time as a power of the degree.
     work = max(1.0, (pieces.degree / EASY_DEGREE) ** 3)
-    most = max(2, int(limits.max_vertices / work))
+    effort = POINT + SQUARE * pieces.degree**2
+    most = max(2, min(int(limits.max_vertices / work), limits.max_multiplications // effort))
     planned = CurveWork(pieces, options, fmt, limits, most)
     if options.tolerance is None:
         _check_curve(planned, planned.points)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 class Limits:
     """The largest result that is computed: vertices, bytes of one answer, points of a query.
 
-    `max_multiplications` is the most that the method `de_casteljau`, a query, or what is swept
-    along curves may take: seconds.
+    `max_multiplications` is the most that the method `de_casteljau`, a query, a curve, or what is
+    swept along curves may take: seconds.
     """
 
     max_vertices: int = 4_500_000

@@ -254,6 +254,17 @@ def test_too_many_points_are_refused(options: dict[str, Any]) -> None:
     assert answer.json()["errors"][0]["pointer"] == "/" + next(iter(options))
 
 
+def test_curves_have_as_many_points_as_can_be_measured_in_seconds() -> None:
+    """Fewer in a high degree, and never as many as a mesh may have vertices."""
+    most = [
+        plan_curve(BezierCurve(np.eye(n + 1)[:, :3]), CurveOptions(1), CURVE_FORMATS[0]).most
+        for n in (2, 8, 64)
+    ]
+    assert most == sorted(most, reverse=True)
+    assert most[0] < 2_000_000
+    assert most[-1] > 5_000
+
+
 @pytest.mark.parametrize("fmt", CURVE_FORMATS, ids=lambda f: f.name)
 def test_no_file_is_longer_than_foreseen(fmt: CurveFormat) -> None:
     points = np.array([[1 / 3, 1e-300, -2e30], [-1e-5, 7 / 9, 3.3e38], [1 / 7, 1, 2]])
