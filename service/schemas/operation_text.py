@@ -6,9 +6,8 @@ What is not of the right form stays a string, and the model refuses it like any 
 from collections.abc import Iterable
 from typing import Any
 
-import orjson
-
-from service.errors import InvalidRequest, Issue
+from service.errors import InvalidRequest, Issue, MalformedJson
+from service.schemas.document import parse_document
 from service.schemas.query import number_from_text
 
 OPERATIONS_FLAG = "operations"
@@ -21,7 +20,7 @@ def operations_from_text(given: Iterable[tuple[str, str]]) -> tuple[list[str], l
     Raises
     ------
     InvalidRequest
-        If a text that shall be JSON is no list.
+        If a text that shall be JSON is no list, or a name is given twice.
     """
     flags: list[str] = []
     operations: list[Any] = []
@@ -39,11 +38,11 @@ def _operation(name: str, text: str) -> dict[str, object]:
             degrees = _numbers(text, ",")
             fields = {"degree": degrees[0] if len(degrees) == 1 else degrees}
         case "split" if "=" in text:
-            fields = {key: number_from_text(value) for key, value in _pairs(text)}
+            fields = {key: number_from_text(value) for key, value in _pairs(name, text)}
         case "split":
             fields = {"at": _numbers(text, ",")}
         case "restrict":
-            fields = {key: _numbers(value, ":") for key, value in _pairs(text)}
+            fields = {key: _numbers(value, ":") for key, value in _pairs(name, text)}
         case "reverse":
             fields = {"direction": text}
         case "triangle":
@@ -55,17 +54,30 @@ def _numbers(text: str, separator: str) -> list[int | float | str]:
     return [number_from_text(part) for part in text.split(separator)]
 
 
-def _pairs(text: str) -> list[tuple[str, str]]:
-    """Names and values of "u=…,v=…"."""
-    parts = (part.partition("=") for part in text.split(","))
+def _pairs(flag: str, text: str) -> list[tuple[str, str]]:
+    """Names and values of "u=…,v=…", each name once."""
+    parts = [part.partition("=") for part in text.split(",")]
+    names = {key for key, _, _ in parts}
+    if len(names) < len(parts):
+        raise InvalidRequest(
+            Issue(
+                "repeated_key",
+                "A name stands here more than once.",
+                f"--{flag}",
+                "the name again",
+                "each name once",
+            )
+        )
     return [(key, value) for key, _, value in parts]
 
 
 def _listed(text: str) -> list[Any]:
     try:
-        value = orjson.loads(text)
-    except orjson.JSONDecodeError:
+        value = parse_document(text.encode())
+    except (MalformedJson, UnicodeEncodeError):
         value = None
+    except InvalidRequest as error:
+        raise error.within(f"--{OPERATIONS_FLAG}") from None
     if not isinstance(value, list):
         raise InvalidRequest(
             Issue(

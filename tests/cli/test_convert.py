@@ -93,11 +93,17 @@ REFUSALS = [
     (["--elevate", "0"], "--elevate: The number is out of range."),
     (["--transpose", "--elevate", "2,x"], "--elevate: This must be a whole number."),
     (["--split", "u=2"], "--split: A surface is split inside its domain."),
+    (["--split", "u=0.5,u=0.25"], "--split: A name stands here more than once."),
+    (["--restrict", "v=0:1,v=0:0.5"], "--restrict: A name stands here more than once."),
     (["--restrict", "u=1:0"], "--restrict: An interval begins before it ends."),
     (["--restrict", "w=0:1"], "--restrict: There is no field of this name."),
     (["--reverse", "w"], "--reverse: The value is none of those allowed."),
     (["--split", "u=0.5", "--split", "v=0.5"], "--split: The patches of this surface"),
     (["--operations", '[{"op": "paint"}]'], "--operations: There is no such operation."),
+    (
+        ["--operations", '[{"op": "split", "u": 0.5, "u": 0.25}]'],
+        "--operations/0/u: An object has this key more than once.",
+    ),
     (["--operations", "[]"], "/operations: The list has another length."),
     ([], "/operations: A required field is missing."),
 ]
