@@ -514,6 +514,21 @@ def groups() -> Iterator[Hostile]:
     far = identity.replace("[0,1,0,0]", "[0,3e38,0,3e38]").replace("1,0", "3e38,0")
     yield case("placed too far away", member(f'"matrix":{far.replace("[0,0,1", "[0,0,3e38")}'), 422,
                "coordinate_too_large", f"{at}/1/matrix")  # fmt: skip
+    spline = '"type":"bspline","degree":1'
+    for text, code, place in (
+        (f'{spline},"control_net":{NET},"knots":["clamped",[0,0,1,null]]', "null_value",
+         "knots/1/3"),
+        (f'{spline},"control_net":{NET},"knots":["clamped",[0,2,1,3]]', "knots_decrease",
+         "knots/1/2"),
+        ('"type":"triangle","control_net":[[[0,0,0],[1,0,0]],[[0,1,"0"]]]', "wrong_type",
+         "control_net/1/0/2"),
+        ('"type":"tube","radius":[1,-1],"curve":{"control_points":[[0,0],[1,1]]}', "out_of_range",
+         "radius/1"),
+        ('"type":"tube","radius":1,"curve":{"type":"bspline","control_points":[[0,0],[1,1]],'
+         '"degree":1,"knots":[0,1,1,2]}', "empty_domain", "curve/knots"),
+    ):  # fmt: skip
+        yield case(f"member {text}", group(f'[{{"surface":{GOOD}}},{{"surface":{{{text}}}}}]'), 422,
+                   code, f"{at}/1/surface/{place}")  # fmt: skip
     for text, code, place in (
         ("null", "null_value", ""),
         ('"red"', "wrong_type", ""),

@@ -59,4 +59,3 @@ CURVE_FORMATS: tuple[CurveFormat, ...] = (
 """In the order in which they are listed; texts are UTF-8."""
 
 CURVES_BY_NAME: Mapping[str, CurveFormat] = MappingProxyType({f.name: f for f in CURVE_FORMATS})
-CURVES_BY_SUFFIX: Mapping[str, CurveFormat] = MappingProxyType({f.suffix: f for f in CURVE_FORMATS})
