@@ -10,6 +10,7 @@ from service.bases import knots as bases
 from service.bases import polynomials
 from service.bases.arrays import FloatArray, Ints
 from service.bases.combine import combine
+from service.bases.extraction import SAME_SHARE
 from service.bases.polynomials import Net
 from service.bases.refine import blossoms, raised_knots
 from service.errors import InvalidRequest, Issue, TooLarge
@@ -40,9 +41,6 @@ from service.surface.convert.sharing import Batch, shared
 from service.surface.group import GroupSurface, Member
 from service.surface.knots import Knots, check_bezier_points, least_span
 from service.surface.patches import PatchSurface
-
-SAME_SHARE = 2.0**-44
-"""How far the shares at both ends of a closed spline may differ in rounding."""
 
 MAX_WORK = 1 << 26
 """Control points times both degrees, along one direction: some ten seconds."""
