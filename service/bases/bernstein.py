@@ -57,7 +57,7 @@ def sampled(degree: int, divisions: int, dtype: type[np.floating] = np.float64) 
     """Bernstein basis at R equal divisions of [0, 1], shape (R+1, n+1); cached, read-only."""
     return PLANS.get(
         ("basis", degree, divisions, dtype),
-        lambda: _rounded(bernstein(degree, samples(divisions)), dtype),
+        lambda: rounded(bernstein(degree, samples(divisions)), dtype),
     )
 
 
@@ -102,7 +102,7 @@ def sampled_grid(
     def build() -> RealArray:
         along_u = sampled(degree[0], resolution[0])
         along_v = sampled(degree[1], resolution[1])
-        return _rounded(np.kron(along_u.T, along_v.T), dtype)
+        return rounded(np.kron(along_u.T, along_v.T), dtype)
 
     return PLANS.get(("grid", degree, resolution, dtype), build)
 
@@ -118,18 +118,18 @@ def sampled_interleaved(
     """
     return PLANS.get(
         ("interleaved", degree, divisions, dtype),
-        lambda: _rounded(np.kron(sampled(degree, divisions).T, np.eye(3)), dtype),
+        lambda: rounded(np.kron(sampled(degree, divisions).T, np.eye(3)), dtype),
     )
 
 
-def _rounded(basis: RealArray, dtype: type[np.floating]) -> RealArray:
-    """A basis in working precision, without the values that are too small to matter.
+def rounded(basis: RealArray, dtype: type[np.floating]) -> RealArray:
+    """A basis in working precision, without the values that are too small to matter; overwritten.
 
     At degree 64 most are: less than any rounding of their sum, which is 1, and yet so small that
     their products are subnormal, with which processors compute a hundred times slower.
     """
-    small = np.finfo(dtype).eps ** 3
-    return np.where(basis < small, 0.0, basis).astype(dtype)
+    basis[basis < np.finfo(dtype).eps ** 3] = 0.0
+    return basis.astype(dtype, copy=False)
 
 
 @lru_cache(maxsize=256)
@@ -138,6 +138,28 @@ def binomials(n: int) -> FloatArray:
     row = np.array([float(comb(n, i)) for i in range(n + 1)])
     row.flags.writeable = False
     return row
+
+
+def elevation(low: int, high: int) -> FloatArray:
+    """Degree elevation as a matrix: shape (high+1, low+1); cached, read-only.
+
+        E_lj = C(low, j) C(high − low, l − j) / C(high, l)
+
+    Every row has non-negative numbers of sum 1; the first and the last row are a 1 and zeros.
+
+    References
+    ----------
+    Farin, Curves and Surfaces for CAGD, 5th ed., section 6.2.
+    """
+
+    def build() -> FloatArray:
+        matrix = np.zeros((high + 1, low + 1))
+        more = binomials(high - low)
+        for j, factor in enumerate(binomials(low)):
+            matrix[j : j + high - low + 1, j] = factor * more
+        return matrix / binomials(high)[:, None]
+
+    return PLANS.get(("elevation", low, high), build)
 
 
 def multiply(first: FloatArray, second: FloatArray) -> FloatArray:

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import bernstein, sampled
 from service.bases.bernstein import samples as parameters
-from service.bases.triangle import evaluate_triangles, row_starts
+from service.bases.triangle import row_starts
+from service.bases.triangle_basis import evaluate_triangles
 from service.engine.extent import extent
 from service.engine.layout import Block, Layout
 from service.engine.near import leaders

@@ -13,7 +13,7 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.rows import distinct_rows
+from service.bases.distinct import distinct_rows
 from service.engine.patterns import AnyShape, Shape, TriangleShape
 from service.engine.stitch import Seams, find_seams
 from service.surface.lowered import Patches, PatchModel, TrianglePatches

@@ -14,7 +14,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import sampled
-from service.bases.rows import distinct_rows
+from service.bases.distinct import distinct_rows
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.near import leaders
 from service.engine.options import Method

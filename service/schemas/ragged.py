@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from service.bases.triangle import degree_of, row_starts
+from service.bases.triangle import degree_of, degree_or_none, row_starts
 from service.errors import InvalidRequest, Issue
 
 
 def rows_of(values: NDArray[Any]) -> list[NDArray[Any]]:
     """The rows of n+1, n, … 1 entries that an array over a triangle stands for."""
-    starts = row_starts(degree_of(len(values)) or 0)
+    starts = row_starts(degree_of(len(values)))
     return np.split(values, starts[1:-1])
 
 
@@ -22,7 +22,7 @@ def in_rows(error: InvalidRequest, prefix: str, count: int) -> InvalidRequest:
 
     `count` is the number of entries of the triangle.
     """
-    degree = degree_of(count)
+    degree = degree_or_none(count)
     if degree is None:
         return error
     starts = row_starts(degree)

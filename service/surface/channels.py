@@ -16,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.bases.triangle import degree_of
+from service.bases.triangle import degree_or_none
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
 from service.surface.checks import MAX_DEGREE, check_finite, check_stored
 from service.surface.lowered import Channel, ChannelKind, PatchModel
@@ -112,7 +112,7 @@ class Channels:
         for _, _, where, net in self.each():
             if net.ndim != 2:
                 raise InvalidRequest(_wrong_axes(where, net, "one run of the values of all rows"))
-            degree = degree_of(len(net))
+            degree = degree_or_none(len(net))
             if degree is None or degree > MAX_DEGREE:
                 raise InvalidRequest(
                     Issue(

@@ -155,7 +155,7 @@ def check_grid(rows: int, columns: int, name: str) -> None:
 
 def check_triangle(count: int, name: str) -> int:
     """The degree of a triangle of so many control points; refuses what is none, or absurd."""
-    degree = triangle.degree_of(count)
+    degree = triangle.degree_or_none(count)
     if degree is None or degree < 1:
         raise InvalidRequest(
             Issue(

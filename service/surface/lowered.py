@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray
+from service.bases.triangle_polynomials import tensor_net
 from service.surface.sides import along_sides, corners_of, side_of
 from service.surface.sweep_model import SweepModel
 
@@ -190,10 +191,7 @@ class TrianglePatches(_Batch):
     @property
     def degree(self) -> int:
         """Degree n."""
-        degree = triangle.degree_of(int(self.points.shape[1]))
-        if degree is None:
-            raise ValueError(f"{self.points.shape[1]} control points make no triangle")
-        return degree
+        return triangle.degree_of(int(self.points.shape[1]))
 
     @property
     def side_degrees(self) -> SideNumbers:
@@ -225,14 +223,14 @@ class TrianglePatches(_Batch):
         """
         n = self.degree
         channels = tuple(
-            replace(channel, nets=triangle.tensor_net(channel.nets)) for channel in self.channels
+            replace(channel, nets=tensor_net(channel.nets)) for channel in self.channels
         )
         weights = None
         if self.weights is None:
-            points = triangle.tensor_net(self.points)
+            points = tensor_net(self.points)
         else:
             columns = self.weights[..., np.newaxis]
-            raised = triangle.tensor_net(np.concatenate([self.points * columns, columns], axis=-1))
+            raised = tensor_net(np.concatenate([self.points * columns, columns], axis=-1))
             points, weights = raised[..., :3] / raised[..., 3:], raised[..., 3]
         # What is not raised stays what it is, bit for bit.
         for number, side in enumerate((points[:, 0], points[:, -1], points[:, :, 0])):

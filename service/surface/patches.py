@@ -101,7 +101,7 @@ class PatchSurface:
     @property
     def triangle_degree(self) -> int:
         """Degree of every triangle."""
-        return triangle.degree_of(self.triangles.shape[1]) or 1
+        return triangle.degree_of(self.triangles.shape[1])
 
     def lower(self) -> PatchModel:
         """A batch of the grids and one of the triangles, each ordered part by part."""

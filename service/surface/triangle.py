@@ -59,7 +59,7 @@ class TriangleSurface:
     @property
     def degree(self) -> int:
         """Degree n."""
-        return triangle.degree_of(len(self.control_net)) or 0
+        return triangle.degree_of(len(self.control_net))
 
     def lower(self) -> PatchModel:
         """The surface as a batch of the one patch it is."""

@@ -1,4 +1,4 @@
-"""The bivariate Bernstein basis, beside exact arithmetic and its own properties."""
+"""Rows of a triangle and the bivariate Bernstein basis, beside exact arithmetic."""
 
 from fractions import Fraction
 from math import factorial
@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.bases import triangle
-from service.bases.bernstein import bernstein
+from service.bases import triangle, triangle_basis, triangle_polynomials
+from service.bases.bernstein import bernstein, elevation
 from service.bases.cache import PLANS
 from tests.oracles import triangles
 
@@ -27,9 +27,9 @@ def test_sizes_and_degrees_are_each_others_inverse() -> None:
     sizes = {triangle.size(n): n for n in range(70)}
     assert list(sizes)[:5] == [1, 3, 6, 10, 15]
     for count in range(max(sizes)):
-        assert triangle.degree_of(count) == sizes.get(count)
+        assert triangle.degree_or_none(count) == sizes.get(count)
     with pytest.raises(ValueError, match="no triangle"):
-        triangle.checked_degree(4)
+        triangle.degree_of(4)
 
 
 @pytest.mark.parametrize("degree", range(6))
@@ -58,7 +58,7 @@ def test_samples_are_correctly_rounded(divisions: int) -> None:
 def test_basis_is_the_exact_one(degree: int, divisions: int) -> None:
     """Each value by itself to a few units in its last place: also the smallest."""
     places = triangles.places(divisions)
-    found = triangle.triangle_bernstein(degree, triangle.barycentric(divisions))
+    found = triangle_basis.triangle_bernstein(degree, triangle.barycentric(divisions))
     truth = np.array([exact_basis(degree, place) for place in places]).astype(float).T
     np.testing.assert_allclose(found, truth, rtol=1e-14 * (degree + 1), atol=0)
 
@@ -73,7 +73,7 @@ def test_basis_is_a_partition_of_unity(degree: int) -> None:
     )
     places = np.abs(places)
     places /= places.sum(axis=1, keepdims=True)
-    basis = triangle.triangle_bernstein(degree, places)
+    basis = triangle_basis.triangle_bernstein(degree, places)
     assert basis.min() >= 0
     assert np.abs(basis.sum(axis=0) - 1).max() < 1e-14
     # And reproduces the places themselves: degree n takes b_ijk = (i, j, k)/n to the identity.
@@ -82,19 +82,19 @@ def test_basis_is_a_partition_of_unity(degree: int) -> None:
 
 def test_corners_and_sides_need_no_rounding() -> None:
     """One control point at each corner; along t = 0 the basis of one variable."""
-    corners = triangle.triangle_bernstein(5, np.eye(3))
+    corners = triangle_basis.triangle_bernstein(5, np.eye(3))
     assert (corners == 1).sum() == 3
     assert (corners == 0).sum() == 3 * 21 - 3
     s = np.arange(8) / 7
-    side = triangle.triangle_bernstein(5, np.stack([1 - s, s, np.zeros(8)], axis=1))
+    side = triangle_basis.triangle_bernstein(5, np.stack([1 - s, s, np.zeros(8)], axis=1))
     np.testing.assert_allclose(side[:6].T, bernstein(5, s), rtol=1e-15)
     assert not side[6:].any()
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_sampled_basis_is_kept_and_read_only(dtype: type[np.floating]) -> None:
-    basis = triangle.sampled_triangle(4, 11, dtype)
-    assert basis is triangle.sampled_triangle(4, 11, dtype)
+    basis = triangle_basis.sampled_triangle(4, 11, dtype)
+    assert basis is triangle_basis.sampled_triangle(4, 11, dtype)
     assert basis.shape == (15, 78)
     assert basis.dtype == dtype
     with pytest.raises(ValueError, match="read-only"):
@@ -102,7 +102,7 @@ def test_sampled_basis_is_kept_and_read_only(dtype: type[np.floating]) -> None:
 
 
 def test_what_counts_as_small_fits_the_cache() -> None:
-    assert PLANS.capacity // 8 >= 8 * triangle.LARGEST
+    assert PLANS.capacity // 8 >= 8 * triangle_basis.LARGEST
 
 
 @pytest.mark.parametrize("degree", [0, 1, 2, 5, 17, 40, 64])
@@ -111,31 +111,31 @@ def test_rows_are_the_same_polynomials(degree: int, divisions: int) -> None:
     """What is evaluated row by row, some rows at a time, is what the basis gives at once."""
     rng = np.random.default_rng(degree)
     nets = rng.uniform(-1, 1, (triangle.size(degree), 4))
-    truth = triangle.triangle_bernstein(degree, triangle.barycentric(divisions)).T @ nets
-    curves = triangle.row_curves(nets)
+    truth = triangle_basis.triangle_bernstein(degree, triangle.barycentric(divisions)).T @ nets
+    curves = triangle_basis.row_curves(nets)
     assert curves.shape == (degree + 1, degree + 1, 4)
     starts = triangle.row_starts(divisions)
     for dtype, limit in ((np.float64, 2e-14), (np.float32, 1e-5)):
         for low, high in ((0, divisions + 1), (1, 2), (divisions, divisions + 1)):
             out = np.empty((4, starts[high] - starts[low]), dtype)
-            triangle.evaluate_rows(curves, divisions, range(low, high), dtype, out)
+            triangle_basis.evaluate_rows(curves, divisions, range(low, high), dtype, out)
             assert np.abs(out.T - truth[starts[low] : starts[high]]).max() < limit
 
 
 def test_values_of_any_dimension_are_evaluated(monkeypatch: pytest.MonkeyPatch) -> None:
     """By either way: two patches, five numbers at a time."""
     nets = np.random.default_rng(7).uniform(-1, 1, (2, 15, 5))
-    basis = triangle.triangle_bernstein(4, triangle.barycentric(6))
+    basis = triangle_basis.triangle_bernstein(4, triangle.barycentric(6))
     truth = np.einsum("pkd,ks->psd", nets, basis)
-    for largest in (triangle.LARGEST, 1):
-        monkeypatch.setattr(triangle, "LARGEST", largest)
-        assert np.abs(triangle.evaluate_triangles(nets, 6) - truth).max() < 1e-15
+    for largest in (triangle_basis.LARGEST, 1):
+        monkeypatch.setattr(triangle_basis, "LARGEST", largest)
+        assert np.abs(triangle_basis.evaluate_triangles(nets, 6) - truth).max() < 1e-15
 
 
 @pytest.mark.parametrize(("low", "high"), [(0, 0), (0, 3), (1, 2), (2, 5), (3, 3), (20, 64)])
 def test_elevation_is_the_known_matrix(low: int, high: int) -> None:
     """Its columns are Bernstein polynomials of the lower degree written in the higher one."""
-    matrix = triangle.elevation(low, high)
+    matrix = elevation(low, high)
     t = np.arange(12) / 11
     np.testing.assert_allclose(bernstein(high, t) @ matrix, bernstein(low, t), atol=1e-15)
     assert matrix.min() >= 0
@@ -150,7 +150,7 @@ def test_the_tensor_net_is_the_same_polynomial(degree: int, i: int, j: int) -> N
     net = np.random.default_rng(degree).uniform(-1, 1, (1, triangle.size(degree), 2))
     u, v = i / 5, j / 5
     place = np.array([[(1 - u) * (1 - v), u * (1 - v), v]])
-    square = triangle.tensor_net(net)[0]
+    square = triangle_polynomials.tensor_net(net)[0]
     found = bernstein(degree, [u])[0] @ (bernstein(degree, [v])[0] @ square)
-    truth = triangle.triangle_bernstein(degree, place)[:, 0] @ net[0]
+    truth = triangle_basis.triangle_bernstein(degree, place)[:, 0] @ net[0]
     np.testing.assert_allclose(found, truth, atol=1e-15)

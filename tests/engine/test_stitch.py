@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.bases.rows import distinct_rows
+from service.bases.distinct import distinct_rows
 from service.engine.mesh import Mesh
 from service.engine.stitch import find_seams
 from service.surface.lowered import Part, PatchModel, TensorPatches

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from service.bases import triangle
+from service.bases import triangle_basis
 from service.errors import InvalidRequest, Issue
 from service.surface.channels import Channels
 from service.surface.lowered import TensorPatches, TrianglePatches
@@ -92,7 +92,7 @@ def test_channels_follow_into_the_tensor_form() -> None:
     assert channel.nets.shape == (1, 4, 4, 3)
     u, v = 0.3, 0.6
     place = np.array([[(1 - u) * (1 - v), u * (1 - v), v]])
-    expected = triangle.triangle_bernstein(3, place)[:, 0] @ net
+    expected = triangle_basis.triangle_bernstein(3, place)[:, 0] @ net
     row = np.array([[(1 - u) ** 3, 3 * u * (1 - u) ** 2, 3 * u**2 * (1 - u), u**3]])
     column = np.array([(1 - v) ** 3, 3 * v * (1 - v) ** 2, 3 * v**2 * (1 - v), v**3])
     found = np.einsum("ui,ijd,j->d", row, channel.nets[0], column)

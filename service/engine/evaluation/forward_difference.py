@@ -19,6 +19,7 @@ import numpy as np
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import bernstein, binomials, sampled
+from service.bases.triangle_polynomials import tensor_net
 from service.engine.evaluation.triangle_nets import differences
 from service.engine.evaluation.triangular import TriangularEvaluation
 from service.engine.evaluation.under_way import GridEvaluation
@@ -86,7 +87,7 @@ def _triangle_rows(net: FloatArray, divisions: int, rows: slice, dtype: Real) ->
 
     At a fixed t the surface is a curve of degree n in s/(1 − t), as its tensor-product form shows.
     """
-    square = triangle.tensor_net(np.moveaxis(net, -1, 0))
+    square = tensor_net(np.moveaxis(net, -1, 0))
     number = np.arange(divisions + 1)[rows]
     basis = bernstein(square.shape[1] - 1, number / divisions)
     curves = np.einsum("mk,rlkd->ldrm", basis, square)

@@ -24,7 +24,7 @@ def neighbours(count: int) -> tuple[Ints, Ints, Ints]:
 
     In the order of the b_ijk of degree n − 1: the upright triangles of the net.
     """
-    degree = triangle.degree_of(count) or 0
+    degree = triangle.degree_of(count)
     here = np.delete(np.arange(count), triangle.side_rows(degree)[1])
     above = triangle.row_starts(degree)[1] + np.arange(len(here))
     return here, here + 1, above

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from service.bases import triangle
+from service.bases import triangle_basis
 from service.bases.arrays import Bools, FloatArray
 from service.engine.evaluation.degenerate import VANISHING
 from service.engine.evaluation.normals import unit_normals
@@ -109,10 +109,10 @@ def _regular(
         nets = np.concatenate([nets * weights, weights], axis=-1)
     nets = nets.swapaxes(0, 1)
     along = differences(nets)
-    below = triangle.triangle_bernstein(local.degree - 1, places)
+    below = triangle_basis.triangle_bernstein(local.degree - 1, places)
     ds, dt = (_sums(below, net, which) for net in along)
     if local.weights is not None:
-        basis = triangle.triangle_bernstein(local.degree, places)
+        basis = triangle_basis.triangle_bernstein(local.degree, places)
         at = _sums(basis, nets, which)
         place = at[:, :3] / at[:, 3:]
         ds = ds[:, :3] - place * ds[:, 3:]

@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from service.bases import triangle
+from service.bases import triangle, triangle_basis
 from service.bases.arrays import FloatArray, RealArray
 from service.engine.evaluation.triangle_nets import differences
 from service.engine.evaluation.triangle_normals import triangle_normals
@@ -48,7 +48,7 @@ class TriangularEvaluation(Evaluation):
 
     def run(self) -> None:
         """Writes all samples: those of some patches at a time, or some of one patch."""
-        if triangle.is_small(self.patches.degree, self.divisions):
+        if triangle_basis.is_small(self.patches.degree, self.divisions):
             self._at_once()
         else:
             self._by_rows()
@@ -107,8 +107,8 @@ class TriangularEvaluation(Evaluation):
     def _product(self, samples: slice, name: str, nets: FloatArray) -> RealArray:
         """Nets (K, d, r) times the basis."""
         count, planes, patches = nets.shape
-        degree = triangle.checked_degree(count)
-        basis = triangle.sampled_triangle(degree, self.divisions, self.dtype)[:, samples]
+        degree = triangle.degree_of(count)
+        basis = triangle_basis.sampled_triangle(degree, self.divisions, self.dtype)[:, samples]
         out = scratch(name, (planes, patches, basis.shape[1]), self.dtype)
         rounded = nets.reshape(count, -1).astype(self.dtype, copy=False)
         np.matmul(rounded.T, basis, out=out.reshape(planes * patches, -1))
@@ -118,7 +118,7 @@ class TriangularEvaluation(Evaluation):
         """Curves (n+1, n+1, d r) at some rows of samples."""
         planes, count = 4 if self.rational else 3, curves.shape[2]
         out = scratch(name, (planes, count // planes, samples), self.dtype)
-        triangle.evaluate_rows(
+        triangle_basis.evaluate_rows(
             curves, self.divisions, rows, self.dtype, out.reshape(count, samples)
         )
         return out
@@ -135,7 +135,7 @@ class TriangularEvaluation(Evaluation):
 
 def _curves(nets: FloatArray) -> FloatArray:
     """Rows as curves: (K, d, r) to (n+1, n+1, d r)."""
-    return triangle.row_curves(nets.reshape(len(nets), -1))
+    return triangle_basis.row_curves(nets.reshape(len(nets), -1))
 
 
 def _runs(count: int, step: int) -> Iterator[tuple[int, int]]:

@@ -6,7 +6,7 @@ parallel the curvatures are the limits of the same surface as a tensor-product p
 
 import numpy as np
 
-from service.bases import triangle
+from service.bases import triangle_basis
 from service.bases.arrays import FloatArray, Ints
 from service.engine.evaluation.nets import PARTIALS, PatchNets
 from service.engine.evaluation.triangle_nets import differences
@@ -72,7 +72,7 @@ def _partials(local: TrianglePatches, which: Ints, places: FloatArray, order: in
     for row, key in enumerate(PARTIALS[: COUNTS[order]]):
         if key in nets:
             below = sum(key)
-            basis = triangle.triangle_bernstein(n - below, places)
+            basis = triangle_basis.triangle_bernstein(n - below, places)
             factor = (1, n, n * (n - 1))[below]
             found[row] = factor * np.einsum("km,kmd->md", basis, nets[key][:, which])
     return project(found) if local.weights is not None else found

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.rows import distinct_rows
+from service.bases.distinct import distinct_rows
 from service.engine.points.differential import jets
 from service.engine.points.triangle_differential import triangle_jets
 from service.engine.sweeps.paths import Paths

@@ -7,7 +7,7 @@ from itertools import chain
 
 import numpy as np
 
-from service.bases import polynomials, triangle, triangular
+from service.bases import polynomials, triangle, triangle_polynomials
 from service.bases.polynomials import Net
 from service.errors import InvalidRequest, Issue
 from service.surface.bezier import BezierSurface
@@ -91,7 +91,7 @@ def split_triangle(
             )
         )
     nets = (patch.control_net, *(net for _, _, _, net in patch.channels.each()))
-    degree = max(triangle.degree_of(len(net)) or 0 for net in nets)
+    degree = max(triangle.degree_of(len(net)) for net in nets)
     check_count(3 * triangle.size(degree), allowed, width(patch.channels))
     r, s, t = (x / sum(operation.at) for x in operation.at)
     whole = Batch((patch.control_net, patch.weights), patch.channels)
@@ -169,7 +169,7 @@ def _single(net: Net) -> Net:
 
 def _thirds(net: Net, at: tuple[float, float, float], degree: int) -> Net:
     """The triangles that a point makes, along a new first axis, raised to a degree."""
-    return raised_triangles(_batched(triangular.split(net, at)), degree)
+    return raised_triangles(_batched(triangle_polynomials.split(net, at)), degree)
 
 
 def _half(net: Net, *, upper: bool) -> Net:
@@ -177,7 +177,7 @@ def _half(net: Net, *, upper: bool) -> Net:
     points, weights = net
     if upper:
         points, weights = points[::-1, ::-1], None if weights is None else weights[::-1, ::-1]
-    return triangular.lower_half((points, weights))
+    return triangle_polynomials.lower_half((points, weights))
 
 
 def _batched(nets: Sequence[Net]) -> Net:

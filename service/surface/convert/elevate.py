@@ -5,10 +5,10 @@ from functools import partial
 
 import numpy as np
 
-from service.bases import polynomials, triangle, triangular
+from service.bases import polynomials, triangle, triangle_polynomials
 from service.bases.arrays import FloatArray
+from service.bases.distinct import distinct_rows
 from service.bases.polynomials import Net
-from service.bases.rows import distinct_rows
 from service.errors import InvalidRequest, Issue
 from service.surface.bezier import BezierSurface
 from service.surface.convert.nets import (
@@ -74,7 +74,7 @@ def elevate_triangle(
     n = operation.degree[0]
     check_degree(n, allowed, "/degree")
     check_count(triangle.size(n), allowed)
-    points, weights = triangular.elevate((surface.control_net, surface.weights), n)
+    points, weights = triangle_polynomials.elevate((surface.control_net, surface.weights), n)
     return replace(surface, control_net=points, weights=weights)
 
 
@@ -87,7 +87,7 @@ def raised(net: Net, degree: tuple[int, int], first_axis: int = 0) -> Net:
 
 def raised_triangles(net: Net, degree: int) -> Net:
     """A batch of nets of triangles in a higher degree."""
-    return along(net, 1, partial(triangular.elevate, degree=degree))
+    return along(net, 1, partial(triangle_polynomials.elevate, degree=degree))
 
 
 def check_triangle_degree(present: int, wanted: tuple[int, int]) -> None:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.distinct import distinct_rows
 from service.bases.polynomials import Net
-from service.bases.rows import distinct_rows
 from service.bases.triangle import degree_of, side_rows
 from service.surface.sides import side_of
 
@@ -68,7 +68,7 @@ def _of_grids(points: FloatArray, weights: FloatArray, raised: FloatArray) -> It
 
 
 def _of_triangles(points: FloatArray, weights: FloatArray, raised: FloatArray) -> Iterator[_Side]:
-    old, new = (side_rows(degree_of(net.shape[1]) or 0) for net in (points, raised))
+    old, new = (side_rows(degree_of(net.shape[1])) for net in (points, raised))
     for here, there in zip(old, new, strict=True):
         yield _Side(points[:, here], weights[:, here], raised, there)
 

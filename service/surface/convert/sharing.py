@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray
+from service.bases.distinct import distinct_rows
 from service.bases.polynomials import Net
-from service.bases.rows import distinct_rows
 from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.convert.nets import Change, changed
 from service.surface.lowered import Up

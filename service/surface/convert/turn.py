@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from service.bases import triangle, triangular
+from service.bases import triangle, triangle_polynomials
 from service.bases.arrays import FloatArray
 from service.surface.bezier import BezierSurface
 from service.surface.convert.nets import Allowed, changed
@@ -31,7 +31,7 @@ def transpose_patches(
     surface: PatchSurface, _operation: Transpose, _allowed: Allowed
 ) -> PatchSurface:
     """Every patch for itself."""
-    order = triangular.exchanged(surface.triangle_degree, *_EXCHANGED[""])
+    order = triangle_polynomials.exchanged(surface.triangle_degree, *_EXCHANGED[""])
     return replace(
         surface,
         patches=surface.patches.swapaxes(1, 2),
@@ -47,7 +47,9 @@ def reverse_bezier(surface: BezierSurface, operation: Reverse, _allowed: Allowed
 def reverse_patches(surface: PatchSurface, operation: Reverse, _allowed: Allowed) -> PatchSurface:
     """Every patch for itself."""
     axis = 1 + _AXIS[operation.direction]
-    order = triangular.exchanged(surface.triangle_degree, *_EXCHANGED[operation.direction])
+    order = triangle_polynomials.exchanged(
+        surface.triangle_degree, *_EXCHANGED[operation.direction]
+    )
     return replace(
         surface,
         patches=np.flip(surface.patches, axis=axis),
@@ -86,7 +88,7 @@ def _exchanged(surface: TriangleSurface, first: int, second: int) -> TriangleSur
     """The triangle with two of its barycentric coordinates exchanged."""
 
     def change(net: FloatArray) -> FloatArray:
-        order = triangular.exchanged(triangle.degree_of(len(net)) or 0, first, second)
+        order = triangle_polynomials.exchanged(triangle.degree_of(len(net)), first, second)
         return net[order]
 
     return replace(

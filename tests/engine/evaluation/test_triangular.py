@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.bases import triangle
+from service.bases import triangle, triangle_basis
 from service.engine.evaluation import triangular
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.triangle_normals import triangle_normals
@@ -92,7 +92,7 @@ def test_chunks_do_not_show(
     whole = evaluate(patches, (11, 11), dtype=dtype)
     monkeypatch.setattr(triangular, "CHUNK_SAMPLES", 50)
     parts = evaluate(patches, (11, 11), dtype=dtype)
-    monkeypatch.setattr(triangle, "LARGEST", 200)
+    monkeypatch.setattr(triangle_basis, "LARGEST", 200)
     made = evaluate(patches, (11, 11), dtype=dtype)
     for found in (parts, made):
         for ours, theirs in ((found.positions, whole.positions), (found.normals, whole.normals)):
@@ -128,7 +128,7 @@ def test_the_tensor_form_is_the_same_surface(
     found = evaluate(patches.tensor(), (ru, rv))
     u, v = (a.ravel() for a in np.meshgrid(np.arange(ru + 1) / ru, np.arange(rv + 1) / rv))
     s, t = u * (1 - v), v
-    basis = triangle.triangle_bernstein(patches.degree, np.stack([1 - s - t, s, t], axis=1)).T
+    basis = triangle_basis.triangle_bernstein(patches.degree, np.stack([1 - s - t, s, t], axis=1)).T
     shares = basis if weights is None else basis * weights
     points = (shares @ net) / shares.sum(axis=1, keepdims=True)
     index = np.zeros(len(s), dtype=np.intp)

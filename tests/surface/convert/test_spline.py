@@ -338,7 +338,9 @@ def test_a_spline_closed_by_its_knots_stays_closed_far_from_zero() -> None:
     points = rng.uniform(-1, 1, (count, 2, 3))
     net = np.concatenate([points, points[:p]])
     surface = BsplineSurface(net, (p, 1), (knots, "clamped"))
-    for form in (surface, convert(surface, [Elevate((p + 1, 2))])):
+    raised = convert(surface, [Elevate((p + 1, 2))])
+    assert isinstance(raised, BsplineSurface)
+    for form in (surface, raised):
         (batch,) = form.lower().batches
         np.testing.assert_array_equal(batch.points[0, 0], batch.points[-1, -1])
 

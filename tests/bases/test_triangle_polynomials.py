@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from service.bases import polynomials
 from service.bases.polynomials import Net
 from service.bases.triangle import degree_of
-from service.bases.triangular import (
+from service.bases.triangle_polynomials import (
     elevate,
     exchanged,
     exponents,

@@ -10,6 +10,7 @@ from math import comb
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.bernstein import elevation
 from service.bases.combine import combine
 from service.bases.polynomials import Net
 from service.bases.triangle import degree_of, row_starts
@@ -35,7 +36,7 @@ def elevate(net: Net, degree: int) -> Net:
     Sides come out as `service.bases.polynomials.elevate` raises them, bit for bit.
     """
     points, weights = net
-    for n in range(_degree(len(points)), degree):
+    for n in range(degree_of(len(points)), degree):
         i, j, k = exponents(n + 1)
         index = np.stack([place(n, j, k), place(n, j - 1, k), place(n, j, k - 1)])
         shares = np.stack([i, j, k])
@@ -51,7 +52,7 @@ def split(net: Net, at: tuple[float, float, float]) -> tuple[Net, Net, Net]:
     them share is computed once.
     """
     points, weights = net
-    n = _degree(len(points))
+    n = degree_of(len(points))
     levels = [net]
     for m in range(n - 1, -1, -1):
         _, j, k = exponents(m)
@@ -107,6 +108,30 @@ def lower_half(net: Net) -> Net:
     return combine(points.reshape(-1, *points.shape[2:]), weights, index, shares)
 
 
+def tensor_net(nets: FloatArray) -> FloatArray:
+    """The same polynomials over the square, with s = u (1 − v) and t = v: of degree (n, n).
+
+    Row k of a triangle is a curve of degree n − k in u; raised to degree n it is column k of the
+    square. The side v = 1 is the last row, one point.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (P, (n+1)(n+2)/2, d)
+
+    Returns
+    -------
+    ndarray of float64, shape (P, n+1, n+1, d)
+    """
+    patches, count, dimension = nets.shape
+    degree = degree_of(count)
+    starts = row_starts(degree)
+    square = np.empty((patches, degree + 1, degree + 1, dimension))
+    for k in range(degree + 1):
+        row = nets[:, starts[k] : starts[k + 1]]
+        square[:, :, k] = np.einsum("lj,pjd->pld", elevation(degree - k, degree), row)
+    return square
+
+
 def _choices(n: Ints, k: Ints) -> FloatArray:
     """Binomials C(n, k), zero for k outside 0 … n."""
     top = int(n.max())
@@ -119,7 +144,3 @@ def _choices(n: Ints, k: Ints) -> FloatArray:
 def _start(degree: int, k: Ints) -> Ints:
     """Where row k of the triangle begins."""
     return row_starts(degree)[k]
-
-
-def _degree(count: int) -> int:
-    return degree_of(count) or 0

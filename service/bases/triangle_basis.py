@@ -1,0 +1,156 @@
+"""The bivariate Bernstein basis, and what is computed with it over all samples of a triangle."""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, RealArray
+from service.bases.bernstein import bernstein, binomials, elevation, rounded, sampled
+from service.bases.cache import PLANS
+from service.bases.triangle import barycentric, degree_of, row_starts, size
+
+LARGEST = 1 << 20
+"""Values of a basis of two variables that are worth keeping; also what the cache takes, 8 MiB."""
+
+
+def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
+    """Bivariate Bernstein polynomials of degree n at barycentric points.
+
+        B_ijk(r, s, t) = n!/(i! j! k!) r^i s^j t^k = B_k^n(t) · B_j^{n−k}(s / (r + s))
+
+    The recurrence B_j^d = r' B_j^{d−1} + s' B_{j−1}^{d−1} passes through every degree that a row
+    of the net has, so all rows cost what the first one does; only products of non-negative numbers
+    are added.
+
+    Parameters
+    ----------
+    degree : int
+        n ≥ 0.
+    points : ndarray of float64, shape (m, 3)
+        r, s, t ≥ 0 with sum 1.
+
+    Returns
+    -------
+    ndarray of float64, shape ((n+1)(n+2)/2, m)
+        One row a control point.
+
+    References
+    ----------
+    Farin, Curves and Surfaces for CAGD, 5th ed., section 17.3.
+    """
+    r, s, t = points.T
+    along = r + s
+    apex = along == 0
+    along = np.where(apex, 1.0, along)
+    near, far = np.where(apex, 1.0, r / along), s / along
+    across = bernstein(degree, t).T
+    starts = row_starts(degree)
+    basis = np.empty((starts[-1], len(points)))
+    row = np.zeros((degree + 1, len(points)))
+    row[0] = 1.0
+    for d in range(degree + 1):
+        if d:
+            carried = row[:d] * far
+            row[:d] *= near
+            row[1 : d + 1] += carried
+        k = degree - d
+        np.multiply(row[: d + 1], across[k], out=basis[starts[k] : starts[k + 1]])
+    return basis
+
+
+def is_small(degree: int, divisions: int) -> bool:
+    """Whether the basis of degree n at R divisions is small enough to be kept."""
+    return size(degree) * size(divisions) <= LARGEST
+
+
+def sampled_triangle(
+    degree: int, divisions: int, dtype: type[np.floating] = np.float64
+) -> RealArray:
+    """The basis at R divisions, shape ((n+1)(n+2)/2, (R+1)(R+2)/2); cached, read-only."""
+    return PLANS.get(
+        ("triangle", degree, divisions, dtype),
+        lambda: rounded(triangle_bernstein(degree, barycentric(divisions)), dtype),
+    )
+
+
+def row_curves(nets: FloatArray) -> FloatArray:
+    """The rows of a net as curves of its own degree n in s / (r + s): (K, m) to (n+1, n+1, m)."""
+    degree = degree_of(len(nets))
+    starts = row_starts(degree)
+    rows = [nets[starts[k] : starts[k + 1]] for k in range(degree + 1)]
+    return np.stack([elevation(len(row) - 1, degree) @ row for row in rows])
+
+
+def evaluate_rows(
+    curves: FloatArray, divisions: int, rows: range, dtype: type[np.floating], out: RealArray
+) -> None:
+    """Polynomials at some rows of samples, by the curves that they are along these.
+
+    Where t is fixed, the curves of all rows blend to one, Σ_k B_k^n(t) c_k, which is sampled at as
+    many divisions as the row of samples has: n + 1 multiplications a value for n²/2, and no
+    basis to keep.
+
+    Parameters
+    ----------
+    curves : ndarray of float64, shape (n+1, n+1, m)
+        As `row_curves` gives them.
+    divisions : int
+        R.
+    rows : range
+        Of samples, t = row / R.
+    dtype : float32 or float64
+    out : ndarray, shape (m, samples of these rows)
+        Written.
+    """
+    degree, count = len(curves) - 1, curves.shape[2]
+    across = sampled(degree, divisions)[rows.start : rows.stop]
+    lines = (across @ curves.reshape(degree + 1, -1)).reshape(len(rows), degree + 1, count)
+    lines = lines.transpose(0, 2, 1).astype(dtype)
+    first = 0
+    for line, row in zip(lines, rows, strict=True):
+        last = first + divisions - row + 1
+        np.matmul(line, _row_basis(degree, divisions - row, dtype), out=out[:, first:last])
+        first = last
+
+
+def _row_basis(degree: int, divisions: int, dtype: type[np.floating]) -> RealArray:
+    """Bernstein basis at R equal divisions, shape (n+1, R+1), by powers: C(n, j) s^j (1 − s)^{n−j}.
+
+    At degrees up to 64 no power is lost that could be seen in a sum. It is one basis for every row,
+    none of them used again, and the recurrence would take n times as long.
+    """
+    powers = np.ones((degree + 1, divisions + 1))
+    if degree and divisions:
+        powers[1] = np.arange(divisions + 1) / divisions
+        known = 2
+        while known <= degree:
+            more = min(known, degree + 1 - known)
+            np.multiply(powers[known // 2] ** 2, powers[:more], out=powers[known : known + more])
+            known += more
+    elif degree:
+        # A single sample, at s = 0.
+        powers[1:] = 0.0
+        return rounded(powers, dtype)
+    basis = powers * powers[::-1, ::-1]
+    basis *= binomials(degree)[:, None]
+    return rounded(basis, dtype)
+
+
+def evaluate_triangles(nets: FloatArray, divisions: int) -> FloatArray:
+    """Polynomials over triangles at R divisions, whatever their values mean.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (P, (n+1)(n+2)/2, d)
+
+    Returns
+    -------
+    ndarray of float64, shape (P, (R+1)(R+2)/2, d)
+    """
+    patches, count, dimension = nets.shape
+    degree = degree_of(count)
+    columns = np.ascontiguousarray(nets.transpose(1, 0, 2)).reshape(count, -1)
+    values = np.empty((columns.shape[1], size(divisions)))
+    if is_small(degree, divisions):
+        np.matmul(columns.T, sampled_triangle(degree, divisions), out=values)
+    else:
+        evaluate_rows(row_curves(columns), divisions, range(divisions + 1), np.float64, values)
+    return values.reshape(patches, dimension, -1).transpose(0, 2, 1)
