@@ -24,20 +24,16 @@ from service.schemas.channels import (
 )
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import NameField, StrictModel, UpField
+from service.schemas.pairs import (
+    list_of_two,
+    one_or_two,
+    one_or_two_numbers,
+    whole_number,
+)
 from service.schemas.refusals import refusal, wrong_type
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_DEGREE
 from service.surface.knots import NAMED, KnotName, Knots
-
-
-def _degrees(value: object) -> object:
-    """A whole number stands for both directions."""
-    if type(value) is int:
-        if not 1 <= value <= MAX_DEGREE:
-            code = "degree_too_high" if value > MAX_DEGREE else "out_of_range"
-            raise refusal([((), _no_degree(code, value, MAX_DEGREE))])
-        return [value, value]
-    return _two(value, "a whole number or a list of two")
 
 
 def check_degrees(degrees: tuple[int, ...], info: ValidationInfo) -> None:
@@ -47,11 +43,12 @@ def check_degrees(degrees: tuple[int, ...], info: ValidationInfo) -> None:
         if degree > limits.max_degree:
             # Equal degrees may have been given as one number.
             where = ("degree",) if min(degrees) == max(degrees) else ("degree", axis)
-            raise refusal([(where, _no_degree("degree_too_high", degree, limits.max_degree))])
+            raise refusal([(where, _no_degree(degree, 1, limits.max_degree))])
 
 
-def _no_degree(code: str, degree: int, most: int) -> Issue:
-    needed = f"1 to {most}"
+def _no_degree(degree: int, least: int, most: int) -> Issue:
+    code = "degree_too_high" if degree > most else "out_of_range"
+    needed = f"{least} to {most}"
     return Issue(code, "No B-spline has such a degree.", "", f"degree {degree}", needed)
 
 
@@ -59,17 +56,7 @@ def _knot_vectors(value: object) -> object:
     """A name stands for both directions."""
     if isinstance(value, str):
         return [_known(value)] * 2
-    return _two(value, "a name or a list of two")
-
-
-def _two(value: object, needed: str) -> list[Any]:
-    if not isinstance(value, list):
-        raise refusal([((), wrong_type(value, needed))])
-    if len(value) != 2:
-        got = f"a list of {len(value)}"
-        message = "A list has something for u and something for v."
-        raise refusal([((), Issue("wrong_length", message, "", got, "a list of two"))])
-    return value
+    return list_of_two(value, "a name or a list of two")
 
 
 def _knots(value: object, info: ValidationInfo) -> Knots:
@@ -90,23 +77,17 @@ def _known(name: str) -> KnotName:
     return cast(KnotName, name)
 
 
-_DEGREE_SCHEMA = {"type": "integer", "minimum": 1, "maximum": MAX_DEGREE}
 _NAME_SCHEMA = {"type": "string", "enum": list(NAMED)}
 _VECTOR_SCHEMA = {
     "oneOf": [_NAME_SCHEMA, {"type": "array", "items": {"type": "number"}, "minItems": 4}]
 }
 
 
-def _one_or_two(one: dict[str, Any], each: dict[str, Any]) -> WithJsonSchema:
-    two = {"type": "array", "items": each, "minItems": 2, "maxItems": 2}
-    return WithJsonSchema({"oneOf": [one, two]})
-
-
 Degrees: TypeAlias = Annotated[
     tuple[int, int],
     Field(strict=False),
-    BeforeValidator(_degrees),
-    _one_or_two(_DEGREE_SCHEMA, _DEGREE_SCHEMA),
+    one_or_two_numbers(1, MAX_DEGREE, _no_degree),
+    one_or_two(whole_number(1, MAX_DEGREE)),
 ]
 KnotVector: TypeAlias = Annotated[Any, PlainValidator(_knots), WithJsonSchema(_VECTOR_SCHEMA)]
 """Knots of one direction, by their name or their numbers."""
@@ -115,7 +96,7 @@ KnotVectors: TypeAlias = Annotated[
     tuple[Annotated[Any, PlainValidator(_knots)], Annotated[Any, PlainValidator(_knots)]],
     Field(strict=False),
     BeforeValidator(_knot_vectors),
-    _one_or_two(_NAME_SCHEMA, _VECTOR_SCHEMA),
+    one_or_two(_NAME_SCHEMA, _VECTOR_SCHEMA),
 ]
 
 

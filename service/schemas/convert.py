@@ -9,11 +9,12 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Annotated, Literal, TypeAlias, get_args
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError, WithJsonSchema
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import Omittable, StrictModel
+from service.schemas.pairs import one_or_two, one_or_two_numbers, whole_number
 from service.schemas.refusals import invalid_request, refusal, wrong_type
 from service.schemas.request import surface_of
 from service.schemas.surfaces import SurfaceDefinition
@@ -25,19 +26,6 @@ Degree: TypeAlias = Annotated[int, Field(ge=1, le=MAX_DEGREE)]
 Number: TypeAlias = Annotated[float, Field(allow_inf_nan=False)]
 
 
-def _both(value: object) -> object:
-    """An int stands for both directions."""
-    if type(value) is int:
-        if not 1 <= value <= MAX_DEGREE:
-            needed = f"1 to {MAX_DEGREE}"
-            issue = Issue("out_of_range", "The number is out of range.", "", str(value), needed)
-            raise refusal([((), issue)])
-        return [value, value]
-    if not isinstance(value, list):
-        raise refusal([((), wrong_type(value, "a whole number or a list of two"))])
-    return _of_length(value, 2)
-
-
 def _of_length(value: object, length: int) -> object:
     if isinstance(value, list) and len(value) != length:
         got, needed = f"{len(value)} numbers", f"{length} numbers"
@@ -46,20 +34,11 @@ def _of_length(value: object, length: int) -> object:
     return value
 
 
-_DEGREE_SCHEMA = {"type": "integer", "minimum": 1, "maximum": MAX_DEGREE}
-
 Degrees: TypeAlias = Annotated[
     tuple[Degree, Degree],
     Field(strict=False),
-    BeforeValidator(_both),
-    WithJsonSchema(
-        {
-            "oneOf": [
-                _DEGREE_SCHEMA,
-                {"type": "array", "items": _DEGREE_SCHEMA, "minItems": 2, "maxItems": 2},
-            ]
-        }
-    ),
+    one_or_two_numbers(1, MAX_DEGREE),
+    one_or_two(whole_number(1, MAX_DEGREE)),
 ]
 Interval: TypeAlias = Annotated[
     tuple[Number, Number], Field(strict=False), BeforeValidator(lambda value: _of_length(value, 2))

@@ -1,4 +1,4 @@
-"""What the models of the language share: strictness, names, pairs, fields that may be left out."""
+"""What the models of the language share: strictness, names, fields that may be left out."""
 
 import operator
 from functools import reduce
@@ -7,19 +7,18 @@ from typing import Annotated, Any, ClassVar, TypeAlias, get_args
 from pydantic import (
     AfterValidator,
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Field,
     GetCoreSchemaHandler,
     StringConstraints,
-    WithJsonSchema,
 )
 from pydantic_core import core_schema
 
 from service.engine.options import MAX_ISOCURVES, MAX_RESOLUTION, OverlayName
 from service.errors import Issue
 from service.schemas.arrays import PATCH_NUMBERS, Array
-from service.schemas.refusals import refusal, wrong_type
+from service.schemas.pairs import one_or_two, one_or_two_numbers, whole_number
+from service.schemas.refusals import refusal
 from service.surface.lowered import Up
 
 
@@ -55,42 +54,11 @@ Name: TypeAlias = Annotated[
 Divisions: TypeAlias = Annotated[int, Field(ge=1, le=MAX_RESOLUTION)]
 
 
-def _pair(least: int, most: int) -> BeforeValidator:
-    """An int from `least` to `most` stands for both directions."""
-
-    def pair(value: object) -> object:
-        if type(value) is int:
-            if not least <= value <= most:
-                needed = f"{least} to {most}"
-                issue = Issue("out_of_range", "The number is out of range.", "", str(value), needed)
-                raise refusal([((), issue)])
-            return [value, value]
-        if not isinstance(value, list):
-            raise refusal([((), wrong_type(value, "a whole number or a list of two"))])
-        if len(value) != 2:
-            issue = Issue(
-                "wrong_length",
-                "A list has one number of divisions for u and one for v.",
-                got=f"{len(value)} numbers",
-                needed="two numbers",
-            )
-            raise refusal([((), issue)])
-        return value
-
-    return BeforeValidator(pair)
-
-
-def _pair_schema(least: int, most: int) -> WithJsonSchema:
-    one = {"type": "integer", "minimum": least, "maximum": most}
-    pair = {"type": "array", "items": one, "minItems": 2, "maxItems": 2}
-    return WithJsonSchema({"oneOf": [one, pair]})
-
-
 Resolution: TypeAlias = Annotated[
     tuple[Divisions, Divisions],
     Field(strict=False),
-    _pair(1, MAX_RESOLUTION),
-    _pair_schema(1, MAX_RESOLUTION),
+    one_or_two_numbers(1, MAX_RESOLUTION),
+    one_or_two(whole_number(1, MAX_RESOLUTION)),
 ]
 
 Pieces: TypeAlias = Annotated[int, Field(ge=0, le=MAX_ISOCURVES)]
@@ -98,8 +66,8 @@ Pieces: TypeAlias = Annotated[int, Field(ge=0, le=MAX_ISOCURVES)]
 IsoCurves: TypeAlias = Annotated[
     tuple[Pieces, Pieces],
     Field(strict=False),
-    _pair(0, MAX_ISOCURVES),
-    _pair_schema(0, MAX_ISOCURVES),
+    one_or_two_numbers(0, MAX_ISOCURVES),
+    one_or_two(whole_number(0, MAX_ISOCURVES)),
 ]
 
 
