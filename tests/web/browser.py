@@ -1,15 +1,16 @@
 """Headless Chromium: any page, and the one here that draws a model with three.js."""
 
+import base64
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
 
 FOLDER = Path(__file__).parent
 
@@ -45,34 +46,61 @@ def serve_folder(folder: Path) -> Iterator[str]:
             thread.join()
 
 
+@dataclass(frozen=True)
+class Stage:
+    """A page of the browser, and what its console complained of so far."""
+
+    page: Page
+    complaints: list[str]
+
+    def show(self, model: str | bytes, width: int = 480, height: int = 320) -> None:
+        """Draws a model in the viewer, which must be open: by its URL, or a GLB itself."""
+        self.page.set_viewport_size({"width": width, "height": height})
+        if isinstance(model, bytes):
+            model = "data:model/gltf-binary;base64," + base64.b64encode(model).decode()
+        self.page.evaluate("url => window.show(url)", model)
+
+    def meshes(self) -> list[dict[str, Any]]:
+        """What three.js holds of every mesh; positions and normals as they stand in the world."""
+        found: list[dict[str, Any]] = self.page.evaluate("window.viewer.meshes()")
+        return found
+
+    def lines(self) -> list[dict[str, Any]]:
+        """What three.js holds of all that is lines."""
+        found: list[dict[str, Any]] = self.page.evaluate("window.viewer.lines()")
+        return found
+
+    def light(self) -> list[float]:
+        """How bright the model is in the lower and in the upper half of the picture."""
+        found: list[float] = self.page.evaluate("window.viewer.light()")
+        return found
+
+
 @contextmanager
-def open_page(chromium: str) -> Iterator[tuple[Page, list[str]]]:
-    """A blank page, and the list that what its console complains of is added to."""
-    complaints: list[str] = []
+def open_browser(chromium: str) -> Iterator[Browser]:
+    """Chromium, until the block ends."""
     with (
         sync_playwright() as playwright,
         playwright.chromium.launch(executable_path=chromium, args=[*CHROMIUM_FLAGS]) as browser,
     ):
-        page = browser.new_page(viewport={"width": 1200, "height": 800})
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on(
-            "console",
-            lambda message: (
-                complaints.append(message.text) if message.type in ("error", "warning") else None
-            ),
-        )
-        yield page, complaints
+        yield browser
 
 
-def show(page: Page, pages: str, model_url: str) -> None:
-    """Opens the viewer, which is served at `pages`, and waits until it has drawn the model."""
-    page.goto(f"{pages}/viewer.html?model={quote(model_url, safe='')}")
-    page.wait_for_function("window.viewer || window.viewerError")
+def open_page(browser: Browser) -> Stage:
+    """A blank page of its own."""
+    complaints: list[str] = []
+    page = browser.new_page(viewport={"width": 1200, "height": 800})
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on(
+        "console",
+        lambda message: (
+            complaints.append(message.text) if message.type in ("error", "warning") else None
+        ),
+    )
+    return Stage(page, complaints)
 
 
-@contextmanager
-def viewer(chromium: str, model_url: str) -> Iterator[tuple[Page, list[str]]]:
-    """The page that shows the model, drawn, and what the browser's console complained of."""
-    with serve_folder(FOLDER) as pages, open_page(chromium) as (page, complaints):
-        show(page, pages, model_url)
-        yield page, complaints
+def open_viewer(stage: Stage, pages: str, query: str = "") -> None:
+    """Opens the page that draws models, served at `pages`, and waits until it can."""
+    stage.page.goto(f"{pages}/viewer.html{query}")
+    stage.page.wait_for_function("window.show !== undefined")

@@ -7,21 +7,19 @@
 import sys
 from pathlib import Path
 
-from playwright.sync_api import ViewportSize
-
 from service.surface.examples import EXAMPLES, Example
 from tests.live import running_service
 from tests.tools import chromium
-from tests.web.browser import FOLDER, open_page, serve_folder, show
+from tests.web.browser import FOLDER, open_browser, open_page, open_viewer, serve_folder
 
 TEAPOT = "/v1/surfaces/utah-teapot/mesh.glb?resolution=32"
 WIRES = (
     "/v1/surfaces/utah-teapot/mesh.glb?resolution=12&faces=none&isocurves=4&wires=tubes"
     "&wire_width=0.03"
 )
-LARGE: ViewportSize = {"width": 1200, "height": 800}
-MEDIUM: ViewportSize = {"width": 900, "height": 600}
-SMALL: ViewportSize = {"width": 400, "height": 300}
+LARGE = (1200, 800)
+MEDIUM = (900, 600)
+SMALL = (400, 300)
 
 HEAD = """\
 # The built-in surfaces
@@ -54,14 +52,15 @@ def main(folder: Path) -> None:
     with (
         running_service() as service,
         serve_folder(FOLDER) as pages,
-        open_page(chromium()) as (page, complaints),
+        open_browser(chromium()) as browser,
     ):
+        stage = open_page(browser)
+        open_viewer(stage, pages)
         for target, (address, size) in pictures.items():
-            page.set_viewport_size(size)
-            show(page, pages, service + address)
-            if complaints:
-                sys.exit("\n".join([address, *complaints]))
-            page.screenshot(path=target)
+            stage.show(service + address, *size)
+            if stage.complaints:
+                sys.exit("\n".join([address, *stage.complaints]))
+            stage.page.screenshot(path=target)
     (folder / "examples.md").write_text(listing(), encoding="utf-8")
 
 

@@ -1,38 +1,31 @@
 """What a browser makes of the teapot: three.js in headless Chromium draws the served GLB."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page
 
-from tests.tools import chromium, node_package
-from tests.web.browser import viewer
+from tests.web.browser import Stage
 
 PARTS = ["rim", "body", "handle", "spout", "lid", "bottom"]
 
 
 @pytest.fixture(scope="module")
-def drawn(server: str) -> Iterator[tuple[Page, list[str]]]:
-    """The teapot's page, drawn, and what the console complained of."""
-    node_package("three")
-    model = f"{server}/v1/surfaces/utah-teapot/mesh.glb?resolution=16"
-    with viewer(chromium(), model) as (page, complaints):
-        yield page, complaints
+def drawn(server: str, viewer: Stage) -> Stage:
+    """The page with the teapot on it, drawn."""
+    viewer.complaints.clear()
+    viewer.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?resolution=16", 1800, 1200)
+    return viewer
 
 
 @pytest.fixture(scope="module")
-def meshes(drawn: tuple[Page, list[str]]) -> list[dict[str, Any]]:
+def meshes(drawn: Stage) -> list[dict[str, Any]]:
     """What three.js holds of every mesh; positions and normals as they stand in the world."""
-    found: list[dict[str, Any]] = drawn[0].evaluate("window.viewer.meshes()")
-    return found
+    return drawn.meshes()
 
 
-def test_the_console_stays_silent(drawn: tuple[Page, list[str]]) -> None:
-    page, complaints = drawn
-    assert page.evaluate("window.viewerError") is None
-    assert complaints == []
+def test_the_console_stays_silent(drawn: Stage) -> None:
+    assert drawn.complaints == []
 
 
 def test_every_part_is_a_named_mesh(meshes: list[dict[str, Any]]) -> None:
@@ -65,12 +58,11 @@ def test_the_outside_looks_outwards(meshes: list[dict[str, Any]]) -> None:
     assert outwards.min() > 0
 
 
-def test_the_picture_is_smooth(drawn: tuple[Page, list[str]]) -> None:
+def test_the_picture_is_smooth(drawn: Stage) -> None:
     """Shaded by its normals the teapot shows hardly an edge; shaded flat, one at every triangle."""
-    page, _ = drawn
-    smooth = page.evaluate("window.viewer.measure()")
+    smooth = drawn.page.evaluate("window.viewer.measure()")
     assert 0.1 < smooth["coverage"] < 0.6
-    page.evaluate("window.viewer.shadeFlat()")
-    flat = page.evaluate("window.viewer.measure()")
+    drawn.page.evaluate("window.viewer.shadeFlat()")
+    flat = drawn.page.evaluate("window.viewer.measure()")
     assert smooth["edges"] < 0.01
     assert flat["edges"] > 4 * smooth["edges"]

@@ -5,18 +5,13 @@ import numpy as np
 from service.engine.options import MeshOptions
 from service.engine.tessellate import tessellate
 from tests.examples import patches_of
-from tests.tools import chromium, node_package
-from tests.web.browser import viewer
+from tests.web.browser import Stage
 
 
-def test_colors_arrive_linear(server: str) -> None:
+def test_colors_arrive_linear(server: str, stage: Stage) -> None:
     """Three.js takes them, and the attribute under its name, without a complaint."""
-    node_package("three")
-    model = f"{server}/v1/surfaces/heated-panel/mesh.glb?resolution=6"
-    with viewer(chromium(), model) as (page, complaints):
-        (mesh,) = page.evaluate("window.viewer.meshes()")
-        assert page.evaluate("window.viewerError") is None
-    assert complaints == []
+    stage.show(f"{server}/v1/surfaces/heated-panel/mesh.glb?resolution=6")
+    (mesh,) = stage.meshes()
     assert mesh["vertexColors"]
     assert mesh["attributes"] == ["_temperature", "color", "normal", "position", "uv"]
     made = tessellate(patches_of("heated-panel"), MeshOptions((6, 6)))

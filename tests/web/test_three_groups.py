@@ -1,6 +1,5 @@
 """Groups and wireframes as three.js has them of a GLB, in headless Chromium."""
 
-import base64
 from typing import Any
 
 import numpy as np
@@ -14,19 +13,7 @@ from service.pipeline.mesh import render
 from service.surface.examples import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
-from tests.tools import chromium, node_package
-from tests.web.browser import viewer
-
-
-def shown(url: str) -> tuple[list[dict[str, Any]], list[float]]:
-    """What three.js holds of every mesh, and how bright the picture is below and above."""
-    node_package("three")
-    with viewer(chromium(), url) as (page, complaints):
-        assert page.evaluate("window.viewerError") is None
-        found: list[dict[str, Any]] = page.evaluate("window.viewer.meshes()")
-        light: list[float] = page.evaluate("window.viewer.light()")
-    assert complaints == []
-    return found, light
+from tests.web.browser import Stage
 
 
 def upright(points: Any) -> np.ndarray:
@@ -35,9 +22,10 @@ def upright(points: Any) -> np.ndarray:
     return np.stack([x, z, -y], axis=1)
 
 
-def test_copies_stand_in_their_places_and_colours(server: str) -> None:
+def test_copies_stand_in_their_places_and_colours(server: str, stage: Stage) -> None:
     """Every vertex of every member of the tea service, where it was placed."""
-    meshes, _ = shown(f"{server}/v1/surfaces/tea-service/mesh.glb?resolution=3")
+    stage.show(f"{server}/v1/surfaces/tea-service/mesh.glb?resolution=3")
+    meshes = stage.meshes()
     model = find("tea-service").surface().lower()
     assert isinstance(model, GroupModel)
     scene = build_scene(model, MeshOptions(resolution=(3, 3)), single=True)
@@ -61,29 +49,29 @@ def test_copies_stand_in_their_places_and_colours(server: str) -> None:
     assert list(waiting) == []
 
 
-def test_a_mirrored_copy_is_lit_from_the_same_side() -> None:
+def test_a_mirrored_copy_is_lit_from_the_same_side(stage: Stage) -> None:
     """A ball and its mirror image look alike, brighter above than below."""
     ball, seen = find("sphere").surface(), []
     for mirror in (1.0, -1.0):
         member = Member(ball, color=(0.5, 0.5, 0.5), matrix=np.diag([1, mirror, 1, 1.0]))
-        content = render(GroupSurface((member,), "z"), MeshOptions((6, 6)), BY_NAME["glb"])
-        encoded = base64.b64encode(content).decode()
-        (mesh,), light = shown(f"data:model/gltf-binary;base64,{encoded}")
+        stage.show(render(GroupSurface((member,), "z"), MeshOptions((6, 6)), BY_NAME["glb"]))
+        (mesh,) = stage.meshes()
         assert mesh["mirrored"] == (mirror < 0)
         outwards = np.einsum("vd,vd->v", mesh["positions"], mesh["normals"])
         assert outwards.min() > 0.99
-        seen.append(light)
+        seen.append(stage.light())
     assert seen[0][1] > 1.3 * seen[0][0]
     np.testing.assert_allclose(seen[0], seen[1], rtol=0.01)
 
 
-def test_the_teapot_as_a_wireframe(server: str) -> None:
+def test_the_teapot_as_a_wireframe(server: str, stage: Stage) -> None:
     """One request: tubes where the curves run, and nothing else."""
     query = "faces=none&isocurves=3&wires=tubes&wire_width=0.02&resolution=8"
-    (mesh,), light = shown(f"{server}/v1/surfaces/utah-teapot/mesh.glb?{query}")
+    stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?{query}")
+    (mesh,) = stage.meshes()
     assert mesh["name"] == "isocurves"
     assert mesh["longestNormalError"] < 1e-6
-    assert min(light) > 0
+    assert min(stage.light()) > 0
     points = np.array(mesh["positions"])
     assert points[:, 1].max() == pytest.approx(3.15, abs=0.02)
     assert points[:, 1].min() == pytest.approx(0, abs=0.02)

@@ -1,4 +1,6 @@
-// Draws the model at ?model=URL and tells the test what three.js made of it (`window.viewer`).
+// Draws one model after the other and tells the test what three.js made of the last
+// (`window.viewer`, after `await window.show(url)`). With ?plain there are no shadows and no smooth
+// outlines, which take most of the time where there is no graphics card.
 // Nothing about the geometry is mended here: normals and uprightness are the file's own.
 
 import * as THREE from 'three';
@@ -8,16 +10,16 @@ import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 const GLAZE = '#2f6f86'; // the one thing that is ours: colour and shine of the picture
 const MARGIN = 1.12; // room around the model, as a factor
 const EDGE = 4; // steps of 1/255: what a smooth surface hardly ever shows
-const SAMPLES = 2; // drawn at twice the size of the page, then shown at half: smooth outlines
+const PLAIN = new URLSearchParams(location.search).has('plain');
+const SAMPLES = PLAIN ? 1 : 2; // drawn at twice the size of the page: smooth outlines
 
 const renderer = new THREE.WebGLRenderer({
-  antialias: true, alpha: true, preserveDrawingBuffer: true,
+  antialias: !PLAIN, alpha: true, preserveDrawingBuffer: true,
 });
 renderer.setPixelRatio(SAMPLES);
-renderer.setSize(innerWidth, innerHeight);
 renderer.toneMapping = THREE.NeutralToneMapping;
 renderer.toneMappingExposure = 1.0;
-renderer.shadowMap.enabled = true;
+renderer.shadowMap.enabled = !PLAIN;
 renderer.shadowMap.type = THREE.VSMShadowMap;
 document.body.append(renderer.domElement);
 
@@ -26,12 +28,12 @@ const room = new THREE.PMREMGenerator(renderer).fromScene(new RoomEnvironment(),
 scene.environment = room.texture;
 scene.environmentIntensity = 0.55;
 
-const camera = new THREE.PerspectiveCamera(26, innerWidth / innerHeight, 0.1, 100);
+const camera = new THREE.PerspectiveCamera(26);
 
-/** Everything of `model` that has faces. */
-function meshesOf(model) {
+/** Everything of `model` that has faces (`isMesh`) or that is lines (`isLine`). */
+function nodesOf(model, mark) {
   const found = [];
-  model.traverse((node) => { if (node.isMesh) found.push(node); });
+  model.traverse((node) => { if (node[mark]) found.push(node); });
   return found;
 }
 
@@ -83,6 +85,20 @@ function frame(bounds, radius) {
   });
   camera.position.copy(center).addScaledVector(direction, Math.max(...distances));
   camera.updateProjectionMatrix();
+}
+
+/** What three.js holds of one line or of pairs of them, its points in the world. */
+function describeLine(line) {
+  const position = line.geometry.getAttribute('position');
+  const point = new THREE.Vector3();
+  return {
+    name: line.name,
+    type: line.type,
+    attributes: Object.keys(line.geometry.attributes).sort(),
+    positions: Array.from({ length: position.count }, (_, i) => point
+      .fromBufferAttribute(position, i).applyMatrix4(line.matrixWorld).toArray()),
+    segments: line.geometry.index === null ? position.count - 1 : line.geometry.index.count / 2,
+  };
 }
 
 /** What three.js holds of one mesh, its positions and normals turned into the world. */
@@ -171,12 +187,16 @@ function measurePicture(model) {
   return { coverage: covered / (width * height), edges: edges / inside };
 }
 
-async function show() {
-  const url = new URLSearchParams(location.search).get('model');
+/** Loads and draws the model at `url`, and nothing that was there before. */
+async function show(url) {
+  scene.clear();
+  renderer.setSize(innerWidth, innerHeight);
+  camera.aspect = innerWidth / innerHeight;
   const { scene: model } = await new GLTFLoader().loadAsync(url);
   scene.add(model);
   model.updateMatrixWorld(true);
-  const meshes = meshesOf(model);
+  const meshes = nodesOf(model, 'isMesh');
+  const lines = nodesOf(model, 'isLine');
   meshes.forEach((mesh) => {
     mesh.castShadow = true;
     mesh.receiveShadow = true;
@@ -192,6 +212,7 @@ async function show() {
   renderer.render(scene, camera);
   window.viewer = {
     meshes: () => meshes.map(describe),
+    lines: () => lines.map(describeLine),
     measure: () => measurePicture(model),
     light: () => measureLight(model),
     shadeFlat: () => meshes.forEach(({ material }) => {
@@ -201,4 +222,4 @@ async function show() {
   };
 }
 
-show().catch((error) => { window.viewerError = String(error); throw error; });
+window.show = show;

@@ -1,0 +1,34 @@
+"""One browser for all tests of this folder: to start one takes longer than most of the tests."""
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser
+
+from tests.tools import chromium, node_package
+from tests.web.browser import FOLDER, Stage, open_browser, open_page, open_viewer, serve_folder
+
+
+@pytest.fixture(scope="package")
+def browser() -> Iterator[Browser]:
+    """Headless Chromium. Not for the whole run: no event loop can start beside Playwright's."""
+    with open_browser(chromium()) as browser:
+        yield browser
+
+
+@pytest.fixture(scope="package")
+def viewer(browser: Browser) -> Iterator[Stage]:
+    """The page that draws models, kept open."""
+    node_package("three")
+    with serve_folder(FOLDER) as pages:
+        stage = open_page(browser)
+        open_viewer(stage, pages, "?plain")
+        yield stage
+
+
+@pytest.fixture
+def stage(viewer: Stage) -> Iterator[Stage]:
+    """The same page for one test, in which its console must stay silent."""
+    viewer.complaints.clear()
+    yield viewer
+    assert viewer.complaints == []
