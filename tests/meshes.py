@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.encoders.format import MeshSize
 from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
-from service.surface.lowered import Up
+from service.surface.checks import Up
 from tests.oracles.topology import topology
 
 Faces = Literal["triangles", "quads"]

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
-from service.surface.lowered import Part, Patches, PatchModel, TensorPatches, TrianglePatches
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
+from service.surface.lowered import Part, PatchModel
 from tests.examples import patches_of
 from tests.oracles import triangles
 from tests.oracles.exact import split

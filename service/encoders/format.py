@@ -6,7 +6,8 @@ from typing import Literal, TypeAlias
 
 from service.engine.mesh import Mesh, Overlay
 from service.engine.scene import Scene
-from service.surface.lowered import ChannelKind, PatchModel
+from service.surface.batches import ChannelKind
+from service.surface.lowered import PatchModel
 
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
 

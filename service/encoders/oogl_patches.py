@@ -21,7 +21,8 @@ from service.encoders.oogl import skeleton
 from service.encoders.text import rows
 from service.engine.mesh import Overlay
 from service.errors import Issue, UnsupportedByFormat
-from service.surface.lowered import Patches, PatchModel, TensorPatches, TrianglePatches
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
+from service.surface.lowered import PatchModel
 from service.surface.sides import corners_of
 
 HIGHEST_DEGREE = 12

@@ -13,7 +13,8 @@ from service.engine.tessellate import predicted_size
 from service.engine.wires.draw import NAME as WIRES
 from service.engine.wires.draw import most_solids
 from service.engine.wires.isocurves import most_isocurves
-from service.surface.lowered import GroupModel, Model, PatchModel, TrianglePatches
+from service.surface.batches import TrianglePatches
+from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel
 
 Attributes: TypeAlias = tuple[tuple[str, int], ...]

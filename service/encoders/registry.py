@@ -10,7 +10,7 @@ from types import MappingProxyType
 from service.encoders import gltf, gltf_scene, json_mesh, obj, off, oogl, ply, stl
 from service.encoders.format import Format
 from service.encoders.oogl_patches import encode_patches
-from service.surface.lowered import ChannelKind
+from service.surface.batches import ChannelKind
 
 EVERYTHING: frozenset[ChannelKind] = frozenset({"colors", "uvs", "attribute"})
 

@@ -13,20 +13,9 @@ from service.engine.tessellate import overlays_of, tessellate
 from service.engine.wires.draw import line_overlay, width_of, with_lines, with_solids, without_faces
 from service.engine.wires.isocurves import isocurves
 from service.errors import InvalidRequest, Issue
+from service.surface.batches import Channel, ChannelKind, Patches, TensorPatches, TrianglePatches
 from service.surface.channels import only_channels
-from service.surface.lowered import (
-    Channel,
-    ChannelKind,
-    Color,
-    GroupModel,
-    Model,
-    Part,
-    Patches,
-    PatchModel,
-    PlacedModel,
-    TensorPatches,
-    TrianglePatches,
-)
+from service.surface.lowered import Color, GroupModel, Model, Part, PatchModel, PlacedModel
 from service.surface.placement import placed_bounds
 from service.surface.sweep_model import SweepModel
 

@@ -20,7 +20,8 @@ from service.engine.extent import extent
 from service.engine.layout import Block, Layout
 from service.engine.near import leaders
 from service.engine.scratch import Real
-from service.surface.lowered import Channel, ChannelKind, Domain
+from service.surface.batches import Channel, ChannelKind
+from service.surface.lowered import Domain
 from service.surface.sides import side_of
 
 CHUNK_VALUES = 1 << 20

@@ -24,7 +24,8 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein, samples
 from service.engine.stitch import SAME_WEIGHT
 from service.engine.vectors import cross
-from service.surface.lowered import PatchModel, TensorPatches
+from service.surface.batches import TensorPatches
+from service.surface.lowered import PatchModel
 from service.surface.sides import side_of
 
 Continuity: TypeAlias = Literal["C0", "G1", "C1"]

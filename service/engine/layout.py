@@ -16,7 +16,8 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.distinct import distinct_rows
 from service.engine.patterns import AnyShape, Shape, TriangleShape
 from service.engine.stitch import Seams, find_seams
-from service.surface.lowered import Patches, PatchModel, TrianglePatches
+from service.surface.batches import Patches, TrianglePatches
+from service.surface.lowered import PatchModel
 from service.surface.sides import BEGINS, ENDS, along_sides
 
 _NONE: Ints = np.empty(0, dtype=np.intp)

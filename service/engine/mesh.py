@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.engine.closure import Closure
-from service.surface.lowered import Color, Up
+from service.surface.checks import Up
+from service.surface.lowered import Color
 
 ENGINE = 2
 """Version of the numbers. Raised only when the same request would give other figures."""

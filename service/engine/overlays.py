@@ -9,7 +9,8 @@ from service.engine.mesh import Overlay
 from service.engine.options import MeshOptions, Method
 from service.engine.scratch import Real
 from service.engine.stitch import sample_edges
-from service.surface.lowered import PatchModel, TensorPatches, TrianglePatches
+from service.surface.batches import TensorPatches, TrianglePatches
+from service.surface.lowered import PatchModel
 
 
 def draw(

@@ -16,7 +16,8 @@ from service.engine.layout import Layout
 from service.engine.options import MeshOptions, Method
 from service.engine.scratch import Real
 from service.engine.stitch import sample_edges
-from service.surface.lowered import Domain, TensorPatches
+from service.surface.batches import TensorPatches
+from service.surface.lowered import Domain
 
 
 @dataclass(frozen=True, eq=False, slots=True)

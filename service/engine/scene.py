@@ -12,7 +12,8 @@ from service.engine.extent import extent, local_origin
 from service.engine.light import tinted
 from service.engine.merge import added, merged
 from service.engine.mesh import Mesh, MeshPart, MeshReport
-from service.surface.lowered import GroupModel, PlacedModel, Up
+from service.surface.checks import Up
+from service.surface.lowered import GroupModel, PlacedModel
 
 ZERO: FloatArray = np.zeros(3)
 ZERO.flags.writeable = False

@@ -18,7 +18,7 @@ from service.bases.distinct import distinct_rows
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.near import leaders
 from service.engine.options import Method
-from service.surface.lowered import Patches
+from service.surface.batches import Patches
 
 SAME_WEIGHT = 2.0**-44
 """How far the weights of one edge, their largest made 1, may differ on two sides of it: a common

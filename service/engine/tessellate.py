@@ -23,7 +23,8 @@ from service.engine.patterns import used_samples
 from service.engine.sampling import SampleRows, sample
 from service.engine.scratch import Real
 from service.engine.weld import Welding, weld, without_unused
-from service.surface.lowered import PatchModel, TrianglePatches
+from service.surface.batches import TrianglePatches
+from service.surface.lowered import PatchModel
 
 
 def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False) -> Mesh:

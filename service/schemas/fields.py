@@ -19,7 +19,7 @@ from service.errors import Issue
 from service.schemas.arrays import PATCH_NUMBERS, Array
 from service.schemas.pairs import one_or_two, one_or_two_numbers, whole_number
 from service.schemas.refusals import refusal
-from service.surface.lowered import Up
+from service.surface.checks import Up
 
 
 class StrictModel(BaseModel):

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray
+from service.surface.batches import TensorPatches
 from service.surface.channels import NO_CHANNELS, Channels
-from service.surface.checks import check_grid, check_up, checked_points, checked_weights
-from service.surface.lowered import Domain, Part, PatchModel, TensorPatches, Up
+from service.surface.checks import Up, check_grid, check_up, checked_points, checked_weights
+from service.surface.lowered import Domain, Part, PatchModel
 
 
 @dataclass(frozen=True, eq=False, slots=True)

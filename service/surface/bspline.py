@@ -8,8 +8,9 @@ from service.bases import knots as bases
 from service.bases.arrays import FloatArray
 from service.bases.extraction import bezier_points
 from service.bases.restriction import restricted
+from service.surface.batches import TensorPatches
 from service.surface.channels import NO_CHANNELS, Channels
-from service.surface.checks import check_up, checked_points, checked_weights
+from service.surface.checks import Up, check_up, checked_points, checked_weights
 from service.surface.knots import (
     Knots,
     check_bezier_points,
@@ -17,7 +18,7 @@ from service.surface.knots import (
     checked_knots,
     knot_vector,
 )
-from service.surface.lowered import Domain, Part, PatchModel, TensorPatches, Up
+from service.surface.lowered import Domain, Part, PatchModel
 
 BLOCK_POINTS = 1 << 16
 """Control points that are lowered along v at a time: they stay in the cache."""

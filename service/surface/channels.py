@@ -18,8 +18,9 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.bases.triangle import degree_or_none
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
+from service.surface.batches import Channel, ChannelKind
 from service.surface.checks import MAX_DEGREE, check_finite, check_stored
-from service.surface.lowered import Channel, ChannelKind, PatchModel
+from service.surface.lowered import PatchModel
 
 MAX_ATTRIBUTES = 16
 MAX_DIMENSION = 16

@@ -5,6 +5,7 @@ already, and what is checked is what no later line wants to doubt again.
 """
 
 from collections.abc import Callable
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
+
+Up: TypeAlias = Literal["y", "z"]
+"""The vertical axis of a model."""
 
 MAX_DEGREE = 64
 """Above this a Bézier patch is of no use: control points hardly pull on the surface any more,
@@ -23,7 +27,6 @@ MAX_COORDINATE = float(np.finfo(np.float32).max)
 MAX_WEIGHT_RATIO = 1e8
 """Largest quotient of two weights of one surface. Float64 then still keeps half of its digits
 for the lightest control points, and with them for normals near these."""
-
 
 MIN_WEIGHT, MAX_WEIGHT = 1e-30, 1e30
 """What weights may be themselves. Powers and quotients of those in between stay within float64."""
@@ -183,7 +186,7 @@ def check_triangle(count: int, name: str) -> int:
 
 def check_up(up: str) -> None:
     """Refuses what names no axis that we can turn upright."""
-    if up not in ("y", "z"):
+    if up not in get_args(Up):
         raise InvalidRequest(
             Issue("wrong_value", "`up` is the vertical axis.", "/up", "another text", '"y" or "z"')
         )

@@ -9,7 +9,7 @@ from service.bases import knots as bases
 from service.bases.arrays import FloatArray
 from service.bases.extraction import bezier_points
 from service.errors import InvalidRequest, Issue
-from service.surface.checks import MAX_DEGREE, check_up, checked_points, checked_weights
+from service.surface.checks import MAX_DEGREE, Up, check_up, checked_points, checked_weights
 from service.surface.curve_pieces import CurvePieces
 from service.surface.knots import (
     Knots,
@@ -18,7 +18,6 @@ from service.surface.knots import (
     checked_knots,
     knot_vector,
 )
-from service.surface.lowered import Up
 
 
 @dataclass(frozen=True, eq=False, slots=True)

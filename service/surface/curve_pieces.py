@@ -2,15 +2,12 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue
-
-if TYPE_CHECKING:
-    from service.surface.lowered import Up
+from service.surface.checks import Up
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +41,7 @@ class CurvePieces:
     breaks: FloatArray
     polygon: FloatArray
     name: str = "curve"
-    up: "Up" = "y"
+    up: Up = "y"
 
     def __post_init__(self) -> None:
         for array in (self.points, self.weights, self.breaks, self.polygon):

@@ -14,8 +14,8 @@ import numpy as np
 from service.errors import Issue, UnknownSurface
 from service.surface import Surface, quadrics, rounded, spline_shapes, swept_shapes, tea
 from service.surface.bezier import BezierSurface
+from service.surface.checks import Up
 from service.surface.colored import colored_by_height, heated_panel
-from service.surface.lowered import Up
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 

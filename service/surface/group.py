@@ -9,8 +9,8 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, pointer
-from service.surface.checks import MAX_COORDINATE, check_up
-from service.surface.lowered import Color, GroupModel, PatchModel, PlacedModel, Up
+from service.surface.checks import MAX_COORDINATE, Up, check_up
+from service.surface.lowered import Color, GroupModel, PatchModel, PlacedModel
 from service.surface.placement import checked_matrix, placed_bounds, upright
 from service.surface.sweep_model import SweepModel
 

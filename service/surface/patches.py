@@ -9,23 +9,17 @@ from numpy.typing import NDArray
 from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
+from service.surface.batches import Channel, Patches, TensorPatches, TrianglePatches
 from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import (
+    Up,
     check_grid,
     check_triangle,
     check_up,
     checked_points,
     checked_weights,
 )
-from service.surface.lowered import (
-    Channel,
-    Part,
-    Patches,
-    PatchModel,
-    TensorPatches,
-    TrianglePatches,
-    Up,
-)
+from service.surface.lowered import Part, PatchModel
 
 PartMembers: TypeAlias = tuple[tuple[str, tuple[int, ...]], ...]
 """Names of parts, each with the numbers of its patches."""

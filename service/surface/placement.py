@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, pointer
-from service.surface.checks import MAX_COORDINATE
-from service.surface.lowered import Up
+from service.surface.checks import MAX_COORDINATE, Up
 
 LEAST_SCALING = float(np.finfo(np.float32).tiny)
 """What viewers, which compute in float32, still take for more than nothing."""

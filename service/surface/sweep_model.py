@@ -2,15 +2,13 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from service.bases.arrays import FloatArray
+from service.surface.checks import Up
 from service.surface.curve_pieces import CurvePieces, raised
-
-if TYPE_CHECKING:
-    from service.surface.lowered import Up
 
 WIDEST = 2**0.5
 """How much wider a mitred corner is than what runs into it, at most."""
@@ -68,7 +66,7 @@ class SweepModel:
     name: str
     pieces: CurvePieces
     profile: Profile
-    up: "Up" = "y"
+    up: Up = "y"
 
     @property
     def patch_count(self) -> int:

@@ -7,9 +7,8 @@ from numpy.typing import ArrayLike
 
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue
-from service.surface.checks import MAX_COORDINATE, MAX_DEGREE, check_up
+from service.surface.checks import MAX_COORDINATE, MAX_DEGREE, Up, check_up
 from service.surface.curve import Curve
-from service.surface.lowered import Up
 from service.surface.sweep_model import Profile, Ribbon, SweepModel, Tube
 
 MIN_SIDES, MAX_SIDES = 3, 1024

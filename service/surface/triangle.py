@@ -6,9 +6,10 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray
+from service.surface.batches import TrianglePatches
 from service.surface.channels import NO_CHANNELS, Channels
-from service.surface.checks import check_triangle, check_up, checked_points, checked_weights
-from service.surface.lowered import Part, PatchModel, TrianglePatches, Up
+from service.surface.checks import Up, check_triangle, check_up, checked_points, checked_weights
+from service.surface.lowered import Part, PatchModel
 
 
 @dataclass(frozen=True, eq=False, slots=True)

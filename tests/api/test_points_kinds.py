@@ -9,8 +9,9 @@ from scipy.interpolate import NdBSpline
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.points.answer import points
 from service.engine.points.places import Query, locate
+from service.surface.batches import TensorPatches
 from service.surface.examples import EXAMPLES, find
-from service.surface.lowered import PatchModel, TensorPatches
+from service.surface.lowered import PatchModel
 from tests.api.client import Client
 
 LIMITS = {

@@ -13,7 +13,7 @@ import numpy as np
 
 from service.engine.evaluation.evaluate import Formulation, choose, evaluate
 from service.settings import pin_blas
-from service.surface.lowered import TensorPatches
+from service.surface.batches import TensorPatches
 from tests.benchmarks.alternately import alternately
 from tests.strategies import example_batch
 

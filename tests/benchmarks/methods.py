@@ -15,7 +15,7 @@ from service.engine.evaluation.forward_difference import MAX_DEGREE
 from service.engine.options import Method
 from service.engine.scratch import Real
 from service.settings import pin_blas
-from service.surface.lowered import Patches, TensorPatches, TrianglePatches
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from tests.benchmarks.alternately import alternately
 from tests.oracles import exact
 from tests.strategies import example_batch

@@ -12,8 +12,9 @@ from service.engine.options import MeshOptions
 from service.engine.stitch import find_seams
 from service.engine.tessellate import tessellate
 from service.settings import pin_blas
+from service.surface.batches import TensorPatches
 from service.surface.bspline import BsplineSurface
-from service.surface.lowered import PatchModel, TensorPatches
+from service.surface.lowered import PatchModel
 from tests.benchmarks.alternately import alternately
 from tests.strategies import Array
 

@@ -17,7 +17,8 @@ from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, json_array
 from service.engine.closure import Closure
 from service.engine.mesh import Mesh
 from service.errors import UnsupportedByFormat
-from service.surface.lowered import Part, PatchModel, TensorPatches
+from service.surface.batches import TensorPatches
+from service.surface.lowered import Part, PatchModel
 from tests.meshes import Faces, carrying, control_net, sheet, silo, single, size_of, with_overlays
 
 LARGEST = float(np.finfo(np.float32).max)

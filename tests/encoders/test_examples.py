@@ -9,8 +9,9 @@ from service.encoders.registry import BY_NAME
 from service.engine.options import Faces, MeshOptions, OverlayName
 from service.errors import InvalidRequest, UnsupportedByFormat
 from service.pipeline.mesh import render
+from service.surface.batches import TrianglePatches
 from service.surface.examples import EXAMPLES
-from service.surface.lowered import GroupModel, TrianglePatches
+from service.surface.lowered import GroupModel
 from service.surface.sweep_model import SweepModel
 from tests.clients.geomview import read_oogl
 from tests.clients.gltf_validator import issues

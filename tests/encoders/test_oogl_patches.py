@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from service.encoders.oogl_patches import encode_patches
 from service.errors import UnsupportedByFormat
-from service.surface.lowered import Channel, Part, PatchModel, TensorPatches
+from service.surface.batches import Channel, TensorPatches
+from service.surface.lowered import Part, PatchModel
 from tests.clients.geomview import read_oogl
 from tests.meshes import boundary, control_net
 

@@ -7,7 +7,7 @@ import pytest
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import BY_NAME, BY_SUFFIX, FORMATS
 from service.errors import UnsupportedByFormat
-from service.surface.lowered import ChannelKind
+from service.surface.batches import ChannelKind
 from tests.meshes import carrying, silo, single, with_overlays, without_faces
 
 each_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.name)

@@ -13,9 +13,10 @@ from service.bases import triangle
 from service.bases.arrays import RealArray
 from service.engine.channels import ChannelRows, agreeing
 from service.engine.mesh import Mesh
+from service.surface.batches import Channel, TensorPatches
 from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
-from service.surface.lowered import Channel, Domain, Part, PatchModel, TensorPatches
+from service.surface.lowered import Domain, Part, PatchModel
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 from tests.engine.meshing import check_sound, mesh_of, shape_of

@@ -12,11 +12,12 @@ from service.engine.build import as_patches, build, build_scene, carrying
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
+from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
 from service.surface.examples import find
 from service.surface.group import GroupSurface, Member
-from service.surface.lowered import ChannelKind, GroupModel
+from service.surface.lowered import GroupModel
 from service.surface.patches import PatchSurface
 from tests.engine.meshing import (
     as_triangles,

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from service.bases.distinct import distinct_rows
 from service.engine.mesh import Mesh
 from service.engine.stitch import find_seams
-from service.surface.lowered import Part, PatchModel, TensorPatches
+from service.surface.batches import TensorPatches
+from service.surface.lowered import Part, PatchModel
 from tests.engine.meshing import (
     check_sound,
     check_upright,

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh import Mesh
+from service.surface.batches import TensorPatches
 from service.surface.examples import EXAMPLES
-from service.surface.lowered import PatchModel, TensorPatches
+from service.surface.lowered import PatchModel
 from tests.engine.meshing import (
     as_triangles,
     check_sound,

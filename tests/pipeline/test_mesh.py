@@ -20,11 +20,12 @@ from service.errors import InvalidRequest, SurfaceError, TooLarge, UnsupportedBy
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import mesh, plan, render
 from service.pipeline.points import plan_points
+from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface
 from service.surface.curve import BezierCurve
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
-from service.surface.lowered import ChannelKind, PatchModel
+from service.surface.lowered import PatchModel
 from service.surface.sweeps import TubeSurface
 from service.surface.triangle import TriangleSurface
 from tests.examples import patches_of

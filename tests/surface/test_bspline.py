@@ -14,9 +14,10 @@ from service.bases import knots as bases
 from service.bases.bernstein import bernstein
 from service.errors import InvalidRequest, Issue
 from service.surface import bspline
+from service.surface.batches import TensorPatches
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_WEIGHT_RATIO
-from service.surface.lowered import Part, PatchModel, TensorPatches
+from service.surface.lowered import Part, PatchModel
 from tests.oracles.exact import exact_net
 from tests.oracles.splines import fractions, spline_surface_point
 from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from service.engine.options import MeshOptions
 from service.engine.tessellate import tessellate
 from service.errors import InvalidRequest
+from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.channels import (
@@ -21,7 +22,6 @@ from service.surface.channels import (
     only_channels,
 )
 from service.surface.checks import MAX_DEGREE
-from service.surface.lowered import ChannelKind
 from service.surface.patches import PatchSurface
 from tests.oracles.exact import exact_net, surface_point
 from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for

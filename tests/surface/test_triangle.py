@@ -5,8 +5,8 @@ import pytest
 
 from service.bases import triangle_basis
 from service.errors import InvalidRequest, Issue
+from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.channels import Channels
-from service.surface.lowered import TensorPatches, TrianglePatches
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 from tests.oracles import triangles

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from service.bases.arrays import FloatArray, RealArray
 from service.engine.mesh import ENGINE
-from service.surface.lowered import Up
+from service.surface.checks import Up
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,8 @@ from service.bases.bernstein import samples
 from service.engine.evaluation.triangle_nets import neighbours
 from service.engine.evaluation.triangular import TriangularEvaluation
 from service.engine.evaluation.under_way import GridEvaluation
-from service.surface.lowered import Patches, PatchModel, TrianglePatches
+from service.surface.batches import Patches, TrianglePatches
+from service.surface.lowered import PatchModel
 
 CHUNK_NUMBERS = 1 << 17
 """Numbers of one level that are worked on at a time: they fit the second-level cache."""

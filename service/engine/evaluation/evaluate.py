@@ -18,7 +18,7 @@ from service.engine.evaluation.triangular import TriangularEvaluation
 from service.engine.evaluation.under_way import Evaluation, GridEvaluation, Samples
 from service.engine.options import Method
 from service.engine.scratch import Real
-from service.surface.lowered import Patches, TensorPatches, TrianglePatches
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
 """Ways of the method `matrix`."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray
 from service.bases.bernstein import multiply
 from service.engine.vectors import cross_polynomial
-from service.surface.lowered import TensorPatches
+from service.surface.batches import TensorPatches
 
 PARTIALS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 """How often along u and along v: S, S_u, S_v, S_uu, S_uv, S_vv."""

@@ -16,7 +16,7 @@ from service.bases.bernstein import bernstein
 from service.engine.evaluation.degenerate import VANISHING, limit_normals
 from service.engine.evaluation.nets import PatchNets, nets_of_samples
 from service.engine.vectors import cross
-from service.surface.lowered import TensorPatches
+from service.surface.batches import TensorPatches
 
 
 def unit_normals(

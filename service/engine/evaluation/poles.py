@@ -3,7 +3,7 @@
 import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
-from service.surface.lowered import Poles
+from service.surface.batches import Poles
 
 FLAT = 2.0**-36
 """A cone whose sides make a smaller angle has no normals that rounding would not decide."""

@@ -17,7 +17,7 @@ from service.engine.evaluation.degenerate import VANISHING
 from service.engine.evaluation.normals import unit_normals
 from service.engine.evaluation.triangle_nets import differences
 from service.engine.vectors import cross
-from service.surface.lowered import TrianglePatches
+from service.surface.batches import TrianglePatches
 
 CHUNK_NUMBERS = 1 << 18
 """Control points gathered at a time."""

@@ -21,7 +21,7 @@ from service.engine.evaluation.triangle_nets import differences
 from service.engine.evaluation.triangle_normals import triangle_normals
 from service.engine.evaluation.under_way import ChunkNets, Evaluation, Samples
 from service.engine.scratch import Real, scratch
-from service.surface.lowered import TrianglePatches
+from service.surface.batches import TrianglePatches
 
 CHUNK_SAMPLES = 18_432
 """Samples worked on at a time: a dozen planes of them fit the second-level cache."""

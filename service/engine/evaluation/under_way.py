@@ -15,7 +15,7 @@ from service.bases.bernstein import sampled_with_slopes, samples
 from service.engine.evaluation.normals import unit_normals
 from service.engine.evaluation.poles import pole_normals
 from service.engine.scratch import Real, scratch
-from service.surface.lowered import Patches, TensorPatches
+from service.surface.batches import Patches, TensorPatches
 from service.surface.sides import along_sides, side_of
 
 ORDINARY = 16

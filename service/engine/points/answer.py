@@ -10,7 +10,8 @@ from service.engine.points.differential import jets
 from service.engine.points.places import Places
 from service.engine.points.pole_curvature import NEAR
 from service.engine.points.triangle_differential import triangle_jets
-from service.surface.lowered import Patches, PatchModel, TensorPatches, TrianglePatches
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
+from service.surface.lowered import PatchModel
 
 Column: TypeAlias = FloatArray | Bools
 Columns: TypeAlias = Mapping[str, Column]

@@ -10,7 +10,7 @@ from service.engine.evaluation.nets import PARTIALS, PatchNets, at, nets_of_samp
 from service.engine.evaluation.normals import normals_of
 from service.engine.points.curvature import Curvatures, regular_curvatures
 from service.engine.points.pole_curvature import curvatures_near, limit_curvatures
-from service.surface.lowered import TensorPatches
+from service.surface.batches import TensorPatches
 from service.surface.sides import corners_of
 
 COUNTS = (1, 3, 6)

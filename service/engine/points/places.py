@@ -6,7 +6,8 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
-from service.surface.lowered import PatchModel, TrianglePatches
+from service.surface.batches import TrianglePatches
+from service.surface.lowered import PatchModel
 
 SAME_SUM = 1e-9
 """How far three barycentric coordinates may be from a sum of 1: people round them."""

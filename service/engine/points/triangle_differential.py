@@ -14,7 +14,7 @@ from service.engine.evaluation.triangle_normals import across, normals_at, trian
 from service.engine.points.curvature import Curvatures, regular_curvatures
 from service.engine.points.differential import COUNTS, Jets, project
 from service.engine.points.pole_curvature import curvatures_near, limit_curvatures
-from service.surface.lowered import TrianglePatches
+from service.surface.batches import TrianglePatches
 
 
 def triangle_jets(

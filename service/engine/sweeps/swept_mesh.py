@@ -9,7 +9,7 @@ from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
 from service.engine.options import MeshOptions
 from service.engine.sweeps.sweep import Swept
 from service.engine.weld import Welding, weld
-from service.surface.lowered import Up
+from service.surface.checks import Up
 
 
 def swept_mesh(

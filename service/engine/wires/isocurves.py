@@ -17,7 +17,8 @@ from service.engine.evaluation.evaluate import evaluate
 from service.engine.layout import Layout
 from service.engine.points.triangle_differential import triangle_jets
 from service.engine.stitch import sample_edges
-from service.surface.lowered import PatchModel, TensorPatches, TrianglePatches
+from service.surface.batches import TensorPatches, TrianglePatches
+from service.surface.lowered import PatchModel
 from service.surface.sides import BEGINS, ENDS
 
 POINT = 2.0**-40

@@ -17,7 +17,8 @@ from service.engine.points.differential import jets
 from service.engine.points.triangle_differential import triangle_jets
 from service.engine.sweeps.paths import Paths
 from service.engine.wires.isocurves import IsoCurves
-from service.surface.lowered import PatchModel, TrianglePatches
+from service.surface.batches import TrianglePatches
+from service.surface.lowered import PatchModel
 
 LEAST_MITRE = 2.0**-0.5
 """Length of the mean of two unit vectors at an angle of 90°."""

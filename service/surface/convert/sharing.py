@@ -9,8 +9,8 @@ from service.bases.arrays import FloatArray
 from service.bases.distinct import distinct_rows
 from service.bases.polynomials import Net
 from service.surface.channels import NO_CHANNELS, Channels
+from service.surface.checks import Up
 from service.surface.convert.nets import Change, changed
-from service.surface.lowered import Up
 from service.surface.patches import NO_GRIDS, NO_TRIANGLES, PartMembers, PatchSurface
 
 

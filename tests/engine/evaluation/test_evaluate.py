@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from service.engine.evaluation.evaluate import Formulation, choose, evaluate
 from service.engine.evaluation.under_way import Samples
+from service.surface.batches import TensorPatches
 from service.surface.checks import MAX_WEIGHT_RATIO
-from service.surface.lowered import TensorPatches
 from tests.examples import patches_of
 from tests.oracles import exact
 from tests.strategies import (

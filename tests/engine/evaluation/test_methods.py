@@ -16,7 +16,7 @@ from service.engine.mesh import Mesh
 from service.engine.options import Method
 from service.engine.scratch import Real
 from service.engine.stitch import find_seams, sample_edges
-from service.surface.lowered import Patches, TensorPatches, TrianglePatches
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from tests.engine.meshing import mesh_of
 from tests.oracles import exact, quadrics, triangles
 from tests.strategies import (

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.normals import unit_normals
-from service.surface.lowered import TensorPatches
+from service.surface.batches import TensorPatches
 from tests.examples import patches_of
 from tests.oracles import exact, quadrics
 from tests.oracles.limits import limit_normal

@@ -13,7 +13,7 @@ from service.engine.evaluation import triangular
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.triangle_normals import triangle_normals
 from service.engine.scratch import Real
-from service.surface.lowered import TrianglePatches
+from service.surface.batches import TrianglePatches
 from tests.oracles import exact, triangles
 from tests.strategies import Array, triangle_heights, triangle_nets, weights_like
 

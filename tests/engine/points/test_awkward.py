@@ -9,14 +9,8 @@ from hypothesis import strategies as st
 from service.encoders import json_points
 from service.engine.points.answer import points
 from service.engine.points.places import Query, locate
-from service.surface.lowered import (
-    Domain,
-    Part,
-    Patches,
-    PatchModel,
-    TensorPatches,
-    TrianglePatches,
-)
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
+from service.surface.lowered import Domain, Part, PatchModel
 from tests.strategies import Array, degenerate_nets, triangle_nets, weights_like
 
 WIDE = np.array([0.0, 1e-200]), np.array([-1e300, 1e300])

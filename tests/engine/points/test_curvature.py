@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from service.engine.points.curvature import Curvatures
 from service.engine.points.differential import jets
 from service.surface import quadrics
-from service.surface.lowered import TensorPatches
+from service.surface.batches import TensorPatches
 from service.surface.patches import PatchSurface
 from tests.oracles import exact
 from tests.strategies import Array, height_nets, nets, weighted_nets, weights_like

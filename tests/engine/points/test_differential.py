@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from service.engine.evaluation import nets as nets_module
 from service.engine.points.differential import jets
-from service.surface.lowered import TensorPatches
+from service.surface.batches import TensorPatches
 from tests.oracles import exact
 from tests.strategies import Array, example_batch, moved, nets, weighted_nets
 

@@ -8,7 +8,8 @@ import pytest
 from service.engine.points.answer import points
 from service.engine.points.places import Query, locate
 from service.errors import InvalidRequest
-from service.surface.lowered import Domain, Part, PatchModel, TensorPatches
+from service.surface.batches import TensorPatches
+from service.surface.lowered import Domain, Part, PatchModel
 from service.surface.patches import PatchSurface
 from tests.oracles.exact import split
 from tests.strategies import Array, cube, mixed_model, model_of

@@ -12,7 +12,7 @@ from service.engine.evaluation import triangle_normals
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.points.differential import jets
 from service.engine.points.triangle_differential import triangle_jets
-from service.surface.lowered import TrianglePatches
+from service.surface.batches import TrianglePatches
 from tests.oracles import exact, triangles
 from tests.strategies import Array
 

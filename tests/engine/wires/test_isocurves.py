@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 
 from service.engine.wires.isocurves import IsoCurves, isocurves, most_isocurves
-from service.surface.lowered import Part, PatchModel, TrianglePatches
+from service.surface.batches import TrianglePatches
+from service.surface.lowered import Part, PatchModel
 from tests.engine.meshing import mesh_of
 from tests.examples import patches_of
 from tests.oracles import exact, triangles

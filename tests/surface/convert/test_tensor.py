@@ -13,6 +13,7 @@ from service.engine.options import MeshOptions
 from service.engine.tessellate import tessellate
 from service.errors import InvalidRequest, SurfaceError, TooLarge
 from service.surface import Surface
+from service.surface.batches import TensorPatches
 from service.surface.bezier import BezierSurface
 from service.surface.convert import CONVERSIONS, convert
 from service.surface.convert.nets import Allowed
@@ -26,7 +27,7 @@ from service.surface.convert.operations import (
     Transpose,
 )
 from service.surface.examples import EXAMPLES, find
-from service.surface.lowered import PatchModel, TensorPatches
+from service.surface.lowered import PatchModel
 from service.surface.patches import PatchSurface
 from tests.engine.meshing import mesh_of
 from tests.examples import patches_of

@@ -1,0 +1,240 @@
+"""Batches of Bézier patches of one degree, tensor or triangular, and the channels they carry."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal, Self, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.bases import triangle
+from service.bases.arrays import FloatArray
+from service.bases.triangle_polynomials import tensor_net
+from service.surface.sides import along_sides, corners_of, side_of
+
+SideNumbers: TypeAlias = tuple[int, int, int, int]
+ChannelKind: TypeAlias = Literal["colors", "uvs", "attribute"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Channel:
+    """A function of the parameters that is evaluated beside the points: polynomial Bézier nets.
+
+    Attributes
+    ----------
+    name : str
+        "colors" (RGB or RGBA, sRGB, 0 … 1), "uvs" (texture coordinates), or an attribute's name.
+    kind : "colors", "uvs" or "attribute"
+    nets : ndarray of float64, shape (P, a+1, b+1, d), or (P, (a+1)(a+2)/2, d) beside triangles
+        One net a patch, of a degree of its own, over the patch's own parameters. Read-only.
+    """
+
+    name: str
+    kind: ChannelKind
+    nets: FloatArray
+
+    def __post_init__(self) -> None:
+        self.nets.flags.writeable = False
+
+    @property
+    def dimension(self) -> int:
+        """Numbers at each parameter, d."""
+        return int(self.nets.shape[-1])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Poles:
+    """Patches of which one side is one point, and how the patch leaves that point.
+
+    Attributes
+    ----------
+    side : int
+        0 … 3, see `service.surface.sides`.
+    patches : ndarray of int, shape (m,)
+    cones : ndarray of float64, shape (m, n+1, 3)
+        The next row of control points, seen from the pole and times their weights: a Bézier curve
+        over which the patch is, to first order, a cone.
+    """
+
+    side: int
+    patches: NDArray[np.intp]
+    cones: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Batch(ABC):
+    """What the two forms of patches have in common: both have four sides (`surface.sides`)."""
+
+    points: FloatArray
+    weights: FloatArray | None = None
+    channels: tuple[Channel, ...] = ()
+
+    def __post_init__(self) -> None:
+        self.points.flags.writeable = False
+        if self.weights is not None:
+            self.weights.flags.writeable = False
+
+    @abstractmethod
+    def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
+        """Control points (P, n+1, 3) and weights (P, n+1) of one side of every patch."""
+
+    @property
+    def count(self) -> int:
+        """Number of patches, P."""
+        return int(self.points.shape[0])
+
+    def take(self, index: NDArray[np.intp]) -> Self:
+        """Some of the patches."""
+        weights = None if self.weights is None else self.weights[index]
+        channels = tuple(replace(c, nets=c.nets[index]) for c in self.channels)
+        return replace(self, points=self.points[index], weights=weights, channels=channels)
+
+    @cached_property
+    def collapsed(self) -> NDArray[np.bool_]:
+        """Which sides are one point, shape (P, 4); of a triangle the last one always is."""
+        sides = (self.side(number)[0] for number in range(4))
+        return np.stack([(s == s[:, :1]).all(axis=(1, 2)) for s in sides], axis=1)
+
+    @cached_property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest coordinates of the control points: they enclose the patches."""
+        flat = self.points.reshape(-1, 3)
+        return flat.min(axis=0), flat.max(axis=0)
+
+    @cached_property
+    def middle(self) -> FloatArray:
+        """Middle of the bounds, shape (3,)."""
+        low, high = self.bounds
+        return low + (high - low) / 2
+
+    @cached_property
+    def extent(self) -> float:
+        """Longest side of the bounds."""
+        low, high = self.bounds
+        return float((high - low).max())
+
+
+@dataclass(frozen=True, eq=False)
+class TensorPatches(_Batch):
+    """A batch of P tensor-product Bézier patches of one degree (p, q).
+
+        S_k(u, v) = Σ_ij B_i^p(u) B_j^q(v) w_kij P_kij / Σ_ij B_i^p(u) B_j^q(v) w_kij
+
+    The weights stand beside the points instead of inside homogeneous ones, so that a local
+    origin can be subtracted from the points without losing their last digits, and so that a
+    corner of a rational patch is its control point, bit for bit.
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (P, p+1, q+1, 3)
+        Control points; axis 1 runs along u, axis 2 along v. Model units. Read-only.
+    weights : ndarray of float64, shape (P, p+1, q+1), or None
+        Positive weights; None for a polynomial batch. Read-only.
+    channels : tuple of Channel
+        All batches of a model have the same names, kinds and dimensions, in the same order.
+    """
+
+    @property
+    def degree(self) -> tuple[int, int]:
+        """Degree (p, q)."""
+        return int(self.points.shape[1]) - 1, int(self.points.shape[2]) - 1
+
+    @property
+    def side_degrees(self) -> SideNumbers:
+        """Degree of each side."""
+        return along_sides(*self.degree)
+
+    @property
+    def corners(self) -> FloatArray:
+        """Corner points, shape (P, 4, 3)."""
+        return corners_of(self.points)
+
+    def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
+        """Control points (P, n+1, 3) and weights (P, n+1) of one side of every patch."""
+        weights = None if self.weights is None else side_of(self.weights, number)
+        return side_of(self.points, number), weights
+
+    @cached_property
+    def poles(self) -> tuple[Poles, ...]:
+        """Sides that are one point, with what is next to them."""
+        found = ((side, np.flatnonzero(self.collapsed[:, side])) for side in range(4))
+        return tuple(self._poles(side, index) for side, index in found if len(index))
+
+    def _poles(self, side: int, index: NDArray[np.intp]) -> Poles:
+        cones = side_of(self.points, side, 1)[index] - side_of(self.points, side)[index, :1]
+        if self.weights is not None:
+            cones *= side_of(self.weights, side, 1)[index, :, np.newaxis]
+        return Poles(side, index, cones)
+
+
+@dataclass(frozen=True, eq=False)
+class TrianglePatches(_Batch):
+    """A batch of P triangular Bézier patches of one degree n.
+
+        S_l(s, t) = Σ B_ijk^n(r, s, t) w_lijk P_lijk / Σ B_ijk^n(r, s, t) w_lijk,  r = 1 − s − t
+
+    Everywhere else a triangle is a patch of which the side v = 1 is one point: u = s and v = t.
+    Corner (0, 0) is P_n00, corner (1, 0) is P_0n0, corners (0, 1) and (1, 1) are P_00n; the sides
+    are s = 0, r = 0, t = 0 and, of degree 0, that last point.
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (P, (n+1)(n+2)/2, 3)
+        Control points in the order of `service.bases.triangle`: rows of constant k, j rising.
+        Model units. Read-only.
+    weights : ndarray of float64, shape (P, (n+1)(n+2)/2), or None
+        Positive weights; None for a polynomial batch. Read-only.
+    channels : tuple of Channel
+        All batches of a model have the same names, kinds and dimensions, in the same order.
+    """
+
+    @property
+    def degree(self) -> int:
+        """Degree n."""
+        return triangle.degree_of(int(self.points.shape[1]))
+
+    @property
+    def side_degrees(self) -> SideNumbers:
+        """Degree of each side."""
+        return self.degree, self.degree, self.degree, 0
+
+    @property
+    def corners(self) -> FloatArray:
+        """Corner points, shape (P, 4, 3); the last one twice."""
+        return self.points[:, [0, -1, self.degree, -1]]
+
+    def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
+        """Control points (P, n+1, 3) and weights (P, n+1) of one side of every patch."""
+        rows: NDArray[np.intp] | list[int] = [-1]
+        if number < 3:
+            rows = triangle.side_rows(self.degree)[number]
+        return self.points[:, rows], None if self.weights is None else self.weights[:, rows]
+
+    def tensor(self) -> TensorPatches:
+        """The same surfaces as tensor-product patches of degree (n, n), v = 1 being one point.
+
+        With s = u (1 − v) and t = v: exact, but for rounding where rows are raised in degree.
+        Parameters of channels change in the same way.
+        """
+        n = self.degree
+        channels = tuple(
+            replace(channel, nets=tensor_net(channel.nets)) for channel in self.channels
+        )
+        weights = None
+        if self.weights is None:
+            points = tensor_net(self.points)
+        else:
+            columns = self.weights[..., np.newaxis]
+            raised = tensor_net(np.concatenate([self.points * columns, columns], axis=-1))
+            points, weights = raised[..., :3] / raised[..., 3:], raised[..., 3]
+        # What is not raised stays what it is, bit for bit.
+        for number, side in enumerate((points[:, 0], points[:, -1], points[:, :, 0])):
+            ends = slice(None) if number == 2 else slice(None, None, n)
+            side[:, ends] = self.side(number)[0][:, ends]
+        points[:, :, n] = self.points[:, -1:]
+        return TensorPatches(points, weights, channels)
+
+
+Patches: TypeAlias = TensorPatches | TrianglePatches
+"""Both forms of a batch."""
