@@ -2,8 +2,9 @@
 
 Where exactly two curves across patches end in the same point, bit for bit, and that is no corner
 of a patch, the one goes on where the other ends; and a curve that ends where it begins goes round.
-A bend there of up to 90° is mitred: one station for each direction, both in the plane that halves
-the bend. A sharper one ends both curves.
+At a corner, where more of them meet, two go on as one that run straight through it. A bend of up to
+90° is mitred: one station for each direction, both in the plane that halves the bend. A sharper one
+ends both curves.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,6 +14,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.distinct import distinct_rows
+from service.engine.near import leaders
 from service.engine.points.differential import jets
 from service.engine.points.triangle_differential import triangle_jets
 from service.engine.sweeps.paths import Paths
@@ -58,7 +60,7 @@ def wire_paths(
     """All curves, joined where they go on; those of one pattern of stations together."""
     curves = [curve for run in runs for curve in _directed(model, run)]
     groups: dict[tuple[bool, bytes], list[tuple[_Curve, FloatArray, Bools]]] = {}
-    for chain, closed in _chains(curves, _joints(model, curves)):
+    for chain, closed in _chains(curves, _joints(model, curves, crease_angle)):
         curve, arriving, bends = _joined(chain, closed, crease_angle)
         groups.setdefault((closed, bends.tobytes()), []).append((curve, arriving, bends))
     for (closed, _), members in groups.items():
@@ -110,21 +112,49 @@ def _unit(slopes: FloatArray, points: FloatArray) -> FloatArray:
     return tangents
 
 
-def _joints(model: PatchModel, curves: Sequence[_Curve]) -> Ints:
+def _joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: float) -> Ints:
     """For each end of each curve, 2 k and 2 k + 1, the end that it goes on at; −1 if it ends."""
     ends = np.array([curve.points[end] for curve in curves for end in (0, -1)]).reshape(-1, 3)
     corners = np.concatenate([batch.corners.reshape(-1, 3) for batch in model.batches])
     _, number = distinct_rows(np.concatenate([ends, corners]) + 0.0)
-    uses = np.bincount(number[: len(ends)], minlength=number.max() + 1)
-    uses[number[len(ends) :]] = 0
-    order = np.argsort(number[: len(ends)], kind="stable")
-    pairs = order[uses[number[order]] == 2].reshape(-1, 2)
+    at_corner = np.zeros(number.max() + 1, dtype=bool)
+    at_corner[number[len(ends) :]] = True
+    number = number[: len(ends)]
+    off = np.flatnonzero(~at_corner[number])
+    met = np.flatnonzero(at_corner[number])
+    tangents = [t for curve in curves for t in (curve.tangents[0], -curve.tangents[-1])]
+    straight = _lines(number[met], np.array(tangents).reshape(-1, 3)[met], crease_angle)
     other = np.full(len(ends), -1, dtype=np.intp)
-    other[pairs[:, 0]], other[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
+    for pairs in (off[_pairs(number[off])], met[straight]):
+        other[pairs[:, 0]], other[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
     # A curve that ends where it begins goes round, whatever else meets it there.
-    ring = 2 * np.flatnonzero(number[: len(ends) : 2] == number[1 : len(ends) : 2])
+    ring = 2 * np.flatnonzero(number[::2] == number[1::2])
+    partners = other[np.concatenate([ring, ring + 1])]
+    other[partners[partners >= 0]] = -1
     other[ring], other[ring + 1] = ring + 1, ring
     return other
+
+
+def _pairs(number: Ints) -> Ints:
+    """Rows (n, 2) that have a number to themselves, two and two."""
+    _, back, uses = np.unique(number, return_inverse=True, return_counts=True)
+    order = np.argsort(back, kind="stable")
+    pairs: Ints = order[uses[back[order]] == 2].reshape(-1, 2)
+    return pairs
+
+
+def _lines(number: Ints, outwards: FloatArray, angle: float) -> Ints:
+    """Pairs (n, 2) of ends that meet in one point, of this number, in opposite directions.
+
+    The line through a point along d is the matrix d dᵀ, whichever way d points; of two lines at a
+    small angle these are √2 times it apart.
+    """
+    lines = (outwards[:, :, None] * outwards[:, None]).reshape(-1, 9)
+    _, first, back = np.unique(number, return_index=True, return_inverse=True)
+    pairs = _pairs(leaders(first[back], lines, 2.0**0.5 * angle))
+    one, two = outwards[pairs[:, 0]], outwards[pairs[:, 1]]
+    opposite: Ints = pairs[np.einsum("nd,nd->n", one, two) < 0]
+    return opposite
 
 
 def _chains(curves: Sequence[_Curve], other: Ints) -> Iterator[tuple[list[_Curve], bool]]:

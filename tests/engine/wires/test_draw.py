@@ -89,16 +89,24 @@ def test_ribbons_lie_above_the_faces_that_are_drawn() -> None:
 
 
 def test_a_circle_across_patches_is_one_closed_tube() -> None:
-    """Two circles of four pieces round the cone's side and two round its base, no caps."""
+    """Circles of four pieces round the cone's side, its rim and its base, no caps."""
     cone = patches_of("cone")
-    # Lines of v = ½ on the side and on the base; lines of u = ½ from pole to pole.
-    found = paths_of(cone, 2)
-    assert (2, 17, True) in found
+    # v = ½ on the side and on the base, and the rim; four diameters of the base, eight rulings.
+    assert paths_of(cone, 2) == [(3, 17, True), (4, 9, False), (8, 5, False)]
     mesh = wires_of("cone", (0, 2), wires="tubes", wire_width=0.02, resolution=(4, 4))
-    # The rim's four borders end at corners, with caps: 8 discs, of which the circles have none.
-    circles = 2 * 16 * 8
-    borders = 4 * (5 * 8 + 2 * (8 + 1))
-    assert len(mesh.positions) == circles + borders
+    assert len(mesh.positions) == 3 * 16 * 8
+
+
+def test_lines_run_straight_through_corners() -> None:
+    """Meridians of a sphere through its poles; the knot lines of a B-spline from end to end."""
+    # Four great circles through the poles, three parallels; each in four pieces of four divisions.
+    assert paths_of(patches_of("sphere"), 2) == [(7, 17, True)]
+    hills = patches_of("bspline-hills")
+    assert hills.domain is not None
+    u, v = len(hills.domain.u), len(hills.domain.v)
+    assert sorted(paths_of(hills, 1)) == sorted(
+        [(u, 4 * (v - 1) + 1, False), (v, 4 * (u - 1) + 1, False)]
+    )
 
 
 def test_a_bend_is_mitred_up_to_a_right_angle() -> None:
@@ -118,8 +126,8 @@ def test_curves_go_on_across_patches(pieces: tuple[Array, list[Array]]) -> None:
     """The quarters of one patch, whichever way they are turned: lines cross them in one."""
     found = paths_of(model_of(pieces[1]), 2)
     across = sum(count for count, stations, _ in found if stations == 9)
-    # Twelve borders in halves; of each direction two lines through two patches.
-    assert across == 4
+    # Of each direction three borders and two lines between them, through two patches each.
+    assert across == 10
 
 
 @settings(max_examples=20)
