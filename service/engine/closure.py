@@ -61,14 +61,23 @@ def closure(model: PatchModel) -> Closure | None:
         return None
     (p, q), u, v = batch.degree, model.domain.u, model.domain.v
     number = np.arange(batch.count).reshape(len(u) - 1, len(v) - 1)
-    per_u, per_v = p / np.diff(u), q / np.diff(v)
     return Closure(
-        _continuity(
-            _border(batch, number[0], 0, per_u[0]), _border(batch, number[-1], 1, per_u[-1])
-        ),
-        _continuity(
-            _border(batch, number[:, 0], 2, per_v[0]), _border(batch, number[:, -1], 3, per_v[-1])
-        ),
+        _along(batch, (number[0], number[-1]), 0, p / np.diff(u)),
+        _along(batch, (number[:, 0], number[:, -1]), 2, q / np.diff(v)),
+    )
+
+
+def _along(
+    batch: TensorPatches, ends: tuple[Ints, Ints], side: int, factors: FloatArray
+) -> Continuity | None:
+    """Continuity of the seam between this side of the first patches and the next of the last."""
+    first, last = ends
+    # Most surfaces are open, and that is seen at once.
+    begin, end = side_of(batch.points, side)[first], side_of(batch.points, side + 1)[last]
+    if not np.array_equal(begin, end):
+        return None
+    return _continuity(
+        _border(batch, first, side, factors[0]), _border(batch, last, side + 1, factors[-1])
     )
 
 
@@ -137,8 +146,8 @@ def _border(batch: TensorPatches, patches: Ints, side: int, factor: float) -> _B
 
 
 def _continuity(first: _Border, last: _Border) -> Continuity | None:
-    """Of the seam where two borders are one; None if they are not."""
-    if not np.array_equal(first.line, last.line) or not _same_weights(first, last):
+    """Of the seam where two borders are one; None if their weights are not."""
+    if not _same_weights(first, last):
         return None
     degree = first.line.shape[1] - 1
     places = samples(4 * degree)
