@@ -101,11 +101,17 @@ function describeLine(line) {
   };
 }
 
+/** The numbers of an attribute, vertex by vertex; nothing if there is no such attribute. */
+function rowsOf({ array, count, itemSize } = { count: 0 }) {
+  return Array.from({ length: count }, (_, i) => Array.from(
+    array.subarray(i * itemSize, (i + 1) * itemSize),
+  ));
+}
+
 /** What three.js holds of one mesh, its positions and normals turned into the world. */
 function describe(mesh) {
   const position = mesh.geometry.getAttribute('position');
   const normal = mesh.geometry.getAttribute('normal');
-  const color = mesh.geometry.getAttribute('color');
   const turn = new THREE.Matrix3().getNormalMatrix(mesh.matrixWorld);
   const point = new THREE.Vector3();
   const facts = {
@@ -121,7 +127,8 @@ function describe(mesh) {
     attributes: Object.keys(mesh.geometry.attributes).sort(),
     positions: [],
     normals: [],
-    colors: color === undefined ? [] : Array.from(color.array),
+    colors: rowsOf(mesh.geometry.getAttribute('color')),
+    uvs: rowsOf(mesh.geometry.getAttribute('uv')),
   };
   for (let i = 0; i < position.count; i += 1) {
     point.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld);
@@ -129,7 +136,7 @@ function describe(mesh) {
     if (normal === undefined) continue;
     point.fromBufferAttribute(normal, i);
     facts.longestNormalError = Math.max(facts.longestNormalError, Math.abs(point.length() - 1));
-    facts.normals.push(point.applyMatrix3(turn).toArray());
+    facts.normals.push(point.applyMatrix3(turn).normalize().toArray());
   }
   return facts;
 }
@@ -177,9 +184,8 @@ function measurePicture(model) {
   for (let y = 0; y < height; y += 1) {
     for (let x = 1; x < width - 1; x += 1) {
       const i = 4 * (y * width + x);
-      if (!opaque(i)) continue;
-      covered += 1;
-      if (!opaque(i - 4) || !opaque(i + 4)) continue;
+      if (rgba[i + 3] > 0) covered += 1;
+      if (!opaque(i) || !opaque(i - 4) || !opaque(i + 4)) continue;
       inside += 1;
       if (Math.abs(rgba[i - 3] - 2 * rgba[i + 1] + rgba[i + 5]) >= EDGE) edges += 1;
     }

@@ -1,0 +1,109 @@
+"""Every form of a surface in files: programs of others read what was meant."""
+
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial import KDTree
+from trimesh.visual import TextureVisuals
+
+from service.encoders.registry import BY_NAME
+from service.engine.build import build
+from service.engine.mesh import Mesh
+from service.errors import UnsupportedByFormat
+from service.pipeline.mesh import render
+from service.schemas.document import DocumentLimits
+from service.schemas.request import MeshRequest, mesh_request
+from tests.clients.geomview import read_oogl
+from tests.clients.gltf_validator import issues
+from tests.forms import REQUESTS
+
+LINES_ALONE = "isocurves as lines alone"
+
+each_form = pytest.mark.parametrize("form", REQUESTS)
+
+
+def wanted(form: str) -> MeshRequest:
+    return mesh_request(REQUESTS[form], DocumentLimits())
+
+
+def written(form: str, name: str) -> bytes:
+    request = wanted(form)
+    return render(request.to_surface(), request.mesh_options(), BY_NAME[name])
+
+
+def made(form: str) -> Mesh:
+    """The mesh that is written, in float64 and of one piece."""
+    request = wanted(form)
+    return build(request.to_surface().lower(), request.mesh_options())
+
+
+@each_form
+@pytest.mark.parametrize("suffix", ["glb", "gltf"])
+def test_the_validator_has_nothing_to_say(form: str, suffix: str, tmp_path: Path) -> None:
+    assert issues(written(form, suffix), tmp_path / f"model.{suffix}") == []
+
+
+@each_form
+def test_geomview_has_nothing_to_say(form: str, tmp_path: Path) -> None:
+    """It finds as many faces, and every corner where it was written."""
+    mesh = made(form)
+    read = read_oogl(written(form, "oogl"), tmp_path)
+    assert len(read.faces) >= len(mesh.triangles) / 2
+    used = np.unique([row for face in read.faces for row in face])
+    points = np.concatenate([mesh.positions, *(lines.positions for lines in mesh.overlays)])
+    truth = KDTree(points + mesh.origin)
+    furthest, _ = truth.query(read.vertices[used])
+    assert furthest.max() < 2e-5
+
+
+@each_form
+@pytest.mark.parametrize("name", ["stl", "obj", "ply", "off"])
+def test_trimesh_reads_every_triangle(form: str, name: str) -> None:
+    """Where it was, wound as it was, in the colours that it had."""
+    fmt = BY_NAME[name]
+    if not fmt.overlays and "as lines" in form:
+        with pytest.raises(UnsupportedByFormat):
+            written(form, name)
+        return
+    if form == LINES_ALONE:
+        assert written(form, name).count(b"\nl ") > 0
+        return
+    scene = trimesh.load_scene(BytesIO(written(form, name)), file_type=name, process=False)
+    loaded: list[trimesh.Trimesh] = list(scene.geometry.values())
+    mesh = made(form)
+    corners = (mesh.positions + mesh.origin)[mesh.triangles]
+    found = np.concatenate([own.triangles for own in loaded])
+    assert found.shape == corners.shape
+    np.testing.assert_allclose(found, corners, rtol=0, atol=1e-5 if fmt.single else 0)
+    for own in loaded:
+        if isinstance(own.visual, TextureVisuals):
+            assert mesh.uvs is not None
+            np.testing.assert_allclose(
+                own.visual.uv[own.faces], mesh.uvs[mesh.triangles], atol=1e-6
+            )
+        elif mesh.colors is not None and name in {"obj", "ply"}:
+            width = mesh.colors.shape[1] if name == "ply" else 3
+            colors = own.visual.vertex_colors[own.faces][..., :width].astype(int)
+            colored = 255 * mesh.colors[mesh.triangles][..., :width]
+            np.testing.assert_allclose(colors, colored, atol=1)
+
+
+@pytest.mark.parametrize("form", ["tube", "tube that closes", "isocurves as tubes alone"])
+@pytest.mark.parametrize("name", ["stl", "obj", "ply", "off"])
+def test_trimesh_finds_what_is_closed(form: str, name: str) -> None:
+    """And the volume inside."""
+    scene = trimesh.load_scene(
+        BytesIO(written(form, name)), file_type=name, merge_norm=True, merge_tex=True
+    )
+    (loaded,) = scene.geometry.values()
+    assert isinstance(loaded, trimesh.Trimesh)
+    mesh = made(form)
+    assert mesh.report.watertight
+    assert loaded.is_watertight
+    assert loaded.is_winding_consistent
+    corners = mesh.positions[mesh.triangles]
+    assert loaded.volume == pytest.approx(np.linalg.det(corners).sum() / 6, rel=1e-5)
+    assert loaded.volume > 0

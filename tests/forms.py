@@ -1,0 +1,149 @@
+"""One small surface of every form that a request can take, with all that it can carry."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, TypeAlias
+
+Json: TypeAlias = dict[str, Any]
+
+ARC = [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]
+WAVES = [[[i, j, (i * j) % 3] for j in range(5)] for i in range(4)]
+RGBA = [[[0.1, 0.2, 0.8, 1], [0.9, 0.3, 0.1, 0.5]], [[1, 1, 0, 0.2], [0, 1, 0, 1]]]
+RGB = [[[0.9, 0.1, 0.1], [0.1, 0.1, 0.9]]]
+UVS = [[[0, 0], [0, 2]], [[1, 0], [1, 2]]]
+ATTRIBUTES = {"temperature": [[[20], [95]]], "strain": [[[1, 2, 3, 4, 5, 6]]]}
+
+PATCH: Json = {
+    "control_net": [[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]
+}
+BSPLINE: Json = {"type": "bspline", "control_net": WAVES, "degree": [2, 3]}
+TRIANGLE: Json = {
+    "type": "triangle",
+    "control_net": [[[0, 0, 0], [2, 0, 2], [4, 0, 0]], [[0, 2, 2], [2, 2, 0]], [[0, 4, 0]]],
+}
+TENT: Json = {
+    "type": "patches",
+    "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 1], [1, 1, 1], [2, 0.5, 0]],
+    "patches": [[[0, 1], [2, 3]]],
+    "triangles": [[[2, 4], [3]]],
+    "parts": {"roof": [0], "end": [1]},
+}
+TUBE: Json = {
+    "type": "tube",
+    "curve": {"control_points": ARC},
+    "radius": [0.3, 0.1],
+    "sides": 7,
+}
+RIBBON: Json = {
+    "type": "ribbon",
+    "curve": {"type": "bspline", "control_points": [*ARC, [5, 1, 2]]},
+    "width": [0, 0.5, 0],
+    "camera": [2, 1, 9],
+    "up": "z",
+}
+
+SURFACES: Mapping[str, Json] = MappingProxyType(
+    {
+        "bezier": PATCH,
+        "bezier with channels": PATCH | {"colors": RGBA, "uvs": UVS, "attributes": ATTRIBUTES},
+        "bspline": BSPLINE,
+        "bspline that closes": {
+            "type": "bspline",
+            "control_net": [
+                [[x, y, 0], [2 * x, 2 * y, 1], [x, y, 2]]
+                for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1))
+            ],
+            "degree": [3, 2],
+            "knots": ["periodic", [0, 0, 0, 1, 1, 1]],
+            "weights": [[1, 2, 1], [1, 1, 3], [1, 2, 1], [2, 1, 1]],
+            "up": "z",
+        },
+        "bspline with channels": BSPLINE
+        | {
+            "colors": [[[i / 3, j / 4, 0.5] for j in range(5)] for i in range(4)],
+            "uvs": UVS,
+            "attributes": ATTRIBUTES,
+        },
+        "triangle": TRIANGLE | {"weights": [[1, 2, 1], [3, 1], [1]], "up": "z"},
+        "triangle with channels": TRIANGLE
+        | {
+            "colors": [[[0.9, 0.1, 0.1], [0.1, 0.1, 0.9]], [[0.2, 0.8, 0.2]]],
+            "uvs": [[[0, 0], [1, 0]], [[0, 1]]],
+            "attributes": {"temperature": [[[20], [95]], [[40]]]},
+        },
+        "patches and triangles": TENT,
+        "patches with channels": TENT
+        | {
+            "colors": [[k / 5, 1 - k / 5, 0.5, 1 - k / 9] for k in range(5)],
+            "uvs": [[k, k % 2] for k in range(5)],
+            "attributes": {"temperature": [[20 * k] for k in range(5)]},
+        },
+        "tube": TUBE,
+        "tube that closes": {
+            "type": "tube",
+            "curve": {
+                "type": "bspline",
+                "control_points": [[2, 0, 0], [0, 2, 1], [-2, 0, 0], [0, -2, 1]],
+                "knots": "periodic",
+            },
+            "radius": 0.4,
+            "sides": 5,
+            "up": "z",
+        },
+        "ribbon": RIBBON,
+        "group": {
+            "type": "group",
+            "up": "z",
+            "members": [
+                {"surface": PATCH | {"colors": RGB}, "name": "painted"},
+                {"surface": PATCH, "name": "left", "color": [0.2, 0.4, 0.8]},
+                {
+                    "surface": PATCH,
+                    "name": "right",
+                    "color": [0.8, 0.2, 0.2, 0.5],
+                    "matrix": [[-1, 0, 0, 9], [0, 2, 0.5, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
+                },
+                {"surface": TUBE, "name": "wire", "color": [0.1, 0.1, 0.1]},
+                {
+                    "surface": TRIANGLE,
+                    "matrix": [[1, 0, 0, 0], [0, 1, 0, 7], [0, 0, 1, 0], [0, 0, 0, 1]],
+                },
+            ],
+        },
+    }
+)
+"""The surfaces by what they show."""
+
+WIRES: Mapping[str, Json] = MappingProxyType(
+    {
+        f"isocurves as {wires}{' alone' if faces == 'none' else ''}": {
+            "surface": TENT,
+            "isocurves": [2, 1],
+            "wires": wires,
+            "faces": faces,
+            "wire_width": 0.05,
+            "wire_sides": 5,
+        }
+        for wires in ("lines", "tubes", "ribbons")
+        for faces in ("triangles", "none")
+    }
+)
+"""Wireframes, as whole requests."""
+
+REQUESTS: Mapping[str, Json] = MappingProxyType(
+    {name: {"surface": surface, "resolution": [3, 4]} for name, surface in SURFACES.items()}
+    | {name: request | {"resolution": 3} for name, request in WIRES.items()}
+)
+"""A request for each."""
+
+CURVES: Mapping[str, Json] = MappingProxyType(
+    {
+        "plane": {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, 0.5, 1]},
+        "space": {"control_points": ARC, "up": "z", "name": "handle"},
+        "closed": {
+            "type": "bspline",
+            "control_points": [[2, 0, 0], [0, 2, 1], [-2, 0, 0], [0, -2, 1]],
+            "knots": "periodic",
+        },
+    }
+)

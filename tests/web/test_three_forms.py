@@ -1,0 +1,87 @@
+"""Every form of a surface and of a curve as three.js has it, in headless Chromium."""
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from service.encoders.curves.format import in_space
+from service.encoders.curves.registry import CURVES_BY_NAME
+from service.encoders.registry import BY_NAME
+from service.engine.build import build
+from service.pipeline.curve import render_curve
+from service.pipeline.mesh import render
+from service.schemas.curve_request import curve_request
+from service.schemas.document import DocumentLimits
+from service.schemas.request import mesh_request
+from tests.forms import CURVES, REQUESTS
+from tests.web.browser import Stage
+from tests.web.test_three_colors import linear_light
+
+
+def rows(up: str, *columns: Any) -> np.ndarray:
+    """Vectors, and more vectors beside them, as they stand in a scene that is y-up."""
+    turn = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]) if up == "z" else np.eye(3)
+    return np.hstack([np.asarray(column, float).reshape(-1, 3) @ turn for column in columns])
+
+
+def near(found: np.ndarray, wanted: np.ndarray) -> None:
+    """Every row of the first is one of the second."""
+    distance, _ = KDTree(wanted).query(found)
+    assert distance.max() < 1e-5
+
+
+def same(found: np.ndarray, wanted: np.ndarray) -> None:
+    """Both have the same rows, in whatever order and however often."""
+    near(found, wanted)
+    near(wanted, found)
+
+
+@pytest.mark.parametrize("form", REQUESTS)
+def test_every_form_is_drawn_where_it_is(stage: Stage, form: str) -> None:
+    """Every corner with its normal, every colour, every texture coordinate, every line."""
+    request = mesh_request(REQUESTS[form], DocumentLimits())
+    surface, options = request.to_surface(), request.mesh_options()
+    stage.show(render(surface, options, BY_NAME["glb"]))
+    meshes, lines = stage.meshes(), stage.lines()
+    assert stage.page.evaluate("window.viewer.measure()")["coverage"] > 0
+    mesh = build(surface.lower(), options)
+    positions = mesh.positions + mesh.origin
+    assert sum(own["triangles"] for own in meshes) == len(mesh.triangles)
+    if len(mesh.triangles):
+        assert mesh.normals is not None
+        assert max(own["longestNormalError"] for own in meshes) < 1e-6
+        found = [np.hstack([own["positions"], own["normals"]]) for own in meshes]
+        same(np.concatenate(found), rows(mesh.up, positions, mesh.normals))
+    if mesh.colors is not None:
+        light = mesh.colors.astype(float)
+        light[:, :3] = np.vectorize(linear_light)(light[:, :3])
+        # Of a group, those that have colours; all of them have an opacity where they are one mesh.
+        painted = [own for own in meshes if own["colors"]]
+        colors = np.concatenate([own["colors"] for own in painted])
+        found = np.hstack([np.concatenate([own["positions"] for own in painted]), colors])
+        near(found, np.hstack([rows(mesh.up, positions), light[:, : colors.shape[1]]]))
+        assert form == "group" or painted == meshes
+    if mesh.uvs is not None:
+        found = [np.hstack([own["positions"], own["uvs"]]) for own in meshes]
+        same(np.concatenate(found), np.hstack([rows(mesh.up, positions), mesh.uvs]))
+    assert [own["name"] for own in lines] == [overlay.name for overlay in mesh.overlays]
+    for own, overlay in zip(lines, mesh.overlays, strict=True):
+        assert own["type"] == "LineSegments"
+        assert own["segments"] == len(overlay.segments)
+        same(np.array(own["positions"]), rows(mesh.up, overlay.positions + mesh.origin))
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_every_curve_is_drawn_where_it_is(stage: Stage, name: str) -> None:
+    request = curve_request({"curve": CURVES[name], "resolution": 5}, DocumentLimits())
+    curve, options = request.to_curve(), request.curve_options()
+    stage.show(render_curve(curve, options, CURVES_BY_NAME["glb"]))
+    (line,) = stage.lines()
+    assert line["type"] == "Line"
+    assert stage.page.evaluate("window.viewer.measure()")["coverage"] > 0
+    told = json.loads(render_curve(curve, options, CURVES_BY_NAME["json"]))
+    points = in_space(np.array(told["points"]))
+    np.testing.assert_allclose(line["positions"], rows(curve.up, points), atol=1e-6)
