@@ -110,16 +110,8 @@ def check_sweeps(model: Model, options: MeshOptions, limits: Limits) -> None:
     """Refuses curves of so high a degree that their many lengths would take too long."""
     models = model.models if isinstance(model, GroupModel) else (model,)
     count = sum(sweeping.effort(own, options) for own in models if isinstance(own, SweepModel))
-    if count > limits.max_multiplications:
-        raise TooLarge(
-            Issue(
-                "too_costly",
-                "Curves of so high a degree take long to be measured: with the square of it.",
-                "/resolution",
-                f"{count} multiplications",
-                f"at most {limits.max_multiplications}; fewer divisions, or a lower degree",
-            )
-        )
+    message = "Curves of so high a degree take long to be measured: with the square of it."
+    limits.check_effort(count, message, "/resolution", "fewer divisions, or a lower degree")
 
 
 def check_method(model: Model, options: MeshOptions, fmt: Format, limits: Limits) -> None:
@@ -143,29 +135,14 @@ def check_method(model: Model, options: MeshOptions, fmt: Format, limits: Limits
         )
     if options.method == "de_casteljau":
         count = sum(de_casteljau.effort(own, options.resolution) for own in patches)
-        if count > limits.max_multiplications:
-            raise TooLarge(
-                Issue(
-                    "too_costly",
-                    "De Casteljau's algorithm would take too long: it grows with the third power "
-                    "of the degree.",
-                    "/method",
-                    f"{count} multiplications",
-                    f"at most {limits.max_multiplications}; fewer divisions, or another method",
-                )
-            )
+        message = (
+            "De Casteljau's algorithm would take too long: it grows with the third power of the "
+            "degree."
+        )
+        limits.check_effort(count, message, "/method", "fewer divisions, or another method")
 
 
 def check_bytes(size: MeshSize, fmt: Format, encode: EncodeOptions, limits: Limits) -> None:
     """Refuses an answer that would be too large."""
-    most = fmt.byte_bound(size, encode)
-    if most > limits.max_bytes:
-        raise TooLarge(
-            Issue(
-                "too_many_bytes",
-                f"The answer as {fmt.name} could become too large.",
-                "/resolution",
-                f"up to {most} bytes",
-                f"at most {limits.max_bytes}",
-            )
-        )
+    message = f"The answer as {fmt.name} could become too large."
+    limits.check_bytes(fmt.byte_bound(size, encode), message, "/resolution")

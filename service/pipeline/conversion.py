@@ -3,10 +3,8 @@
 from collections.abc import Sequence
 
 from service.encoders.text import json_bound, json_text
-from service.engine.build import (
-    NOT_PATCHES,
-)
-from service.errors import InvalidRequest, Issue, TooLarge
+from service.engine.build import NOT_PATCHES
+from service.errors import InvalidRequest
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.parametric import NOT_PARAMETRIC
 from service.schemas.surfaces import definition
@@ -36,15 +34,6 @@ def converted(
     if isinstance(surface, TubeSurface | RibbonSurface):
         raise InvalidRequest(NOT_PATCHES)
     document = {"surface": definition(convert(surface, operations, allowed))}
-    most = json_bound(document)
-    if most > limits.max_bytes:
-        raise TooLarge(
-            Issue(
-                "too_many_bytes",
-                "The surface could become too large as JSON.",
-                "/operations",
-                f"up to {most} bytes",
-                f"at most {limits.max_bytes}",
-            )
-        )
+    message = "The surface could become too large as JSON."
+    limits.check_bytes(json_bound(document), message, "/operations")
     return json_text(document)

@@ -102,14 +102,6 @@ def _check_curve(work: CurveWork, points: int) -> None:
                 f"at most {work.most}",
             )
         )
-    bytes_ = work.fmt.byte_bound(CurveSize(points, len(work.pieces.name.encode())))
-    if bytes_ > work.limits.max_bytes:
-        raise TooLarge(
-            Issue(
-                "too_many_bytes",
-                f"The answer as {work.fmt.name} could become too large.",
-                where,
-                f"up to {bytes_} bytes",
-                f"at most {work.limits.max_bytes}",
-            )
-        )
+    most = work.fmt.byte_bound(CurveSize(points, len(work.pieces.name.encode())))
+    message = f"The answer as {work.fmt.name} could become too large."
+    work.limits.check_bytes(most, message, where)

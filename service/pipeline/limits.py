@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from service.errors import Issue, TooLarge
+
 
 @dataclass(frozen=True, slots=True)
 class Limits:
@@ -15,6 +17,19 @@ class Limits:
     max_bytes: int = 256 << 20
     max_points: int = 250_000
     max_multiplications: int = 5_000_000_000
+
+    def check_bytes(self, most: int, message: str, where: str) -> None:
+        """Refuses an answer that may have more bytes than are allowed; `where` asked for it."""
+        if most > self.max_bytes:
+            needed = f"at most {self.max_bytes}"
+            raise TooLarge(Issue("too_many_bytes", message, where, f"up to {most} bytes", needed))
+
+    def check_effort(self, count: int, message: str, where: str, instead: str) -> None:
+        """Refuses what may take too long; `instead` is what would take less."""
+        if count > self.max_multiplications:
+            needed = f"at most {self.max_multiplications}; {instead}"
+            got = f"up to {count} multiplications"
+            raise TooLarge(Issue("too_costly", message, where, got, needed))
 
 
 DEFAULT_LIMITS = Limits()

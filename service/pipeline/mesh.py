@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
-from service.encoders.prediction import predict
 from service.engine.build import (
     as_patches,
     build,
@@ -23,6 +22,7 @@ from service.pipeline.checks import (
     check_wires,
 )
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.prediction import predict
 from service.surface.lowered import GroupModel, Model
 
 PLAIN = EncodeOptions()

@@ -1,8 +1,6 @@
 """What questions need: one parametric surface."""
 
-from service.engine.build import (
-    as_patches,
-)
+from service.engine.build import as_patches
 from service.errors import InvalidRequest, Issue
 from service.surface.lowered import GroupModel, Model, PatchModel
 

@@ -39,16 +39,12 @@ def plan_points(surface: Lowerable, query: Query, limits: Limits = DEFAULT_LIMIT
     model = parametric(surface.lower())
     places = locate(model, query)
     count = effort(model, places, query.order)
-    if count > limits.max_multiplications:
-        raise TooLarge(
-            Issue(
-                "too_costly",
-                "Patches of so high a degree take long where they are degenerate.",
-                f"/{query.field}",
-                f"up to {count} multiplications",
-                f"at most {limits.max_multiplications}; fewer points on fewer patches at once",
-            )
-        )
+    limits.check_effort(
+        count,
+        "Patches of so high a degree take long where they are degenerate.",
+        f"/{query.field}",
+        "fewer points on fewer patches at once",
+    )
     return PointsWork(model, places, query.order)
 
 
@@ -66,13 +62,4 @@ def _check_points(query: Query, limits: Limits) -> None:
             )
         )
     most = json_points.byte_bound(count, query.order)
-    if most > limits.max_bytes:
-        raise TooLarge(
-            Issue(
-                "too_many_bytes",
-                "The answer could become too large.",
-                f"/{query.field}",
-                f"up to {most} bytes",
-                f"at most {limits.max_bytes}",
-            )
-        )
+    limits.check_bytes(most, "The answer could become too large.", f"/{query.field}")

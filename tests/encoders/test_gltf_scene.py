@@ -10,11 +10,11 @@ from hypothesis import given, settings
 
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf_scene import placing, quaternion
-from service.encoders.prediction import predict
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import plan, render
+from service.pipeline.prediction import predict
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from service.encoders.format import EncodeOptions, Format
-from service.encoders.prediction import predict
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions, WireForm
 from service.errors import InvalidRequest, SurfaceError, UnsupportedByFormat
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import plan, render
+from service.pipeline.prediction import predict
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from tests.clients.geomview import read_oogl

@@ -7,10 +7,10 @@ import pytest
 
 from service.bases import knots
 from service.encoders.format import EncodeOptions, Format
-from service.encoders.prediction import predict
 from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions, OverlayName
 from service.pipeline.mesh import render
+from service.pipeline.prediction import predict
 from service.surface.bspline import BsplineSurface
 from tests.engine.meshing import check_sound, check_winding, mesh_of, shape_of
 from tests.spline_strategies import points_for, weights_for

@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.encoders.format import EncodeOptions, Format, OoglForm
-from service.encoders.prediction import predict
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MAX_RESOLUTION, Faces, MeshOptions
 from service.engine.points.places import Query
@@ -20,6 +19,7 @@ from service.errors import InvalidRequest, SurfaceError, TooLarge, UnsupportedBy
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import mesh, plan, render
 from service.pipeline.points import plan_points
+from service.pipeline.prediction import predict
 from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface
 from service.surface.curve import BezierCurve

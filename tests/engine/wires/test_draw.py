@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from service.encoders.prediction import predict
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.wires.draw import COLOR, NAME, width_of
 from service.engine.wires.isocurves import isocurves
 from service.engine.wires.paths import wire_paths
 from service.errors import InvalidRequest
+from service.pipeline.prediction import predict
 from service.surface.lowered import PatchModel
 from tests.engine.meshing import as_triangles, check_sound, check_values, check_winding, mesh_of
 from tests.examples import patches_of
