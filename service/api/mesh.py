@@ -12,7 +12,7 @@ from service.api.parameters import named_example, only_format
 from service.api.work import long_to_read, run
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import FORMATS
-from service.engine.build import highest_degree
+from service.engine.models import highest_degree
 from service.pipeline.mesh import Work, plan
 from service.schemas.document import parse_document
 from service.schemas.options import MeshOptionFields

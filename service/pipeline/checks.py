@@ -5,12 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
-from service.engine.build import (
-    NOT_PATCHES,
-    highest_degree,
-    reach,
-)
 from service.engine.evaluation import de_casteljau, forward_difference
+from service.engine.models import NOT_PATCHES, highest_degree, reach
 from service.engine.options import MeshOptions
 from service.engine.sweeps import sweeping
 from service.errors import InvalidRequest, Issue, TooLarge, UnsupportedByFormat

@@ -1,9 +1,10 @@
 """Surface and operations in, the surface in another form out."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from service.encoders.text import json_bound, json_text
-from service.engine.build import NOT_PATCHES
+from service.engine.models import NOT_PATCHES
 from service.errors import InvalidRequest
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.parametric import NOT_PARAMETRIC
@@ -32,7 +33,7 @@ def converted(
     if isinstance(surface, GroupSurface):
         raise InvalidRequest(NOT_PARAMETRIC)
     if isinstance(surface, TubeSurface | RibbonSurface):
-        raise InvalidRequest(NOT_PATCHES)
+        raise InvalidRequest(replace(NOT_PATCHES, pointer="/surface"))
     document = {"surface": definition(convert(surface, operations, allowed))}
     message = "The surface could become too large as JSON."
     limits.check_bytes(json_bound(document), message, "/operations")

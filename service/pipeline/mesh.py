@@ -4,14 +4,9 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
-from service.engine.build import (
-    as_patches,
-    build,
-    build_scene,
-    carrying,
-    lines_of,
-)
+from service.engine.build import build, build_scene, lines_of
 from service.engine.mesh import Mesh
+from service.engine.models import carrying
 from service.engine.options import MeshOptions
 from service.pipeline.checks import (
     check_bytes,
@@ -22,6 +17,7 @@ from service.pipeline.checks import (
     check_wires,
 )
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.parametric import patches_of
 from service.pipeline.prediction import predict
 from service.surface.lowered import GroupModel, Model
 
@@ -49,7 +45,7 @@ class Work:
     def run(self) -> bytes:
         """The file."""
         if self.encode.exact and self.fmt.encode_exact is not None:
-            patches = as_patches(self.model)
+            patches = patches_of(self.model)
             return self.fmt.encode_exact(patches, lines_of(patches, self.options))
         if isinstance(self.model, GroupModel) and self.fmt.encode_scene is not None:
             scene = build_scene(self.model, self.options, single=self.fmt.single)
@@ -73,7 +69,7 @@ def plan(
     """
     model, options = carried(surface.lower(), options, fmt)
     if encode.exact and fmt.encode_exact is not None:
-        as_patches(model)  # refuses what is none
+        patches_of(model)  # refuses what is none
     size = predict(model, options)
     shared = fmt.encode_scene is not None and not encode.exact
     stored = predict(model, options, shared=True) if shared else size

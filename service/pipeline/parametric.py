@@ -1,6 +1,6 @@
-"""What questions need: one parametric surface."""
+"""What questions and exact forms need: surfaces that are made of patches."""
 
-from service.engine.build import as_patches
+from service.engine.models import as_patches
 from service.errors import InvalidRequest, Issue
 from service.surface.lowered import GroupModel, Model, PatchModel
 
@@ -23,4 +23,18 @@ def parametric(model: Model) -> PatchModel:
     """
     if isinstance(model, GroupModel):
         raise InvalidRequest(NOT_PARAMETRIC)
-    return as_patches(model)
+    return patches_of(model)
+
+
+def patches_of(model: Model) -> PatchModel:
+    """All patches of a model, in the coordinates of the whole.
+
+    Raises
+    ------
+    InvalidRequest
+        `not_parametric`, pointing into the request.
+    """
+    try:
+        return as_patches(model)
+    except InvalidRequest as error:
+        raise error.within("/surface") from None

@@ -6,7 +6,7 @@ from itertools import zip_longest
 from typing import TypeAlias
 
 from service.encoders.format import MeshSize
-from service.engine.build import colored
+from service.engine.models import colored
 from service.engine.options import MeshOptions
 from service.engine.sweeps.sweeping import predicted_sweep
 from service.engine.tessellate import predicted_size

@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.engine.build import as_patches, build, build_scene, carrying
+from service.engine.build import build, build_scene
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh import Mesh
+from service.engine.models import as_patches, carrying
 from service.engine.options import MeshOptions
 from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface

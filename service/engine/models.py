@@ -1,0 +1,164 @@
+"""What is asked of models of any form, and what is made of them before they are meshed."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from service.engine.light import tinted
+from service.engine.options import MeshOptions
+from service.engine.scene import placed_points
+from service.engine.wires.draw import width_of
+from service.errors import InvalidRequest, Issue
+from service.surface.batches import (
+    Channel,
+    ChannelKind,
+    Patches,
+    TensorPatches,
+    TrianglePatches,
+)
+from service.surface.channels import only_channels
+from service.surface.lowered import Color, GroupModel, Model, Part, PatchModel, PlacedModel
+from service.surface.placement import placed_bounds
+from service.surface.sweep_model import SweepModel
+
+NOT_PATCHES = Issue(
+    "not_parametric",
+    "Tubes and ribbons are meshed along their curves; they are not made of Bézier patches.",
+    "",
+    "a tube or a ribbon",
+    "a surface made of patches, or another form",
+)
+
+
+def reach(model: Model, options: MeshOptions) -> float:
+    """The largest coordinate, in absolute value, that wires with faces can come to."""
+    if isinstance(model, GroupModel):
+        models = [(model.models[member.model], member.matrix) for member in model.members]
+    else:
+        models = [(model, None)]
+    furthest = 0.0
+    for own, matrix in models:
+        if isinstance(own, PatchModel):
+            # A mitre reaches √2 times as far as a wire is thick.
+            around = width_of(own, options)
+            low, high = placed_bounds((own.bounds[0] - around, own.bounds[1] + around), matrix)
+            furthest = max(furthest, -float(low.min()), float(high.max()))
+    return furthest
+
+
+def carrying(model: Model, kinds: frozenset[ChannelKind], *, apart: bool) -> Model:
+    """The model with channels of these kinds alone, and base colours only where colours are.
+
+    Unless meshes are kept `apart`, a group keeps of the attributes those that all members have.
+    """
+    if not isinstance(model, GroupModel):
+        return _only(model, kinds)
+    models = [_only(own, kinds) for own in model.models]
+    if not apart:
+        common = set.intersection(*({*_attributes_of(own)} for own in models))
+        models = [_with_attributes(own, common) for own in models]
+    members = model.members
+    if "colors" not in kinds:
+        members = tuple(replace(member, color=None) for member in members)
+    return replace(model, models=tuple(models), members=members)
+
+
+def colored(model: GroupModel) -> bool:
+    """Whether any member has a base colour."""
+    return any(member.color is not None for member in model.members)
+
+
+def highest_degree(model: Model) -> int:
+    """The highest degree of any patch in either direction, or of a curve that is swept along."""
+    if isinstance(model, GroupModel):
+        return max(map(highest_degree, model.models))
+    if isinstance(model, SweepModel):
+        return model.pieces.degree
+    return max(max(batch.side_degrees) for batch in model.batches)
+
+
+def as_patches(model: Model) -> PatchModel:
+    """The model as Bézier patches in the coordinates of the whole.
+
+    A placed patch is the patch of the placed control points: Bézier patches are affinely
+    invariant, rational ones too. Where a placement mirrors, u and v change places, so that
+    du × dv stays on the side that it was.
+
+    Raises
+    ------
+    InvalidRequest
+        `not_parametric`, of tubes and ribbons; relative to the surface.
+    """
+    if isinstance(model, PatchModel):
+        return model
+    if isinstance(model, SweepModel):
+        raise InvalidRequest(NOT_PATCHES)
+    batches: list[Patches] = []
+    parts: list[Part] = []
+    first = 0
+    for member in model.members:
+        own = model.models[member.model]
+        if isinstance(own, SweepModel):
+            raise InvalidRequest(NOT_PATCHES)
+        batches += [_placed(batch, member) for batch in own.batches]
+        parts.append(Part(member.name, first, first + own.patch_count))
+        first += own.patch_count
+    return PatchModel(model.name, tuple(batches), tuple(parts), model.up)
+
+
+def _placed(batch: Patches, member: PlacedModel) -> Patches:
+    """The patches with their control points placed, in the colour of the member."""
+    matrix = member.matrix
+    if matrix is not None and np.linalg.det(matrix[:3, :3]) < 0:
+        batch = _turned_round(batch)
+    points = placed_points(batch.points.reshape(-1, 3), matrix).reshape(batch.points.shape)
+    return replace(batch, points=points, channels=_painted(batch, member.color))
+
+
+def _turned_round(batch: Patches) -> TensorPatches:
+    """The patches with u and v exchanged; triangles as patches of which a side is one point."""
+    patches = batch.tensor() if isinstance(batch, TrianglePatches) else batch
+    weights = None if patches.weights is None else patches.weights.swapaxes(1, 2)
+    channels = tuple(replace(c, nets=c.nets.swapaxes(1, 2)) for c in patches.channels)
+    return TensorPatches(patches.points.swapaxes(1, 2), weights, channels)
+
+
+def _painted(batch: Patches, color: Color | None) -> tuple[Channel, ...]:
+    """The channels of a batch, its colours under a base colour; constant where it has none."""
+    if color is None:
+        return batch.channels
+    others = tuple(channel for channel in batch.channels if channel.kind != "colors")
+    nets = np.ones((batch.count, *((1,) * (batch.points.ndim - 2)), 3))
+    for channel in batch.channels:
+        if channel.kind == "colors":
+            nets = channel.nets
+    rows = tinted(nets.reshape(-1, nets.shape[-1]), np.array(color), nets[..., 0].size)
+    painted = rows.astype(np.float64).reshape(*nets.shape[:-1], -1)
+    return (*others, Channel("colors", "colors", painted))
+
+
+def _only(model: PatchModel | SweepModel, kinds: frozenset[ChannelKind]) -> PatchModel | SweepModel:
+    """The model without its channels of other kinds; a sweep has none."""
+    return model if isinstance(model, SweepModel) else only_channels(model, kinds)
+
+
+def _attributes_of(model: PatchModel | SweepModel) -> list[tuple[str, int]]:
+    """Names and dimensions of the attributes of a model, which all its batches have."""
+    if isinstance(model, SweepModel):
+        return []
+    channels = model.batches[0].channels
+    return [(c.name, c.dimension) for c in channels if c.kind == "attribute"]
+
+
+def _with_attributes(
+    model: PatchModel | SweepModel, kept: set[tuple[str, int]]
+) -> PatchModel | SweepModel:
+    """The model without its other attributes."""
+    if isinstance(model, SweepModel):
+        return model
+
+    def is_kept(channel: Channel) -> bool:
+        return channel.kind != "attribute" or (channel.name, channel.dimension) in kept
+
+    batches = (replace(b, channels=tuple(filter(is_kept, b.channels))) for b in model.batches)
+    return replace(model, batches=tuple(batches))
