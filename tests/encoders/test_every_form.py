@@ -85,6 +85,7 @@ def test_trimesh_reads_every_triangle(form: str, name: str) -> None:
                 own.visual.uv[own.faces], mesh.uvs[mesh.triangles], atol=1e-6
             )
         elif mesh.colors is not None and name in {"obj", "ply"}:
+            assert own.visual is not None
             width = mesh.colors.shape[1] if name == "ply" else 3
             colors = own.visual.vertex_colors[own.faces][..., :width].astype(int)
             colored = 255 * mesh.colors[mesh.triangles][..., :width]

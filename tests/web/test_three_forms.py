@@ -61,8 +61,8 @@ def test_every_form_is_drawn_where_it_is(stage: Stage, form: str) -> None:
         # Of a group, those that have colours; all of them have an opacity where they are one mesh.
         painted = [own for own in meshes if own["colors"]]
         colors = np.concatenate([own["colors"] for own in painted])
-        found = np.hstack([np.concatenate([own["positions"] for own in painted]), colors])
-        near(found, np.hstack([rows(mesh.up, positions), light[:, : colors.shape[1]]]))
+        shown = np.hstack([np.concatenate([own["positions"] for own in painted]), colors])
+        near(shown, np.hstack([rows(mesh.up, positions), light[:, : colors.shape[1]]]))
         assert form == "group" or painted == meshes
     if mesh.uvs is not None:
         found = [np.hstack([own["positions"], own["uvs"]]) for own in meshes]
