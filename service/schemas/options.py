@@ -36,8 +36,10 @@ class MeshOptionFields(StrictModel):
     )
     uvs: bool = Field(
         default=_DEFAULTS.uvs,
-        description="Whether vertices carry their parameters (u, v) in their patch. A surface that "
-        "has texture coordinates of its own (`uvs`) comes out with those, whatever is said here.",
+        description="Whether vertices carry their parameters (u, v): those of the surface's own "
+        "domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A "
+        "surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is "
+        "said here.",
     )
     weld: bool = Field(
         default=_DEFAULTS.weld,
