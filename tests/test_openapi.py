@@ -1,5 +1,6 @@
 """The OpenAPI document: valid, committed as it is, complete, and true."""
 
+import ast
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,16 +12,20 @@ from openapi_spec_validator import OpenAPIV31SpecValidator
 from starlette.routing import Route
 
 from service.api.app import create_app
+from service.api.openapi.codes import CODES
 from service.api.openapi.document import document
 from service.encoders.curves.registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
+from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
+from service.pipeline.mesh import render
 from service.pipeline.points import PointsWork, plan_points
 from service.schemas.convert import OPERATIONS, convert_request
 from service.schemas.document import DocumentLimits
 from service.schemas.points import points_request
 from service.schemas.request import mesh_request
 from service.settings import Settings
+from service.surface.examples import find
 from tests.api.client import Client, client_of
 from tests.api.hostile import HOSTILE, QUERIES
 
@@ -276,3 +281,52 @@ def test_schema_of_requests_is_no_stricter_than_the_code() -> None:
             with pytest.raises(InvalidRequest):
                 mesh_request(value, DocumentLimits()).to_surface()
     assert checked > 100
+
+
+def described(name: str, schema: Any) -> Iterator[tuple[str, Any]]:
+    """A schema and all properties within, with where they are."""
+    yield name, schema
+    for field, inner in schema.get("properties", {}).items():
+        yield from described(f"{name}.{field}", inner)
+    if isinstance(schema.get("items"), dict):
+        yield from (pair for pair in described(name, schema["items"]) if pair[0] != name)
+
+
+def test_every_schema_and_every_property_is_described() -> None:
+    for name, schema in DOCUMENT["components"]["schemas"].items():
+        for where, found in described(name, schema):
+            assert found.get("description") or "$ref" in found, where
+
+
+def test_files_are_texts_or_bytes_as_they_are_said_to_be() -> None:
+    path = DOCUMENT["paths"]["/v1/mesh"]["post"]["responses"]["200"]["content"]
+    for fmt in FORMATS:
+        content = render(find("saddle").surface(), MeshOptions((1, 1)), fmt)
+        try:
+            content.decode()
+            binary = False
+        except UnicodeDecodeError:
+            binary = True
+        assert (path[fmt.media_type]["schema"].get("format") == "binary") == binary
+
+
+def raised() -> set[str]:
+    """Every code that the service gives an issue: the strings that `Issue` is made with."""
+    found: set[str] = set()
+    for file in (COMMITTED.parents[1] / "service").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") in {"Issue", "_refusal"}:
+                code = node.args[0] if node.args else None
+            elif isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "code":
+                code = node.value
+            else:
+                continue
+            choices = [code.body, code.orelse] if isinstance(code, ast.IfExp) else [code]
+            found |= {str(c.value) for c in choices if isinstance(c, ast.Constant)}
+    return found
+
+
+def test_every_code_is_explained_and_nothing_else() -> None:
+    assert raised() == set(CODES)
+    for code in CODES:
+        assert f"- `{code}`: " in DOCUMENT["info"]["description"]

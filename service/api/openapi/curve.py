@@ -5,7 +5,7 @@ from typing import Any
 
 import orjson
 
-from service.api.openapi.operations import problems
+from service.api.openapi.operations import file_schema, problems
 from service.api.openapi.schemas import Json, ref
 from service.encoders.curves.format import CurveFormat
 from service.encoders.curves.registry import CURVE_FORMATS, CURVES_BY_NAME
@@ -97,7 +97,7 @@ def _content(fmt: CurveFormat) -> Json:
     if fmt.name == "json":
         examples = {"quarter": {"summary": "The quarter of a circle", "value": _example()}}
         return {"schema": ref("Curve"), "examples": examples}
-    return {"schema": {"description": f"{fmt.title}."}}
+    return {"schema": file_schema(fmt)}
 
 
 @cache
@@ -123,6 +123,8 @@ def _column(text: str) -> Json:
 def curve_schema() -> Json:
     """The answer as JSON."""
     bound = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 3}
+    least = bound | {"description": "Least x, y and, in space, z."}
+    greatest = bound | {"description": "Greatest x, y and, in space, z."}
     report: dict[str, Json] = {
         "points": {"type": "integer", "minimum": 2, "description": "Number of points."},
         "pieces": {"type": "integer", "minimum": 1, "description": "Number of Bézier pieces."},
@@ -142,7 +144,7 @@ def curve_schema() -> Json:
         },
         "bounds": {
             "type": "object",
-            "properties": {"min": bound, "max": bound},
+            "properties": {"min": least, "max": greatest},
             "required": ["min", "max"],
             "description": "Of the points as stored.",
         },

@@ -8,6 +8,7 @@ errors from the code that makes them.
 from functools import cache
 
 from service import __version__
+from service.api.openapi.codes import code_list
 from service.api.openapi.convert import post_convert
 from service.api.openapi.curve import curve_schema, post_curve
 from service.api.openapi.examples import meshes
@@ -25,7 +26,11 @@ URL, with the same options as query parameters. `GET` calls answer `HEAD` as wel
 
 Errors are problems (RFC 9457) with a stable `code` and, for each thing that is wrong, a JSON
 pointer into the body or the name of a parameter, what was got and what was needed. The input is
-never repeated. A request that would cost too much is refused before anything is computed.
+never repeated. A request that would cost too much is refused before anything is computed: 413 where
+the body itself is too long, 422 where its content or the answer would be too large.
+
+The `code` of a problem tells its kind; the `code` of each of its `errors` is one of these:
+
 """
 
 _TAGS = [
@@ -43,7 +48,11 @@ def document() -> Json:
     """The whole document, OpenAPI 3.1."""
     return {
         "openapi": "3.1.0",
-        "info": {"title": "Surface Service", "version": __version__, "description": _DESCRIPTION},
+        "info": {
+            "title": "Surface Service",
+            "version": __version__,
+            "description": _DESCRIPTION + code_list(),
+        },
         "tags": _TAGS,
         "paths": _paths(),
         "components": {

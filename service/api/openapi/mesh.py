@@ -1,7 +1,7 @@
 """The operations that answer meshes, in the OpenAPI document."""
 
 from service.api.openapi.examples import REQUESTS, meshes
-from service.api.openapi.operations import problems
+from service.api.openapi.operations import file_schema, problems
 from service.api.openapi.schemas import Json, option_parameters, ref
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
@@ -94,4 +94,4 @@ def _mesh_content(fmt: Format) -> Json:
     if fmt.name == "json":
         examples = {name: {"$ref": f"#/components/examples/{name}"} for name in meshes()}
         return {"schema": ref("Mesh"), "examples": examples}
-    return {"schema": {"description": f"{fmt.title}."}}
+    return {"schema": file_schema(fmt)}

@@ -5,6 +5,7 @@ from typing import Any, TypeAlias
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue, models_json_schema
 from pydantic_core import core_schema
 
+from service.api.problems import INTERNAL_ERROR, METHOD_NOT_ALLOWED, NOT_FOUND, PROBLEMS
 from service.errors import MAX_ISSUES
 from service.schemas.convert import ConvertRequest
 from service.schemas.curve_request import CurveRequest
@@ -92,11 +93,20 @@ def _text(description: str, **more: Any) -> Json:
     return {"type": "string", "description": description, **more}
 
 
+def _list(name: str, description: str) -> Json:
+    return {"type": "array", "items": ref(name), "description": description}
+
+
 def _count(description: str) -> Json:
     return {"type": "integer", "minimum": 0, "description": description}
 
 
-_BOUND = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+def _bound(text: str) -> Json:
+    number = {"type": "number"}
+    return {"type": "array", "items": number, "minItems": 3, "maxItems": 3, "description": text}
+
+
+_BOUNDS = {"min": _bound("Least x, y and z."), "max": _bound("Greatest x, y and z.")}
 
 _CONTINUITY = ["C0", "G1", "C1"]
 
@@ -106,7 +116,7 @@ _REPORT = _object(
         "triangles": _count("Number of triangles."),
         "quads": _count("Number of quads."),
         "patches": _count("Number of Bézier patches."),
-        "bounds": _object({"min": _BOUND, "max": _BOUND}, description="Of the vertices as stored."),
+        "bounds": _object(_BOUNDS, description="Of the vertices as stored."),
         "watertight": {
             "type": "boolean",
             "description": "Whether every edge is used by exactly two faces.",
@@ -225,7 +235,11 @@ _MESH = _object(
 
 _ERROR = _object(
     {
-        "code": _text("What is wrong, stable, for programs."),
+        "code": _text(
+            "What is wrong, stable, for programs; the list stands at the head of this document. "
+            "There may be more of them in later versions.",
+            examples=["ragged"],
+        ),
         "pointer": _text("JSON pointer (RFC 6901) into the body; empty for the whole of it."),
         "parameter": _text("Name of the path or query parameter, instead of a pointer."),
         "header": _text("Name of the header, instead of a pointer."),
@@ -234,6 +248,14 @@ _ERROR = _object(
         "needed": _text("What would have been right."),
     },
     ["code", "detail"],
+    description="One thing that is wrong, and where: a pointer, a parameter or a header.",
+)
+
+_KINDS = sorted(
+    {
+        problem.code
+        for problem in (*PROBLEMS.values(), NOT_FOUND, METHOD_NOT_ALLOWED, INTERNAL_ERROR)
+    }
 )
 
 _PROBLEM = _object(
@@ -241,7 +263,7 @@ _PROBLEM = _object(
         "type": _text("Always `about:blank`; `code` tells more.", const="about:blank"),
         "title": _text("The phrase of the status."),
         "status": {"type": "integer", "description": "The status again."},
-        "code": _text("Kind of problem, stable, for programs."),
+        "code": _text("Kind of problem, stable, for programs.", enum=_KINDS),
         "detail": _text("Kind of problem, for people."),
         "errors": {
             "type": "array",
@@ -276,9 +298,11 @@ _SUMMARY = _object(
                     "additionalProperties": {"type": "string"},
                     "description": "Address of the mesh by suffix; options are added as a query.",
                 },
-            }
+            },
+            description="Addresses, without the host.",
         ),
-    }
+    },
+    description="A built-in surface.",
 )
 
 _FORMAT = _object(
@@ -293,7 +317,8 @@ _FORMAT = _object(
         "colors": {"type": "boolean", "description": "Whether it can hold colours of vertices."},
         "attributes": {"type": "boolean", "description": "Whether it can hold attributes."},
         "precision": _text("Precision of positions.", enum=["float32", "float64"]),
-    }
+    },
+    description="A format that meshes are written in.",
 )
 
 ANSWERS: dict[str, Json] = {
@@ -302,7 +327,10 @@ ANSWERS: dict[str, Json] = {
     "Problem": _PROBLEM,
     "Error": _ERROR,
     "SurfaceSummary": _SUMMARY,
-    "SurfaceList": _object({"surfaces": {"type": "array", "items": ref("SurfaceSummary")}}),
+    "SurfaceList": _object(
+        {"surfaces": _list("SurfaceSummary", "One entry a surface.")},
+        description="The built-in surfaces.",
+    ),
     "SurfaceDocument": _object(
         {
             "surface": {
@@ -317,10 +345,13 @@ ANSWERS: dict[str, Json] = {
                 ],
                 "description": "The definition, as a request would give it.",
             }
-        }
+        },
+        description="A surface alone: a body for the other calls, to which options may be added.",
     ),
     "Format": _FORMAT,
-    "FormatList": _object({"formats": {"type": "array", "items": ref("Format")}}),
+    "FormatList": _object(
+        {"formats": _list("Format", "One entry a format.")}, description="The formats of meshes."
+    ),
     "Health": _object(
         {
             "status": _text("State of the service.", enum=["live", "ready", "draining"]),
@@ -328,5 +359,6 @@ ANSWERS: dict[str, Json] = {
             "engine": {"type": "integer", "description": "Version of the numbers."},
         },
         ["status"],
+        description="How the service is.",
     ),
 }
