@@ -16,6 +16,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from service.bases.arrays import RealArray
+from service.bases.homogeneous import homogeneous
 from service.encoders.content import drawn
 from service.encoders.oogl import skeleton
 from service.encoders.text import rows
@@ -63,10 +64,7 @@ def _bez(batch: Patches) -> Iterator[bytes]:
     if isinstance(batch, TrianglePatches):
         batch = batch.tensor()
     p, q = batch.degree
-    points = batch.points
-    if batch.weights is not None:
-        weights = batch.weights[..., np.newaxis]
-        points = np.concatenate((points * weights, weights), axis=-1)
+    points = homogeneous(batch.points, batch.weights)
     dimension = points.shape[-1]
     nets = points.swapaxes(1, 2).reshape(batch.count, -1, dimension)
     prefix, corners = _corners(batch)

@@ -1,4 +1,4 @@
-"""Least and greatest of many points, at the speed of memory; and where to store them from."""
+"""Least and greatest of many points; where to store them from, and how to scale them."""
 
 import numpy as np
 
@@ -35,3 +35,9 @@ def local_origin(low: FloatArray, high: FloatArray) -> FloatArray:
     # A float32 itself, so that viewers that compute in float32 place it exactly.
     rounded: FloatArray = middle.astype(np.float32).astype(np.float64)
     return rounded
+
+
+def powers_of_two(sizes: FloatArray) -> FloatArray:
+    """Factors that bring sizes near 1 without rounding, as far as there are such factors."""
+    factors: FloatArray = np.exp2(np.minimum(-np.frexp(sizes)[1].astype(np.float64), 1000.0))
+    return factors

@@ -15,6 +15,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import sampled
 from service.bases.distinct import distinct_rows
+from service.bases.homogeneous import homogeneous
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.near import leaders
 from service.engine.options import Method
@@ -161,8 +162,7 @@ def _sample_by(
 ) -> FloatArray:
     if weights is None:
         return method(points, divisions)
-    columns = weights[:, :, None]
-    values = method(np.concatenate([points * columns, columns], axis=2), divisions)
+    values = method(homogeneous(points, weights), divisions)
     return values[..., :3] / values[..., 3:]
 
 

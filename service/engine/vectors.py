@@ -17,6 +17,12 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     return product
 
 
+def dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Scalar products of rows (m, d): shape (m,)."""
+    product: FloatArray = np.einsum("mk,mk->m", a, b)
+    return product
+
+
 def cross_polynomial(a: FloatArray, b: FloatArray) -> FloatArray:
     """Cross product a × b of vector polynomials (K, 3, …) in the Bernstein basis."""
     first = multiply(a[:, (1, 2, 0)], b[:, (2, 0, 1)])

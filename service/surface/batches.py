@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray
+from service.bases.homogeneous import homogeneous
 from service.bases.triangle_polynomials import tensor_net
 from service.surface.sides import along_sides, corners_of, side_of
 
@@ -221,13 +222,9 @@ class TrianglePatches(_Batch):
         channels = tuple(
             replace(channel, nets=tensor_net(channel.nets)) for channel in self.channels
         )
-        weights = None
-        if self.weights is None:
-            points = tensor_net(self.points)
-        else:
-            columns = self.weights[..., np.newaxis]
-            raised = tensor_net(np.concatenate([self.points * columns, columns], axis=-1))
-            points, weights = raised[..., :3] / raised[..., 3:], raised[..., 3]
+        points, weights = tensor_net(homogeneous(self.points, self.weights)), None
+        if self.weights is not None:
+            points, weights = points[..., :3] / points[..., 3:], points[..., 3]
         # What is not raised stays what it is, bit for bit.
         for number, side in enumerate((points[:, 0], points[:, -1], points[:, :, 0])):
             ends = slice(None) if number == 2 else slice(None, None, n)

@@ -18,6 +18,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
+from service.bases.homogeneous import homogeneous
 from service.engine.curves.evaluation import Samples
 from service.errors import InvalidRequest, Issue, TooLarge
 from service.surface.curve_pieces import CurvePieces
@@ -77,7 +78,7 @@ def halved(
         )
     # Half of what rounding may take is left for the chord between rounded ends.
     wanted = tolerance - least / 2
-    net = homogeneous(pieces)
+    net = local_nets(pieces)
     block = max(1, CHUNK // net[0].size)
     begins = [np.array([[pieces.count - 1, 1.0]])]
     found = 1
@@ -124,7 +125,7 @@ def certified(pieces: CurvePieces, at: Samples, stored: RealArray, origin: Float
     stored : ndarray, shape (N, d)
         The samples as they are written, relative to `origin`; their rounding counts.
     """
-    net = homogeneous(pieces)
+    net = local_nets(pieces)
     vertices = stored.astype(np.float64) + (origin - pieces.middle)
     worst = 0.0
     for rows in _intervals(len(at) - 1, net[0].size):
@@ -138,13 +139,9 @@ def certified(pieces: CurvePieces, at: Samples, stored: RealArray, origin: Float
     return worst + _slack(pieces, 2) + 4 * EPS * far
 
 
-def homogeneous(pieces: CurvePieces) -> FloatArray:
+def local_nets(pieces: CurvePieces) -> FloatArray:
     """Nets about the middle of the curve: (S, n+1, d), or (w x …, w) of shape (S, n+1, d+1)."""
-    local = pieces.points - pieces.middle
-    if pieces.weights is None:
-        return local
-    weights = pieces.weights[..., np.newaxis]
-    return np.concatenate([local * weights, weights], axis=-1)
+    return homogeneous(pieces.points - pieces.middle, pieces.weights)
 
 
 def restricted(nets: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:

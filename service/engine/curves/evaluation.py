@@ -11,6 +11,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
+from service.engine.extent import powers_of_two
 from service.surface.curve_pieces import CurvePieces
 
 CHUNK = 1 << 18
@@ -97,7 +98,7 @@ class _Local:
         middle = low + (high - low) / 2
         local = pieces.points - middle[:, None]
         size = np.abs(local).max(axis=(1, 2))
-        scale = np.exp2(np.minimum(-np.frexp(size)[1].astype(np.float64), 1000.0))
+        scale = powers_of_two(size)
         self.points: FloatArray = local * scale[:, None, None]
         self.weights: FloatArray | None = None
         if pieces.weights is not None:

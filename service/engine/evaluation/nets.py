@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray
 from service.bases.bernstein import multiply
+from service.engine.extent import powers_of_two
 from service.engine.vectors import cross_polynomial
 from service.surface.batches import TensorPatches
 
@@ -40,7 +41,7 @@ class PatchNets:
         # A power of two scales without rounding; a patch that is one point keeps scale 1.
         size = np.abs(local).max(axis=(1, 2, 3))
         self.middle: FloatArray = middle[:, 0, 0]
-        self.scale: FloatArray = _powers_of_two(size)
+        self.scale: FloatArray = powers_of_two(size)
         local = local * self.scale[:, None, None, None]
         self.rational = patches.weights is not None
         if patches.weights is not None:
@@ -172,9 +173,3 @@ def longest(nets: FloatArray) -> FloatArray:
     """Longest length among the vectors of each net (K, 3, …): shape (K,)."""
     lengths: FloatArray = np.sqrt(np.square(nets).sum(axis=1).max(axis=(1, 2)))
     return lengths
-
-
-def _powers_of_two(sizes: FloatArray) -> FloatArray:
-    """Factors that bring sizes near 1 without rounding, as far as there are such factors."""
-    factors: FloatArray = np.exp2(np.minimum(-np.frexp(sizes)[1].astype(np.float64), 1000.0))
-    return factors

@@ -1,4 +1,4 @@
-"""Nets of the partials of triangular patches."""
+"""Nets of the partials of triangular patches, and their parameters."""
 
 import numpy as np
 
@@ -17,6 +17,11 @@ def differences(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
     """
     here, along, above = neighbours(len(nets))
     return nets[along] - nets[here], nets[above] - nets[here]
+
+
+def barycentric_places(s: FloatArray, t: FloatArray) -> FloatArray:
+    """(r, s, t) with the sum 1, shape (m, 3); r is never negative, whatever s and t add up to."""
+    return np.stack([np.maximum(1.0 - s - t, 0.0), s, t], axis=1)
 
 
 def neighbours(count: int) -> tuple[Ints, Ints, Ints]:

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from service.bases import triangle_basis
 from service.bases.arrays import Bools, FloatArray
+from service.bases.homogeneous import homogeneous
 from service.engine.evaluation.degenerate import VANISHING
 from service.engine.evaluation.normals import unit_normals
-from service.engine.evaluation.triangle_nets import differences
+from service.engine.evaluation.triangle_nets import barycentric_places, differences
+from service.engine.extent import powers_of_two
 from service.engine.vectors import cross
 from service.surface.batches import TrianglePatches
 
@@ -60,7 +62,7 @@ def normals_at(
         # All together: what is prepared for a patch of high degree costs as much as all the rest.
         used, which = np.unique(index[zero], return_inverse=True)
         around = _local(patches.take(used)).patches
-        u = across(around, which, _barycentric(s[zero], t[zero]))
+        u = across(around, which, barycentric_places(s[zero], t[zero]))
         normals[zero], _ = unit_normals(around.tensor(), which, u, t[zero])
     return normals, vanishes
 
@@ -102,12 +104,8 @@ def _regular(
     local: TrianglePatches, which: NDArray[np.intp], s: FloatArray, t: FloatArray
 ) -> tuple[FloatArray, Bools]:
     """S_s × S_t of rows `which` of patches at hand, made unit where it does not vanish."""
-    places = _barycentric(s, t)
-    nets = local.points
-    if local.weights is not None:
-        weights = local.weights[..., np.newaxis]
-        nets = np.concatenate([nets * weights, weights], axis=-1)
-    nets = nets.swapaxes(0, 1)
+    places = barycentric_places(s, t)
+    nets = homogeneous(local.points, local.weights).swapaxes(0, 1)
     along = differences(nets)
     below = triangle_basis.triangle_bernstein(local.degree - 1, places)
     ds, dt = (_sums(below, net, which) for net in along)
@@ -135,15 +133,11 @@ def _sums(basis: FloatArray, nets: FloatArray, which: NDArray[np.intp]) -> Float
     return values
 
 
-def _barycentric(s: FloatArray, t: FloatArray) -> FloatArray:
-    return np.stack([np.maximum(1.0 - s - t, 0.0), s, t], axis=1)
-
-
 def _local(patches: TrianglePatches) -> LocalTriangles:
     middle = patches.points.mean(axis=1, keepdims=True)
     points = patches.points - middle
     size = np.abs(points).max(axis=(1, 2), keepdims=True)
-    scale = np.exp2(np.minimum(-np.frexp(size)[1].astype(np.float64), 1000.0))
+    scale = powers_of_two(size)
     local = TrianglePatches(points * scale, patches.weights)
     return LocalTriangles(local, middle[:, 0], scale[:, 0, 0])
 

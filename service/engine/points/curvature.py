@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.vectors import cross
+from service.engine.vectors import cross, dot
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -50,19 +50,14 @@ def regular_curvatures(partials: FloatArray, normals: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         length_u, length_v = (np.linalg.norm(d, axis=1)[:, np.newaxis] for d in (du, dv))
         along_u, along_v = du / length_u, dv / length_v
-        cosine = _dot(along_u, along_v)
+        cosine = dot(along_u, along_v)
         sine = np.linalg.norm(cross(along_u, along_v), axis=1)
         # Dividing twice: the product of two lengths may underflow where neither does.
-        a = _dot(duu / length_u / length_u, normals)
-        f = _dot(duv / length_u / length_v, normals)
-        g = _dot(dvv / length_v / length_v, normals)
+        a = dot(duu / length_u / length_u, normals)
+        f = dot(duv / length_u / length_v, normals)
+        g = dot(dvv / length_v / length_v, normals)
         b = (f - cosine * a) / sine
         c = (g - cosine * (f + sine * b)) / (sine * sine)
         mean = (a + c) / 2
         spread = np.hypot((a - c) / 2, b)
         return np.stack([a * c - b * b, mean, mean + spread, mean - spread])
-
-
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    product: FloatArray = np.einsum("mk,mk->m", a, b)
-    return product

@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine import vectors
 from service.engine.evaluation.degenerate import Direction, lines_inwards
 from service.engine.evaluation.nets import PARTIALS, PatchNets
 from service.engine.points.series import Series, cross, dot, taylor
@@ -158,7 +159,7 @@ def _quotients(
     )
     # The normal that is told may be the limit along another line, on the other side.
     lead, _ = n.tail(np.repeat(order[:, np.newaxis], 3, axis=1), 0.0)
-    mean = np.where(_dot(lead, normals) < 0, -mean, mean)
+    mean = np.where(vectors.dot(lead, normals) < 0, -mean, mean)
     spread = mean**2 - gauss
     unsure = 2 * np.abs(mean) * mean_error + gauss_error
     spread = np.sqrt(np.where(spread <= unsure, 0.0, spread))
@@ -174,8 +175,3 @@ def _quotient(
     infinite = numerator.first() < order
     unknown = ~(error <= KNOWN * np.maximum(np.abs(value), 1.0))
     return np.where(infinite | unknown, np.nan, value), error
-
-
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    product: FloatArray = np.einsum("mk,mk->m", a, b)
-    return product

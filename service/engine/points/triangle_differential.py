@@ -8,8 +8,9 @@ import numpy as np
 
 from service.bases import triangle_basis
 from service.bases.arrays import FloatArray, Ints
+from service.bases.homogeneous import homogeneous
 from service.engine.evaluation.nets import PARTIALS, PatchNets
-from service.engine.evaluation.triangle_nets import differences
+from service.engine.evaluation.triangle_nets import barycentric_places, differences
 from service.engine.evaluation.triangle_normals import across, normals_at, triangles_of_samples
 from service.engine.points.curvature import Curvatures, regular_curvatures
 from service.engine.points.differential import COUNTS, Jets, project
@@ -31,7 +32,7 @@ def triangle_jets(
         normals, degenerate = normals_at(patches, index, s, t)
     curvatures = np.empty((4, m))
     for local, rows, which in triangles_of_samples(patches, index):
-        places = np.stack([np.maximum(1.0 - s[rows] - t[rows], 0.0), s[rows], t[rows]], axis=1)
+        places = barycentric_places(s[rows], t[rows])
         found = _partials(local.patches, which, places, order)
         scale = local.scale[which]
         partials[:, rows] = found / scale[:, None]
@@ -57,11 +58,7 @@ def triangle_jets(
 def _partials(local: TrianglePatches, which: Ints, places: FloatArray, order: int) -> FloatArray:
     """Partials of the patches as they are: (1, 3 or 6, m, 3)."""
     n = local.degree
-    points = local.points
-    if local.weights is not None:
-        weights = local.weights[..., np.newaxis]
-        points = np.concatenate([points * weights, weights], axis=-1)
-    net = points.swapaxes(0, 1)
+    net = homogeneous(local.points, local.weights).swapaxes(0, 1)
     nets = {(0, 0): net}
     if order > 0:
         nets[1, 0], nets[0, 1] = differences(net)

@@ -1,0 +1,13 @@
+"""Homogeneous coordinates: points with their weights in them."""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+
+
+def homogeneous(points: FloatArray, weights: FloatArray | None) -> FloatArray:
+    """(w x, w y, w z, w) of points (…, 3) with weights (…); without these, the points."""
+    if weights is None:
+        return points
+    columns = weights[..., np.newaxis]
+    return np.concatenate([points * columns, columns], axis=-1)
