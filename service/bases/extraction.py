@@ -22,6 +22,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.cache import PLANS
+from service.bases.chunks import chunks
 from service.bases.knots import spans
 
 Lowered: TypeAlias = tuple[FloatArray, FloatArray | None]
@@ -138,7 +139,8 @@ def bezier_points(
         out = np.empty(shape + points.shape[1:]), heavy
     # The shares of the first and of the last point of every span.
     begins, ends = np.empty((2, len(at), degree + 1))
-    for chunk in _chunks(len(at), 8 * (degree + 1) * max(degree + 1, points[0].size)):
+    row_bytes = 8 * (degree + 1) * max(degree + 1, points[0].size)
+    for chunk in chunks(len(at), row_bytes, CHUNK_BYTES):
         here = at[chunk]
         shares = operators(knots[here[0] - degree : here[-1] + degree + 2], degree)
         begins[chunk], ends[chunk] = shares[:, 0], shares[:, -1]
@@ -159,13 +161,6 @@ def _both(targets: Lowered, values: Lowered) -> Iterator[tuple[FloatArray, Float
     for target, value in zip(targets, values, strict=True):
         if target is not None and value is not None:
             yield target, value
-
-
-def _chunks(count: int, row_bytes: int) -> Iterator[slice]:
-    """Runs of rows that need no more than `CHUNK_BYTES` each."""
-    step = max(1, CHUNK_BYTES // row_bytes)
-    for first in range(0, count, step):
-        yield slice(first, min(first + step, count))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -211,7 +206,7 @@ def _joints(
     row_bytes = 8 * max(degree + 1, points[0].size)
     for m in np.unique(many).tolist():
         same = np.flatnonzero(many == m)
-        for chunk in _chunks(len(same), row_bytes):
+        for chunk in chunks(len(same), row_bytes, CHUNK_BYTES):
             joint = same[chunk]
             before, after = np.maximum(joint - 1, 0), np.minimum(joint, last - 1)
             opens, shuts = joint < last, joint > 0

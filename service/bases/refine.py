@@ -18,6 +18,7 @@ and subdivision techniques, CGIP 14 (1980); Prautzsch, Degree elevation of B-spl
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.bases.chunks import chunks
 
 CHUNK = 1024
 """Control points at a time: their shares stay in the cache."""
@@ -53,8 +54,7 @@ def blossoms(
     span = np.where(ends, np.searchsorted(knots, first, side="left"), span) - 1
     around = np.arange(1 - degree, degree + 1)[:, np.newaxis]
     shares = np.empty((degree + 1, count))
-    for begin in range(0, count, CHUNK):
-        part = slice(begin, begin + CHUNK)
+    for part in chunks(count, 1, CHUNK):
         shares[:, part] = _shares(knots[span[part] + around], windows[part].T)
     return span - degree + np.arange(degree + 1)[:, np.newaxis], shares
 

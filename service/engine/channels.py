@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import bernstein, sampled
 from service.bases.bernstein import samples as parameters
+from service.bases.chunks import chunks
 from service.bases.triangle import row_starts
 from service.bases.triangle_basis import evaluate_triangles
 from service.engine.extent import extent
@@ -138,20 +139,18 @@ def _write_grids(channel: Channel, block: Block, out: RealArray) -> None:
     """B(u) C B(v)ᵀ for every component of every patch; in float64, however it is stored."""
     a, b = channel.nets.shape[1] - 1, channel.nets.shape[2] - 1
     along_u, along_v = sampled(a, block.resolution[0]), sampled(b, block.resolution[1]).T
-    step = max(1, CHUNK_VALUES // block.count)
-    for first in range(0, len(block.patches), step):
-        nets = channel.nets[block.patches[first : first + step]]
+    for rows in chunks(len(block.patches), block.count, CHUNK_VALUES):
+        nets = channel.nets[block.patches[rows]]
         for component in range(channel.dimension):
             plane = along_u @ np.ascontiguousarray(nets[..., component]) @ along_v
-            out[first : first + step, :, component] = plane.reshape(len(nets), -1)
+            out[rows, :, component] = plane.reshape(len(nets), -1)
 
 
 def _write_triangles(channel: Channel, block: Block, out: RealArray) -> None:
     """The same over the rows of triangles."""
-    step = max(1, CHUNK_VALUES // block.count)
-    for first in range(0, len(block.patches), step):
-        nets = channel.nets[block.patches[first : first + step]]
-        out[first : first + step] = evaluate_triangles(nets, block.resolution[0])
+    for rows in chunks(len(block.patches), block.count, CHUNK_VALUES):
+        nets = channel.nets[block.patches[rows]]
+        out[rows] = evaluate_triangles(nets, block.resolution[0])
 
 
 def _parameter_rows(layout: Layout, domain: Domain | None, dtype: Real) -> RealArray:

@@ -6,6 +6,7 @@ import numpy as np
 
 from service.bases import knots as bases
 from service.bases.arrays import FloatArray
+from service.bases.chunks import chunks
 from service.bases.extraction import bezier_points
 from service.bases.restriction import restricted
 from service.surface.batches import TensorPatches
@@ -130,9 +131,7 @@ class BsplineSurface:
         lines, heavy = bezier_points(self._wrapped(net), knots_u, p, loads)
         points = np.empty((rows, columns, p + 1, q + 1, net.shape[-1]))
         loads = None if heavy is None else np.empty(points.shape[:-1])
-        step = max(1, BLOCK_POINTS // ((p + 1) * columns * (q + 1)))
-        for first in range(0, rows, step):
-            block = slice(first, first + step)
+        for block in chunks(rows, (p + 1) * columns * (q + 1), BLOCK_POINTS):
             bezier_points(
                 np.moveaxis(lines[block], 2, 0),
                 knots_v,

@@ -13,11 +13,10 @@ are no further from the chord than n²/8 of those. So halving comes to an end fo
 that rounding leaves room for; smaller ones are refused.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
+from service.bases.chunks import chunks
 from service.bases.homogeneous import homogeneous
 from service.engine.curves.evaluation import Samples
 from service.errors import InvalidRequest, Issue, TooLarge
@@ -128,7 +127,7 @@ def certified(pieces: CurvePieces, at: Samples, stored: RealArray, origin: Float
     net = local_nets(pieces)
     vertices = stored.astype(np.float64) + (origin - pieces.middle)
     worst = 0.0
-    for rows in _intervals(len(at) - 1, net[0].size):
+    for rows in chunks(len(at) - 1, net[0].size, CHUNK):
         piece, begin = at.piece[rows], at.t[rows]
         following = slice(rows.start + 1, rows.stop + 1)
         end = np.where(at.piece[following] == piece, at.t[following], 1.0)
@@ -219,12 +218,6 @@ def _cut(nets: FloatArray, t: FloatArray, *, keep_end: bool) -> FloatArray:
         row = (1.0 - after) * row[:, :-1] + after * row[:, 1:]
         kept.append(row[:, -1 if keep_end else 0])
     return np.stack(kept[::-1] if keep_end else kept, axis=1)
-
-
-def _intervals(count: int, width: int) -> Iterator[slice]:
-    step = max(1, CHUNK // width)
-    for first in range(0, count, step):
-        yield slice(first, min(first + step, count))
 
 
 def _slack(pieces: CurvePieces, cuts: int) -> float:

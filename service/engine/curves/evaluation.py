@@ -11,6 +11,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
+from service.bases.chunks import chunks
 from service.engine.extent import powers_of_two
 from service.surface.curve_pieces import CurvePieces
 
@@ -43,9 +44,7 @@ class Samples:
 
     def chunks(self, width: int) -> Iterator[slice]:
         """Runs of samples for which `width` numbers each are not too many at once."""
-        step = max(1, CHUNK // width)
-        for first in range(0, len(self), step):
-            yield slice(first, first + step)
+        return chunks(len(self), width, CHUNK)
 
     def parameters(self, breaks: FloatArray) -> FloatArray:
         """Parameters in the curve's own domain, joints and ends exact."""

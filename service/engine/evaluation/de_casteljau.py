@@ -15,8 +15,8 @@ import numpy as np
 from service.bases import triangle
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import samples
+from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.evaluation.triangle_nets import neighbours
-from service.engine.evaluation.triangular import TriangularEvaluation
 from service.engine.evaluation.under_way import GridEvaluation
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
@@ -71,7 +71,7 @@ def _last_blocks(net: RealArray, u: RealArray, v: RealArray) -> RealArray:
     return np.broadcast_to(points, (*points.shape[:-1], len(u)))
 
 
-def triangles(work: TriangularEvaluation) -> None:
+def triangles(work: TriangleEvaluation) -> None:
     """The same of triangles: every upright triangle of neighbours becomes one point.
 
         b_ijk ← r b_{i+1,j,k} + s b_{i,j+1,k} + t b_{i,j,k+1}

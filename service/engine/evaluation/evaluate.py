@@ -1,7 +1,7 @@
 """Points and unit normals of a batch of patches at all samples.
 
 `formulations` has three ways to compute them on a grid; here the fastest is chosen by shape.
-Triangles have their own, `triangular`.
+Triangles have their own, `triangle_evaluation`.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,7 +14,7 @@ from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.evaluation.formulations import kronecker, normal_polynomial, separable
-from service.engine.evaluation.triangular import TriangularEvaluation
+from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.evaluation.under_way import Evaluation, GridEvaluation, Samples
 from service.engine.options import Method
 from service.engine.scratch import Real
@@ -36,9 +36,9 @@ GRIDS: Mapping[Method, Callable[[GridEvaluation], None]] = MappingProxyType(
 )
 """The methods beside `matrix`, on tensor-product patches."""
 
-TRIANGLES: Mapping[Method, Callable[[TriangularEvaluation], None]] = MappingProxyType(
+TRIANGLES: Mapping[Method, Callable[[TriangleEvaluation], None]] = MappingProxyType(
     {
-        "matrix": TriangularEvaluation.run,
+        "matrix": TriangleEvaluation.run,
         "de_casteljau": de_casteljau.triangles,
         "forward_difference": forward_difference.triangles,
     }
@@ -92,7 +92,7 @@ def evaluate(
         out = Samples(np.empty(shape, dtype), np.empty(shape, dtype) if normals else None, 0)
     work: Evaluation
     if isinstance(patches, TrianglePatches):
-        work = TriangularEvaluation(patches, divisions, dtype, out, origin)
+        work = TriangleEvaluation(patches, divisions, dtype, out, origin)
         TRIANGLES[method](work)
     else:
         work = GridEvaluation(patches, resolution, dtype, out, origin)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import RealArray
 from service.bases.bernstein import sampled, sampled_columns, sampled_grid, sampled_interleaved
+from service.bases.chunks import runs
 from service.engine.evaluation.under_way import ChunkNets, GridEvaluation
 from service.engine.scratch import scratch
 from service.engine.vectors import cross_polynomial
@@ -30,7 +31,7 @@ def kronecker(work: GridEvaluation) -> None:
     step = max(16, CHUNK_SAMPLES // work.each // 16 * 16)
     out = work.positions.reshape(work.patches.count, work.each, 3)
     normals = None if work.normals is None else work.normals.reshape(out.shape)
-    for first, last in _runs(work.patches.count, step):
+    for first, last in runs(work.patches.count, step):
         nets = work.nets(first, last)
         at = _product("at", nets.at, (p, q), work)
         work.write_positions(at, out[first:last])
@@ -91,7 +92,7 @@ def _single(work: GridEvaluation) -> Iterator[tuple[int, ChunkNets]]:
     """The nets of the patches one by one, (d, p+1, q+1), prepared some at a time."""
     p, q = work.patches.degree
     step = max(1, CHUNK_SAMPLES // ((p + 1) * (q + 1)))
-    for first, last in _runs(work.patches.count, step):
+    for first, last in runs(work.patches.count, step):
         nets = work.nets(first, last)
         for k in range(last - first):
             yield first + k, nets.single(k)
@@ -134,12 +135,7 @@ def _row_runs(
     """Rows of a patch some at a time: which, where their results go, their first sample."""
     step = max(1, CHUNK_SAMPLES // work.shape[1])
     normals = work.positions if work.normals is None else work.normals
-    for first, last in _runs(work.shape[0], step):
+    for first, last in runs(work.shape[0], step):
         rows = slice(first, last)
         at = patch * work.each + first * work.shape[1]
         yield rows, work.positions[patch, rows], normals[patch, rows], at
-
-
-def _runs(count: int, step: int) -> Iterator[tuple[int, int]]:
-    for first in range(0, count, step):
-        yield first, min(first + step, count)

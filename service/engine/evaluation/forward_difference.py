@@ -19,9 +19,10 @@ import numpy as np
 from service.bases import triangle
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import bernstein, binomials, sampled
+from service.bases.chunks import chunks
 from service.bases.triangle_polynomials import tensor_net
+from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.evaluation.triangle_nets import differences
-from service.engine.evaluation.triangular import TriangularEvaluation
 from service.engine.evaluation.under_way import GridEvaluation
 from service.engine.scratch import Real
 
@@ -60,7 +61,7 @@ def _rows(net: FloatArray, work: GridEvaluation, rows: slice) -> RealArray:
     return np.moveaxis(_marched(curves, divisions, work.dtype), 0, -1)
 
 
-def triangles(work: TriangularEvaluation) -> None:
+def triangles(work: TriangleEvaluation) -> None:
     """The same of triangles: row m of the samples, where t = m/R, has R − m divisions."""
     starts = triangle.row_starts(work.divisions)
     for first, last, begin, end in _pieces(work.patches.count, *2 * (work.divisions + 1,)):
@@ -104,11 +105,10 @@ def curves(points: FloatArray, divisions: int) -> FloatArray:
     Every number is computed by itself: its bits do not depend on what is computed beside it.
     """
     out = np.empty((len(points), divisions + 1, points.shape[2]))
-    step = max(1, CHUNK_SAMPLES // (divisions + 1))
-    for first in range(0, len(points), step):
-        part = points[first : first + step].transpose(1, 2, 0)
+    for rows in chunks(len(points), divisions + 1, CHUNK_SAMPLES):
+        part = points[rows].transpose(1, 2, 0)
         values = _marched(part, np.full(part.shape[2], divisions), np.float64)
-        out[first : first + step] = values.transpose(2, 0, 1)
+        out[rows] = values.transpose(2, 0, 1)
     return out
 
 

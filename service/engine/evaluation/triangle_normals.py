@@ -1,8 +1,8 @@
 """Unit normals at any parameter of a triangular patch, degenerate points included.
 
 S_s × S_t made unit; where it vanishes, the limit that the same surface has as a tensor-product
-patch (`normals`). Slow beside `triangular`, which sends only those samples here whose normals it
-cannot vouch for.
+patch (`normals`). Slow beside `triangle_evaluation`, which sends only those samples here whose
+normals it cannot vouch for.
 """
 
 from collections.abc import Iterator
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from service.bases import triangle_basis
 from service.bases.arrays import Bools, FloatArray
+from service.bases.chunks import chunks
 from service.bases.homogeneous import homogeneous
 from service.engine.evaluation.degenerate import VANISHING
 from service.engine.evaluation.normals import unit_normals
@@ -92,10 +93,9 @@ def triangles_of_samples(
     which : ndarray of int, shape (r,)
         The row of `local` for each of them.
     """
-    step = max(1, CHUNK_NUMBERS // patches.points.shape[1])
     order = np.argsort(index, kind="stable")
-    for first in range(0, len(order), step):
-        rows = order[first : first + step]
+    for part in chunks(len(order), patches.points.shape[1], CHUNK_NUMBERS):
+        rows = order[part]
         used, which = np.unique(index[rows], return_inverse=True)
         yield _local(patches.take(used)), rows, which
 

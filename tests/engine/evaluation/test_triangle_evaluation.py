@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases import triangle, triangle_basis
-from service.engine.evaluation import triangular
+from service.engine.evaluation import triangle_evaluation
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.triangle_normals import triangle_normals
 from service.engine.scratch import Real
@@ -90,7 +90,7 @@ def test_chunks_do_not_show(
     """Many patches at a time, one at a time, parts of one, bases made or kept: one result."""
     patches = smooth(degree, 40, rational)
     whole = evaluate(patches, (11, 11), dtype=dtype)
-    monkeypatch.setattr(triangular, "CHUNK_SAMPLES", 50)
+    monkeypatch.setattr(triangle_evaluation, "CHUNK_SAMPLES", 50)
     parts = evaluate(patches, (11, 11), dtype=dtype)
     monkeypatch.setattr(triangle_basis, "LARGEST", 200)
     made = evaluate(patches, (11, 11), dtype=dtype)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from service.bases import triangle, triangle_basis
 from service.bases.arrays import FloatArray, RealArray
+from service.bases.chunks import runs
 from service.engine.evaluation.triangle_nets import differences
 from service.engine.evaluation.triangle_normals import triangle_normals
 from service.engine.evaluation.under_way import ChunkNets, Evaluation, Samples
@@ -30,7 +31,7 @@ Product: TypeAlias = Callable[[str, FloatArray], RealArray]
 """Planes (d, r, samples) of nets at some samples, in the work array of this name."""
 
 
-class TriangularEvaluation(Evaluation):
+class TriangleEvaluation(Evaluation):
     """Triangular patches at R divisions; results have the shape (P, (R+1)(R+2)/2, 3)."""
 
     patches: TrianglePatches
@@ -64,14 +65,14 @@ class TriangularEvaluation(Evaluation):
     def _at_once(self) -> None:
         # Sixteen numbers are a cache line: every plane of a chunk begins at one.
         count = max(16, CHUNK_SAMPLES // self.each // 16 * 16)
-        for first, last in _runs(self.patches.count, 1 if self.each > CHUNK_SAMPLES else count):
+        for first, last in runs(self.patches.count, 1 if self.each > CHUNK_SAMPLES else count):
             nets = self.nets(first, last)
-            for begin, end in _runs(self.each, CHUNK_SAMPLES):
+            for begin, end in runs(self.each, CHUNK_SAMPLES):
                 samples = slice(begin, end)
                 self._write(nets, slice(first, last), samples, partial(self._product, samples))
 
     def _by_rows(self) -> None:
-        for first, last in _runs(self.patches.count, max(1, CHUNK_SAMPLES // self.each)):
+        for first, last in runs(self.patches.count, max(1, CHUNK_SAMPLES // self.each)):
             nets = self.nets(first, last)
             at = _curves(nets.at)
             if nets.du is not None and nets.dv is not None:
@@ -136,8 +137,3 @@ class TriangularEvaluation(Evaluation):
 def _curves(nets: FloatArray) -> FloatArray:
     """Rows as curves: (K, d, r) to (n+1, n+1, d r)."""
     return triangle_basis.row_curves(nets.reshape(len(nets), -1))
-
-
-def _runs(count: int, step: int) -> Iterator[tuple[int, int]]:
-    for first in range(0, count, step):
-        yield first, min(first + step, count)

@@ -1,0 +1,22 @@
+"""Rows in pieces: every row once, in order, never too many at a time."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.bases.chunks import chunks, runs
+
+
+@given(st.integers(0, 50), st.integers(1, 60))
+def test_every_row_comes_once(count: int, step: int) -> None:
+    found = list(runs(count, step))
+    assert [row for first, last in found for row in range(first, last)] == list(range(count))
+    assert all(last - first <= step for first, last in found)
+
+
+@given(st.integers(0, 50), st.integers(1, 20), st.integers(0, 100))
+def test_a_chunk_fits_or_is_one_row(count: int, width: int, room: int) -> None:
+    found = list(chunks(count, width, room))
+    assert [row for part in found for row in range(part.start, part.stop)] == list(range(count))
+    for part in found:
+        length = part.stop - part.start
+        assert length == 1 or length * width <= room
