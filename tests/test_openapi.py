@@ -24,6 +24,7 @@ from service.schemas.convert import OPERATIONS, convert_request
 from service.schemas.document import DocumentLimits
 from service.schemas.points import points_request
 from service.schemas.request import mesh_request
+from service.schemas.surfaces import KINDS
 from service.settings import Settings
 from service.surface.examples import find
 from tests.api.client import Client, client_of
@@ -128,6 +129,15 @@ def test_request_examples_are_valid_and_answered(client: Client) -> None:
         answer = client.post("/v1/mesh", example["value"])
         assert answer.status_code == 200
         assert errors("Mesh", answer.json()) == []
+
+
+def test_request_examples_show_every_kind_of_surface_and_every_option() -> None:
+    body = DOCUMENT["paths"]["/v1/mesh"]["post"]["requestBody"]["content"]["application/json"]
+    values = [example["value"] for example in body["examples"].values()]
+    assert {value["surface"].get("type", KINDS[0]) for value in values} == set(KINDS)
+    assert set().union(*values) == set(
+        DOCUMENT["components"]["schemas"]["MeshRequest"]["properties"]
+    )
 
 
 def test_examples_of_conversions_are_true(client: Client) -> None:

@@ -127,6 +127,63 @@ REQUESTS: Json = {
             "resolution": 8,
         },
     },
+    "triangle": {
+        "summary": "A triangular patch of degree 2, with parameters and without normals",
+        "value": {
+            "surface": {
+                "type": "triangle",
+                "control_net": [
+                    [[0, 0, 0], [2, 0, 2], [4, 0, 0]],
+                    [[0, 2, 2], [2, 2, 0]],
+                    [[0, 4, 0]],
+                ],
+            },
+            "normals": False,
+            "uvs": True,
+        },
+    },
+    "ribbon": {
+        "summary": "A ribbon, widest in the middle, that faces a point",
+        "value": {
+            "surface": {
+                "type": "ribbon",
+                "curve": {"control_points": [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]},
+                "width": [0, 0.5, 0],
+                "camera": [2, 1, 9],
+            },
+            "resolution": 24,
+        },
+    },
+    "wireframe": {
+        "summary": "Two patches as tubes along their isoparametric curves, without faces",
+        "value": {
+            "surface": {
+                "type": "patches",
+                "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1], [2, 0, 0], [2, 1, 0]],
+                "patches": _STRIP,
+            },
+            "faces": "none",
+            "isocurves": [2, 4],
+            "wires": "tubes",
+            "wire_width": 0.02,
+            "wire_sides": 6,
+        },
+    },
+    "samples": {
+        "summary": "By de Casteljau's algorithm, every sample of every patch a vertex of its own; "
+        "or, as OOGL, the exact patches",
+        "value": {
+            "surface": {
+                "type": "patches",
+                "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1], [2, 0, 0], [2, 1, 0]],
+                "patches": _STRIP,
+            },
+            "method": "de_casteljau",
+            "weld": False,
+            "crease_angle": 0.5,
+            "oogl": "bez",
+        },
+    },
 }
 
 _MESHES: dict[str, tuple[str, Json]] = {

@@ -16,12 +16,15 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions
 from service.engine.points.places import Query
 from service.errors import SurfaceError
+from service.pipeline.conversion import converted
 from service.pipeline.mesh import render
 from service.pipeline.points import plan_points
 from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.query import options_from_text
 from service.schemas.request import mesh_request
 from service.settings import Settings
+from service.surface.convert.nets import Allowed
+from service.surface.convert.operations import Split
 from service.surface.examples import find
 
 
@@ -52,8 +55,21 @@ def _outside() -> object:
     return plan_points(find("saddle").surface(), query)
 
 
+def _without_parameters() -> object:
+    query = Query(np.array([[0.5, 0.5]]), None, 0)
+    return plan_points(find("trefoil-tube").surface(), query)
+
+
+def _no_common_parameters() -> object:
+    return converted(find("sphere").surface(), (Split(u=0.5),), Allowed())
+
+
 _RAGGED = (
     b'{"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, true]], [[2, 0, 0], [2, 1]]]}}'
+)
+_KNOTS = (
+    b'{"surface": {"type": "bspline", "control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], '
+    b'[1, 1, 0]]], "degree": 1, "knots": [[0, 0, 1, 1], [0, 1, 0.5, 1]]}}'
 )
 _SETTINGS = Settings()
 
@@ -77,6 +93,9 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
             "quads": lambda: _refused(_render("stl", MeshOptions(faces="quads"))),
             "size": lambda: _refused(_render("glb", MeshOptions((9000, 9000)))),
             "points": lambda: _refused(_outside),
+            "knots": lambda: _refused(_post(_KNOTS)),
+            "parameters": lambda: _refused(_without_parameters),
+            "conversion": lambda: _refused(_no_common_parameters),
         },
         "InvalidQuery": {
             "options": lambda: _refused(
