@@ -15,9 +15,9 @@ import numpy as np
 from service.bases import triangle
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import samples
+from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.evaluation.triangle_nets import neighbours
-from service.engine.evaluation.under_way import GridEvaluation
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
 

@@ -14,8 +14,9 @@ from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.evaluation.formulations import kronecker, normal_polynomial, separable
+from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
-from service.engine.evaluation.under_way import Evaluation, GridEvaluation, Samples
+from service.engine.evaluation.under_way import Evaluation, Samples
 from service.engine.options import Method
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from service.bases.arrays import RealArray
 from service.bases.bernstein import sampled, sampled_columns, sampled_grid, sampled_interleaved
 from service.bases.chunks import runs
-from service.engine.evaluation.under_way import ChunkNets, GridEvaluation
+from service.engine.evaluation.grid_evaluation import GridEvaluation
+from service.engine.evaluation.under_way import ChunkNets
 from service.engine.scratch import scratch
 from service.engine.vectors import cross_polynomial
 

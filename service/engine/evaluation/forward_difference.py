@@ -21,9 +21,9 @@ from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import bernstein, binomials, sampled
 from service.bases.chunks import chunks
 from service.bases.triangle_polynomials import tensor_net
+from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.evaluation.triangle_nets import differences
-from service.engine.evaluation.under_way import GridEvaluation
 from service.engine.scratch import Real
 
 MAX_DEGREE: dict[Real, int] = {np.float32: 8, np.float64: 16}

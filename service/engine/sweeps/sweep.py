@@ -16,64 +16,19 @@ its normal is what of f is at right angles to the curve. Where C′ has the dire
 everywhere alike, and the crossbar of the last station before is kept.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import replace
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, IndexArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.options import Faces
 from service.engine.sweeps.frames import frames
 from service.engine.sweeps.paths import Paths
+from service.engine.sweeps.rows import Rows, Swept, joined
 from service.engine.vectors import cross
 
 NO_SIDE = 1e-9
 """Sine of the angle between curve and facing below which no crossbar is at right angles to both."""
-
-
-@dataclass(frozen=True, eq=False)
-class Swept:
-    """Grids of samples along K curves, joined to faces.
-
-    Attributes
-    ----------
-    positions, normals : ndarray of float64, shape (N, 3)
-    uvs : ndarray of float64, shape (N, 2)
-        Length along the curve and way across, as parts of the whole; on caps, of a disc.
-    place : ndarray of int, shape (N,)
-        For each sample one that stands for its position, that one for itself.
-    triangles, quads : ndarray of uint32, shapes (T, 3) and (Q, 4)
-        Samples, counter-clockwise seen from the normal's tip; curve by curve equally many.
-    grids : tuple of ndarray of uint32, shapes (K, rows, columns)
-        The samples of every run of stations that is one surface.
-    """
-
-    positions: FloatArray
-    normals: FloatArray
-    uvs: FloatArray
-    place: Ints
-    triangles: IndexArray
-    quads: IndexArray
-    grids: tuple[IndexArray, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class _Rows:
-    """Rows of samples that stand one after another along each of K curves.
-
-    `positions`, `normals` (K, rows, columns, 3), `uvs` (K, rows, columns, 2). `drawn` (rows − 1,)
-    tells between which rows there are faces, `pointed` (rows,) which rows are one point, `same`
-    (rows,) the first row with the same positions. With `around` the last column is the first.
-    """
-
-    positions: FloatArray
-    normals: FloatArray
-    uvs: FloatArray
-    drawn: Bools
-    pointed: Bools
-    same: Ints
-    around: bool
 
 
 def tubes(
@@ -117,12 +72,12 @@ def tubes(
     share = np.arange(sides + 1) / sides
     uvs = np.empty((count, stations, sides + 1, 2))
     uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], share
-    rows = _Rows(
+    rows = Rows(
         positions, leaning, uvs, ~_mitred(paths)[1:], radius == 0, _same(paths), around=True
     )
     if caps and not paths.closed:
         rows = _capped(rows, paths, (bool(radius[0] > 0), bool(radius[-1] > 0)))
-    return _swept(rows, faces)
+    return joined(rows, faces)
 
 
 def ribbons(
@@ -160,7 +115,7 @@ def ribbons(
     )
     uvs = np.empty((*positions.shape[:3], 2))
     uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], across + 0.5
-    rows = _Rows(
+    rows = Rows(
         positions=positions,
         normals=np.broadcast_to(normals[:, :, None], positions.shape),
         uvs=uvs,
@@ -169,7 +124,7 @@ def ribbons(
         same=_same(paths),
         around=False,
     )
-    return _swept(rows, faces)
+    return joined(rows, faces)
 
 
 def _ring(normals: FloatArray, binormals: FloatArray, sides: int) -> FloatArray:
@@ -213,7 +168,7 @@ def _same(paths: Paths) -> Ints:
     return same
 
 
-def _capped(rows: _Rows, paths: Paths, wanted: tuple[bool, bool]) -> _Rows:
+def _capped(rows: Rows, paths: Paths, wanted: tuple[bool, bool]) -> Rows:
     """The rows with discs at the ends: their rims once more, with other normals, and centres."""
     for at_end in (False, True):
         if not wanted[at_end]:
@@ -233,7 +188,7 @@ def _capped(rows: _Rows, paths: Paths, wanted: tuple[bool, bool]) -> _Rows:
             added.reverse()
             same = [0, 2, *(rows.same + 2).tolist()]
         positions = np.stack([place for place, _ in added], axis=1)
-        rows = _joined(
+        rows = _with(
             rows,
             replace(
                 rows,
@@ -249,10 +204,10 @@ def _capped(rows: _Rows, paths: Paths, wanted: tuple[bool, bool]) -> _Rows:
     return rows
 
 
-def _joined(rows: _Rows, added: _Rows, same: Ints, at_end: bool) -> _Rows:
+def _with(rows: Rows, added: Rows, same: Ints, at_end: bool) -> Rows:
     """Rows and more rows behind or before them, with no faces between."""
     first, second = (rows, added) if at_end else (added, rows)
-    return _Rows(
+    return Rows(
         np.concatenate([first.positions, second.positions], axis=1),
         np.concatenate([first.normals, second.normals], axis=1),
         np.concatenate([first.uvs, second.uvs], axis=1),
@@ -261,67 +216,3 @@ def _joined(rows: _Rows, added: _Rows, same: Ints, at_end: bool) -> _Rows:
         same,
         rows.around,
     )
-
-
-def _swept(rows: _Rows, faces: Faces) -> Swept:
-    """Samples numbered curve by curve and row by row, one place each, and joined."""
-    count, height, width = rows.positions.shape[:3]
-    number = np.arange(height * width).reshape(height, width)
-    place = number[_first(rows.same)]
-    place[rows.pointed] = place[rows.pointed, :1]
-    if rows.around:
-        place[:, -1] = place[:, 0]
-    each = np.arange(count)[:, None] * (height * width)
-    places = (each + place.ravel()).ravel()
-    positions = rows.positions.reshape(-1, 3)[places]
-    triangles, quads = _faces(number, rows, faces)
-    return Swept(
-        positions,
-        rows.normals.reshape(-1, 3),
-        rows.uvs.reshape(-1, 2),
-        places,
-        _all(triangles, each),
-        _all(quads, each),
-        tuple(
-            _all(number[run].reshape(1, -1), each).reshape(count, -1, width)
-            for run in _runs(rows.drawn)
-        ),
-    )
-
-
-def _first(same: Ints) -> Ints:
-    """Rows that stand for others, themselves stood for by none."""
-    while (same[same] != same).any():
-        same = same[same]
-    return same
-
-
-def _faces(number: Ints, rows: _Rows, faces: Faces) -> tuple[Ints, Ints]:
-    """Triangles and quads between the rows of one curve, numbers of samples."""
-    corner = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
-    low, high = rows.pointed[:-1], rows.pointed[1:]
-    whole = rows.drawn & ~low & ~high
-    cells = np.stack([c[whole] for c in corner], axis=-1).reshape(-1, 4)
-    fans = [
-        np.stack([corner[k][strip] for k in chosen], axis=-1).reshape(-1, 3)
-        for strip, chosen in (
-            (rows.drawn & low & ~high, (0, 1, 2)),
-            (rows.drawn & ~low & high, (0, 1, 3)),
-        )
-    ]
-    if faces == "quads":
-        return np.concatenate(fans), cells
-    halves = cells[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
-    return np.concatenate([halves, *fans]), np.empty((0, 4), dtype=np.intp)
-
-
-def _all(pattern: Ints, each: Ints) -> IndexArray:
-    """The pattern of one curve for all of them."""
-    every: IndexArray = (each[:, :, None] + pattern).reshape(-1, pattern.shape[1]).astype(np.uint32)
-    return every
-
-
-def _runs(drawn: Bools) -> Sequence[slice]:
-    """Rows that follow one another with faces between, at least two together."""
-    ends = [0, *(np.flatnonzero(~drawn) + 1).tolist(), len(drawn) + 1]
-    return [slice(a, b) for a, b in pairwise(ends) if b - a > 1]

@@ -7,7 +7,8 @@ from service.bases.bernstein import bernstein
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.sweeps.paths import Paths, most_stations, path_of
-from service.engine.sweeps.sweep import Swept, ribbons, tubes
+from service.engine.sweeps.rows import Swept
+from service.engine.sweeps.sweep import ribbons, tubes
 from service.engine.sweeps.swept_mesh import swept_mesh
 from service.surface.sweep_model import Ribbon, SweepModel, Tube
 

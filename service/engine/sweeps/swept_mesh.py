@@ -7,7 +7,7 @@ from service.engine.borders import count_borders
 from service.engine.extent import extent, local_origin
 from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
 from service.engine.options import MeshOptions
-from service.engine.sweeps.sweep import Swept
+from service.engine.sweeps.rows import Swept
 from service.engine.weld import Welding, weld
 from service.surface.checks import Up
 

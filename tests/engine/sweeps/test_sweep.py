@@ -10,7 +10,8 @@ import pytest
 from service.bases.arrays import FloatArray
 from service.engine.options import Faces, MeshOptions
 from service.engine.sweeps.paths import Paths, most_stations, path_of
-from service.engine.sweeps.sweep import Swept, ribbons, tubes
+from service.engine.sweeps.rows import Swept
+from service.engine.sweeps.sweep import ribbons, tubes
 from service.engine.sweeps.swept_mesh import swept_mesh
 from service.surface.curve import BezierCurve
 from service.surface.curve_pieces import CurvePieces
