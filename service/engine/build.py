@@ -3,7 +3,7 @@
 from service.engine.mesh import Mesh, Overlay
 from service.engine.options import MeshOptions
 from service.engine.scene import Scene, arranged, flattened, in_single
-from service.engine.sweeps.sweeping import sweep
+from service.engine.sweeps.sweep import sweep
 from service.engine.tessellate import overlays_of, tessellate
 from service.engine.wires.draw import line_overlay, with_lines, with_solids, without_faces
 from service.engine.wires.isocurves import isocurves

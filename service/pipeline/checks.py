@@ -8,7 +8,7 @@ from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.models import NOT_PATCHES, highest_degree, reach
 from service.engine.options import MeshOptions
-from service.engine.sweeps import sweeping
+from service.engine.sweeps import sweep
 from service.errors import InvalidRequest, Issue, TooLarge, UnsupportedByFormat
 from service.pipeline.limits import Limits
 from service.surface.checks import MAX_COORDINATE
@@ -105,7 +105,7 @@ def check_vertices(size: MeshSize, limits: Limits) -> None:
 def check_sweeps(model: Model, options: MeshOptions, limits: Limits) -> None:
     """Refuses curves of so high a degree that their many lengths would take too long."""
     models = model.models if isinstance(model, GroupModel) else (model,)
-    count = sum(sweeping.effort(own, options) for own in models if isinstance(own, SweepModel))
+    count = sum(sweep.effort(own, options) for own in models if isinstance(own, SweepModel))
     message = "Curves of so high a degree take long to be measured: with the square of it."
     limits.check_effort(count, message, "/resolution", "fewer divisions, or a lower degree")
 

@@ -8,7 +8,7 @@ from typing import TypeAlias
 from service.encoders.format import MeshSize
 from service.engine.models import colored
 from service.engine.options import MeshOptions
-from service.engine.sweeps.sweeping import predicted_sweep
+from service.engine.sweeps.sweep import predicted_sweep
 from service.engine.tessellate import predicted_size
 from service.engine.wires.draw import NAME as WIRES
 from service.engine.wires.draw import most_solids

@@ -65,16 +65,7 @@ def halved(
         As soon as more than `most` samples are needed.
     """
     least = least_tolerance(pieces, single=single, origin=origin)
-    if tolerance < least:
-        raise InvalidRequest(
-            Issue(
-                "tolerance_too_small",
-                "The numbers of the answer are not so precise.",
-                "/tolerance",
-                f"{tolerance:.6g}",
-                f"at least {least:.3g} for this curve in this format",
-            )
-        )
+    _check_tolerance(tolerance, least)
     # Half of what rounding may take is left for the chord between rounded ends.
     wanted = tolerance - least / 2
     net = local_nets(pieces)
@@ -93,16 +84,7 @@ def halved(
         begins.append(np.stack([piece[flat], t[flat]], axis=1))
         found += int(flat.sum())
         left = np.flatnonzero(~flat)
-        if found + 2 * len(left) > most:
-            raise TooLarge(
-                Issue(
-                    "too_many_vertices",
-                    "To be so near to the curve its polyline would need too many points.",
-                    "/tolerance",
-                    f"more than {most} points",
-                    f"at most {most}",
-                )
-            )
+        _check_count(found + 2 * len(left), most)
         step = 0.5 ** (depth + 1)
         for rows in np.array_split(left, -(-2 * len(left) // block)) if len(left) else ():
             first, second = _halves(nets[rows])
@@ -112,6 +94,34 @@ def halved(
     places = np.concatenate(begins)
     places = places[np.lexsort((places[:, 1], places[:, 0]))]
     return Samples(places[:, 0].astype(np.intp), places[:, 1])
+
+
+def _check_tolerance(tolerance: float, least: float) -> None:
+    """Refuses a tolerance that rounding alone takes."""
+    if tolerance < least:
+        raise InvalidRequest(
+            Issue(
+                "tolerance_too_small",
+                "The numbers of the answer are not so precise.",
+                "/tolerance",
+                f"{tolerance:.6g}",
+                f"at least {least:.3g} for this curve in this format",
+            )
+        )
+
+
+def _check_count(count: int, most: int) -> None:
+    """Refuses a tolerance that needs more samples than are allowed."""
+    if count > most:
+        raise TooLarge(
+            Issue(
+                "too_many_vertices",
+                "To be so near to the curve its polyline would need too many points.",
+                "/tolerance",
+                f"more than {most} points",
+                f"at most {most}",
+            )
+        )
 
 
 def certified(pieces: CurvePieces, at: Samples, stored: RealArray, origin: FloatArray) -> float:

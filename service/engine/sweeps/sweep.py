@@ -1,218 +1,82 @@
-"""Tubes and ribbons along curves, as grids of samples: rings or crossbars at every station.
-
-A tube of radius r about a curve C with a rotation-minimising frame n, b = n × C′/|C′|:
-
-    S(u, φ) = C(u) + r(u) e(φ),  e = cos φ n + sin φ b,  φ from 0 to 2π
-
-so that du × dφ points outwards, along e − r′/|C′| · C′/|C′|: the normal leans where the radius
-changes. Where r times the curvature of C exceeds 1 the tube runs through itself on the inner side
-of the bend; it remains closed there.
-
-A ribbon of width w about C that faces a direction f:
-
-    S(u, v) = C(u) + (v − ½) w(u) s(u),  s = f × C′ normalised,  v from 0 to 1
-
-its normal is what of f is at right angles to the curve. Where C′ has the direction of f it faces
-everywhere alike, and the crossbar of the last station before is kept.
-"""
-
-from dataclasses import replace
+"""A tube or a ribbon into one mesh: stations, grids of samples, vertices and faces."""
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.options import Faces
-from service.engine.sweeps.frames import frames
-from service.engine.sweeps.paths import Paths
-from service.engine.sweeps.rows import Rows, Swept, joined
-from service.engine.vectors import cross
+from service.bases.arrays import FloatArray
+from service.bases.bernstein import bernstein
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.engine.sweeps.paths import Paths, most_stations, path_of
+from service.engine.sweeps.profiles import ribbons, tubes
+from service.engine.sweeps.rows import Swept
+from service.engine.sweeps.swept_mesh import swept_mesh
+from service.surface.sweep_model import Ribbon, SweepModel, Tube
 
-NO_SIDE = 1e-9
-"""Sine of the angle between curve and facing below which no crossbar is at right angles to both."""
+STEEPEST = 1e6
+"""A radius that changes faster than this with the length changes at once: the normal is that of
+a disc."""
 
-
-def tubes(
-    paths: Paths,
-    radii: FloatArray | float,
-    sides: int = 16,
-    *,
-    slopes: FloatArray | None = None,
-    caps: bool = True,
-    faces: Faces = "triangles",
-) -> Swept:
-    """Tubes about K curves.
-
-    Parameters
-    ----------
-    radii : float, or ndarray of float64, shape (m,)
-        At every station, not negative; where it is 0 the tube is pointed.
-    sides : int
-        At least 3.
-    slopes : ndarray of float64, shape (K, m), optional
-        Change of the radius with the length of the curve, dr/ds.
-    caps : bool
-        Whether open ends that are not pointed get a flat disc.
-    """
-    count, stations = paths.points.shape[:2]
-    radius = np.broadcast_to(np.asarray(radii, dtype=np.float64), stations)
-    normals = frames(paths.points, paths.tangents, paths.fractions, closed=paths.closed)
-    tangents = paths.tangents[:, :, None]
-    ring = _ring(normals, cross(normals, paths.tangents), sides)
-    reach = ring
-    if paths.mitres is not None:
-        # Along the curve as far as the plane in which the station stands.
-        plane = paths.mitres[:, :, None]
-        slide = -(ring * plane).sum(axis=-1) / (tangents * plane).sum(axis=-1)
-        reach = ring + slide[..., None] * tangents
-    positions = paths.points[:, :, None] + radius[:, None, None] * reach
-    leaning = ring
-    if slopes is not None and slopes.any():
-        leaning = ring - slopes[:, :, None, None] * tangents
-        leaning = leaning / np.sqrt(1.0 + slopes**2)[:, :, None, None]
-    share = np.arange(sides + 1) / sides
-    uvs = np.empty((count, stations, sides + 1, 2))
-    uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], share
-    rows = Rows(
-        positions, leaning, uvs, ~_mitred(paths)[1:], radius == 0, _same(paths), around=True
-    )
-    if caps and not paths.closed:
-        rows = _capped(rows, paths, (bool(radius[0] > 0), bool(radius[-1] > 0)))
-    return joined(rows, faces)
+EFFORT = 40
+"""Multiplications a station and (degree + 1)²: two rules of quadrature, some of it twice."""
 
 
-def ribbons(
-    paths: Paths,
-    widths: FloatArray | float,
-    *,
-    facing: FloatArray | None = None,
-    camera: FloatArray | None = None,
-    faces: Faces = "triangles",
-) -> Swept:
-    """Ribbons along K curves.
-
-    Parameters
-    ----------
-    widths : float, or ndarray of float64, shape (m,)
-        At every station, not negative; where it is 0 the ribbon is pointed.
-    facing, camera : ndarray of float64, shape (3,)
-        A direction to face, or a point to look at: one of them.
-    """
-    stations = paths.points.shape[1]
-    width = np.broadcast_to(np.asarray(widths, dtype=np.float64), stations)
-    if camera is not None:
-        towards = camera - paths.points
-    else:
-        towards = np.broadcast_to(np.zeros(3) if facing is None else facing, paths.points.shape)
-    side = _crossbars(paths, towards)
-    normals = cross(paths.tangents, side)
-    reach = side
-    if paths.mitres is not None:
-        slide = -(side * paths.mitres).sum(axis=-1) / (paths.tangents * paths.mitres).sum(axis=-1)
-        reach = side + slide[..., None] * paths.tangents
-    across = np.array([-0.5, 0.5])
-    positions = paths.points[:, :, None] + (
-        (width[:, None] * across)[:, :, None] * reach[:, :, None]
-    )
-    uvs = np.empty((*positions.shape[:3], 2))
-    uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], across + 0.5
-    rows = Rows(
-        positions=positions,
-        normals=np.broadcast_to(normals[:, :, None], positions.shape),
-        uvs=uvs,
-        drawn=~_mitred(paths)[1:],
-        pointed=width == 0,
-        same=_same(paths),
-        around=False,
-    )
-    return joined(rows, faces)
+def sweep(model: SweepModel, options: MeshOptions, *, single: bool = False) -> Mesh:
+    """The mesh of a tube or ribbon, at `resolution[0]` divisions of every piece of its curve."""
+    polygon = model.polygon
+    swept = swept_along(model, options)
+    return swept_mesh(model.name, swept, options, single=single, up=model.up, polygon=polygon)
 
 
-def _ring(normals: FloatArray, binormals: FloatArray, sides: int) -> FloatArray:
-    """The vectors e at φ = 2π j / sides, j = 0 … sides: (K, m, sides+1, 3), the last the first."""
-    angle = 2 * np.pi * np.arange(sides) / sides
-    along, across = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    ring = along * normals[:, :, None] + across * binormals[:, :, None]
-    return np.concatenate([ring, ring[:, :, :1]], axis=2)
+def swept_along(model: SweepModel, options: MeshOptions) -> Swept:
+    """The samples and faces of a tube or ribbon."""
+    divisions, crease = options.resolution[0], options.crease_angle
+    paths = path_of(model.pieces, divisions, crease, closed=model.closed)
+    profile = model.profile
+    spread = _function(profile.spread, paths.parameters)
+    if isinstance(profile, Ribbon):
+        facing, camera = profile.facing, profile.camera
+        return ribbons(paths, spread, facing=facing, camera=camera, faces=options.faces)
+    slopes = _slopes(profile, paths)
+    caps, faces = profile.caps, options.faces
+    return tubes(paths, spread, profile.sides, slopes=slopes, caps=caps, faces=faces)
 
 
-def _crossbars(paths: Paths, towards: FloatArray) -> FloatArray:
-    """Unit vectors at right angles to the curve and to where it faces; never without direction."""
-    size = np.abs(towards).max(axis=2, keepdims=True)
-    side = cross(towards / np.where(size > 0, size, 1.0), paths.tangents)
-    length = np.sqrt(np.square(side).sum(axis=2))
-    clear = length > NO_SIDE
-    # The last station before that has one, else the first after.
-    number = np.where(clear, np.arange(side.shape[1]), -1)
-    last = np.maximum.accumulate(number, axis=1)
-    source = np.where(last >= 0, last, clear.argmax(axis=1)[:, None])
-    chosen = np.take_along_axis(side, source[..., None], axis=1)
-    lost = ~clear.any(axis=1)
-    if lost.any():
-        # A straight line in that very direction: any crossbar faces it as well as another.
-        closed, fractions = paths.closed, paths.fractions[lost]
-        chosen[lost] = frames(paths.points[lost], paths.tangents[lost], fractions, closed=closed)
-    chosen = chosen - (chosen * paths.tangents).sum(axis=2, keepdims=True) * paths.tangents
-    unit: FloatArray = chosen / np.sqrt(np.square(chosen).sum(axis=2, keepdims=True))
-    return unit
+def predicted_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, int, int]:
+    """Samples, triangles, quads and grids at most, from the corners of the curve alone."""
+    stations = most_stations(model.pieces, options.resolution[0], options.crease_angle)
+    tube = isinstance(model.profile, Tube)
+    columns = model.profile.sides if isinstance(model.profile, Tube) else 1
+    rows = stations + 4 * tube
+    cells = (rows - 1) * columns
+    corners = stations - model.pieces.count * options.resolution[0]
+    grids = corners + 2 * tube
+    if options.faces == "triangles":
+        return rows * (columns + 1), 2 * cells, 0, grids
+    pointed = cells if (model.profile.spread == 0).any() else 2 * columns
+    return rows * (columns + 1), pointed, cells, grids
 
 
-def _mitred(paths: Paths) -> Bools:
-    return np.zeros(paths.points.shape[1], bool) if paths.mitred is None else paths.mitred
+def effort(model: SweepModel, options: MeshOptions) -> int:
+    """Multiplications of the lengths, which take most of the time where the degree is high."""
+    stations = model.pieces.count * options.resolution[0]
+    return stations * EFFORT * (model.pieces.degree + 1) ** 2
 
 
-def _same(paths: Paths) -> Ints:
-    """For each station the first one whose row has the same positions."""
-    same = np.arange(paths.points.shape[1]) - _mitred(paths)
-    if paths.closed:
-        same[-1] = 0
-    return same
+def _function(coefficients: FloatArray, t: FloatArray) -> FloatArray:
+    """A Bézier function, at its ends the coefficients themselves."""
+    basis = bernstein(len(coefficients) - 1, t)
+    value: FloatArray = (basis * coefficients).sum(axis=1)
+    # A constant is that constant, whatever its shares add up to.
+    return np.clip(value, coefficients.min(), coefficients.max())
 
 
-def _capped(rows: Rows, paths: Paths, wanted: tuple[bool, bool]) -> Rows:
-    """The rows with discs at the ends: their rims once more, with other normals, and centres."""
-    for at_end in (False, True):
-        if not wanted[at_end]:
-            continue
-        here = -1 if at_end else 0
-        rim = rows.positions[:, here]
-        centre = np.broadcast_to(paths.points[:, here, None], rim.shape)
-        normal = paths.tangents[:, here, None, None] * (1.0 if at_end else -1.0)
-        angle = 2 * np.pi * rows.uvs[:, here, :, 1]
-        disc = 0.5 + 0.5 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        disc[:, -1] = disc[:, 0]
-        added = [(rim, disc), (centre, np.full_like(disc, 0.5))]
-        count = len(rows.same)
-        if at_end:
-            same = [*rows.same.tolist(), rows.same[-1], count + 1]
-        else:
-            added.reverse()
-            same = [0, 2, *(rows.same + 2).tolist()]
-        positions = np.stack([place for place, _ in added], axis=1)
-        rows = _with(
-            rows,
-            replace(
-                rows,
-                positions=positions,
-                normals=np.broadcast_to(normal, positions.shape),
-                uvs=np.stack([uv for _, uv in added], axis=1),
-                drawn=np.array([True]),
-                pointed=np.array([False, True] if at_end else [True, False]),
-            ),
-            np.array(same),
-            at_end,
-        )
-    return rows
-
-
-def _with(rows: Rows, added: Rows, same: Ints, at_end: bool) -> Rows:
-    """Rows and more rows behind or before them, with no faces between."""
-    first, second = (rows, added) if at_end else (added, rows)
-    return Rows(
-        np.concatenate([first.positions, second.positions], axis=1),
-        np.concatenate([first.normals, second.normals], axis=1),
-        np.concatenate([first.uvs, second.uvs], axis=1),
-        np.concatenate([first.drawn, [False], second.drawn]),
-        np.concatenate([first.pointed, second.pointed]),
-        same,
-        rows.around,
-    )
+def _slopes(tube: Tube, paths: Paths) -> FloatArray | None:
+    """Change of the radius with the length at every station; None where it is constant."""
+    if len(tube.radii) == 1 or paths.speeds is None:
+        return None
+    degree = len(tube.radii) - 1
+    steps = degree * np.diff(tube.radii)
+    rate = (bernstein(degree - 1, paths.parameters) * steps).sum(axis=1)
+    least = np.maximum(np.abs(rate) / STEEPEST, np.finfo(np.float64).tiny)
+    slopes: FloatArray = rate / np.maximum(paths.speeds, least)
+    return slopes

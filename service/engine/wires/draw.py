@@ -12,8 +12,8 @@ from service.engine.mesh import Mesh, MeshReport, Overlay
 from service.engine.options import MeshOptions
 from service.engine.scene import in_single
 from service.engine.scratch import Real
+from service.engine.sweeps.profiles import ribbons, tubes
 from service.engine.sweeps.rows import Swept
-from service.engine.sweeps.sweep import ribbons, tubes
 from service.engine.sweeps.swept_mesh import swept_mesh
 from service.engine.tessellate import overlays_of
 from service.engine.wires.isocurves import IsoCurves, isocurves

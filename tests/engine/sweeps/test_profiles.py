@@ -1,0 +1,219 @@
+"""Tubes and ribbons: closed, outwards, and as thick as they should be."""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from service.bases.arrays import FloatArray
+from service.engine.options import Faces, MeshOptions
+from service.engine.sweeps.paths import Paths, most_stations, path_of
+from service.engine.sweeps.profiles import ribbons, tubes
+from service.engine.sweeps.rows import Swept
+from service.engine.sweeps.swept_mesh import swept_mesh
+from service.surface.curve import BezierCurve
+from service.surface.curve_pieces import CurvePieces
+
+ARCH = [[0, 0, 0], [1, 1, 0], [0, 1, 1], [1, 0, 3]]
+CUSP = [[0, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 0]]
+THERE_AND_BACK = [[0, 0, 0], [1, 0, 0], [0, 0, 0]]
+LOOP = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 0, 0]]
+LINE = [[0, 0, 0], [1, 2, 3]]
+CURVES = {"arch": ARCH, "cusp": CUSP, "back": THERE_AND_BACK, "loop": LOOP, "line": LINE}
+
+
+def bezier(points: Sequence[Sequence[float]]) -> CurvePieces:
+    return BezierCurve(np.array(points, dtype=float)).lower()
+
+
+def polyline(points: Sequence[Sequence[float]]) -> CurvePieces:
+    """Straight pieces from point to point."""
+    ends = np.array(points, dtype=float)
+    pieces = np.stack([ends[:-1], ends[1:]], axis=1)
+    return CurvePieces(pieces, None, np.arange(float(len(ends))), ends)
+
+
+def edges(swept: Swept) -> Counter[tuple[int, int]]:
+    """Directed edges between places, and how often each occurs."""
+    found: Counter[tuple[int, int]] = Counter()
+    for rows in (swept.triangles, swept.quads):
+        ring = swept.place[rows]
+        ends = np.stack([ring, np.roll(ring, -1, axis=1)], axis=-1).reshape(-1, 2)
+        found.update((a, b) for a, b in ends.tolist())
+    return found
+
+
+def is_closed(swept: Swept) -> bool:
+    """Whether every edge is passed once in either direction."""
+    found = edges(swept)
+    return all(n == 1 for n in found.values()) and all((b, a) in found for a, b in found)
+
+
+def corners(swept: Swept) -> FloatArray:
+    """All triangles, quads in halves: (T, 3, 3)."""
+    quads = swept.quads
+    rows = np.concatenate([swept.triangles, quads[:, [0, 1, 3]], quads[:, [1, 2, 3]]])
+    triangles: FloatArray = swept.positions[rows]
+    return triangles
+
+
+def volume(swept: Swept) -> float:
+    """By the divergence theorem; positive if the faces look outwards."""
+    a, b, c = np.moveaxis(corners(swept), 1, 0)
+    return float(np.einsum("td,td->", a, np.cross(b, c)) / 6)
+
+
+def least_agreement(swept: Swept) -> float:
+    """Least cosine between a triangle's own normal and those of its corners."""
+    points = swept.positions[swept.triangles]
+    own = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
+    own /= np.linalg.norm(own, axis=1)[:, None]
+    cosine = np.einsum("td,tkd->tk", own, swept.normals[swept.triangles])
+    return float(cosine.min())
+
+
+def trefoil(count: int) -> tuple[FloatArray, FloatArray]:
+    """Points of a trefoil knot and its unit tangents, closed; shapes (count+1, 3)."""
+    t = np.linspace(0, 2 * math.pi, count + 1)
+    t[-1] = 0.0
+    points = np.stack(
+        [np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)], axis=1
+    )
+    slopes = np.stack(
+        [np.cos(t) + 4 * np.cos(2 * t), -np.sin(t) + 4 * np.sin(2 * t), -3 * np.cos(3 * t)], axis=1
+    )
+    return points, slopes / np.linalg.norm(slopes, axis=1)[:, None]
+
+
+@pytest.mark.parametrize("faces", ["triangles", "quads"])
+@pytest.mark.parametrize("sides", [3, 7])
+@pytest.mark.parametrize("divisions", [1, 2, 5])
+@pytest.mark.parametrize("name", CURVES)
+def test_every_tube_is_closed(name: str, divisions: int, sides: int, faces: Faces) -> None:
+    pieces = bezier(CURVES[name])
+    path = path_of(pieces, divisions, 0.02)
+    swept = tubes(path, 0.1, sides, faces=faces)
+    assert is_closed(swept)
+    assert np.isfinite(swept.positions).all()
+    assert np.linalg.norm(swept.normals, axis=1) == pytest.approx(1, abs=1e-12)
+    assert path.points.shape[1] <= most_stations(pieces, divisions, 0.02)
+
+
+def test_a_straight_tube_is_a_prism() -> None:
+    swept = tubes(path_of(bezier(LINE), 4, 0.02), 0.25, 6)
+    base = 6 * 0.5 * 0.25**2 * math.sin(math.pi / 3)
+    assert volume(swept) == pytest.approx(base * math.sqrt(14), rel=1e-12)
+    assert least_agreement(swept) > math.cos(math.pi / 6) - 1e-9
+
+
+def test_a_cone_leans_its_normals() -> None:
+    """Radius 1 at the bottom, 0 at the top, height 2: normals as the cone has them."""
+    path = path_of(bezier([[0, 0, 0], [0, 0, 2]]), 2, 0.02)
+    swept = tubes(path, 1.0 - path.parameters, 64, slopes=np.full((1, 3), -0.5))
+    side = swept.normals[np.abs(swept.normals[:, 2] + 1) > 1e-9]
+    assert side[:, 2] == pytest.approx(1 / math.sqrt(5), abs=1e-12)
+    assert volume(swept) == pytest.approx(2 * math.pi / 3, rel=0.002)
+    assert is_closed(swept)
+
+
+def test_caps_can_be_left_out() -> None:
+    swept = tubes(path_of(bezier(ARCH), 4, 0.02), 0.1, 5, caps=False)
+    found = edges(swept)
+    assert sum((b, a) not in found for a, b in found) == 2 * 5
+
+
+def test_a_closed_curve_comes_back_without_a_jump() -> None:
+    """Each ring is as little turned against the next one at the seam as elsewhere."""
+    points, tangents = trefoil(96)
+    swept = tubes(Paths.smooth(points[None], tangents[None], closed=True), 0.3, 12)
+    rings = swept.normals.reshape(97, 13, 3)
+    assert rings[-1] == pytest.approx(rings[0], abs=1e-12)
+    turn = np.arccos(np.clip(np.einsum("krd,krd->kr", rings[1:], rings[:-1]), -1, 1))
+    assert turn.max() < 0.3
+    assert is_closed(swept)
+    assert least_agreement(swept) > 0.9
+
+
+def test_frames_do_not_turn_about_the_curve() -> None:
+    """A helix comes by its torsion; its rotation-minimising frame turns back by just that."""
+    t = np.linspace(0, 2 * math.pi, 400)
+    points = np.stack([np.cos(t), np.sin(t), t / 2], axis=1)
+    tangents = np.stack([-np.sin(t), np.cos(t), np.full_like(t, 0.5)], axis=1) / math.sqrt(1.25)
+    swept = tubes(Paths.smooth(points[None], tangents[None]), 0.1, 4, caps=False)
+    normals = swept.normals.reshape(400, 5, 3)[:, 0]
+    inwards = np.stack([-np.cos(t), -np.sin(t), np.zeros_like(t)], axis=1)
+    binormals = np.cross(tangents, inwards)
+    angle = np.unwrap(
+        np.arctan2((normals * binormals).sum(axis=1), (normals * inwards).sum(axis=1))
+    )
+    torsion, speed = 0.5 / 1.25, math.sqrt(1.25)
+    assert angle - angle[0] == pytest.approx(-torsion * speed * t, abs=1e-6)
+
+
+def test_a_mitred_frame_has_the_volume_of_its_bars() -> None:
+    """A square of square bars: the section times the length of the middle line, exactly."""
+    square = polyline([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0]])
+    swept = tubes(path_of(square, 1, 0.02), 0.1, 4)
+    assert is_closed(swept)
+    assert volume(swept) == pytest.approx(2 * 0.1**2 * 4, rel=1e-12)
+    # Normals stay apart at the corners: those of every face are the face's own, rounded ring aside.
+    assert least_agreement(swept) == pytest.approx(math.cos(math.pi / 4), abs=1e-12)
+
+
+def test_many_curves_are_the_same_as_one_at_a_time() -> None:
+    points, tangents = trefoil(24)
+    turned = points[:, [1, 2, 0]], tangents[:, [1, 2, 0]]
+    both = Paths.smooth(np.stack([points, turned[0]]), np.stack([tangents, turned[1]]))
+    together = tubes(both, 0.2, 5)
+    for k, (p, t) in enumerate([(points, tangents), turned]):
+        alone = tubes(Paths.smooth(p[None], t[None]), 0.2, 5)
+        run = slice(k * len(alone.positions), (k + 1) * len(alone.positions))
+        assert np.array_equal(together.positions[run], alone.positions)
+        assert np.array_equal(together.normals[run], alone.normals)
+        faces = slice(k * len(alone.triangles), (k + 1) * len(alone.triangles))
+        first = k * len(alone.positions)
+        assert np.array_equal(together.triangles[faces], alone.triangles + np.uint32(first))
+
+
+def test_a_ribbon_faces_where_it_should() -> None:
+    points, tangents = trefoil(64)
+    path = Paths.smooth(points[None], tangents[None], closed=True)
+    facing = np.array([1.0, 2.0, 7.0])
+    swept = ribbons(path, 0.2, facing=facing, faces="quads")
+    assert len(swept.quads) == 64
+    bars = swept.positions.reshape(65, 2, 3)
+    assert np.linalg.norm(bars[:, 1] - bars[:, 0], axis=1) == pytest.approx(0.2, abs=1e-12)
+    assert bars.mean(axis=1) == pytest.approx(points, abs=1e-12)
+    wanted = facing - (tangents @ facing)[:, None] * tangents
+    wanted /= np.linalg.norm(wanted, axis=1)[:, None]
+    assert swept.normals.reshape(65, 2, 3)[:, 0] == pytest.approx(wanted, abs=1e-9)
+
+
+def test_a_ribbon_looks_at_the_camera() -> None:
+    camera = np.array([3.0, -2.0, 5.0])
+    swept = ribbons(path_of(bezier(ARCH), 8, 0.02), 0.1, camera=camera)
+    middle = swept.positions.reshape(9, 2, 3).mean(axis=1)
+    normals = swept.normals.reshape(9, 2, 3)[:, 0]
+    assert (np.einsum("kd,kd->k", normals, camera - middle) > 0).all()
+    assert least_agreement(swept) > 0.9
+
+
+def test_a_ribbon_along_its_own_direction_is_a_ribbon_still() -> None:
+    swept = ribbons(path_of(bezier(LINE), 3, 0.02), 0.1, facing=np.array([1.0, 2.0, 3.0]))
+    bars = swept.positions.reshape(4, 2, 3)
+    assert np.linalg.norm(bars[:, 1] - bars[:, 0], axis=1) == pytest.approx(0.1, abs=1e-12)
+
+
+@pytest.mark.parametrize("uvs", [False, True])
+@pytest.mark.parametrize("weld", [False, True])
+def test_the_mesh_says_whether_it_is_closed(weld: bool, uvs: bool) -> None:
+    swept = tubes(path_of(bezier(ARCH), 6, 0.02), 0.1, 8)
+    mesh = swept_mesh("tube", swept, MeshOptions(weld=weld, uvs=uvs))
+    assert mesh.report.watertight is weld
+    assert (mesh.report.boundary_edges == 0) is weld
+    assert mesh.report.triangles == len(mesh.triangles) == 6 * 8 * 2 + 2 * 8
+    if weld:
+        assert mesh.report.vertices == 7 * 8 + 2
+    assert (mesh.uvs is not None) is uvs
