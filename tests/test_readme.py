@@ -95,8 +95,8 @@ def test_programs_print_what_is_shown() -> None:
 def test_commands_without_a_server_work(tmp_path: Path) -> None:
     """Those that stand in the running text."""
     (tmp_path / "net.json").write_text('{"control_net": [[[0,0,0],[0,1,1]],[[1,0,1],[1,1,0]]]}')
-    commands = re.findall(r"`(surface (?:mesh|convert) [^`]+)`", README)
-    assert len(commands) == 3
+    commands = re.findall(r"`(surface (?:mesh|points|convert) [^`]+)`", README)
+    assert len(commands) == 4
     for command in commands:
         from_here = command.replace("surface", f"{sys.executable} -m service", 1)
         run_shell(f"PYTHONPATH={ROOT} {from_here}", tmp_path)

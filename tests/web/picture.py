@@ -4,9 +4,12 @@
 `examples.md`.
 """
 
+import json
 import sys
 from pathlib import Path
+from typing import Any
 
+from service.api.openapi.curve import REQUESTS
 from service.surface.examples import EXAMPLES, Example
 from tests.live import running_service
 from tests.tools import chromium
@@ -30,9 +33,18 @@ own glTF; `make picture` draws them anew.
 """
 
 
+CURVES = """\
+# Curves to begin with
+
+Curves have no address of their own: these are bodies for `POST /v1/curve`, or files for
+`surface curve`.
+"""
+
+
 def listing() -> str:
     """The page of the examples, Markdown."""
-    return "\n".join([HEAD, *map(_entry, EXAMPLES.values())])
+    curves = [_curve(example["summary"], example["value"]) for example in REQUESTS.values()]
+    return "\n".join([HEAD, *map(_entry, EXAMPLES.values()), CURVES, *curves])
 
 
 def _entry(example: Example) -> str:
@@ -40,6 +52,10 @@ def _entry(example: Example) -> str:
         f"## {example.title}: `{example.id}`\n\n"
         f"![{example.title}](examples/{example.id}.png)\n\n{example.description}\n"
     )
+
+
+def _curve(summary: str, request: dict[str, Any]) -> str:
+    return f"## {summary}\n\n```json\n{json.dumps(request)}\n```\n"
 
 
 def main(folder: Path) -> None:

@@ -17,7 +17,9 @@ _QUARTER: Json = {
     "curve": {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, 0.7071067811865476, 1]},
     "resolution": 2,
 }
-_REQUESTS: Json = {
+_SQUARE = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
+
+REQUESTS: Json = {
     "quarter": {"summary": "A quarter of a circle, exactly, in the plane", "value": _QUARTER},
     "space": {
         "summary": "A cubic in space, as near as a thousandth to its polyline",
@@ -29,6 +31,18 @@ _REQUESTS: Json = {
                 "name": "handle",
             },
             "tolerance": 0.001,
+        },
+    },
+    "circle": {
+        "summary": "A full circle, exactly: a NURBS curve of nine points",
+        "value": {
+            "curve": {
+                "type": "bspline",
+                "control_points": [[x, y] for x, y in _SQUARE],
+                "degree": 2,
+                "knots": [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4],
+                "weights": [1 if x * y == 0 else 0.7071067811865476 for x, y in _SQUARE],
+            },
         },
     },
     "closed": {
@@ -67,7 +81,7 @@ def post_curve() -> Json:
         ],
         "requestBody": {
             "required": True,
-            "content": {"application/json": {"schema": ref("CurveRequest"), "examples": _REQUESTS}},
+            "content": {"application/json": {"schema": ref("CurveRequest"), "examples": REQUESTS}},
         },
         "responses": {
             "200": {
