@@ -115,7 +115,7 @@ _REPORT = _object(
         "vertices": _count("Number of positions: one with several normals counts once."),
         "triangles": _count("Number of triangles."),
         "quads": _count("Number of quads."),
-        "patches": _count("Number of Bézier patches."),
+        "patches": _count("Number of Bézier patches; tubes and ribbons have none."),
         "bounds": _object(_BOUNDS, description="Of the vertices as stored."),
         "watertight": {
             "type": "boolean",
@@ -281,7 +281,7 @@ _SUMMARY = _object(
         "title": _text("A short title."),
         "description": _text("What it is."),
         "up": _text("The vertical axis.", enum=["y", "z"]),
-        "patches": _count("Number of Bézier patches."),
+        "patches": _count("Number of Bézier patches; tubes and ribbons have none."),
         "degree": {
             "type": "array",
             "items": {"type": "integer"},
