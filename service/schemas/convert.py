@@ -9,13 +9,13 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Annotated, Literal, TypeAlias, get_args
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
+from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import Omittable, StrictModel
 from service.schemas.pairs import one_or_two, one_or_two_numbers, whole_number
-from service.schemas.refusals import invalid_request, refusal, wrong_type
+from service.schemas.refusals import refusal, validated, wrong_type
 from service.schemas.request import surface_of
 from service.schemas.surfaces import SurfaceDefinition
 from service.surface import Surface
@@ -282,7 +282,4 @@ def convert_request(document: object, limits: DocumentLimits) -> ConvertRequest:
     InvalidRequest
         With pointers into the document.
     """
-    try:
-        return ConvertRequest.model_validate(document, context=limits)
-    except ValidationError as error:
-        raise invalid_request(error) from None
+    return validated(ConvertRequest, document, limits)

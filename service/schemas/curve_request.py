@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from service.engine.curves.options import CurveOptions
 from service.engine.options import MAX_RESOLUTION
@@ -10,7 +10,7 @@ from service.errors import Issue
 from service.schemas.curves import CurveDefinition, curve_of
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import Omittable, StrictModel
-from service.schemas.refusals import invalid_request, refusal
+from service.schemas.refusals import refusal, validated
 from service.surface.curve import Curve
 
 _DEFAULTS = CurveOptions()
@@ -81,7 +81,4 @@ def curve_request(document: object, limits: DocumentLimits) -> CurveRequest:
     InvalidRequest
         With pointers into the document.
     """
-    try:
-        return CurveRequest.model_validate(document, context=limits)
-    except ValidationError as error:
-        raise invalid_request(error) from None
+    return validated(CurveRequest, document, limits)

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import Field, ValidationError, WithJsonSchema, WrapValidator, model_validator
+from pydantic import Field, WithJsonSchema, WrapValidator, model_validator
 from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from service.bases.arrays import FloatArray, Ints
@@ -13,7 +13,7 @@ from service.errors import Issue
 from service.schemas.arrays import MAX_INDEX, NumberGrid, index_too_large
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import StrictModel
-from service.schemas.refusals import invalid_request, refusal, wrong_type
+from service.schemas.refusals import refusal, validated, wrong_type
 from service.schemas.request import surface_of
 from service.schemas.surfaces import SurfaceDefinition
 from service.surface import Surface
@@ -110,7 +110,4 @@ def points_request(document: object, limits: DocumentLimits) -> PointsRequest:
     InvalidRequest
         With pointers into the document.
     """
-    try:
-        return PointsRequest.model_validate(document, context=limits)
-    except ValidationError as error:
-        raise invalid_request(error) from None
+    return validated(PointsRequest, document, limits)

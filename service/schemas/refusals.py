@@ -3,15 +3,16 @@
 from collections.abc import Iterable, Sized
 from dataclasses import replace
 from itertools import islice
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
 from service.schemas.scan import shortened
 
 Path: TypeAlias = tuple[str | int, ...]
+Model = TypeVar("Model", bound=BaseModel)
 
 UNIONS = frozenset({"surface", "curve"})
 """Fields that hold one of several models. Pydantic names the chosen one in its paths; the
@@ -53,6 +54,20 @@ def refusal(faults: Iterable[tuple[Path, Issue]]) -> ValidationError:
         for path, issue in islice(faults, MAX_ISSUES)
     ]
     return ValidationError.from_exception_data("value", details)
+
+
+def validated(model: type[Model], document: object, context: object = None) -> Model:
+    """What a document says, as this model.
+
+    Raises
+    ------
+    InvalidRequest
+        With pointers into the document.
+    """
+    try:
+        return model.model_validate(document, context=context)
+    except ValidationError as error:
+        raise invalid_request(error) from None
 
 
 def invalid_request(error: ValidationError) -> InvalidRequest:

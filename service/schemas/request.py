@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from service.errors import InvalidRequest
 from service.schemas.document import DocumentLimits
 from service.schemas.options import MeshOptionFields
-from service.schemas.refusals import invalid_request
+from service.schemas.refusals import validated
 from service.schemas.surfaces import SurfaceDefinition
 from service.surface import Surface
 
@@ -52,10 +52,7 @@ def mesh_request(document: object, limits: DocumentLimits) -> MeshRequest:
     InvalidRequest
         With pointers into the document.
     """
-    try:
-        return MeshRequest.model_validate(document, context=limits)
-    except ValidationError as error:
-        raise invalid_request(error) from None
+    return validated(MeshRequest, document, limits)
 
 
 def mesh_options(values: Mapping[str, object]) -> MeshOptionFields:
@@ -66,7 +63,4 @@ def mesh_options(values: Mapping[str, object]) -> MeshOptionFields:
     InvalidRequest
         With pointers `/name of the option`.
     """
-    try:
-        return MeshOptionFields.model_validate(dict(values))
-    except ValidationError as error:
-        raise invalid_request(error) from None
+    return validated(MeshOptionFields, dict(values))
