@@ -10,9 +10,9 @@ from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.parametric import NOT_PARAMETRIC
 from service.schemas.surfaces import definition
 from service.surface import Surface
-from service.surface.convert import convert
 from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import Operation
+from service.surface.convert.table import convert
 from service.surface.group import GroupSurface
 from service.surface.sweeps import RibbonSurface, TubeSurface
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases import knots as bases
+from service.bases import knots as knot
 from service.bases.arrays import FloatArray
 from service.bases.chunks import chunks
 from service.bases.extraction import bezier_points
@@ -99,7 +99,7 @@ class BsplineSurface:
     def lower(self) -> PatchModel:
         """One Bézier patch a span, the control points that spans share computed once."""
         (p, q), (knots_u, knots_v) = self.degree, self.knot_vectors
-        domain = Domain(bases.breaks(knots_u, p), bases.breaks(knots_v, q))
+        domain = Domain(knot.breaks(knots_u, p), knot.breaks(knots_v, q))
         weights = None
         # Equal weights cancel.
         if self.weights is not None and self.weights.min() < self.weights.max():
@@ -126,7 +126,7 @@ class BsplineSurface:
     ) -> tuple[FloatArray, FloatArray | None]:
         """Bézier nets (P, p+1, q+1, d), and weights, of what the control points or others say."""
         (p, q), (knots_u, knots_v) = self.degree, self.knot_vectors
-        rows, columns = len(bases.spans(knots_u, p)), len(bases.spans(knots_v, q))
+        rows, columns = len(knot.spans(knots_u, p)), len(knot.spans(knots_v, q))
         loads = None if weights is None else self._wrapped(weights)
         lines, heavy = bezier_points(self._wrapped(net), knots_u, p, loads)
         points = np.empty((rows, columns, p + 1, q + 1, net.shape[-1]))
@@ -154,7 +154,7 @@ class BsplineSurface:
     def _check_channels(self) -> None:
         """Refuses nets of absurd degree, and those that would take too much memory."""
         rows, columns = (
-            len(bases.spans(u, p)) for u, p in zip(self.knot_vectors, self.degree, strict=True)
+            len(knot.spans(u, p)) for u, p in zip(self.knot_vectors, self.degree, strict=True)
         )
         self.channels.check_spans(self.control_net.shape[:2], self.degree, (rows, columns))
 
@@ -165,5 +165,5 @@ class BsplineSurface:
         """
         for axis, (knots, degree) in enumerate(zip(self.knots, self.degree, strict=True)):
             if isinstance(knots, str) and knots == "periodic":
-                net = bases.wrapped(net, degree if lines is None else lines, axis)
+                net = knot.wrapped(net, degree if lines is None else lines, axis)
         return net

@@ -5,7 +5,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from service.bases import knots as bases
+from service.bases import knots as knot
 from service.bases.arrays import FloatArray
 from service.bases.extraction import bezier_points
 from service.errors import InvalidRequest, Issue
@@ -144,12 +144,12 @@ class BsplineCurve:
         if weights is not None and weights.min() == weights.max():
             weights = None  # equal weights cancel
         if self.periodic:
-            points = bases.wrapped(points, self.degree)
-            weights = None if weights is None else bases.wrapped(weights, self.degree)
-            polygon = bases.wrapped(polygon, 1)
+            points = knot.wrapped(points, self.degree)
+            weights = None if weights is None else knot.wrapped(weights, self.degree)
+            polygon = knot.wrapped(polygon, 1)
         knots = self.knot_vector
         pieces, loads = bezier_points(points, knots, self.degree, weights)
-        breaks = bases.breaks(knots, self.degree)
+        breaks = knot.breaks(knots, self.degree)
         return CurvePieces(pieces, loads, breaks, polygon, self.name, self.up)
 
 
@@ -184,8 +184,8 @@ def _check_count(count: int) -> None:
 
 def _check_whole(knots: FloatArray, degree: int) -> None:
     """Refuses knots at which a curve would part in two."""
-    low, high = bases.domain(knots, degree)
-    distinct, counts = bases.multiplicities(knots)
+    low, high = knot.domain(knots, degree)
+    distinct, counts = knot.multiplicities(knots)
     parted = distinct[(counts > degree) & (distinct > low) & (distinct < high)]
     if len(parted):
         where = int(np.searchsorted(knots, parted[0]))

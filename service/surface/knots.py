@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from service.bases import knots as bases
+from service.bases import knots as knot
 from service.bases.arrays import FloatArray, Ints
 from service.errors import MAX_ISSUES, InvalidRequest, Issue
 from service.surface.checks import MAX_COORDINATE, MAX_DEGREE
@@ -18,7 +18,7 @@ Knots: TypeAlias = KnotName | FloatArray
 """A knot vector, or the name of one."""
 
 NAMED: Mapping[str, Callable[[int, int], FloatArray]] = MappingProxyType(
-    {"uniform": bases.uniform, "clamped": bases.clamped, "periodic": bases.periodic}
+    {"uniform": knot.uniform, "clamped": knot.clamped, "periodic": knot.periodic}
 )
 """What makes each named vector, from the number of control points and the degree."""
 
@@ -117,7 +117,7 @@ def check_bezier_points(
     vectors: tuple[FloatArray, ...], degree: tuple[int, ...], points: str
 ) -> None:
     """Refuses what would be more Bézier patches than are worth their memory, by their number."""
-    pieces = [len(bases.spans(u, p)) for u, p in zip(vectors, degree, strict=True)]
+    pieces = [len(knot.spans(u, p)) for u, p in zip(vectors, degree, strict=True)]
     lowered = math.prod(n * (p + 1) for n, p in zip(pieces, degree, strict=True))
     entries = max(n * (p + 1) ** 2 for n, p in zip(pieces, degree, strict=True))
     if max(lowered, entries) > MAX_BEZIER_POINTS:
@@ -195,7 +195,7 @@ def _check_order(vector: FloatArray, degree: int, where: str) -> None:
             needed=f"at most {degree + 1} for degree {degree}",
         ),
     )
-    low, high = bases.domain(vector, degree)
+    low, high = knot.domain(vector, degree)
     if not low < high:
         raise InvalidRequest(
             Issue(
@@ -206,7 +206,7 @@ def _check_order(vector: FloatArray, degree: int, where: str) -> None:
                 "a domain of some length",
             )
         )
-    at = bases.spans(vector, degree)
+    at = knot.spans(vector, degree)
     least = least_span(low, high)
     lengths = np.diff(vector)
     _refuse(

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import NdBSpline
 
-from service.bases import knots as bases
+from service.bases import knots as knot
 from service.bases.bernstein import bernstein
 from service.errors import InvalidRequest, Issue
 from service.surface import bspline
@@ -176,8 +176,8 @@ def test_patches_share_their_edges_bit_for_bit(
     model = surface_of(u, v, seed, rational).lower()
     (batch,), domain = model.batches, model.domain
     assert domain is not None
-    np.testing.assert_array_equal(domain.u, bases.breaks(u.knots, u.degree))
-    np.testing.assert_array_equal(domain.v, bases.breaks(v.knots, v.degree))
+    np.testing.assert_array_equal(domain.u, knot.breaks(u.knots, u.degree))
+    np.testing.assert_array_equal(domain.v, knot.breaks(v.knots, v.degree))
     for net in (batch.points, batch.weights):
         if net is not None:
             grid = net.reshape(len(domain.u) - 1, len(domain.v) - 1, *net.shape[1:])
@@ -251,12 +251,12 @@ def test_a_pole_stays_one_point() -> None:
 
 def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
     """Changing the caller's arrays afterwards changes nothing; its own cannot be written."""
-    net, knots = points_for(4, 1, 4), bases.clamped(4, 3)
+    net, knots = points_for(4, 1, 4), knot.clamped(4, 3)
     surface = BsplineSurface(net, knots=(knots, "clamped"))
     before = net.copy()
     net[:], knots[:] = 7, 7
     np.testing.assert_array_equal(surface.control_net, before)
-    np.testing.assert_array_equal(surface.knots[0], bases.clamped(4, 3))
+    np.testing.assert_array_equal(surface.knots[0], knot.clamped(4, 3))
     (batch,) = surface.lower().batches
     for array in (surface.control_net, surface.knots[0], batch.points):
         with pytest.raises(ValueError, match="read-only"):

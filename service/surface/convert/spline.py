@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from service.bases import knots as bases
+from service.bases import knots as knot
 from service.bases import polynomials
 from service.bases.arrays import FloatArray, Ints
 from service.bases.combine import combine
@@ -148,7 +148,7 @@ def bezier_of_spline(
     ]
     degree = max(p for p, _ in degrees), max(q for _, q in degrees)
     rows, columns = (
-        len(bases.spans(u, p)) for u, p in zip(surface.knot_vectors, surface.degree, strict=True)
+        len(knot.spans(u, p)) for u, p in zip(surface.knot_vectors, surface.degree, strict=True)
     )
     check_size(degree, rows * columns, allowed, width(surface.channels))
     (batch,) = surface.lower().batches
@@ -170,7 +170,7 @@ def bezier_of_spline(
 
 def domain_of(surface: BsplineSurface, axis: int) -> Interval:
     """First and last parameter along u or v."""
-    return bases.domain(surface.knot_vectors[axis], surface.degree[axis])
+    return knot.domain(surface.knot_vectors[axis], surface.degree[axis])
 
 
 class _Change(NamedTuple):
@@ -203,8 +203,8 @@ def _over(surface: BsplineSurface, change: _Change, allowed: Allowed) -> Bspline
         if periodic:
             points, weights = net
             net = (
-                bases.wrapped(points, old),
-                None if weights is None else bases.wrapped(weights, old),
+                knot.wrapped(points, old),
+                None if weights is None else knot.wrapped(weights, old),
             )
         return _closed(combine(*net, index, shares), net, index, shares)
 
@@ -280,7 +280,7 @@ def _check_work(work: int, where: str) -> None:
 
 def _check_spans(knots: FloatArray, degree: int, where: str) -> None:
     """Refuses a cut so near a knot that what is between would be no surface."""
-    breaks = bases.breaks(knots, degree)
+    breaks = knot.breaks(knots, degree)
     least = least_span(float(breaks[0]), float(breaks[-1]))
     shortest = float(np.diff(breaks).min())
     if shortest < least:

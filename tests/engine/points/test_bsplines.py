@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import NdBSpline
 
-from service.bases import knots as bases
+from service.bases import knots as knot
 from service.engine.points.answer import Columns, points
 from service.engine.points.places import Query, locate
 from service.surface.bspline import BsplineSurface
@@ -77,9 +77,9 @@ def test_partials_are_those_of_scipy(
     surface = BsplineSurface(net, (u.degree, v.degree), (u.knots, v.knots), weights)
     lines = []
     for vector, at in zip((u, v), inner, strict=True):
-        low, high = bases.domain(*vector)
+        low, high = knot.domain(*vector)
         inside = np.clip(low + (high - low) * np.array(at), low, high)
-        lines.append(np.concatenate([bases.breaks(*vector), inside]))
+        lines.append(np.concatenate([knot.breaks(*vector), inside]))
     uv = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
     check(surface, uv)
 
@@ -89,10 +89,10 @@ def test_high_degree_over_knots_far_from_zero(rational: bool) -> None:
     """Degree (12, 7), domain from 1e5 on."""
     rng = np.random.default_rng(8)
     u = 1e5 + np.sort(rng.uniform(0, 40, 12 + 1 + 20))
-    v = bases.clamped(11, 7)
+    v = knot.clamped(11, 7)
     weights = weights_for(20, 3, 11) if rational else None
     surface = BsplineSurface(points_for(20, 2, 11), (12, 7), (u, v), weights)
-    low, high = bases.domain(u, 12)
+    low, high = knot.domain(u, 12)
     check(surface, np.stack([rng.uniform(low, high, 50), rng.uniform(0, 4, 50)], axis=1))
 
 

@@ -10,12 +10,11 @@ from geomdl import NURBS, operations
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from service.bases import knots as bases
+from service.bases import knots as knot
 from service.errors import SurfaceError
 from service.surface import Surface
 from service.surface.bspline import BsplineSurface
 from service.surface.channels import Channels
-from service.surface.convert import convert
 from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import (
     Elevate,
@@ -27,6 +26,7 @@ from service.surface.convert.operations import (
     Transpose,
 )
 from service.surface.convert.spline import domain_of
+from service.surface.convert.table import convert
 from service.surface.group import GroupSurface
 from service.surface.knots import Knots
 from service.surface.patches import PatchSurface
@@ -112,7 +112,7 @@ def places(surface: BsplineSurface) -> list[Pair]:
     """Parameters in every span: its beginning and within."""
     found: list[list[Fraction]] = []
     for axis in (0, 1):
-        breaks = fractions(bases.breaks(surface.knot_vectors[axis], surface.degree[axis]))
+        breaks = fractions(knot.breaks(surface.knot_vectors[axis], surface.degree[axis]))
         found.append(
             [a + (b - a) * s for a, b in pairwise(breaks) for s in (Fraction(0), Fraction(3, 8))]
         )
@@ -152,7 +152,7 @@ def test_raised(surface: BsplineSurface, more_u: int, more_v: int) -> None:
             )
             continue
         old, new = (
-            bases.multiplicities(s.knot_vectors[axis][s.degree[axis] : -s.degree[axis]])[1][1:-1]
+            knot.multiplicities(s.knot_vectors[axis][s.degree[axis] : -s.degree[axis]])[1][1:-1]
             for s in (surface, made)
         )
         np.testing.assert_array_equal(new, old + more)
@@ -219,7 +219,7 @@ def test_bezier_patches(surface: BsplineSurface) -> None:
     assert isinstance(made, PatchSurface)
     assert (made.up, made.name, made.parts) == ("z", "sail", ())
     u, v = (
-        fractions(bases.breaks(k, p))
+        fractions(knot.breaks(k, p))
         for k, p in zip(surface.knot_vectors, surface.degree, strict=True)
     )
     cells = list(product(pairwise(u), pairwise(v)))

@@ -15,7 +15,6 @@ from service.errors import InvalidRequest, SurfaceError, TooLarge
 from service.surface import Surface
 from service.surface.batches import TensorPatches
 from service.surface.bezier import BezierSurface
-from service.surface.convert import CONVERSIONS, convert
 from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import (
     Elevate,
@@ -26,6 +25,7 @@ from service.surface.convert.operations import (
     ToBezier,
     Transpose,
 )
+from service.surface.convert.table import CONVERSIONS, convert
 from service.surface.examples import EXAMPLES, find
 from service.surface.lowered import PatchModel
 from service.surface.patches import PatchSurface

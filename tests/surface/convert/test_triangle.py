@@ -13,7 +13,6 @@ from service.errors import SurfaceError
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
-from service.surface.convert import convert
 from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import (
     Elevate,
@@ -26,6 +25,7 @@ from service.surface.convert.operations import (
     ToTriangle,
     Transpose,
 )
+from service.surface.convert.table import convert
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
