@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-import pytest
-
+from service.api.openapi.curve import REQUESTS
 from service.surface.examples import EXAMPLES
 from tests.web.picture import listing
 
@@ -14,10 +13,8 @@ def test_the_page_of_the_examples_lists_them_all() -> None:
     assert (DOCS / "examples.md").read_text(encoding="utf-8") == listing()
 
 
-@pytest.mark.parametrize("example", EXAMPLES)
-def test_every_example_has_its_picture(example: str) -> None:
-    assert (DOCS / "examples" / f"{example}.png").read_bytes()[:4] == b"\x89PNG"
-
-
-def test_no_picture_is_of_nothing() -> None:
-    assert {path.stem for path in (DOCS / "examples").iterdir()} == set(EXAMPLES)
+def test_every_example_has_its_picture_and_no_picture_is_of_nothing() -> None:
+    for folder, names in (("examples", EXAMPLES), ("curves", REQUESTS)):
+        pictures = [path.read_bytes()[:4] for path in (DOCS / folder).iterdir()]
+        assert pictures == [b"\x89PNG"] * len(names)
+        assert {path.stem for path in (DOCS / folder).iterdir()} == set(names)

@@ -1,15 +1,20 @@
 """Draws the pictures of the documentation, and lists the examples beside theirs.
 
-`python -m tests.web.picture docs` writes `teapot.png`, `wires.png`, `examples/<id>.png` and
-`examples.md`.
+`python -m tests.web.picture docs` writes `teapot.png`, `wires.png`, `examples/<id>.png`,
+`curves/<name>.png` and `examples.md`.
 """
 
 import json
 import sys
+from base64 import b64encode
 from pathlib import Path
 from typing import Any
 
 from service.api.openapi.curve import REQUESTS
+from service.encoders.curves.registry import CURVES_BY_NAME
+from service.pipeline.curve import render_curve
+from service.schemas.curve_request import curve_request
+from service.schemas.document import DocumentLimits
 from service.surface.examples import EXAMPLES, Example
 from tests.live import running_service
 from tests.tools import chromium
@@ -37,13 +42,13 @@ CURVES = """\
 # Curves to begin with
 
 Curves have no address of their own: these are bodies for `POST /v1/curve`, or files for
-`surface curve`.
+`surface curve`; under these names the OpenAPI document has them too.
 """
 
 
 def listing() -> str:
     """The page of the examples, Markdown."""
-    curves = [_curve(example["summary"], example["value"]) for example in REQUESTS.values()]
+    curves = [_curve(name, example) for name, example in REQUESTS.items()]
     return "\n".join([HEAD, *map(_entry, EXAMPLES.values()), CURVES, *curves])
 
 
@@ -54,17 +59,33 @@ def _entry(example: Example) -> str:
     )
 
 
-def _curve(summary: str, request: dict[str, Any]) -> str:
-    return f"## {summary}\n\n```json\n{json.dumps(request)}\n```\n"
+def _curve(name: str, example: dict[str, Any]) -> str:
+    title = example["summary"]
+    return (
+        f"## {title}: `{name}`\n\n![{title}](curves/{name}.png)\n\n"
+        f"```json\n{json.dumps(example['value'])}\n```\n"
+    )
+
+
+def _curve_address(request: dict[str, Any]) -> str:
+    """A curve as glTF, which is a line, in an address that holds the file itself."""
+    wanted = curve_request(request, DocumentLimits())
+    glb = CURVES_BY_NAME["glb"]
+    content = render_curve(wanted.to_curve(), wanted.curve_options(), glb)
+    return f"data:{glb.media_type};base64,{b64encode(content).decode()}"
 
 
 def main(folder: Path) -> None:
     """All pictures, and the page that shows them."""
-    (folder / "examples").mkdir(parents=True, exist_ok=True)
+    for name in ("examples", "curves"):
+        (folder / name).mkdir(parents=True, exist_ok=True)
     pictures = {folder / "teapot.png": (TEAPOT, LARGE), folder / "wires.png": (WIRES, MEDIUM)}
     for example in EXAMPLES:
         address = f"/v1/surfaces/{example}/mesh.glb?resolution=24"
         pictures[folder / "examples" / f"{example}.png"] = (address, SMALL)
+    for name, request in REQUESTS.items():
+        address = _curve_address({"curve": request["value"]["curve"], "resolution": 32})
+        pictures[folder / "curves" / f"{name}.png"] = (address, SMALL)
     with (
         running_service() as service,
         serve_folder(FOLDER) as pages,
@@ -73,7 +94,7 @@ def main(folder: Path) -> None:
         stage = open_page(browser)
         open_viewer(stage, pages)
         for target, (address, size) in pictures.items():
-            stage.show(service + address, *size)
+            stage.show(address if address.startswith("data:") else service + address, *size)
             if stage.complaints:
                 sys.exit("\n".join([address, *stage.complaints]))
             stage.page.screenshot(path=target)
