@@ -124,6 +124,9 @@ class TriangleEvaluation(Evaluation):
         )
         return out
 
+    def _write_poles(self, normals: RealArray) -> None:
+        """Nothing: at the poles of triangles all limits are found one by one."""
+
     def _slow_normals(
         self, patch: NDArray[np.intp], sample: NDArray[np.intp]
     ) -> tuple[FloatArray, int]:

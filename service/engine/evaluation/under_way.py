@@ -5,6 +5,7 @@ them is computed in the precision of the result, and a normal that this precisio
 is computed anew (`service.engine.evaluation.normals`).
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +39,7 @@ class Samples:
     poles: int
 
 
-class Evaluation:
+class Evaluation(ABC):
     """One evaluation under way: its inputs, its outputs, and what the formulations share.
 
     `each` counts the samples of one patch. `positions` and `normals` are those of the result.
@@ -218,12 +219,13 @@ class Evaluation:
             poles += limits
         return Samples(self.positions, self.normals, poles)
 
+    @abstractmethod
     def _slow_normals(
         self, patch: NDArray[np.intp], sample: NDArray[np.intp]
     ) -> tuple[FloatArray, int]:
         """Normals of samples, by their number in a patch, one by one; how many are limits."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _write_poles(self, normals: RealArray) -> None:
         """Limits where they can be had without much ado."""
 
