@@ -5,18 +5,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from service.cli.output import write
-from service.cli.refusals import OK, Refused, issue_line
+from service.cli.refusals import issue_line
 from service.cli.source import (
     FILE_HELP,
     Commands,
     add_command,
     add_output,
     check_output,
+    perform,
     surface_document,
     surface_source,
 )
-from service.errors import Issue, SurfaceError
+from service.errors import Issue
 
 
 def add(commands: Commands) -> None:
@@ -75,24 +75,19 @@ def _run(arguments: argparse.Namespace) -> int:
     check_output(arguments)
     source = surface_source(arguments.source)
     flags: list[str] = []
-    try:
-        document = surface_document(source)
-        if arguments.operations is not None:
-            flags, operations = operations_from_text(arguments.operations)
-            document = document | {"operations": operations}
-        if arguments.url is None:
-            content = _converted_here(document)
-        else:
-            from service.remote import remote_convert
-
-            content = remote_convert(arguments.url, document)
-    except SurfaceError as error:
-        raise Refused(*(_operation_line(issue, flags) for issue in error.issues)) from None
-    write(arguments.output, content)
-    return OK
+    document = surface_document(source)
+    if arguments.operations is not None:
+        flags, operations = operations_from_text(arguments.operations)
+        document = document | {"operations": operations}
+    return perform(
+        arguments,
+        lambda: _local(document),
+        lambda remote: remote.remote_convert(arguments.url, document),
+        lambda issue: _operation_line(issue, flags),
+    )
 
 
-def _converted_here(document: dict[str, Any]) -> bytes:
+def _local(document: dict[str, Any]) -> bytes:
     """The new surface, computed in this process."""
     from service.pipeline.conversion import converted
     from service.schemas.convert import convert_request

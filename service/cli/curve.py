@@ -4,17 +4,16 @@ import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from service.cli.output import write
-from service.cli.refusals import OK, Refused, issue_line
+from service.cli.refusals import issue_line
 from service.cli.source import (
     Commands,
     add_command,
     add_output,
     chosen_format,
     chosen_options,
+    perform,
     read_request,
 )
-from service.errors import SurfaceError
 
 if TYPE_CHECKING:
     from service.encoders.curves.format import CurveFormat
@@ -60,17 +59,12 @@ def _run(arguments: argparse.Namespace) -> int:
     if "resolution" in chosen or "tolerance" in chosen:
         # One of the two on the command line takes the place of either in the file.
         source = {key: value for key, value in source.items() if key not in OPTIONS[:2]}
-    try:
-        if arguments.url is None:
-            content = _local(source, chosen, fmt)
-        else:
-            from service.remote import remote_curve
-
-            content = remote_curve(arguments.url, source, chosen, fmt)
-    except SurfaceError as error:
-        raise Refused(*(issue_line(issue, chosen) for issue in error.issues)) from None
-    write(arguments.output, content)
-    return OK
+    return perform(
+        arguments,
+        lambda: _local(source, chosen, fmt),
+        lambda remote: remote.remote_curve(arguments.url, source, chosen, fmt),
+        lambda issue: issue_line(issue, chosen),
+    )
 
 
 def _local(source: dict[str, Any], chosen: Mapping[str, str], fmt: "CurveFormat") -> bytes:

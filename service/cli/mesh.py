@@ -4,8 +4,7 @@ import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from service.cli.output import write
-from service.cli.refusals import OK, Refused, issue_line
+from service.cli.refusals import issue_line
 from service.cli.source import (
     FILE_HELP,
     Commands,
@@ -13,9 +12,9 @@ from service.cli.source import (
     add_output,
     chosen_format,
     chosen_options,
+    perform,
     surface_source,
 )
-from service.errors import SurfaceError
 
 if TYPE_CHECKING:
     from service.encoders.format import Format
@@ -65,17 +64,12 @@ def _run(arguments: argparse.Namespace) -> int:
     fmt = chosen_format(arguments, FORMATS)
     source = surface_source(arguments.source)
     chosen = chosen_options(arguments, OPTIONS)
-    try:
-        if arguments.url is None:
-            content = _local(source, chosen, fmt)
-        else:
-            from service.remote import remote_mesh
-
-            content = remote_mesh(arguments.url, source, chosen, fmt)
-    except SurfaceError as error:
-        raise Refused(*(issue_line(issue, chosen) for issue in error.issues)) from None
-    write(arguments.output, content)
-    return OK
+    return perform(
+        arguments,
+        lambda: _local(source, chosen, fmt),
+        lambda remote: remote.remote_mesh(arguments.url, source, chosen, fmt),
+        lambda issue: issue_line(issue, chosen),
+    )
 
 
 def _local(source: str | dict[str, Any], chosen: Mapping[str, str], fmt: "Format") -> bytes:

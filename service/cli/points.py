@@ -4,18 +4,17 @@ import argparse
 from collections.abc import Mapping
 from typing import Any
 
-from service.cli.output import write
-from service.cli.refusals import OK, Refused, issue_line
+from service.cli.refusals import issue_line
 from service.cli.source import (
     FILE_HELP,
     Commands,
     add_command,
     add_output,
     check_output,
+    perform,
     surface_document,
     surface_source,
 )
-from service.errors import SurfaceError
 
 FLAGS = ("uv", "barycentric", "patch", "derivatives")
 
@@ -44,19 +43,14 @@ def _run(arguments: argparse.Namespace) -> int:
     if {"uv", "barycentric"} & chosen.keys() and not isinstance(source, str):
         # Places on the command line take the place of those in the file.
         source = {key: value for key, value in source.items() if key not in FLAGS[:3]}
-    try:
-        document = surface_document(source) | chosen
-        if arguments.url is None:
-            content = _local(document)
-        else:
-            from service.remote import remote_points
-
-            content = remote_points(arguments.url, document)
-    except SurfaceError as error:
-        lines = (issue_line(issue, dict.fromkeys(chosen, "")) for issue in error.issues)
-        raise Refused(*lines) from None
-    write(arguments.output, content)
-    return OK
+    document = surface_document(source) | chosen
+    flags = dict.fromkeys(chosen, "")
+    return perform(
+        arguments,
+        lambda: _local(document),
+        lambda remote: remote.remote_points(arguments.url, document),
+        lambda issue: issue_line(issue, flags),
+    )
 
 
 def _value(text: str | list[str]) -> Any:

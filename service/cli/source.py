@@ -2,11 +2,14 @@
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from service.cli.refusals import EXIT_CODES, Refused, UsageError
+from service.cli.output import write
+from service.cli.refusals import EXIT_CODES, OK, Refused, UsageError
+from service.errors import Issue, SurfaceError
 
 if TYPE_CHECKING:
     from service.encoders.format import FileFormat
@@ -41,6 +44,34 @@ def add_output(command: argparse.ArgumentParser, *, formats: bool = True) -> Non
     if formats:
         command.add_argument("--format", help="format, if the suffix of the output does not tell")
     command.add_argument("--url", help="let the service at this address do the work")
+
+
+def perform(
+    arguments: argparse.Namespace,
+    here: Callable[[], bytes],
+    there: Callable[[ModuleType], bytes],
+    line: Callable[[Issue], str],
+) -> int:
+    """Does the work in this process, or has it done at `--url`, and writes what comes of it.
+
+    Parameters
+    ----------
+    there : callable
+        Of the module `service.remote`, which is imported only if it is needed.
+    line : callable
+        What is written of an issue.
+    """
+    try:
+        if arguments.url is None:
+            content = here()
+        else:
+            from service import remote
+
+            content = there(remote)
+    except SurfaceError as error:
+        raise Refused(*map(line, error.issues)) from None
+    write(arguments.output, content)
+    return OK
 
 
 def check_output(arguments: argparse.Namespace) -> None:

@@ -1,13 +1,10 @@
 """Conversions as a document says them: a surface, and what shall be done with it in turn.
 
-To add an operation: its value in `service.surface.convert.operations`, here its model and its line
-in `_MODELS` and in `OperationDefinition`.
+To add an operation: its value in `service.surface.convert.operations`, here its model, its name
+in `OPERATIONS` and its line in `OperationDefinition`.
 """
 
-from collections.abc import Mapping
-from dataclasses import replace
-from types import MappingProxyType
-from typing import Annotated, Literal, TypeAlias, get_args
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
@@ -15,9 +12,10 @@ from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import Omittable, StrictModel
 from service.schemas.pairs import one_or_two, one_or_two_numbers, whole_number
-from service.schemas.refusals import refusal, validated, wrong_type
+from service.schemas.refusals import refusal, validated
 from service.schemas.request import surface_of
 from service.schemas.surfaces import SurfaceDefinition
+from service.schemas.unions import kind_of, of_known_kind
 from service.surface import Surface
 from service.surface.checks import MAX_DEGREE
 from service.surface.convert import operations as values
@@ -182,48 +180,10 @@ class TriangleConversion(StrictModel):
         return values.ToTriangle(self.half)
 
 
-_MODELS: Mapping[str, type[StrictModel]] = MappingProxyType(
-    {
-        str(get_args(model.model_fields["op"].annotation)[0]): model
-        for model in (
-            ElevateDefinition,
-            SplitDefinition,
-            RestrictDefinition,
-            TransposeDefinition,
-            ReverseDefinition,
-            BezierConversion,
-            TriangleConversion,
-        )
-    }
-)
-
-OPERATIONS = tuple(_MODELS)
+OPERATIONS = ("elevate", "split", "restrict", "transpose", "reverse", "bezier", "triangle")
 """Names of the operations."""
 
-
-def _op_of(value: object) -> str:
-    """The member of the union that a checked value wants to be."""
-    assert isinstance(value, dict)
-    return str(value["op"])
-
-
-def _of_known_op(value: object) -> object:
-    """Refuses what names no operation, before the union is asked."""
-    if not isinstance(value, dict):
-        raise refusal([((), wrong_type(value, "an object"))])
-    needed = "one of " + ", ".join(OPERATIONS)
-    if "op" not in value:
-        issue = Issue("missing_field", "A required field is missing.", "/op", "nothing", needed)
-        raise refusal([((), issue)])
-    wanted = value["op"]
-    if not isinstance(wanted, str):
-        raise refusal([((), replace(wrong_type(wanted, needed), pointer="/op"))])
-    if wanted not in OPERATIONS:
-        got = "an unknown name"
-        issue = Issue("unknown_operation", "There is no such operation.", "/op", got, needed)
-        raise refusal([((), issue)])
-    return value
-
+_UNKNOWN = Issue("unknown_operation", "There is no such operation.")
 
 OperationDefinition: TypeAlias = Annotated[
     Annotated[ElevateDefinition, Tag("elevate")]
@@ -233,8 +193,8 @@ OperationDefinition: TypeAlias = Annotated[
     | Annotated[ReverseDefinition, Tag("reverse")]
     | Annotated[BezierConversion, Tag("bezier")]
     | Annotated[TriangleConversion, Tag("triangle")],
-    Discriminator(_op_of),
-    BeforeValidator(_of_known_op),
+    Discriminator(kind_of(OPERATIONS, "op")),
+    BeforeValidator(of_known_kind(OPERATIONS, _UNKNOWN, "op", required=True)),
 ]
 
 

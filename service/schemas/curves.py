@@ -13,7 +13,7 @@ from pydantic import (
 )
 
 from service.bases.arrays import FloatArray
-from service.errors import InvalidRequest
+from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import CURVE_POINTS, CURVE_WEIGHTS, SPLINE_POINTS
 from service.schemas.bspline import KnotVector, check_degrees
 from service.schemas.fields import NameField, StrictModel, UpField
@@ -99,11 +99,13 @@ class BsplineCurveDefinition(StrictModel):
         )
 
 
+_UNKNOWN = Issue("unknown_type", "There is no such kind of curve.")
+
 CurveDefinition: TypeAlias = Annotated[
     Annotated[BezierCurveDefinition, Tag("bezier")]
     | Annotated[BsplineCurveDefinition, Tag("bspline")],
     Discriminator(kind_of(CURVE_KINDS)),
-    BeforeValidator(of_known_kind(CURVE_KINDS, "curve")),
+    BeforeValidator(of_known_kind(CURVE_KINDS, _UNKNOWN)),
 ]
 
 

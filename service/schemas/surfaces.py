@@ -10,6 +10,7 @@ from typing import Annotated, Any, TypeAlias
 
 from pydantic import BeforeValidator, Discriminator, Tag
 
+from service.errors import Issue
 from service.schemas import bezier, bspline, group, patches, sweeps, triangle
 from service.schemas.unions import kind_of, of_known_kind
 from service.surface import Surface
@@ -37,6 +38,8 @@ KINDS = ("bezier", "bspline", "triangle", "patches", "tube", "ribbon", "group")
 """Names of the kinds of surface; the first is meant where none is said."""
 
 
+_UNKNOWN = Issue("unknown_type", "There is no such kind of surface.")
+
 SurfaceDefinition: TypeAlias = Annotated[
     Annotated[bezier.BezierDefinition, Tag("bezier")]
     | Annotated[bspline.BsplineDefinition, Tag("bspline")]
@@ -46,7 +49,7 @@ SurfaceDefinition: TypeAlias = Annotated[
     | Annotated[sweeps.RibbonDefinition, Tag("ribbon")]
     | Annotated[group.GroupDefinition, Tag("group")],
     Discriminator(kind_of(KINDS)),
-    BeforeValidator(of_known_kind(KINDS, "surface")),
+    BeforeValidator(of_known_kind(KINDS, _UNKNOWN)),
 ]
 
 # Its members are surfaces as well, of a union that exists only now.

@@ -1,4 +1,4 @@
-"""Fields that hold one of several kinds, told by their `type`."""
+"""Fields that hold one of several kinds, told by one of their own, `type` or `op`."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -7,32 +7,39 @@ from service.errors import Issue
 from service.schemas.refusals import refusal, wrong_type
 
 
-def kind_of(kinds: Sequence[str]) -> Callable[[object], str | None]:
+def kind_of(kinds: Sequence[str], key: str = "type") -> Callable[[object], str | None]:
     """What tells the member of the union that a checked value wants to be.
 
     The first kind is meant where none is said.
     """
 
     def tell(value: object) -> str | None:
-        return str(value.get("type", kinds[0])) if isinstance(value, dict) else None
+        return str(value.get(key, kinds[0])) if isinstance(value, dict) else None
 
     return tell
 
 
-def of_known_kind(kinds: Sequence[str], what: str) -> Callable[[object], object]:
-    """What refuses a value that names no kind of `what`, before the union is asked."""
+def of_known_kind(
+    kinds: Sequence[str], unknown: Issue, key: str = "type", *, required: bool = False
+) -> Callable[[object], object]:
+    """What refuses a value that names no known kind, before the union is asked.
+
+    `unknown` is the issue of another name; unless the key is `required`, it may be left out.
+    """
+    needed, where = "one of " + ", ".join(kinds), f"/{key}"
 
     def check(value: object) -> object:
         if not isinstance(value, dict):
             raise refusal([((), wrong_type(value, "an object"))])
-        wanted = value.get("type", kinds[0])
-        needed = "one of " + ", ".join(kinds)
+        if required and key not in value:
+            message = "A required field is missing."
+            raise refusal([((), Issue("missing_field", message, where, "nothing", needed))])
+        wanted = value.get(key, kinds[0])
         if not isinstance(wanted, str):
-            raise refusal([((), replace(wrong_type(wanted, needed), pointer="/type"))])
+            raise refusal([((), replace(wrong_type(wanted, needed), pointer=where))])
         if wanted not in kinds:
-            got = "an unknown name"
-            message = f"There is no such kind of {what}."
-            raise refusal([((), Issue("unknown_type", message, "/type", got, needed))])
+            issue = replace(unknown, pointer=where, got="an unknown name", needed=needed)
+            raise refusal([((), issue)])
         return value
 
     return check

@@ -5,6 +5,7 @@ already, and what is checked is what no later line wants to doubt again.
 """
 
 from collections.abc import Callable
+from math import frexp
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -28,8 +29,9 @@ MAX_WEIGHT_RATIO = 1e8
 """Largest quotient of two weights of one surface. Float64 then still keeps half of its digits
 for the lightest control points, and with them for normals near these."""
 
-MIN_WEIGHT, MAX_WEIGHT = 1e-30, 1e30
-"""What weights may be themselves. Powers and quotients of those in between stay within float64."""
+USUAL_EXPONENT = 64
+"""Powers and quotients of weights stay within float64 where the largest is between 2 to minus this
+and 2 to this. Others are scaled: only their quotients count."""
 
 
 def checked_points(
@@ -84,12 +86,13 @@ def checked_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
 
     Returns
     -------
-    ndarray of float64, a copy
+    ndarray of float64, a copy; times a power of two, which is exact, where their size would leave
+    double precision
 
     Raises
     ------
     InvalidRequest
-        `weights_shape`, `not_finite`, `weight_not_positive`, `weight_ratio` or `out_of_range`.
+        `weights_shape`, `not_finite`, `weight_not_positive` or `weight_ratio`.
     """
     weights = np.array(values, dtype=np.float64, order="C")
     if weights.shape != shape:
@@ -115,8 +118,9 @@ def checked_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
                 f"at most {MAX_WEIGHT_RATIO:.0e} times",
             )
         )
-    far = (weights < MIN_WEIGHT) | (weights > MAX_WEIGHT)
-    _refuse(weights, "weights", far, _weight_out_of_range)
+    exponent = frexp(high)[1]
+    if abs(exponent) > USUAL_EXPONENT:
+        weights = np.ldexp(weights, -exponent)
     weights.flags.writeable = False
     return weights
 
@@ -231,16 +235,6 @@ def _not_positive(where: str, value: float) -> Issue:
         where,
         f"{value:.6g}",
         "a number above 0",
-    )
-
-
-def _weight_out_of_range(where: str, value: float) -> Issue:
-    return Issue(
-        "out_of_range",
-        "Only the quotients of weights count; so small or large ones leave double precision.",
-        where,
-        f"{value:.6g}",
-        f"{MIN_WEIGHT:.0e} to {MAX_WEIGHT:.0e}",
     )
 
 

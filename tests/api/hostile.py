@@ -205,10 +205,6 @@ def weights() -> Iterator[Hostile]:
     yield case("weight 0", weighted("[[1,1],[1,0]]"), 422, "weight_not_positive", f"{at}/1/1")
     yield case("weight -0.0", weighted("[[1,1],[1,-0.0]]"), 422, "weight_not_positive", f"{at}/1/1")
     yield case("weight -1", weighted("[[-1,1],[1,1]]"), 422, "weight_not_positive", f"{at}/0/0")
-    yield case("tiny weights", weighted("[[5e-324,1e-323],[5e-324,5e-324]]"), 422, "out_of_range",
-               f"{at}/0/0")  # fmt: skip
-    yield case("huge weights", weighted("[[1e29,1e30],[1e30,1e31]]"), 422, "out_of_range",
-               f"{at}/1/1")  # fmt: skip
     yield case("weights far apart", weighted("[[1e-300,1],[1,1e300]]"), 422, "weight_ratio", at)
 
 

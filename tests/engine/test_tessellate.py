@@ -319,8 +319,9 @@ def test_small_coordinates_stay_where_they_are(example: str) -> None:
     np.testing.assert_array_equal(mesh.triangles, truth.triangles)
     assert mesh.normals is not None
     assert truth.normals is not None
-    # Beside a pole du is short and rounding turns it further.
-    assert np.abs(mesh.normals - truth.normals).max() < 3e-6
+    # Beside the goblet's pole du is short and rounding turns it further: by 1.9e-6.
+    limit = 3e-6 if example == "nurbs-goblet" else 1e-6
+    assert np.abs(mesh.normals - truth.normals).max() < limit
 
 
 @pytest.mark.parametrize("single", [False, True])

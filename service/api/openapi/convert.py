@@ -7,7 +7,7 @@ from typing import Any
 
 import orjson
 
-from service.api.openapi.operations import problems
+from service.api.openapi.operations import post_operation
 from service.api.openapi.schemas import Json, ref
 from service.pipeline.conversion import converted
 from service.schemas.convert import convert_request
@@ -80,49 +80,25 @@ _EXAMPLES: Mapping[str, tuple[str, Json, list[Json]]] = MappingProxyType(
 def post_convert() -> Json:
     """POST /v1/convert."""
     examples = _examples()
-    return {
-        "operationId": "convertSurface",
-        "tags": ["surfaces"],
-        "summary": "A surface in another form, with the same points",
-        "description": "Does the operations one after the other and answers the surface that comes "
-        "out, as a body for the other calls. Corner points keep their digits, and patches that "
-        "shared an edge share it afterwards. Colours, texture coordinates and attributes come "
-        "along.",
-        "requestBody": {
-            "required": True,
-            "content": {
-                "application/json": {
-                    "schema": ref("ConvertRequest"),
-                    "examples": {
-                        name: {"summary": summary, "value": request}
-                        for name, (summary, request, _) in examples.items()
-                    },
-                }
-            },
-        },
-        "responses": {
-            "200": {
-                "description": "The surface.",
-                "content": {
-                    "application/json": {
-                        "schema": ref("SurfaceDocument"),
-                        "examples": {
-                            name: {"summary": summary, "value": answer}
-                            for name, (summary, _, answer) in examples.items()
-                        },
-                    }
-                },
-            },
-            **problems(
-                "MalformedJson",
-                "BodyTooSlow",
-                "BodyTooLarge",
-                "UnsupportedMediaType",
-                "InvalidRequest",
-                "InternalError",
-            ),
-        },
+    requests = {
+        name: {"summary": summary, "value": request}
+        for name, (summary, request, _) in examples.items()
     }
+    answers = {
+        name: {"summary": summary, "value": answer}
+        for name, (summary, _, answer) in examples.items()
+    }
+    content = {"schema": ref("SurfaceDocument"), "examples": answers}
+    return post_operation(
+        "convertSurface",
+        "surfaces",
+        "A surface in another form, with the same points",
+        "Does the operations one after the other and answers the surface that comes out, as a body "
+        "for the other calls. Corner points keep their digits, and patches that shared an edge "
+        "share it afterwards. Colours, texture coordinates and attributes come along.",
+        request=("ConvertRequest", requests),
+        answer={"description": "The surface.", "content": {"application/json": content}},
+    )
 
 
 @cache

@@ -5,7 +5,7 @@ from typing import Any
 
 import orjson
 
-from service.api.openapi.operations import file_schema, problems
+from service.api.openapi.operations import file_answer, file_schema, post_operation
 from service.api.openapi.schemas import Json, ref
 from service.encoders.curves.format import CurveFormat
 from service.encoders.curves.registry import CURVE_FORMATS, CURVES_BY_NAME
@@ -62,49 +62,17 @@ REQUESTS: Json = {
 
 def post_curve() -> Json:
     """POST /v1/curve."""
-    return {
-        "operationId": "createCurve",
-        "tags": ["curves"],
-        "summary": "A curve as points, tangents and lengths, or as lines",
-        "description": "Samples the curve and answers in the format that `Accept` prefers, or that "
-        "`format` names; JSON if neither says anything. In glTF, OOGL and OBJ a curve in the plane "
-        "lies at z = 0.",
-        "parameters": [
-            {
-                "name": "format",
-                "in": "query",
-                "required": False,
-                "description": "Format of the answer, stronger than `Accept`.",
-                "schema": {"type": "string", "enum": list(CURVES_BY_NAME)},
-                "example": "glb",
-            }
-        ],
-        "requestBody": {
-            "required": True,
-            "content": {"application/json": {"schema": ref("CurveRequest"), "examples": REQUESTS}},
-        },
-        "responses": {
-            "200": {
-                "description": "The curve.",
-                "headers": {
-                    "Content-Disposition": {
-                        "description": "A name to save the file under; not with JSON.",
-                        "schema": {"type": "string"},
-                    }
-                },
-                "content": {f.media_type: _content(f) for f in CURVE_FORMATS},
-            },
-            **problems(
-                "MalformedJson",
-                "NotAcceptable",
-                "BodyTooSlow",
-                "BodyTooLarge",
-                "UnsupportedMediaType",
-                "InvalidRequest",
-                "InternalError",
-            ),
-        },
-    }
+    return post_operation(
+        "createCurve",
+        "curves",
+        "A curve as points, tangents and lengths, or as lines",
+        "Samples the curve and answers in the format that `Accept` prefers, or that `format` "
+        "names; JSON if neither says anything. In glTF, OOGL and OBJ a curve in the plane lies at "
+        "z = 0.",
+        request=("CurveRequest", REQUESTS),
+        answer=file_answer("The curve.", {f.media_type: _content(f) for f in CURVE_FORMATS}),
+        formats=CURVE_FORMATS,
+    )
 
 
 def _content(fmt: CurveFormat) -> Json:

@@ -1,10 +1,10 @@
 """The operations that answer meshes, in the OpenAPI document."""
 
 from service.api.openapi.examples import REQUESTS, meshes
-from service.api.openapi.operations import file_schema, problems
+from service.api.openapi.operations import file_answer, file_schema, post_operation, problems
 from service.api.openapi.schemas import Json, option_parameters, ref
 from service.encoders.format import Format
-from service.encoders.registry import BY_NAME, FORMATS
+from service.encoders.registry import FORMATS
 from service.surface.examples import EXAMPLES
 
 EXAMPLE_PARAMETER = {
@@ -19,39 +19,16 @@ EXAMPLE_PARAMETER = {
 
 def post_mesh() -> Json:
     """POST /v1/mesh."""
-    return {
-        "operationId": "createMesh",
-        "tags": ["meshes"],
-        "summary": "The mesh of a surface",
-        "description": "Evaluates the surface and answers in the format that `Accept` prefers, or "
-        "that `format` names; JSON if neither says anything.",
-        "parameters": [
-            {
-                "name": "format",
-                "in": "query",
-                "required": False,
-                "description": "Format of the answer, stronger than `Accept`.",
-                "schema": {"type": "string", "enum": list(BY_NAME)},
-                "example": "glb",
-            }
-        ],
-        "requestBody": {
-            "required": True,
-            "content": {"application/json": {"schema": ref("MeshRequest"), "examples": REQUESTS}},
-        },
-        "responses": {
-            "200": _mesh_response(),
-            **problems(
-                "MalformedJson",
-                "NotAcceptable",
-                "BodyTooSlow",
-                "BodyTooLarge",
-                "UnsupportedMediaType",
-                "InvalidRequest",
-                "InternalError",
-            ),
-        },
-    }
+    return post_operation(
+        "createMesh",
+        "meshes",
+        "The mesh of a surface",
+        "Evaluates the surface and answers in the format that `Accept` prefers, or that `format` "
+        "names; JSON if neither says anything.",
+        request=("MeshRequest", REQUESTS),
+        answer=_mesh_response(),
+        formats=FORMATS,
+    )
 
 
 def get_mesh() -> Json:
@@ -78,16 +55,7 @@ def get_mesh() -> Json:
 
 
 def _mesh_response() -> Json:
-    return {
-        "description": "The mesh.",
-        "headers": {
-            "Content-Disposition": {
-                "description": "A name to save the file under; not with JSON.",
-                "schema": {"type": "string"},
-            }
-        },
-        "content": {f.media_type: _mesh_content(f) for f in FORMATS},
-    }
+    return file_answer("The mesh.", {f.media_type: _mesh_content(f) for f in FORMATS})
 
 
 def _mesh_content(fmt: Format) -> Json:

@@ -1,5 +1,6 @@
 """What the operations of the OpenAPI document have in common."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from service.api.openapi.problems import status_of
@@ -20,6 +21,79 @@ def get_operation(operation: str, tag: str, summary: str, answer: str, *errors: 
             },
             **problems(*errors, "InternalError"),
         },
+    }
+
+
+def post_operation(
+    operation: str,
+    tag: str,
+    summary: str,
+    description: str,
+    *,
+    request: tuple[str, Json],
+    answer: Json,
+    formats: Sequence[FileFormat] = (),
+) -> Json:
+    """A POST of a JSON document.
+
+    Parameters
+    ----------
+    request : (schema, examples)
+    answer : dict
+        The response 200.
+    formats : sequence of FileFormat
+        What the answer may be written in, where there is a choice.
+    """
+    schema, examples = request
+    negotiated = ("NotAcceptable",) if formats else ()
+    return {
+        "operationId": operation,
+        "tags": [tag],
+        "summary": summary,
+        "description": description,
+        **({"parameters": [_format_parameter(formats)]} if formats else {}),
+        "requestBody": {
+            "required": True,
+            "content": {"application/json": {"schema": ref(schema), "examples": examples}},
+        },
+        "responses": {
+            "200": answer,
+            **problems("MalformedJson", *negotiated, *_BODY_PROBLEMS),
+        },
+    }
+
+
+_BODY_PROBLEMS = (
+    "BodyTooSlow",
+    "BodyTooLarge",
+    "UnsupportedMediaType",
+    "InvalidRequest",
+    "InternalError",
+)
+
+
+def _format_parameter(formats: Sequence[FileFormat]) -> Json:
+    return {
+        "name": "format",
+        "in": "query",
+        "required": False,
+        "description": "Format of the answer, stronger than `Accept`.",
+        "schema": {"type": "string", "enum": [fmt.name for fmt in formats]},
+        "example": "glb",
+    }
+
+
+def file_answer(description: str, content: Json) -> Json:
+    """An answer that is a file, by media type."""
+    return {
+        "description": description,
+        "headers": {
+            "Content-Disposition": {
+                "description": "A name to save the file under; not with JSON.",
+                "schema": {"type": "string"},
+            }
+        },
+        "content": content,
     }
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import orjson
 
-from service.api.openapi.operations import problems
+from service.api.openapi.operations import post_operation
 from service.api.openapi.schemas import Json, ref
 from service.engine.points.answer import COLUMNS
 from service.pipeline.points import plan_points
@@ -73,40 +73,18 @@ _REQUESTS: Json = {
 
 def post_points() -> Json:
     """POST /v1/points."""
-    return {
-        "operationId": "queryPoints",
-        "tags": ["points"],
-        "summary": "Points of a surface, with derivatives and curvatures",
-        "description": "Evaluates the surface at the parameters given, in float64, and answers in "
-        "columns: row k of each belongs to place k of `uv` or `barycentric`. Partials are those "
-        "with respect to the surface's own parameters, right-continuous at knots. Tubes, ribbons "
-        "and groups have none (`not_parametric`).",
-        "requestBody": {
-            "required": True,
-            "content": {
-                "application/json": {"schema": ref("PointsRequest"), "examples": _REQUESTS}
-            },
-        },
-        "responses": {
-            "200": {
-                "description": "The points.",
-                "content": {
-                    "application/json": {
-                        "schema": ref("Points"),
-                        "examples": {"patch": {"value": _answer()}},
-                    }
-                },
-            },
-            **problems(
-                "MalformedJson",
-                "BodyTooSlow",
-                "BodyTooLarge",
-                "UnsupportedMediaType",
-                "InvalidRequest",
-                "InternalError",
-            ),
-        },
-    }
+    content = {"schema": ref("Points"), "examples": {"patch": {"value": _answer()}}}
+    return post_operation(
+        "queryPoints",
+        "points",
+        "Points of a surface, with derivatives and curvatures",
+        "Evaluates the surface at the parameters given, in float64, and answers in columns: row k "
+        "of each belongs to place k of `uv` or `barycentric`. Partials are those with respect to "
+        "the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have "
+        "none (`not_parametric`).",
+        request=("PointsRequest", _REQUESTS),
+        answer={"description": "The points.", "content": {"application/json": content}},
+    )
 
 
 def points_schema() -> Json:

@@ -1,0 +1,90 @@
+"""Weights of any size, on every kind of surface and curve that has them."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.encoders.curves.registry import CURVES_BY_NAME
+from service.encoders.registry import BY_NAME
+from service.engine.curves.options import CurveOptions
+from service.engine.options import MeshOptions
+from service.pipeline.curve import render_curve
+from service.pipeline.mesh import render
+from service.pipeline.points import plan_points
+from service.schemas.curve_request import curve_request
+from service.schemas.document import DocumentLimits
+from service.schemas.points import points_request
+from service.schemas.request import mesh_request
+
+LIMITS = DocumentLimits()
+NET = [[[i, j, (i * j) % 3] for j in range(4)] for i in range(4)]
+ROWS = [[[0, 0, 0], [2, 0, 2], [4, 0, 0]], [[0, 2, 2], [2, 2, 0]], [[0, 4, 0]]]
+POLYGON = [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]
+
+POWERS = [-1070, -500, 500, 1020]
+"""Of two: to where float64 ends, and with the largest weight here, 8, a little within."""
+
+
+def surfaces(w: float) -> dict[str, dict[str, Any]]:
+    grid = [[w, 2 * w, w, 8 * w]] * 4
+    return {
+        "bezier": {"control_net": NET, "weights": grid},
+        "bspline": {"type": "bspline", "control_net": NET, "degree": 2, "weights": grid},
+        "triangle": {
+            "type": "triangle",
+            "control_net": ROWS,
+            "weights": [[w, 2 * w, w], [8 * w, w], [w]],
+        },
+        "patches": {
+            "type": "patches",
+            "vertices": POLYGON,
+            "patches": [[[0, 1], [3, 2]]],
+            "weights": [w, 2 * w, w, 8 * w],
+        },
+        "tube": {
+            "type": "tube",
+            "curve": {"control_points": POLYGON, "weights": [w, 2 * w, w, 8 * w]},
+            "radius": 0.1,
+        },
+    }
+
+
+@pytest.mark.parametrize("power", POWERS)
+@pytest.mark.parametrize("kind", surfaces(1.0))
+def test_meshes_are_those_of_usual_weights(kind: str, power: int) -> None:
+    """Bit for bit: a power of two is exact."""
+    meshes = [
+        render(
+            mesh_request({"surface": surfaces(w)[kind]}, LIMITS).to_surface(),
+            MeshOptions((5, 4)),
+            BY_NAME["json"],
+        )
+        for w in (1.0, float(np.ldexp(1.0, power)))
+    ]
+    assert b"null" not in meshes[0]
+    assert meshes[0] == meshes[1]
+
+
+@pytest.mark.parametrize("power", POWERS)
+@pytest.mark.parametrize("kind", ["bezier", "bspline"])
+def test_points_are_those_of_usual_weights(kind: str, power: int) -> None:
+    answers = []
+    for w in (1.0, float(np.ldexp(1.0, power))):
+        document = {"surface": surfaces(w)[kind], "uv": [[0, 0.5], [1, 1]], "derivatives": 2}
+        wanted = points_request(document, LIMITS)
+        answers.append(plan_points(wanted.to_surface(), wanted.to_query()).run())
+    assert b"null" not in answers[0]
+    assert answers[0] == answers[1]
+
+
+@pytest.mark.parametrize("power", POWERS)
+@pytest.mark.parametrize("kind", ["bezier", "bspline"])
+@pytest.mark.parametrize("options", [CurveOptions(), CurveOptions(tolerance=1e-3)])
+def test_curves_are_those_of_usual_weights(kind: str, power: int, options: CurveOptions) -> None:
+    answers = []
+    for w in (1.0, float(np.ldexp(1.0, power))):
+        curve = {"type": kind, "control_points": POLYGON, "weights": [w, 2 * w, w, 8 * w]}
+        wanted = curve_request({"curve": curve}, LIMITS)
+        answers.append(render_curve(wanted.to_curve(), options, CURVES_BY_NAME["json"]))
+    assert answers[0] == answers[1]
