@@ -15,13 +15,15 @@ ENGINE = 2
 class MeshPart:
     """A named run of faces: rows [first, last) of `Mesh.triangles` and of `Mesh.quads`.
 
-    `color` is the base colour of these faces, None where nothing was said.
+    `color` is the base colour of these faces, None where nothing was said. `deviation_bound` is as
+    in `MeshReport`, for the surface of this part.
     """
 
     name: str
     triangles: tuple[int, int]
     quads: tuple[int, int]
     color: Color | None = None
+    deviation_bound: float | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -55,6 +57,12 @@ class MeshReport:
     normal is a limit. `closure` tells along which parameters the surface closes, and how smoothly;
     it is there if the patches are pieces of one surface. `engine` is the version of the numbers
     (`ENGINE`).
+
+    `deviation_bound`, in model units: no point of the surface is further than this from the faces
+    as they are stored, a certainty; None where there are no faces of a parametric surface.
+    `mesh_deviation_bound`, where it was asked for: no point of the faces is further than this from
+    the surface. `normal_angle`, in radians, where it was asked for: the largest measured between
+    the normals at two vertices that an edge joins.
     """
 
     vertices: int
@@ -67,6 +75,9 @@ class MeshReport:
     boundary_edges: int
     poles_repaired: int
     closure: Closure | None = None
+    deviation_bound: float | None = None
+    mesh_deviation_bound: float | None = None
+    normal_angle: float | None = None
     engine: int = ENGINE
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import pi, radians
 from typing import Literal, TypeAlias
 
+from service.engine.adaptive.accuracy import Accuracy
 from service.errors import InvalidRequest, Issue
 from service.surface.checks import MAX_COORDINATE
 
@@ -54,6 +55,8 @@ class MeshOptions:
         Whether the surface itself is there, or nothing but what is drawn on it.
     method : "matrix", "de_casteljau" or "forward_difference"
         How samples are computed.
+    accuracy : Accuracy or None
+        How near the mesh must be to the surface; if there is one, `resolution` is not read.
     """
 
     resolution: tuple[int, int] = (16, 16)
@@ -69,6 +72,7 @@ class MeshOptions:
     wire_sides: int = 8
     surface: bool = True
     method: Method = "matrix"
+    accuracy: Accuracy | None = None
 
     def __post_init__(self) -> None:
         if not all(1 <= r <= MAX_RESOLUTION for r in self.resolution):
