@@ -1,0 +1,142 @@
+"""Positions and partials anywhere, against exact de Casteljau; the bits are each patch's own."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.adaptive.ground import Ground
+from service.surface.batches import TensorPatches, TrianglePatches
+from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
+from service.surface.lowered import Part, PatchModel
+from tests import strategies
+from tests.oracles import exact, triangles
+
+
+def model_of(*batches: TensorPatches | TrianglePatches) -> PatchModel:
+    count = sum(batch.count for batch in batches)
+    return PatchModel("model", batches, (Part("all", 0, count),))
+
+
+def random_batches(seed: int) -> tuple[TensorPatches | TrianglePatches, ...]:
+    """Tensor patches of two degrees, rational ones, and triangles of both kinds."""
+    rng = np.random.default_rng(seed)
+    return (
+        TensorPatches(rng.normal(size=(3, 4, 4, 3))),
+        TensorPatches(rng.normal(size=(2, 3, 6, 3)) + 50.0, rng.uniform(0.2, 5, (2, 3, 6))),
+        TrianglePatches(rng.normal(size=(2, 15, 3))),
+        TrianglePatches(rng.normal(size=(2, 10, 3)), rng.uniform(0.2, 5, (2, 10))),
+        TensorPatches(rng.normal(size=(2, 4, 4, 3)) - 9.0),
+    )
+
+
+PLACES = st.tuples(st.integers(0, 64), st.integers(0, 64))
+
+
+@settings(max_examples=40)
+@given(strategies.weighted_nets(), st.lists(PLACES, min_size=1, max_size=4))
+def test_positions_and_partials_are_those_of_exact_arithmetic(
+    net: tuple[strategies.Array, strategies.Array | None], places: list[tuple[int, int]]
+) -> None:
+    points, weights = net
+    ground = Ground.of(BezierSurface(points, weights).lower())
+    u, v = (np.array(axis) / 64 for axis in zip(*places, strict=True))
+    patch = np.zeros(len(places), dtype=np.intp)
+    size = np.abs(points).max() + 1.0
+    found = (ground.positions(patch, u, v), *ground.partials(patch, u, v))
+    jets = [
+        exact.jets(exact.exact_net(points, weights), [Fraction(a)], [Fraction(b)])[0][0]
+        for a, b in zip(u.tolist(), v.tolist(), strict=True)
+    ]
+    for values, wanted, within in zip(
+        found, zip(*jets, strict=True), (1e-13, 1e-9, 1e-9), strict=True
+    ):
+        np.testing.assert_allclose(
+            values, np.array(wanted, dtype=float), rtol=0, atol=within * size
+        )
+
+
+@pytest.mark.parametrize("weighted", [False, True])
+def test_triangles_are_evaluated_as_squares_with_one_side_a_point(weighted: bool) -> None:
+    rng = np.random.default_rng(5)
+    for degree in (1, 2, 5):
+        points = rng.normal(size=((degree + 1) * (degree + 2) // 2, 3)) + 1000.0
+        weights = rng.uniform(0.1, 4, len(points)) if weighted else None
+        batch = TrianglePatches(points[None], None if weights is None else weights[None])
+        ground = Ground.of(model_of(batch))
+        u, v = rng.integers(0, 257, (2, 20)) / 256
+        found = ground.positions(np.zeros(20, dtype=np.intp), u, v)
+        net = triangles.exact_triangle(points, weights)
+        for place, a, b in zip(found, u.tolist(), v.tolist(), strict=True):
+            s, t = Fraction(a) * (1 - Fraction(b)), Fraction(b)
+            wanted = triangles.jet(net, (1 - s - t, s, t)).point
+            np.testing.assert_allclose(place, np.array(wanted, dtype=float), rtol=0, atol=1e-11)
+
+
+def test_the_bits_of_a_patch_depend_on_nothing_else() -> None:
+    batches = random_batches(7)
+    ground = Ground.of(model_of(*batches))
+    rng = np.random.default_rng(8)
+    patch = rng.integers(0, 11, 5000)
+    u, v = rng.random((2, 5000))
+    together = (ground.positions(patch, u, v), *ground.partials(patch, u, v))
+    first = 0
+    for batch in batches:
+        for k in range(batch.count):
+            alone = Ground.of(model_of(batch.take(np.array([k]))))
+            here = np.flatnonzero(patch == first + k)[::-1]
+            none = np.zeros(len(here), dtype=np.intp)
+            apart = (
+                alone.positions(none, u[here], v[here]),
+                *alone.partials(none, u[here], v[here]),
+            )
+            for one, other in zip(together, apart, strict=True):
+                np.testing.assert_array_equal(one[here], other)
+        first += batch.count
+
+
+def test_patches_keep_their_numbers_and_groups_their_degree() -> None:
+    ground = Ground.of(model_of(*random_batches(9)))
+    assert [(nets.degree, nets.rational) for nets in ground.groups] == [
+        ((3, 3), False),
+        ((2, 5), True),
+        ((4, 4), False),
+        ((3, 3), True),
+    ]
+    assert ground.groups[0].patches.tolist() == [0, 1, 2, 9, 10]
+    for number, nets in enumerate(ground.groups):
+        np.testing.assert_array_equal(ground.group[nets.patches], number)
+        np.testing.assert_array_equal(nets.patches[ground.row[nets.patches]], nets.patches)
+    wanted = np.array([4, 9, 0, 4])
+    rows = {number: here.tolist() for number, (_, here) in enumerate(ground.by_group(wanted))}
+    assert rows == {0: [1, 2], 1: [0, 3]}
+
+
+def test_weights_of_any_size_lose_nothing() -> None:
+    rng = np.random.default_rng(3)
+    points, weights = rng.normal(size=(1, 3, 4, 3)), rng.uniform(0.5, 2, (1, 3, 4))
+    u, v = rng.random((2, 9))
+    none = np.zeros(9, dtype=np.intp)
+    usual = Ground.of(model_of(TensorPatches(points, weights))).positions(none, u, v)
+    for power in (-64, 64):
+        other = Ground.of(model_of(TensorPatches(points, np.ldexp(weights, power))))
+        np.testing.assert_array_equal(other.positions(none, u, v), usual)
+
+
+def test_far_from_the_origin_only_the_coordinates_themselves_are_rounded() -> None:
+    rng = np.random.default_rng(4)
+    points = np.round(rng.normal(size=(4, 4, 3)) * 64) / 64
+    u, v = rng.random((2, 50))
+    none = np.zeros(50, dtype=np.intp)
+    near = Ground.of(BezierSurface(points).lower()).positions(none, u, v)
+    far = Ground.of(BezierSurface(points + 2.0**20).lower()).positions(none, u, v) - 2.0**20
+    np.testing.assert_allclose(far, near, rtol=0, atol=2.0**-31)
+
+
+def test_a_b_spline_is_known_to_be_made_of_pieces() -> None:
+    net = np.random.default_rng(2).normal(size=(6, 5, 3))
+    assert Ground.of(BsplineSurface(net).lower()).pieces
+    assert not Ground.of(model_of(TensorPatches(net[None]))).pieces
