@@ -19,8 +19,16 @@ from service.cli.source import (
 if TYPE_CHECKING:
     from service.encoders.format import Format
 
+ACCURACY = (
+    "tolerance", "relative_tolerance", "angle_tolerance", "max_triangles", "max_bytes", "two_sided",
+)  # fmt: skip
+"""Options that take the place of a resolution."""
+
+SEEN = ("camera", "pixel_tolerance")
+"""Such options that only files have."""
+
 OPTIONS = (
-    "resolution", "faces", "normals", "uvs", "weld", "crease_angle", "overlays", "oogl",
+    *ACCURACY, "resolution", "faces", "normals", "uvs", "weld", "crease_angle", "overlays", "oogl",
     "isocurves", "wires", "wire_width", "wire_sides", "method",
 )  # fmt: skip
 """The options of a mesh, by name; their models would take too long to import for `--help`."""
@@ -39,6 +47,7 @@ def _add_options(mesh: argparse.ArgumentParser) -> None:
     """The options of a mesh; each overrides the same one in the file."""
     group = mesh.add_argument_group("options of the mesh")
     group.add_argument("--resolution", metavar="N|U,V", help="divisions of every patch (16)")
+    _add_accuracy(mesh)
     group.add_argument("--faces", metavar="KIND", help="triangles (default), quads or none")
     for name, text in (
         ("normals", "unit normals (yes)"),
@@ -58,12 +67,45 @@ def _add_options(mesh: argparse.ArgumentParser) -> None:
     group.add_argument("--oogl", metavar="FORM", help="form of OOGL: cquad, mesh, off, bez")
 
 
+def _add_accuracy(mesh: argparse.ArgumentParser) -> None:
+    """What may be said instead of a resolution."""
+    group = mesh.add_argument_group("instead of a resolution: accuracy, proved")
+    group.add_argument("--tolerance", metavar="LENGTH", help="how far the mesh may be")
+    group.add_argument("--relative-tolerance", metavar="SHARE", help="the same, of the diagonal")
+    group.add_argument("--angle-tolerance", metavar="RADIANS", help="between neighbouring normals")
+    group.add_argument("--max-triangles", metavar="N", help="the best that so many allow")
+    group.add_argument("--max-bytes", metavar="N", help="the best that so many allow")
+    group.add_argument(
+        "--two-sided",
+        action=argparse.BooleanOptionalAction,
+        help="bound the distance from the mesh to the surface as well (no)",
+    )
+
+
+def overridden(source: dict[str, Any], chosen: Mapping[str, str]) -> dict[str, Any]:
+    """The request without what the options of the command line take the place of.
+
+    A resolution takes the place of an accuracy, an accuracy that of a resolution, and of the two
+    tolerances one that of the other.
+    """
+    gone: set[str] = set()
+    if "resolution" in chosen:
+        gone |= {*ACCURACY, *SEEN}
+    elif any(name in chosen for name in ACCURACY):
+        gone.add("resolution")
+    if {"tolerance", "relative_tolerance"} & chosen.keys():
+        gone |= {"tolerance", "relative_tolerance"}
+    return {key: value for key, value in source.items() if key not in gone}
+
+
 def _run(arguments: argparse.Namespace) -> int:
     from service.encoders.registry import FORMATS
 
     fmt = chosen_format(arguments, FORMATS)
     source = surface_source(arguments.source)
     chosen = chosen_options(arguments, OPTIONS)
+    if not isinstance(source, str):
+        source = overridden(source, chosen)
     return perform(
         arguments,
         lambda: _local(source, chosen, fmt),

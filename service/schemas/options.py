@@ -3,9 +3,19 @@
 from math import pi
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from service.engine.options import MAX_SIDES, MIN_SIDES, MeshOptions, Method, WireForm
+from service.schemas.accuracy import (
+    AngleTolerance,
+    MaxBytes,
+    MaxTriangles,
+    RelativeTolerance,
+    Tolerance,
+    TwoSided,
+    accuracy_of,
+    refuse_conflict,
+)
 from service.schemas.fields import IsoCurves, Omittable, Overlays, Resolution, StrictModel
 from service.surface.checks import MAX_COORDINATE
 
@@ -22,9 +32,15 @@ class MeshOptionFields(StrictModel):
         default=_DEFAULTS.resolution,
         description="Divisions of every patch: one number, or [u, v]. A patch has "
         "(u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has "
-        "(n + 1)(n + 2)/2.",
+        "(n + 1)(n + 2)/2. Not beside a tolerance or a budget.",
         examples=[16, [16, 32]],
     )
+    tolerance: Tolerance = None
+    relative_tolerance: RelativeTolerance = None
+    angle_tolerance: AngleTolerance = None
+    max_triangles: MaxTriangles = None
+    max_bytes: MaxBytes = None
+    two_sided: TwoSided = False
     faces: Literal["triangles", "quads", "none"] = Field(
         default=_DEFAULTS.faces,
         description="Kind of faces. `quads` only where the format has them; `none` leaves the "
@@ -100,8 +116,19 @@ class MeshOptionFields(StrictModel):
         examples=["bez"],
     )
 
+    @model_validator(mode="after")
+    def _divided_by_one_rule(self) -> "MeshOptionFields":
+        refuse_conflict(self)
+        return self
+
     def mesh_options(self) -> MeshOptions:
-        """The part that the engine reads."""
+        """The part that the engine reads.
+
+        Raises
+        ------
+        InvalidRequest
+            Where options that are right by themselves do not go together; pointers `/name`.
+        """
         return MeshOptions(
             resolution=self.resolution,
             faces="triangles" if self.faces == "none" else self.faces,
@@ -116,4 +143,5 @@ class MeshOptionFields(StrictModel):
             wire_sides=self.wire_sides,
             surface=self.faces != "none",
             method=self.method,
+            accuracy=accuracy_of(self),
         )

@@ -9,6 +9,7 @@ from math import inf, isfinite
 from types import MappingProxyType
 
 from service.errors import InvalidRequest, Issue, pointer
+from service.schemas.accuracy import SEEN
 from service.schemas.curve_request import CurveOptionFields
 from service.schemas.options import MeshOptionFields
 from service.schemas.request import mesh_options
@@ -23,7 +24,10 @@ _FLAG_NAMES = frozenset(
     for name, field in model.model_fields.items()
     if field.annotation is bool
 )
-_NUMBER_NAMES = frozenset({"crease_angle", "tolerance", "wire_width"})
+_NUMBER_NAMES = frozenset(
+    {"crease_angle", "tolerance", "relative_tolerance", "angle_tolerance", "wire_width"}
+)
+_WHOLE_NAMES = frozenset({"wire_sides", "max_triangles", "max_bytes"})
 _PAIR_NAMES = frozenset({"resolution", "isocurves"})
 LIST_NAMES = _PAIR_NAMES | {"overlays"}
 """Options that may be lists."""
@@ -40,7 +44,21 @@ def options_from_text(pairs: Iterable[tuple[str, str]]) -> MeshOptionFields:
     InvalidRequest
         With pointers `/name of the option`.
     """
-    return mesh_options(values_from_text(pairs))
+    values = values_from_text(pairs)
+    seen = [
+        Issue(
+            "unknown_field",
+            "A camera has no place in a query; the body of a POST has one.",
+            pointer([name]),
+            "an option of bodies",
+            "tolerance or relative_tolerance, or POST /v1/mesh",
+        )
+        for name in SEEN
+        if name in values
+    ]
+    if seen:
+        raise InvalidRequest(*seen)
+    return mesh_options(values)
 
 
 def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
@@ -83,7 +101,7 @@ def _value(name: str, text: str) -> object:
         return numbers[0] if len(numbers) == 1 else numbers
     if name == "overlays":
         return text.split(",") if text else []
-    if name == "wire_sides":
+    if name in _WHOLE_NAMES:
         return _whole(text)
     if name in _NUMBER_NAMES:
         return float(text) if _NUMBER.fullmatch(text) else text

@@ -120,6 +120,9 @@ def _translated(name: str, value: object, context: dict[str, Any]) -> Issue:
         case "greater_than":
             needed = f"above {context['gt']}"
             issue = Issue("out_of_range", "The number is too small.", "", f"{value:.6g}", needed)
+        case "less_than":
+            needed = f"below {context['lt']:.6g}"
+            issue = Issue("out_of_range", "The number is too large.", "", f"{value:.6g}", needed)
         case "less_than_equal":
             needed = f"at most {context['le']:.6g}"
             issue = Issue("out_of_range", "The number is too large.", "", f"{value:.6g}", needed)

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pydantic import Field
 
 from service.errors import InvalidRequest
+from service.schemas.accuracy import CameraField, PixelTolerance
 from service.schemas.document import DocumentLimits
 from service.schemas.options import MeshOptionFields
 from service.schemas.refusals import validated
@@ -18,6 +19,8 @@ class MeshRequest(MeshOptionFields):
     surface: SurfaceDefinition = Field(
         description="The surface, by its control points.",
     )
+    camera: CameraField = None
+    pixel_tolerance: PixelTolerance = None
 
     def to_surface(self) -> Surface:
         """The surface itself.

@@ -14,6 +14,7 @@ CODES: Mapping[str, str] = MappingProxyType(
         "missing_field": "a required field is not there",
         "unknown_field": "there is no such field or parameter",
         "unexpected_field": "a field that its neighbours exclude",
+        "conflicting_options": "two options of which only one can hold",
         "contradiction": "two fields of which only one can hold",
         "null_value": "null is not a value: leave the field out",
         "wrong_type": "another JSON type than needed",

@@ -16,6 +16,11 @@ _STRIP = [[[0, 1], [2, 3]], [[2, 3], [4, 5]]]
 
 _WING = {"control_net": [[[0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 1, 0.5]]]}
 
+_WAVE = {
+    "control_net": [[[i, j, (i % 2) * (j % 3)] for j in range(4)] for i in range(4)],
+}
+"""A bicubic patch that bends more along v than along u."""
+
 _CIRCLE = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
 
 REQUESTS: Json = {
@@ -167,6 +172,32 @@ REQUESTS: Json = {
             "wires": "tubes",
             "wire_width": 0.02,
             "wire_sides": 6,
+        },
+    },
+    "tolerance": {
+        "summary": "No further from its mesh than a thousandth of its size, nor the mesh from it",
+        "value": {
+            "surface": _WAVE,
+            "relative_tolerance": 0.001,
+            "angle_tolerance": 0.3,
+            "two_sided": True,
+        },
+    },
+    "limits": {
+        "summary": "Within a hundredth of a unit, or refused if that takes more than is allowed",
+        "value": {
+            "surface": _WAVE,
+            "tolerance": 0.01,
+            "max_triangles": 5000,
+            "max_bytes": 1_000_000,
+        },
+    },
+    "camera": {
+        "summary": "Within half a pixel of a picture that is taken from a point",
+        "value": {
+            "surface": _WAVE,
+            "camera": {"position": [1.5, -4, 3], "field_of_view": 0.8, "height": 1080},
+            "pixel_tolerance": 0.5,
         },
     },
     "samples": {

@@ -108,6 +108,16 @@ class Accuracy:
                     "one of the two",
                 )
             )
+        if self.two_sided and not self._bounded:
+            raise InvalidRequest(
+                Issue(
+                    "missing_field",
+                    "The distance from the mesh to the surface is bounded beside the other one.",
+                    "/tolerance",
+                    "two_sided alone",
+                    "a tolerance or a budget as well",
+                )
+            )
         if (self.camera is None) != (self.pixel_tolerance is None):
             raise InvalidRequest(
                 Issue(
@@ -118,6 +128,18 @@ class Accuracy:
                     "both of camera and pixel_tolerance, or neither",
                 )
             )
+
+    @property
+    def _bounded(self) -> bool:
+        """Whether a distance is asked for: angles alone bound none."""
+        given = (
+            self.tolerance,
+            self.relative_tolerance,
+            self.pixel_tolerance,
+            self.max_triangles,
+            self.max_bytes,
+        )
+        return any(value is not None for value in given)
 
 
 def _out_of_range(where: str, message: str, got: str, needed: str) -> InvalidRequest:

@@ -1,0 +1,199 @@
+"""Tolerances, budgets and cameras, from documents, queries and command lines to the engine."""
+
+from dataclasses import fields
+from math import pi
+from typing import Any
+
+import pytest
+
+from service.cli import mesh as command
+from service.engine.adaptive.accuracy import Accuracy, Camera
+from service.errors import InvalidRequest
+from service.schemas import accuracy
+from service.schemas.accuracy import MAX_COUNT, MAX_PIXELS
+from service.schemas.document import DocumentLimits
+from service.schemas.query import options_from_text
+from service.schemas.request import MeshRequest, mesh_request
+from service.surface.checks import MAX_COORDINATE
+
+SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]}
+CAMERA = {"position": [1, 2, 3], "field_of_view": 0.8, "height": 1080}
+SEEN = {"camera": CAMERA, "pixel_tolerance": 0.5}
+
+
+def stated(**options: Any) -> Accuracy | None:
+    """What a body with these options asks of the engine."""
+    return mesh_request({"surface": SURFACE, **options}, DocumentLimits()).mesh_options().accuracy
+
+
+def refused(**options: Any) -> list[tuple[str, str]]:
+    """Codes and places of what is wrong with a body."""
+    with pytest.raises(InvalidRequest) as refusal:
+        stated(**options)
+    for issue in refusal.value.issues:
+        assert issue.got
+        assert issue.needed
+    return [(issue.code, issue.pointer) for issue in refusal.value.issues]
+
+
+def test_every_field_of_an_accuracy_is_an_option_of_the_same_name() -> None:
+    names = {field.name for field in fields(Accuracy)}
+    assert names <= set(MeshRequest.model_fields)
+    assert names == set(accuracy.NAMES) == {*command.ACCURACY, *command.SEEN}
+    assert accuracy.SEEN == command.SEEN
+
+
+@pytest.mark.parametrize(
+    ("options", "wanted"),
+    [
+        ({}, None),
+        ({"resolution": 16}, None),
+        ({"two_sided": False}, None),
+        ({"resolution": [2, 3], "two_sided": False}, None),
+        ({"tolerance": 1e-3}, Accuracy(tolerance=1e-3)),
+        ({"tolerance": 1}, Accuracy(tolerance=1.0)),
+        ({"tolerance": MAX_COORDINATE}, Accuracy(tolerance=MAX_COORDINATE)),
+        ({"tolerance": 5e-324}, Accuracy(tolerance=5e-324)),
+        ({"relative_tolerance": 1}, Accuracy(relative_tolerance=1.0)),
+        ({"angle_tolerance": pi}, Accuracy(angle_tolerance=pi)),
+        ({"max_triangles": 2}, Accuracy(max_triangles=2)),
+        ({"max_bytes": MAX_COUNT}, Accuracy(max_bytes=MAX_COUNT)),
+        (
+            {"tolerance": 0.1, "angle_tolerance": 0.2, "max_triangles": 9, "two_sided": True},
+            Accuracy(tolerance=0.1, angle_tolerance=0.2, max_triangles=9, two_sided=True),
+        ),
+        ({"max_bytes": 99, "two_sided": True}, Accuracy(max_bytes=99, two_sided=True)),
+        (SEEN, Accuracy(camera=Camera((1.0, 2.0, 3.0), 0.8, 1080), pixel_tolerance=0.5)),
+        (
+            {**SEEN, "relative_tolerance": 0.5},
+            Accuracy(
+                relative_tolerance=0.5,
+                camera=Camera((1.0, 2.0, 3.0), 0.8, 1080),
+                pixel_tolerance=0.5,
+            ),
+        ),
+    ],
+)
+def test_what_a_body_states_is_what_the_engine_reads(
+    options: dict[str, Any], wanted: Accuracy | None
+) -> None:
+    assert stated(**options) == wanted
+
+
+@pytest.mark.parametrize(
+    ("query", "wanted"),
+    [
+        ({"tolerance": "1e-3"}, Accuracy(tolerance=1e-3)),
+        ({"relative_tolerance": "0.5"}, Accuracy(relative_tolerance=0.5)),
+        ({"angle_tolerance": "1"}, Accuracy(angle_tolerance=1.0)),
+        (
+            {"max_triangles": "5", "two_sided": "true"},
+            Accuracy(max_triangles=5, two_sided=True),
+        ),
+        ({"max_bytes": "123456"}, Accuracy(max_bytes=123456)),
+        ({"two_sided": "false", "resolution": "3"}, None),
+    ],
+)
+def test_what_a_query_states_is_what_the_engine_reads(
+    query: dict[str, str], wanted: Accuracy | None
+) -> None:
+    assert options_from_text(query.items()).mesh_options().accuracy == wanted
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "pointer"),
+    [
+        ({"tolerance": 0}, "out_of_range", "/tolerance"),
+        ({"tolerance": -0.0}, "out_of_range", "/tolerance"),
+        ({"tolerance": -1}, "out_of_range", "/tolerance"),
+        ({"tolerance": 1e39}, "out_of_range", "/tolerance"),
+        ({"tolerance": True}, "wrong_type", "/tolerance"),
+        ({"tolerance": "0.1"}, "wrong_type", "/tolerance"),
+        ({"tolerance": [0.1]}, "wrong_type", "/tolerance"),
+        ({"relative_tolerance": 0}, "out_of_range", "/relative_tolerance"),
+        ({"relative_tolerance": 1.001}, "out_of_range", "/relative_tolerance"),
+        ({"angle_tolerance": 0}, "out_of_range", "/angle_tolerance"),
+        ({"angle_tolerance": 3.2}, "out_of_range", "/angle_tolerance"),
+        ({"max_triangles": 0}, "out_of_range", "/max_triangles"),
+        ({"max_triangles": 10.0}, "wrong_type", "/max_triangles"),
+        ({"max_triangles": MAX_COUNT + 1}, "out_of_range", "/max_triangles"),
+        ({"max_bytes": -5}, "out_of_range", "/max_bytes"),
+        ({"max_bytes": True}, "wrong_type", "/max_bytes"),
+        ({"two_sided": 1}, "wrong_type", "/two_sided"),
+        ({"two_sided": True}, "missing_field", "/tolerance"),
+        ({"two_sided": True, "angle_tolerance": 0.1}, "missing_field", "/tolerance"),
+        ({"tolerance": 1, "relative_tolerance": 0.1}, "conflicting_options", "/relative_tolerance"),
+        ({"camera": CAMERA}, "missing_field", "/pixel_tolerance"),
+        ({"pixel_tolerance": 1}, "missing_field", "/camera"),
+        ({"camera": 5, "pixel_tolerance": 1}, "wrong_type", "/camera"),
+        ({"camera": {}, "pixel_tolerance": 1}, "missing_field", "/camera/position"),
+        ({**SEEN, "pixel_tolerance": 0}, "out_of_range", "/pixel_tolerance"),
+        ({**SEEN, "pixel_tolerance": MAX_PIXELS + 1}, "out_of_range", "/pixel_tolerance"),
+        ({**SEEN, "camera": CAMERA | {"up": 1}}, "unknown_field", "/camera/up"),
+        (
+            {**SEEN, "camera": CAMERA | {"position": [1, 2]}},
+            "wrong_dimension",
+            "/camera/position",
+        ),
+        (
+            {**SEEN, "camera": CAMERA | {"position": [1, 2, "3"]}},
+            "wrong_type",
+            "/camera/position/2",
+        ),
+        (
+            {**SEEN, "camera": CAMERA | {"position": [1, 2, 1e39]}},
+            "out_of_range",
+            "/camera/position",
+        ),
+        (
+            {**SEEN, "camera": CAMERA | {"field_of_view": pi}},
+            "out_of_range",
+            "/camera/field_of_view",
+        ),
+        (
+            {**SEEN, "camera": CAMERA | {"field_of_view": 0}},
+            "out_of_range",
+            "/camera/field_of_view",
+        ),
+        ({**SEEN, "camera": CAMERA | {"height": 0}}, "out_of_range", "/camera/height"),
+        ({**SEEN, "camera": CAMERA | {"height": 1080.0}}, "wrong_type", "/camera/height"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_where_it_stands(
+    options: dict[str, Any], code: str, pointer: str
+) -> None:
+    assert refused(**options)[0] == (code, pointer)
+
+
+@pytest.mark.parametrize("name", accuracy.NAMES)
+def test_null_is_refused_and_a_resolution_beside_it(name: str) -> None:
+    assert refused(**{name: None})[0] == ("null_value", f"/{name}")
+    values: dict[str, Any] = {"two_sided": True, "relative_tolerance": 0.5, **SEEN}
+    given = {name: values.get(name, 1)}
+    assert refused(resolution=16, **given) == [("conflicting_options", "/resolution")]
+
+
+@pytest.mark.parametrize("name", accuracy.SEEN)
+def test_queries_have_no_camera_and_say_who_has(name: str) -> None:
+    with pytest.raises(InvalidRequest) as refusal:
+        options_from_text([(name, "1"), ("tolerance", "0.1")])
+    (issue,) = refusal.value.issues
+    assert (issue.code, issue.pointer) == ("unknown_field", f"/{name}")
+    assert "POST" in issue.needed
+
+
+@pytest.mark.parametrize(
+    ("chosen", "left"),
+    [
+        ({}, {"surface", "resolution", "tolerance", "camera", "uvs"}),
+        ({"uvs": "true"}, {"surface", "resolution", "tolerance", "camera", "uvs"}),
+        ({"resolution": "3"}, {"surface", "resolution", "uvs"}),
+        ({"relative_tolerance": "0.1"}, {"surface", "camera", "uvs"}),
+        ({"max_bytes": "9"}, {"surface", "tolerance", "camera", "uvs"}),
+    ],
+)
+def test_a_rule_of_the_command_line_takes_the_place_of_that_in_the_file(
+    chosen: dict[str, str], left: set[str]
+) -> None:
+    source = {"surface": 1, "resolution": 2, "tolerance": 0.1, "camera": {}, "uvs": True}
+    assert set(command.overridden(source, chosen)) == left
