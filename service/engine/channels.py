@@ -160,7 +160,7 @@ def _parameter_rows(layout: Layout, domain: Domain | None, dtype: Real) -> RealA
         if block.triangular:
             _write_triangle_parameters(block, rows)
             continue
-        ends = _domains(block.first + block.patches, domain)
+        ends = limits_of(block.first + block.patches, domain)
         u, v = (
             _between(limits, parameters(r))
             for limits, r in zip(ends, block.resolution, strict=True)
@@ -170,7 +170,7 @@ def _parameter_rows(layout: Layout, domain: Domain | None, dtype: Real) -> RealA
         grid[..., 0] = u[:, :, np.newaxis]
         grid[..., 1] = v[:, np.newaxis]
         for side, patches, along, samples in layout.extras_of(block):
-            limits = _domains(block.first + patches, domain)
+            limits = limits_of(block.first + patches, domain)
             axis = 1 if side < 2 else 0
             low, high = limits[axis].T
             rows[samples, axis] = (1.0 - along) * low + along * high
@@ -188,7 +188,7 @@ def _write_triangle_parameters(block: Block, rows: RealArray) -> None:
         out[:, first:last, 1] = row / divisions
 
 
-def _domains(patches: Ints, domain: Domain | None) -> tuple[FloatArray, FloatArray]:
+def limits_of(patches: Ints, domain: Domain | None) -> tuple[FloatArray, FloatArray]:
     """First and last u, and v, of patches by their numbers in the model: (m, 2) each."""
     if domain is None:
         unit = np.tile([0.0, 1.0], (len(patches), 1))

@@ -27,6 +27,14 @@ def extent(points: RealArray) -> tuple[RealArray, RealArray]:
     return low, high
 
 
+def stored_bounds(
+    positions: RealArray, origin: FloatArray
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Least and greatest coordinates of the vertices, in the model's own system."""
+    low, high = (tuple((bound.astype(np.float64) + origin).tolist()) for bound in extent(positions))
+    return low, high
+
+
 def local_origin(low: FloatArray, high: FloatArray) -> FloatArray:
     """Origin of float32 positions within these bounds: zero, unless that would lose the shape."""
     middle = low + (high - low) / 2

@@ -62,7 +62,16 @@ def added(reports: Sequence[MeshReport]) -> MeshReport:
         boundary_edges=sum(report.boundary_edges for report in reports),
         poles_repaired=sum(report.poles_repaired for report in reports),
         closure=reports[0].closure if len(reports) == 1 else None,
+        deviation_bound=_largest(reports, "deviation_bound"),
+        mesh_deviation_bound=_largest(reports, "mesh_deviation_bound"),
+        normal_angle=_largest(reports, "normal_angle"),
     )
+
+
+def _largest(reports: Sequence[MeshReport], name: str) -> float | None:
+    """What holds for all: the largest; None where it is not known of one that has faces."""
+    found = [getattr(report, name) for report in reports if report.triangles + report.quads]
+    return None if not found or None in found else max(found)
 
 
 def _attribute(rows: Sequence[RealArray | None]) -> RealArray | None:

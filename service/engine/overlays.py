@@ -22,14 +22,14 @@ def draw(
 ) -> tuple[Overlay, ...]:
     """The overlays asked for, in that order, in the precision and about the origin of the mesh."""
     return tuple(
-        _control_net(model, origin, dtype)
+        control_net(model, origin, dtype)
         if name == "control_net"
         else _boundary(layout, options.method, origin, dtype)
         for name in options.overlays
     )
 
 
-def _control_net(model: PatchModel, origin: FloatArray, dtype: Real) -> Overlay:
+def control_net(model: PatchModel, origin: FloatArray, dtype: Real) -> Overlay:
     """All control points; neighbours in a net are joined, four of them in a grid bound a cell."""
     positions, segments, cells = [], [], []
     first = 0

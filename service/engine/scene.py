@@ -12,6 +12,8 @@ from service.engine.extent import extent, local_origin
 from service.engine.light import tinted
 from service.engine.merge import added, merged
 from service.engine.mesh import Mesh, MeshPart, MeshReport
+from service.engine.placing import placing_error, scalings, single_error
+from service.engine.vectors import largest_angle
 from service.surface.checks import Up
 from service.surface.lowered import GroupModel, PlacedModel
 
@@ -55,6 +57,16 @@ def flattened(scene: Scene) -> Mesh:
     return replace(merged(copies, scene.name), up=scene.up, report=scene.report)
 
 
+def scene_parts(scene: Scene) -> tuple[MeshPart, ...]:
+    """The parts of all copies, under their names, with bounds in the coordinates of the scene.
+
+    Their runs are those in the meshes of the copies.
+    """
+    return tuple(
+        part for node in scene.nodes for part in _placed_parts(scene.meshes[node.model], node)
+    )
+
+
 def in_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
     """A mesh of float64 about zero in float32, about an origin, of its own if none is given."""
     if origin is None:
@@ -67,34 +79,42 @@ def in_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
     )
     narrow = replace(mesh, positions=positions, overlays=overlays, origin=origin)
     low, high = (bound.astype(np.float64) + origin for bound in extent(_shown(narrow)))
+    least, greatest = np.array(mesh.report.bounds_min), np.array(mesh.report.bounds_max)
+    error = single_error(least, greatest, origin)
     return replace(
         narrow,
+        parts=tuple(_spread(part, 1.0, error) for part in mesh.parts),
         normals=None if mesh.normals is None else mesh.normals.astype(np.float32),
         uvs=None if mesh.uvs is None else mesh.uvs.astype(np.float32),
         colors=None if mesh.colors is None else mesh.colors.astype(np.float32),
         attributes=tuple((name, rows.astype(np.float32)) for name, rows in mesh.attributes),
-        report=_within(mesh.report, low, high),
+        report=_spread_report(_within(mesh.report, low, high), 1.0, error),
     )
 
 
 def _copy(mesh: Mesh, node: PlacedModel) -> Mesh:
     """One copy in its place, under its own names and in its own colour."""
     copy = placed(mesh, node.matrix)
-    alone = len(mesh.parts) == 1
-    parts = (
-        MeshPart(
-            node.name if alone else f"{node.name}/{part.name}",
-            part.triangles,
-            part.quads,
-            part.color or node.color,
-        )
-        for part in mesh.parts
-    )
     overlays = (replace(overlay, name=f"{node.name}/{overlay.name}") for overlay in copy.overlays)
     colors = copy.colors
     if node.color is not None:
         colors = tinted(colors, np.array(node.color), len(copy.positions))
-    return replace(copy, parts=tuple(parts), overlays=tuple(overlays), colors=colors)
+    parts = _placed_parts(mesh, node)
+    return replace(copy, parts=parts, overlays=tuple(overlays), colors=colors)
+
+
+def _placed_parts(mesh: Mesh, node: PlacedModel) -> tuple[MeshPart, ...]:
+    """The parts of one copy."""
+    alone = len(mesh.parts) == 1
+    stretch, error = _spreading(mesh, node.matrix)
+    return tuple(
+        replace(
+            _spread(part, stretch, error),
+            name=node.name if alone else f"{node.name}/{part.name}",
+            color=part.color or node.color,
+        )
+        for part in mesh.parts
+    )
 
 
 def placed(mesh: Mesh, matrix: FloatArray | None) -> Mesh:
@@ -132,7 +152,35 @@ def _report(mesh: Mesh, matrix: FloatArray | None) -> MeshReport:
     """The report of a mesh in another place."""
     if matrix is None:
         return mesh.report
-    return _within(mesh.report, *extent(placed_points(_shown(mesh), matrix, mesh.origin)))
+    report = _within(mesh.report, *extent(placed_points(_shown(mesh), matrix, mesh.origin)))
+    if report.normal_angle is not None and mesh.normals is not None:
+        angle = largest_angle(mesh.triangles, _placed_normals(mesh.normals, matrix))
+        report = replace(report, normal_angle=angle)
+    return _spread_report(report, *_spreading(mesh, matrix))
+
+
+def _spreading(mesh: Mesh, matrix: FloatArray | None) -> tuple[float, float]:
+    """How much larger distances may be in the copy, and what its rounding adds to them."""
+    bounds = mesh.report.bounds_min, mesh.report.bounds_max
+    return scalings(matrix)[1], placing_error(matrix, *(np.array(bound) for bound in bounds))
+
+
+def _spread(part: MeshPart, stretch: float, error: float) -> MeshPart:
+    """A part after distances grew by these."""
+    return replace(part, deviation_bound=_grown(part.deviation_bound, stretch, error))
+
+
+def _spread_report(report: MeshReport, stretch: float, error: float) -> MeshReport:
+    """The same for the whole."""
+    return replace(
+        report,
+        deviation_bound=_grown(report.deviation_bound, stretch, error),
+        mesh_deviation_bound=_grown(report.mesh_deviation_bound, stretch, error),
+    )
+
+
+def _grown(bound: float | None, stretch: float, error: float) -> float | None:
+    return None if bound is None else bound * stretch + error
 
 
 def _shown(mesh: Mesh) -> RealArray:

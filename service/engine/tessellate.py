@@ -9,11 +9,11 @@
 import numpy as np
 
 from service.bases import triangle
-from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
+from service.bases.arrays import IndexArray, Ints
 from service.engine.borders import borders
 from service.engine.channels import agreeing, by_kind
 from service.engine.closure import closure
-from service.engine.extent import extent, local_origin
+from service.engine.extent import local_origin, stored_bounds
 from service.engine.join import join
 from service.engine.layout import Layout
 from service.engine.mesh import Mesh, MeshReport, Overlay
@@ -22,7 +22,7 @@ from service.engine.overlays import draw
 from service.engine.patterns import used_samples
 from service.engine.sampling import SampleRows, sample
 from service.engine.scratch import Real
-from service.engine.weld import Welding, weld, without_unused
+from service.engine.weld import Welding, count_places, shared_places, weld, without_unused
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 
@@ -49,9 +49,9 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
             welding = without_unused(welding, (triangles, quads))
             triangles, quads, parts = join(model, layout, welding, options.faces)
         rows = rows.take(welding.samples)
-    welds = _welds(welding) if options.weld else None
+    welds = shared_places(welding) if options.weld else None
     boundary, watertight = borders(layout, options, (triangles, quads), welds)
-    low, high = _bounds(rows.positions, origin)
+    low, high = stored_bounds(rows.positions, origin)
     uvs, colors, attributes = by_kind(rows.channels)
     return Mesh(
         name=model.name,
@@ -67,7 +67,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         origin=origin,
         up=model.up,
         report=MeshReport(
-            vertices=_count(rows.positions, welds),
+            vertices=count_places(len(rows.positions), welds),
             triangles=len(triangles),
             quads=len(quads),
             patches=model.patch_count,
@@ -172,25 +172,3 @@ def _grids(layout: Layout, welding: Welding | None) -> tuple[IndexArray, ...]:
             vertex = welding.vertex[rows].astype(np.uint32)
         grids.append(vertex.reshape(-1, block.resolution[0] + 1, block.resolution[1] + 1))
     return tuple(grids)
-
-
-def _welds(welding: Welding | None) -> IndexArray | None:
-    """The first vertex at each vertex's position; None where all positions differ."""
-    if welding is None or bool((welding.welds == np.arange(len(welding.welds))).all()):
-        return None
-    return welding.welds.astype(np.uint32)
-
-
-def _count(positions: RealArray, welds: IndexArray | None) -> int:
-    """How many different positions there are."""
-    if welds is None:
-        return len(positions)
-    return int(np.count_nonzero(welds == np.arange(len(welds))))
-
-
-def _bounds(
-    positions: RealArray, origin: FloatArray
-) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Least and greatest coordinates of the vertices, in the model's own system."""
-    low, high = (tuple((bound.astype(np.float64) + origin).tolist()) for bound in extent(positions))
-    return low, high

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.bases.bernstein import multiply
 
 
@@ -21,6 +21,21 @@ def dot(a: FloatArray, b: FloatArray) -> FloatArray:
     """Scalar products of rows (m, d): shape (m,)."""
     product: FloatArray = np.einsum("mk,mk->m", a, b)
     return product
+
+
+def largest_angle(faces: IndexArray, normals: RealArray) -> float | None:
+    """Largest angle between the unit normals at two vertices that an edge joins, None without any.
+
+    By the tangent of its half: the cosine tells nothing of small angles.
+    """
+    if not len(faces):
+        return None
+    largest = 0.0
+    for corner in range(faces.shape[1]):
+        one, other = normals[faces[:, corner - 1]], normals[faces[:, corner]]
+        apart, together = (np.square(rows).sum(axis=1) for rows in (one - other, one + other))
+        largest = max(largest, float(np.arctan2(np.sqrt(apart), np.sqrt(together)).max()))
+    return 2 * largest
 
 
 def cross_polynomial(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -98,6 +98,20 @@ def without_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> We
     return Welding(vertex[welding.vertex], welding.samples[kept], first[welding.welds[kept]])
 
 
+def shared_places(welding: Welding | None) -> IndexArray | None:
+    """The first vertex at each vertex's position; None where all positions differ."""
+    if welding is None or bool((welding.welds == np.arange(len(welding.welds))).all()):
+        return None
+    return welding.welds.astype(np.uint32)
+
+
+def count_places(vertices: int, welds: IndexArray | None) -> int:
+    """How many different positions there are."""
+    if welds is None:
+        return vertices
+    return int(np.count_nonzero(welds == np.arange(vertices)))
+
+
 def _average(normals: RealArray, leader: Ints) -> None:
     """Gives each leader the mean direction of its group, where the group has more than one."""
     members = np.flatnonzero(leader != np.arange(len(leader)))

@@ -121,7 +121,16 @@ def with_solids(
         report = replace(wires.report, patches=model.patch_count)
         return replace(wires, name=mesh.name, overlays=mesh.overlays, report=report)
     together = merged([mesh, wires], mesh.name)
-    return replace(together, report=replace(together.report, closure=mesh.report.closure))
+    known = mesh.report
+    report = replace(
+        together.report,
+        closure=known.closure,
+        # Those of the surface: wires are what they are.
+        deviation_bound=known.deviation_bound,
+        mesh_deviation_bound=known.mesh_deviation_bound,
+        normal_angle=known.normal_angle,
+    )
+    return replace(together, report=report)
 
 
 def width_of(model: PatchModel, options: MeshOptions) -> float:
