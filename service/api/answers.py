@@ -19,6 +19,9 @@ HEADERS = {"X-Content-Type-Options": "nosniff"}
 POST_HEADERS = HEADERS | {"Vary": "Accept"}
 """On answers whose format `Accept` chooses."""
 
+BOUND_HEADER = "Surface-Deviation-Bound"
+"""Header of every mesh whose distance from the surface is certified, whatever its format."""
+
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 
 

@@ -14,7 +14,7 @@ from starlette.responses import Response
 
 from service import __version__
 from service.api import catalogue, convert, curve, docs, mesh, points, problems
-from service.api.answers import json_response
+from service.api.answers import BOUND_HEADER, json_response
 from service.api.openapi.document import document
 from service.settings import Settings, from_environment, pin_blas
 
@@ -44,7 +44,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
             CORSMiddleware,
             allow_origins=app.state.settings.cors_origins,
             allow_methods=["GET", "HEAD", "POST"],
-            expose_headers=["Content-Disposition"],
+            expose_headers=["Content-Disposition", BOUND_HEADER],
         )
     return app
 

@@ -5,15 +5,16 @@ from functools import partial
 from starlette.requests import Request
 from starlette.responses import Response
 
-from service.api.answers import HEADERS, POST_HEADERS, file_response
+from service.api.answers import BOUND_HEADER, HEADERS, POST_HEADERS, file_response
 from service.api.body import read_body
 from service.api.negotiation import by_accept, by_suffix
 from service.api.parameters import named_example, only_format
 from service.api.work import long_to_read, run
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import FORMATS
+from service.engine.mesh import MeshReport
 from service.engine.models import highest_degree
-from service.pipeline.mesh import Work, plan
+from service.pipeline.mesh import Answer, Work, plan
 from service.schemas.document import parse_document
 from service.schemas.options import MeshOptionFields
 from service.schemas.query import options_from_text
@@ -41,7 +42,9 @@ async def post_mesh(request: Request) -> Response:
     parse = partial(_parse, body, fmt, settings)
     work = await run(request, parse, in_thread=long_to_read(body))
     del body, parse  # half of the memory of a large request
-    return file_response(await _content(request, work), fmt, work.model.name, POST_HEADERS)
+    answer = await _answer(request, work)
+    headers = POST_HEADERS | bound_header(answer.report)
+    return file_response(answer.content, fmt, work.model.name, headers)
 
 
 async def get_example_mesh(request: Request) -> Response:
@@ -50,7 +53,16 @@ async def get_example_mesh(request: Request) -> Response:
     fmt = by_suffix(request.path_params["suffix"])
     wanted = options_from_text(request.query_params.multi_items())
     work = _planned(example.surface(), wanted, fmt, request.app.state.settings)
-    return file_response(await _content(request, work), fmt, example.id, GET_HEADERS)
+    answer = await _answer(request, work)
+    headers = GET_HEADERS | bound_header(answer.report)
+    return file_response(answer.content, fmt, example.id, headers)
+
+
+def bound_header(report: MeshReport | None) -> dict[str, str]:
+    """The certified deviation as a header, for formats that have no place for it."""
+    if report is None or report.deviation_bound is None:
+        return {}
+    return {BOUND_HEADER: repr(report.deviation_bound)}
 
 
 def _parse(body: bytes, fmt: Format, settings: Settings) -> Work:
@@ -64,7 +76,7 @@ def _planned(surface: Surface, wanted: MeshOptionFields, fmt: Format, settings: 
     return plan(surface, wanted.mesh_options(), fmt, encode, result_limits(settings))
 
 
-async def _content(request: Request, work: Work) -> bytes:
+async def _answer(request: Request, work: Work) -> Answer:
     """The file, computed here when that is quick and in a thread when it is not."""
     # Every different member of a group takes a time of its own, and a sweep some milliseconds.
     is_long = (
@@ -72,4 +84,4 @@ async def _content(request: Request, work: Work) -> bytes:
         or work.size.vertices > INLINE_VERTICES
         or highest_degree(work.model) > INLINE_DEGREE
     )
-    return await run(request, work.run, in_thread=is_long)
+    return await run(request, work.answer, in_thread=is_long)

@@ -1,9 +1,12 @@
 """What several formats take out of a mesh in the same way."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
-from service.engine.mesh import Mesh, MeshReport, Overlay
+from service.encoders.text import FLOAT64_CHARS
+from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
 from service.engine.near import leaders
 from service.errors import Issue, UnsupportedByFormat
 
@@ -72,8 +75,18 @@ def refuse_quads(mesh: Mesh, title: str) -> None:
         )
 
 
-def report_object(report: MeshReport) -> dict[str, object]:
-    """The report as the JSON object that every format with a place for it carries."""
+COMMENT_CHARS = len("comment deviation_bound \n") + FLOAT64_CHARS
+"""Characters at most of the line that a format makes of `bound_comment`."""
+
+REPORT_PART = len('{"name":"","deviation_bound":},') + FLOAT64_CHARS
+"""Characters at most of a part in a report, beside its name."""
+
+
+def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object]:
+    """The report as the JSON object that every format with a place for it carries.
+
+    The parts are listed where the bound of any of them is known.
+    """
     closed: dict[str, object] = {}
     if report.closure is not None:
         seams = {"u": report.closure.u, "v": report.closure.v}
@@ -89,5 +102,31 @@ def report_object(report: MeshReport) -> dict[str, object]:
         "boundary_edges": report.boundary_edges,
         "poles_repaired": report.poles_repaired,
         **closed,
+        **_accuracy(report, parts),
         "engine": report.engine,
     }
+
+
+def bound_comment(report: MeshReport) -> str:
+    """What formats with comments and no place for a report say of the mesh; empty if nothing."""
+    if report.deviation_bound is None:
+        return ""
+    return f"deviation_bound {report.deviation_bound!r}"
+
+
+def _accuracy(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object]:
+    """What is known of how near the mesh is to the surface; what is not is left out."""
+    known = _known(
+        deviation_bound=report.deviation_bound,
+        mesh_deviation_bound=report.mesh_deviation_bound,
+        normal_angle=report.normal_angle,
+    )
+    if any(part.deviation_bound is not None for part in parts):
+        known["parts"] = [
+            {"name": part.name} | _known(deviation_bound=part.deviation_bound) for part in parts
+        ]
+    return known
+
+
+def _known(**values: float | None) -> dict[str, object]:
+    return {name: value for name, value in values.items() if value is not None}

@@ -15,7 +15,7 @@ KHR_materials_unlit.
 
 import base64
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,12 +23,12 @@ import numpy as np
 from service import __version__
 from service.bases.arrays import Bools, IndexArray
 from service.encoders.colors import translucent
-from service.encoders.content import drawn, refuse_quads, report_object
+from service.encoders.content import REPORT_PART, drawn, refuse_quads, report_object
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.gltf_buffer import BufferBuilder, JsonObject
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE, json_text
 from service.engine.light import linear
-from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
+from service.engine.mesh import Mesh, MeshPart, Overlay
 from service.surface.lowered import Color
 
 GENERATOR = f"Surface Service {__version__}"
@@ -150,16 +150,18 @@ def _document(mesh: Mesh, buffer: BufferBuilder) -> JsonObject:
         "meshes": meshes,
         "materials": materials,
     }
-    return whole(mesh.name, mesh.report, arrays, buffer)
+    return whole(mesh.name, report_object(mesh.report, mesh.parts), arrays, buffer)
 
 
-def whole(name: str, report: MeshReport, arrays: JsonObject, buffer: BufferBuilder) -> JsonObject:
+def whole(
+    name: str, report: Mapping[str, object], arrays: JsonObject, buffer: BufferBuilder
+) -> JsonObject:
     """The document of these nodes, meshes and materials; the first node is the root."""
     document: JsonObject = {
         "asset": {
             "version": "2.0",
             "generator": GENERATOR,
-            "extras": {"report": report_object(report)},
+            "extras": {"report": report},
         },
         "extensionsUsed": ["KHR_materials_unlit"] if LINE_MATERIAL in arrays["materials"] else [],
         "scene": 0,
@@ -293,14 +295,15 @@ def _json_bound(size: MeshSize) -> int:
 
     A node with its mesh, accessors and buffer views is below 1200 characters of keys and small
     numbers, nine float64 (translation, minimum, maximum) and its name twice; the name of the
-    whole is written twice, too. Another vertex attribute adds its name, an accessor and a view. The
-    constant part holds the asset with the report, two materials, the root and the scene.
+    whole is written twice, too, and the report names every part. Another vertex attribute adds its
+    name, an accessor and a view. The constant part holds the asset with the report, two materials,
+    the root and the scene.
     """
     keys = [key for name, d in size.attributes for key, _ in attribute_columns(name, d)]
     more = ["COLOR_0", *keys] if size.colors else keys
-    node = 1200 + 9 * (FLOAT64_CHARS + 1) + sum(300 + len(key) for key in more)
-    names = 2 * LONGEST_ESCAPE * size.name_bytes
-    return 2048 + 6 * FLOAT64_CHARS + size.named * node + names
+    node = 1200 + 9 * (FLOAT64_CHARS + 1) + sum(300 + len(key) for key in more) + REPORT_PART
+    names = 3 * LONGEST_ESCAPE * size.name_bytes
+    return 2048 + 9 * FLOAT64_CHARS + size.named * node + names
 
 
 def _buffer_bound(size: MeshSize) -> int:

@@ -17,6 +17,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from service.bases.arrays import FloatArray
+from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import (
     Z_UP_TO_Y_UP,
@@ -73,7 +74,7 @@ class _Document:
             "meshes": self.meshes,
             "materials": self.materials,
         }
-        return whole(scene.name, scene.report, arrays, self.buffer)
+        return whole(scene.name, report_object(scene.report, ()), arrays, self.buffer)
 
     def _copy(self, member: PlacedModel) -> int:
         """The node of one copy, with nodes of its own where it has several pieces."""

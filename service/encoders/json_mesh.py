@@ -18,7 +18,13 @@ import numpy as np
 import orjson
 
 from service.bases.arrays import IndexArray
-from service.encoders.content import absolute, drawn, report_object, shared_positions
+from service.encoders.content import (
+    REPORT_PART,
+    absolute,
+    drawn,
+    report_object,
+    shared_positions,
+)
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import (
     FLOAT32_CHARS,
@@ -61,7 +67,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
             }
             for overlay in overlays
         ]
-    document["report"] = report_object(mesh.report)
+    document["report"] = report_object(mesh.report, mesh.parts)
     return json_text(document)
 
 
@@ -72,8 +78,8 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     position = 3 * (FLOAT64_CHARS + 1) + 2
     vertex = position + (5 + size.colors) * (FLOAT32_CHARS + 1) + 7
     vertex += sum(d * (FLOAT64_CHARS + 1) + 2 for d in dimensions)
-    named = 100 + 2 * digits(size.triangles + size.quads) + 4 * FLOAT64_CHARS
-    report = 512 + 6 * FLOAT64_CHARS
+    named = 100 + 2 * digits(size.triangles + size.quads) + 4 * FLOAT64_CHARS + REPORT_PART
+    report = 512 + 9 * FLOAT64_CHARS
     return (
         size.vertices * vertex
         + size.triangles * 2 * (3 * index + 2)
@@ -81,7 +87,8 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.overlay_points * position
         + size.overlay_segments * (2 * index + 2)
         + size.named * named
-        + size.name_bytes * LONGEST_ESCAPE
+        # The report names the parts again.
+        + 2 * size.name_bytes * LONGEST_ESCAPE
         + sum(len(name) + 8 for name, _ in size.attributes)
         + report
     )

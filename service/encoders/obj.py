@@ -4,7 +4,8 @@ Written by us: trimesh writes triangles only, and would lose quads, lines and gr
 positions and normals separately, so vertices that differ in their normal alone share a position:
 the surface stays closed, and its creases sharp. Indices start at 1. Colours stand behind the
 position, `v x y z r g b`, sRGB from 0 to 1: not in the format's first description, but Blender,
-MeshLab and trimesh read them. There is no place for opacity.
+MeshLab and trimesh read them. There is no place for opacity. A comment tells the certified
+deviation.
 """
 
 from itertools import chain
@@ -12,7 +13,13 @@ from itertools import chain
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
-from service.encoders.content import absolute, colored_positions, drawn
+from service.encoders.content import (
+    COMMENT_CHARS,
+    absolute,
+    bound_comment,
+    colored_positions,
+    drawn,
+)
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import (
     FLOAT32_CHARS,
@@ -29,7 +36,12 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     """The OBJ file, UTF-8: one object, a group for each part, an object for each overlay."""
     positions, colors, row = colored_positions(mesh)
     own = np.arange(len(row), dtype=np.uint32)
-    chunks = [b"o " + identifier(mesh.name) + b"\n", _vertices(positions, colors)]
+    comment = bound_comment(mesh.report)
+    head = f"# {comment}\n" if comment else ""
+    chunks = [
+        head.encode() + b"o " + identifier(mesh.name) + b"\n",
+        _vertices(positions, colors),
+    ]
     indices, separator = [row], b"/"
     if mesh.uvs is not None:
         chunks.append(rows(mesh.uvs.astype(np.float32, copy=False), b"vt "))
@@ -70,6 +82,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.quads * (2 + 4 * 3 * index)
         + size.overlay_points * position
         + size.overlay_segments * (2 + 2 * index)
+        + COMMENT_CHARS
         + (size.named + 1) * len("o _\n")
         + size.name_bytes
     )

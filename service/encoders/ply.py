@@ -4,7 +4,8 @@ Written by us: trimesh writes float32 positions and triangles only, so that it w
 digits, and quads. The faces are the quads, then the triangles. Coordinates are `double`, the rest
 `float`; parameters are called `s` and `t`, as Blender and MeshLab do. Colours are bytes of sRGB,
 `red`, `green`, `blue` and, if they have an opacity, `alpha`: what every reader knows. The attribute
-`heat` is the property `_heat`, one of several numbers `_heat_0`, `_heat_1` and so on.
+`heat` is the property `_heat`, one of several numbers `_heat_0`, `_heat_1` and so on. A comment
+tells the certified deviation.
 """
 
 import numpy as np
@@ -12,12 +13,12 @@ from numpy.typing import DTypeLike, NDArray
 
 from service.bases.arrays import IndexArray
 from service.encoders.colors import in_bytes
-from service.encoders.content import absolute
+from service.encoders.content import COMMENT_CHARS, absolute, bound_comment
 from service.encoders.format import EncodeOptions, MeshSize
 from service.engine.mesh import Mesh
 
-HEADER_BYTES = 512
-"""More than the longest header without attributes: 18 lines, and two counts."""
+HEADER_BYTES = 512 + COMMENT_CHARS
+"""More than the longest header without attributes: 19 lines, and two counts."""
 
 COLORS = ("red", "green", "blue", "alpha")
 
@@ -45,9 +46,11 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
         vertices[name] = column
 
     scalar = {"<f8": "double", "<f4": "float", "u1": "uchar"}
+    comment = bound_comment(mesh.report)
     header = [
         "ply",
         "format binary_little_endian 1.0",
+        *([f"comment {comment}"] if comment else ()),
         f"element vertex {len(vertices)}",
         *(f"property {scalar[kind]} {name}" for name, kind, _ in fields),
         f"element face {len(mesh.quads) + len(mesh.triangles)}",

@@ -5,7 +5,7 @@ from typing import Protocol
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.build import build, build_scene, lines_of
-from service.engine.mesh import Mesh
+from service.engine.mesh import Mesh, MeshReport
 from service.engine.models import carrying
 from service.engine.options import MeshOptions
 from service.pipeline.checks import (
@@ -33,6 +33,14 @@ class Lowerable(Protocol):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Answer:
+    """A file, and the report on the mesh in it, if there is one: exact patches have none."""
+
+    content: bytes
+    report: MeshReport | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Work:
     """A file that may be computed: everything is known of it but its bytes."""
 
@@ -44,13 +52,18 @@ class Work:
 
     def run(self) -> bytes:
         """The file."""
+        return self.answer().content
+
+    def answer(self) -> Answer:
+        """The file, with what is known of it."""
         if self.encode.exact and self.fmt.encode_exact is not None:
             patches = patches_of(self.model)
-            return self.fmt.encode_exact(patches, lines_of(patches, self.options))
+            return Answer(self.fmt.encode_exact(patches, lines_of(patches, self.options)))
         if isinstance(self.model, GroupModel) and self.fmt.encode_scene is not None:
             scene = build_scene(self.model, self.options, single=self.fmt.single)
-            return self.fmt.encode_scene(scene, self.encode)
-        return self.fmt.encode(mesh(self.model, self.options, self.fmt), self.encode)
+            return Answer(self.fmt.encode_scene(scene, self.encode), scene.report)
+        found = mesh(self.model, self.options, self.fmt)
+        return Answer(self.fmt.encode(found, self.encode), found.report)
 
 
 def plan(

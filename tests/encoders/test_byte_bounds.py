@@ -70,8 +70,14 @@ def test_the_worst_numbers_fit(known: Format, patches: str) -> None:
     awful_normals = np.full_like(mesh.positions, -1.1754944e-38).astype(np.float32)
     overlay = control_net()
     overlay = replace(overlay, positions=np.full_like(overlay.positions, AWKWARD), name="\x01" * 99)
-    parts = tuple(replace(part, name="\x01" * 99) for part in mesh.parts)
-    report = replace(mesh.report, closure=Closure("C0", "C1"))
+    parts = tuple(replace(part, name="\x01" * 99, deviation_bound=-AWKWARD) for part in mesh.parts)
+    report = replace(
+        mesh.report,
+        closure=Closure("C0", "C1"),
+        deviation_bound=-AWKWARD,
+        mesh_deviation_bound=-AWKWARD,
+        normal_angle=-AWKWARD,
+    )
     mesh = replace(mesh, positions=awful, normals=awful_normals, parts=parts, name="\x01" * 99)
     mesh = replace(mesh, report=report)
     mesh = replace(mesh, overlays=(overlay,), origin=np.full(3, AWKWARD))

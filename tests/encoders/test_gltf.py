@@ -155,7 +155,7 @@ def test_report_and_generator_travel_along() -> None:
     mesh = single(silo())
     asset = glb(mesh).document["asset"]
     assert asset["generator"] == f"Surface Service {__version__}"
-    expected = report_object(mesh.report)
+    expected = report_object(mesh.report, mesh.parts)
     expected["bounds"] = {"min": [-1.0, -1.0, 0.0], "max": [1.0, 1.0, 2.0]}
     assert asset["extras"] == {"report": expected}
 

@@ -211,7 +211,7 @@ def test_the_report_tells() -> None:
     """Continuity only where there is a seam; nothing of patches that are not one surface."""
 
     def told(model: PatchModel) -> dict[str, object]:
-        report = report_object(mesh_of(model, resolution=(2, 2)).report)
+        report = report_object(mesh_of(model, resolution=(2, 2)).report, ())
         return {key: report[key] for key in report if key.startswith(("clos", "cont"))}
 
     both = BsplineSurface(ring(), knots=("periodic", "periodic"))

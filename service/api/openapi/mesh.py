@@ -1,5 +1,6 @@
 """The operations that answer meshes, in the OpenAPI document."""
 
+from service.api.answers import BOUND_HEADER
 from service.api.openapi.examples import REQUESTS, meshes
 from service.api.openapi.operations import file_answer, file_schema, post_operation, problems
 from service.api.openapi.schemas import Json, option_parameters, ref
@@ -55,7 +56,14 @@ def get_mesh() -> Json:
 
 
 def _mesh_response() -> Json:
-    return file_answer("The mesh.", {f.media_type: _mesh_content(f) for f in FORMATS})
+    answer = file_answer("The mesh.", {f.media_type: _mesh_content(f) for f in FORMATS})
+    answer["headers"][BOUND_HEADER] = {
+        "description": "The `deviation_bound` of the report, in model units, for formats that have "
+        "no place for a report; OBJ and PLY have it in a comment, too. Not with the exact patches, "
+        "and not where nothing is certified.",
+        "schema": {"type": "number", "minimum": 0},
+    }
+    return answer
 
 
 def _mesh_content(fmt: Format) -> Json:

@@ -101,6 +101,10 @@ def _count(description: str) -> Json:
     return {"type": "integer", "minimum": 0, "description": description}
 
 
+def _length(description: str) -> Json:
+    return {"type": "number", "minimum": 0, "description": description}
+
+
 def _bound(text: str) -> Json:
     number = {"type": "number"}
     return {"type": "array", "items": number, "minItems": 3, "maxItems": 3, "description": text}
@@ -135,6 +139,34 @@ _REPORT = _object(
             enum=_CONTINUITY,
         ),
         "continuity_v": _text("The same along v.", enum=_CONTINUITY),
+        "deviation_bound": _length(
+            "Proved, in model units: no point of the surface is further than this from the faces "
+            "as they are written, their rounding included. Never above a tolerance that was asked "
+            "for; left out where there are no faces of a parametric surface."
+        ),
+        "mesh_deviation_bound": _length(
+            "There if it was asked for (`two_sided`), and proved as well: no point of the faces is "
+            "further than this from the surface."
+        ),
+        "normal_angle": {
+            "type": "number",
+            "minimum": 0,
+            "description": "There if it was asked for (`angle_tolerance`): radians, the largest "
+            "measured between the normals at two vertices that an edge joins.",
+        },
+        "parts": {
+            "type": "array",
+            "description": "The bound of every part by itself, in the order of the parts.",
+            "items": _object(
+                {
+                    "name": _text("Name of the part; of a group, of the member."),
+                    "deviation_bound": _length(
+                        "As that of the whole; left out of what has no parameters."
+                    ),
+                },
+                ["name"],
+            ),
+        },
         "engine": {"type": "integer", "description": "Version of the numbers."},
     },
     [

@@ -1,0 +1,69 @@
+"""What formats say of how near a mesh is to its surface."""
+
+import io
+import json
+from dataclasses import replace
+from typing import Any
+
+import pytest
+import trimesh
+
+from service.encoders.format import EncodeOptions
+from service.encoders.registry import BY_NAME
+from service.engine.mesh import Mesh
+from tests.encoders.glb_reader import read_glb
+from tests.meshes import silo, single
+
+PLAIN = EncodeOptions()
+BOUND = 0.0012345678901234567
+
+
+def certified(mesh: Mesh) -> Mesh:
+    """The mesh with bounds for the whole and for all parts but the last."""
+    *parts, last = mesh.parts
+    report = replace(
+        mesh.report, deviation_bound=BOUND, mesh_deviation_bound=2 * BOUND, normal_angle=0.25
+    )
+    known = (replace(part, deviation_bound=BOUND / 2) for part in parts)
+    return replace(mesh, report=report, parts=(*known, last))
+
+
+def reports(mesh: Mesh) -> list[dict[str, Any]]:
+    """The reports in JSON and in glTF."""
+    document = json.loads(BY_NAME["json"].encode(mesh, PLAIN))
+    asset = read_glb(BY_NAME["glb"].encode(single(mesh), PLAIN)).document["asset"]
+    return [document["report"], asset["extras"]["report"]]
+
+
+def test_bounds_are_told_of_the_whole_and_of_every_part_that_has_one() -> None:
+    mesh = silo()
+    assert len(mesh.parts) > 1
+    for report in reports(certified(mesh)):
+        assert report["deviation_bound"] == BOUND
+        assert report["mesh_deviation_bound"] == 2 * BOUND
+        assert report["normal_angle"] == 0.25
+        assert [part["name"] for part in report["parts"]] == [part.name for part in mesh.parts]
+        *known, last = report["parts"]
+        assert all(part["deviation_bound"] == BOUND / 2 for part in known)
+        assert "deviation_bound" not in last
+
+
+def test_what_is_not_known_is_left_out() -> None:
+    names = {"deviation_bound", "mesh_deviation_bound", "normal_angle", "parts"}
+    for report in reports(silo()):
+        assert not names & report.keys()
+
+
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [("obj", f"# deviation_bound {BOUND!r}"), ("ply", f"comment deviation_bound {BOUND!r}")],
+)
+def test_comments_tell_the_bound_and_trouble_no_reader(name: str, line: str) -> None:
+    fmt, mesh = BY_NAME[name], silo()
+    content = fmt.encode(certified(mesh), PLAIN)
+    assert line.encode() in content.splitlines()[:3]
+    assert line.split()[1].encode() not in fmt.encode(mesh, PLAIN)
+    plain = replace(certified(mesh), uvs=None)
+    content = fmt.encode(plain, PLAIN)
+    scene = trimesh.load_scene(io.BytesIO(content), file_type=name)
+    assert sum(len(read.faces) for read in scene.geometry.values()) == len(mesh.triangles)
