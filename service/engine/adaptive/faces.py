@@ -2,7 +2,12 @@
 
 from dataclasses import dataclass
 
-from service.bases.arrays import Ints
+import numpy as np
+
+from service.bases.arrays import Bools, Ints
+from service.engine.stitch import Seams
+from service.surface.lowered import PatchModel
+from service.surface.sides import along_sides
 
 DEPTH = 30
 """A knot span is 2^DEPTH units long, the least length there is: all places are whole numbers."""
@@ -28,3 +33,45 @@ class Faces:
     first: Ints
     stride: Ints
     spans: Ints
+
+    def sides(self) -> tuple[Ints, Ints, Ints]:
+        """First patch, step from patch to patch, and their number, along all sides: (F, 4) each."""
+        rows, columns = self.spans[:, 0], self.spans[:, 1]
+        near, far = self.first, self.first + (rows - 1) * self.stride
+        begin = np.stack([near, far, near, near + columns - 1], axis=1)
+        step = np.stack(along_sides(self.stride, np.ones_like(rows)), axis=1)
+        return begin, step, np.stack(along_sides(rows, columns), axis=1)
+
+
+def find_faces(model: PatchModel, seams: Seams) -> Faces:
+    """The pieces of one parametric surface as few faces as can be, other patches as they are.
+
+    A face ends at a knot line of which an edge is a point or belongs to others than the two patches
+    beside it, as where a surface touches itself; and it ends where a side that was a line becomes
+    a point. So a side of a face is a point as a whole or none of its edges is one.
+    """
+    if model.domain is None:
+        ones = np.ones((model.patch_count, 2), dtype=np.intp)
+        return Faces(np.arange(model.patch_count), ones[:, 0], ones)
+    columns = len(model.domain.v) - 1
+    edge, backward, collapsed = (
+        values.reshape(-1, columns, 4) for values in (seams.edge, seams.backward, seams.collapsed)
+    )
+    inner = (seams.users[edge] == 2) & ~collapsed
+    one_u = inner[1:, :, 0] & (edge[:-1, :, 1] == edge[1:, :, 0])
+    one_u &= backward[:-1, :, 1] == backward[1:, :, 0]
+    one_u &= (collapsed[:-1, :, 2:] == collapsed[1:, :, 2:]).all(axis=2)
+    one_v = inner[:, 1:, 2] & (edge[:, :-1, 3] == edge[:, 1:, 2])
+    one_v &= backward[:, :-1, 3] == backward[:, 1:, 2]
+    one_v &= (collapsed[:, :-1, :2] == collapsed[:, 1:, :2]).all(axis=2)
+    u, v = _ends(one_u.all(axis=1)), _ends(one_v.all(axis=0))
+    first = u[:-1, None] * columns + v[:-1]
+    spans = np.meshgrid(np.diff(u), np.diff(v), indexing="ij")
+    return Faces(
+        first.ravel(), np.full(first.size, columns), np.stack([n.ravel() for n in spans], axis=1)
+    )
+
+
+def _ends(one: Bools) -> Ints:
+    """Lines at which faces begin and end, both borders among them; `one` at those they cross."""
+    return np.concatenate([[0], np.flatnonzero(~one) + 1, [len(one) + 1]]).astype(np.intp)

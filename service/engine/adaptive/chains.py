@@ -1,0 +1,219 @@
+"""Chains: runs of edges along the sides of faces that are divided as one curve, all alike."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, Ints
+from service.bases.distinct import distinct_rows
+from service.engine.adaptive.faces import Faces
+from service.engine.stitch import Seams
+from service.surface.sides import BEGINS, ENDS
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Chains:
+    """C distinct chains, and the sides along which they run; none is a point.
+
+    Chain c is the edges `edge[start[c] : start[c+1]]`, one after another. Its direction depends on
+    their control points alone: whatever numbers they have in a model, it is the same.
+
+    Attributes
+    ----------
+    start : ndarray of int, shape (C+1,)
+    edge, backward : ndarray of int and of bool, shape (N,)
+        Which edge, and whether the chain runs against its direction.
+    corner : ndarray of int, shape (N+C,)
+        Corners between the edges and at both ends: those of chain c begin at `start[c] + c`.
+    side, first : ndarray of int, shape (R,)
+        Runs: the side of a face (4 f + s), in order, and the span of it at which the run begins.
+    chain, reversed : ndarray of int and of bool, shape (R,)
+        The chain that is run along there, and whether from its end.
+    """
+
+    start: Ints
+    edge: Ints
+    backward: Bools
+    corner: Ints
+    side: Ints
+    first: Ints
+    chain: Ints
+    reversed: Bools
+
+    @property
+    def length(self) -> Ints:
+        """Edges of every chain, shape (C,)."""
+        return np.diff(self.start)
+
+    @property
+    def uses(self) -> Ints:
+        """Runs along every chain, shape (C,)."""
+        return np.bincount(self.chain, minlength=len(self.start) - 1)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Steps:
+    """Sides of faces edge by edge, without those that are points; all of shape (N,).
+
+    `side` is 4 f + s, in order, `span` counts along it; `begin` and `end` are corners.
+    """
+
+    side: Ints
+    span: Ints
+    edge: Ints
+    backward: Bools
+    begin: Ints
+    end: Ints
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Found:
+    """Distinct chains of one length n, and the runs along them.
+
+    `steps` (K, n) in the order of the chain, `turned` (K,) whether these steps run against it;
+    `side`, `first`, `chain` and `reversed` as in `Chains`.
+    """
+
+    steps: Ints
+    turned: Bools
+    side: Ints
+    first: Ints
+    chain: Ints
+    reversed: Bools
+
+
+def find_chains(faces: Faces, seams: Seams) -> Chains:
+    """What the sides of all faces consist of.
+
+    A side is one chain if its edges are of one degree and every side that has one of them has all,
+    in the same order or in the opposite one. Otherwise its edges are chains of their own: how an
+    edge is divided that others share must not depend on what they do not share.
+    """
+    steps = _steps(faces, seams)
+    count = np.bincount(steps.side, minlength=4 * len(faces.first))
+    begin = np.cumsum(count) - count
+    uses = np.bincount(steps.edge, minlength=len(seams.users))
+    degree = np.empty(len(uses), dtype=np.intp)
+    for group in seams.curves:
+        degree[group.ids] = group.points.shape[1] - 1
+    along, against = _codes(steps, seams, count[steps.side] > 1)
+    single = np.ones(len(steps.edge), dtype=bool)
+    found: list[_Found] = []
+    for length in np.unique(count[count > 1]).tolist():
+        sides = np.flatnonzero(count == length)
+        rows = begin[sides, None] + np.arange(length)
+        forth, back = along[rows], against[rows[:, ::-1]]
+        turned = _precedes(back, forth)
+        codes = np.where(turned[:, None], back, forth)
+        first, number = distinct_rows(codes.astype(np.float64))
+        # All sides along one chain are whole, or none is.
+        whole = (uses[steps.edge[rows]] == np.bincount(number)[number, None]).all(axis=1)
+        whole &= (degree[steps.edge[rows]] == degree[steps.edge[rows[:, :1]]]).all(axis=1)
+        single[rows[whole]] = False
+        kept = whole[first]
+        leaders = np.where(turned[first[kept], None], rows[first[kept], ::-1], rows[first[kept]])
+        place = (np.cumsum(kept) - 1)[number[whole]]
+        side = steps.side[rows[whole, 0]]
+        found.append(
+            _Found(leaders, turned[first[kept]], side, np.zeros_like(side), place, turned[whole])
+        )
+    return _joined(steps, [_singles(steps, single), *found])
+
+
+def _steps(faces: Faces, seams: Seams) -> _Steps:
+    """The edges along the sides of all faces."""
+    begin, step, spans = faces.sides()
+    count = np.where(seams.collapsed[begin, np.arange(4)], 0, spans).ravel()
+    side = np.repeat(np.arange(len(count)), count)
+    span = np.arange(len(side)) - np.repeat(np.cumsum(count) - count, count)
+    patch, which = begin.ravel()[side] + span * step.ravel()[side], side % 4
+    return _Steps(
+        side,
+        span,
+        seams.edge[patch, which],
+        seams.backward[patch, which],
+        seams.corner[patch, BEGINS[which]],
+        seams.corner[patch, ENDS[which]],
+    )
+
+
+def _codes(steps: _Steps, seams: Seams, wanted: Bools) -> tuple[Ints, Ints]:
+    """A number for every step that is wanted, and one for the same step walked the other way.
+
+    Of two numbers the one is less whose edge comes first in the order of degrees and control
+    points, or that runs along its edge if the other runs against it: the same in every model.
+    """
+    used = np.zeros(len(seams.users), dtype=bool)
+    used[steps.edge[wanted]] = True
+    rank = np.zeros(len(used), dtype=np.intp)
+    symmetric = np.zeros(len(used), dtype=bool)
+    ranked = 0
+    for group in seams.curves:
+        here = np.flatnonzero(used[group.ids])
+        ids, points = group.ids[here], group.points[here]
+        if not len(here):
+            continue
+        same = (points == points[:, ::-1]).all(axis=(1, 2))
+        columns = points.reshape(len(here), -1)
+        if group.weights is not None:
+            weights = group.weights[here]
+            same &= (weights == weights[:, ::-1]).all(axis=1)
+            columns = np.concatenate([columns, weights], axis=1)
+        rank[ids[np.lexsort(columns.T[::-1])]] = ranked + np.arange(len(here))
+        symmetric[ids] = same
+        ranked += len(here)
+    # An edge that is its own reverse is walked in one way only.
+    backward = steps.backward & ~symmetric[steps.edge]
+    along = 2 * rank[steps.edge] + backward
+    return along, np.where(symmetric[steps.edge], along, along ^ 1)
+
+
+def _precedes(rows: Ints, others: Ints) -> Bools:
+    """Which rows come before the others in dictionary order."""
+    differs = rows != others
+    at = np.arange(len(rows)), differs.argmax(axis=1)
+    before: Bools = rows[at] < others[at]
+    return before
+
+
+def _singles(steps: _Steps, single: Bools) -> _Found:
+    """Edges as chains of their own, in their own direction."""
+    rows = np.flatnonzero(single)
+    _, first, place = np.unique(steps.edge[rows], return_index=True, return_inverse=True)
+    leaders, turned = rows[first], steps.backward[rows]
+    return _Found(
+        leaders[:, None], turned[first], steps.side[rows], steps.span[rows], place, turned
+    )
+
+
+def _joined(steps: _Steps, found: list[_Found]) -> Chains:
+    """All chains in one list, and all runs in the order of their sides."""
+    edges, backward, corners = [], [], []
+    side, first, chain, turned, length = [], [], [], [], []
+    known = 0
+    for part in found:
+        against = part.turned[:, None]
+        begin = np.where(against, steps.end[part.steps], steps.begin[part.steps])
+        last = part.steps[:, -1:]
+        end = np.where(against, steps.begin[last], steps.end[last])
+        edges.append(steps.edge[part.steps].ravel())
+        backward.append((steps.backward[part.steps] ^ against).ravel())
+        corners.append(np.concatenate([begin, end], axis=1).ravel())
+        length.append(np.full(len(part.steps), part.steps.shape[1]))
+        side.append(part.side)
+        first.append(part.first)
+        chain.append(part.chain + known)
+        turned.append(part.reversed)
+        known += len(part.steps)
+    sides, firsts = np.concatenate(side), np.concatenate(first)
+    order = np.lexsort((firsts, sides))
+    return Chains(
+        np.concatenate([[0], np.cumsum(np.concatenate(length))]).astype(np.intp),
+        np.concatenate(edges),
+        np.concatenate(backward),
+        np.concatenate(corners),
+        sides[order],
+        firsts[order],
+        np.concatenate(chain)[order],
+        np.concatenate(turned)[order],
+    )

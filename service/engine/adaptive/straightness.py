@@ -1,0 +1,226 @@
+"""Whether pieces of curves may be straight segments: measured on their nets, decided by a goal.
+
+Every number depends on its own piece and on the goal alone, to the last bit.
+"""
+
+from dataclasses import dataclass
+from math import cos, inf
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.adaptive.faces import DEPTH
+from service.engine.adaptive.goal import Goal
+from service.engine.chords import deviations, distances, projected
+from service.errors import InvalidRequest, Issue
+
+OF_NET = 0.95
+"""Share of the tolerance by which the net of a piece may stray from its chord. As triangles along
+a side grow narrow their nets shrink towards this one, so that in the end they are near enough."""
+
+OF_CURVE = 0.7
+"""Share of the tolerance by which the piece itself may: what is left is for the surface beside."""
+
+BENDS = 3
+"""Cuts of a chain that its shape may ask for, whatever the tolerance."""
+
+RETURNS = 8
+"""Cuts of a chain that pieces may ask for which end where they began."""
+
+CORNERS = 12
+"""Halvings of an edge that its turning may ask for: at a cusp no number of them is enough."""
+
+NEARLY_CLOSED = 2.0**-20
+EPS = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Shapes:
+    """What is known of pieces of curves; all of shape (M,).
+
+    Attributes
+    ----------
+    net, curve : ndarray of float64
+        How far the net, raised by one degree, and the curve may be from the chord.
+    chord : ndarray of float64
+        Its length.
+    cosine : ndarray of float64
+        Least cosine between a leg of the net and the tangents at both ends.
+    low, high : ndarray of float64, shape (M, 3)
+        Box about the net.
+    """
+
+    net: FloatArray
+    curve: FloatArray
+    chord: FloatArray
+    cosine: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+    def together(self, begin: Ints) -> "Shapes":
+        """Runs of pieces, each against one chord, as one piece; `begin` are their first."""
+        greatest, least = np.maximum.reduceat, np.minimum.reduceat
+        return Shapes(
+            greatest(self.net, begin),
+            greatest(self.curve, begin),
+            self.chord[begin],
+            least(self.cosine, begin),
+            least(self.low, begin),
+            greatest(self.high, begin),
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Place:
+    """Where nets were moved from, (M, 3), and what rounding may have done to them, (M,)."""
+
+    origin: FloatArray
+    slack: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Verdict:
+    """Which pieces must be cut, and which of these end where they began; shape (M,)."""
+
+    cut: Bools
+    closed: Bools
+
+
+def shapes(
+    nets: FloatArray, chords: FloatArray, tangents: tuple[FloatArray, FloatArray] | None = None
+) -> Shapes:
+    """Measures pieces; the tangents are those of `tangents_of`, if turning matters.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (M, n+1, 3), or (M, n+1, 4) if homogeneous
+    chords : ndarray of float64, shape (M, 2, 3)
+    """
+    points = projected(nets, 3)
+    cosine = np.ones(len(nets)) if tangents is None else _least_cosine(points, tangents)
+    return Shapes(
+        distances(projected(_raised(nets), 3), chords).max(axis=1),
+        deviations(nets, chords),
+        _length(chords[:, 1] - chords[:, 0]),
+        cosine,
+        points.min(axis=1),
+        points.max(axis=1),
+    )
+
+
+def judged(found: Shapes, goal: Goal, place: Place, cuts: Ints, halvings: int = 0) -> Verdict:
+    """Which pieces are no straight segments.
+
+    A piece is cut that is too far from its chord or turns too much; and, the first few times, one
+    that strays from its chord by half of its length, so that what turns back on itself is not lost
+    between two vertices.
+
+    Parameters
+    ----------
+    cuts, halvings : ndarray of int, shape (M,), and int
+        Cuts that led from the chain to the piece, and how many of them halved its edge.
+
+    Raises
+    ------
+    InvalidRequest
+        `tolerance_too_small` if rounding leaves no room for it, or `DEPTH` halvings do not do.
+    """
+    allowed = goal.allowed(_distance_to_boxes(found, goal, place.origin))
+    slack = place.slack
+    far = (found.net > OF_NET * allowed - slack) | (found.curve > OF_CURVE * allowed - slack)
+    hopeless = far & (OF_CURVE * allowed <= slack)
+    if halvings == DEPTH:
+        hopeless = far
+    if hopeless.any():
+        raise _too_small(float(allowed[hopeless].min()), float(slack[hopeless].max()), goal)
+    real = found.net > slack
+    bent = real & (2 * found.net >= (1 - 1e-9) * found.chord) & (cuts < BENDS)
+    closed = (found.chord == 0) | real & (found.chord <= NEARLY_CLOSED * found.net)
+    closed &= cuts < RETURNS
+    cut = far | bent | closed
+    if goal.angle < inf and halvings < CORNERS:
+        cut |= found.cosine < cos(goal.angle)
+    return Verdict(cut, closed)
+
+
+def tangents_of(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Unit vectors along curves (M, n+1, …) at both ends, shape (M, 3) each; 0 where there is none.
+
+    The first and the last leg of the net that is longer than what rounding makes of none.
+    """
+    legs, length = _legs(projected(nets, 3))
+    real = length > slack[:, None]
+    rows = np.arange(len(nets))
+    found = []
+    for at in (real.argmax(axis=1), real.shape[1] - 1 - real[:, ::-1].argmax(axis=1)):
+        some = real[rows, at]
+        unit = np.where(some, length[rows, at], 1.0)
+        found.append(np.where(some[:, None], legs[rows, at] / unit[:, None], 0.0))
+    return found[0], found[1]
+
+
+def rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatArray:
+    """What halving and moving may do to nets of some size that are so far from the origin.
+
+    Each of the n levels of a halving takes means, right to half an ε of the largest coordinate;
+    weights, quotients and distances are a few more, and the ends of a chord stand where they are
+    stored.
+    """
+    slack: FloatArray = EPS * (size * (2.0 * DEPTH * degree + 16.0) + 2.0 * far)
+    return slack
+
+
+def _raised(nets: FloatArray) -> FloatArray:
+    """The same curves in the next degree, P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i."""
+    degree = nets.shape[1] - 1
+    share = (np.arange(1, degree + 1) / (degree + 1))[:, None]
+    inner = share * nets[:, :-1] + (1.0 - share) * nets[:, 1:]
+    return np.concatenate([nets[:, :1], inner, nets[:, -1:]], axis=1)
+
+
+def _least_cosine(points: FloatArray, tangents: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """Least cosine between the legs of nets and tangents; what has no direction does not count."""
+    legs, length = _legs(points)
+    least = np.ones(len(points))
+    for tangent in tangents:
+        along = legs[..., 0] * tangent[:, None, 0] + legs[..., 1] * tangent[:, None, 1]
+        along += legs[..., 2] * tangent[:, None, 2]
+        counts = (length > 0) & (tangent != 0).any(axis=1)[:, None]
+        cosine = np.where(counts, along, 1.0) / np.where(counts, length, 1.0)
+        least = np.minimum(least, cosine.min(axis=1))
+    return least
+
+
+def _legs(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Differences of neighbours in nets, (M, n, 3), and their lengths."""
+    legs = points[:, 1:] - points[:, :-1]
+    return legs, _length(legs)
+
+
+def _length(vectors: FloatArray) -> FloatArray:
+    """Lengths of vectors (…, 3), right also where their squares would vanish or be infinite."""
+    size = np.abs(vectors).max(axis=-1)
+    unit = np.where(size > 0, size, 1.0)
+    x, y, z = (vectors[..., k] / unit for k in range(3))
+    length: FloatArray = unit * np.sqrt(x * x + y * y + z * z)
+    return length
+
+
+def _distance_to_boxes(found: Shapes, goal: Goal, origin: FloatArray) -> FloatArray:
+    """Distances from the eye to the boxes; 0 where nobody looks."""
+    if goal.view is None:
+        return np.zeros(len(origin))
+    eye = goal.view.eye - origin
+    return _length(np.maximum(np.maximum(found.low - eye, eye - found.high), 0.0))
+
+
+def _too_small(allowed: float, slack: float, goal: Goal) -> InvalidRequest:
+    return InvalidRequest(
+        Issue(
+            "tolerance_too_small",
+            "The numbers of the answer are not so precise.",
+            "/tolerance" if goal.view is None else "/pixel_tolerance",
+            f"{allowed:.6g}",
+            f"more than {4 * slack:.3g} for this surface",
+        )
+    )

@@ -1,0 +1,106 @@
+"""Borders of models in tests, and what must be true of every one of them."""
+
+from fractions import Fraction
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from service.engine.adaptive.border import Border, divide_border
+from service.engine.adaptive.faces import SPAN, Faces, find_faces
+from service.engine.adaptive.goal import Goal
+from service.engine.stitch import Seams, find_seams
+from service.surface.lowered import PatchModel
+from tests.oracles.exact import curve_point, exact_net
+from tests.strategies import Array, model_of
+
+MOST = 1_000_000
+
+
+class Bordered(NamedTuple):
+    """A model, its faces, and how their sides are divided."""
+
+    model: PatchModel
+    seams: Seams
+    faces: Faces
+    border: Border
+
+    def side(self, face: int, side: int) -> tuple[list[int], list[int], Array]:
+        """Places, vertices and points of one side."""
+        rows = slice(*self.border.start[4 * face + side : 4 * face + side + 2].tolist())
+        vertex = self.border.vertex[rows]
+        return self.border.at[rows].tolist(), vertex.tolist(), self.border.points[vertex]
+
+    def bits(self) -> list[bytes]:
+        """The points of every side, from the one of its ends to the other that makes them less."""
+        found = []
+        for face in range(len(self.faces.first)):
+            for side in range(4):
+                points = self.side(face, side)[2]
+                found.append(min(points.tobytes(), points[::-1].tobytes()))
+        return found
+
+
+def bordered(source: PatchModel | list[Array], goal: Goal, most: int = MOST) -> Bordered:
+    """The faces of a model, or of a list of nets, and their border."""
+    model = model_of(source) if isinstance(source, list) else source
+    seams = find_seams(model.batches)
+    faces = find_faces(model, seams)
+    return Bordered(model, seams, faces, divide_border(faces, seams, goal, most))
+
+
+def check_border(found: Bordered, tolerance: float) -> None:
+    """What is promised of every border, at places that are worked out exactly."""
+    border, faces = found.border, found.faces
+    assert np.array_equal(np.unique(border.vertex), np.arange(len(border.points)))
+    patches = [(batch, number) for batch in found.model.batches for number in range(batch.count)]
+    begin, step, spans = faces.sides()
+    for face in range(len(faces.first)):
+        for side in range(4):
+            at, vertex, points = found.side(face, side)
+            count = int(spans[face, side])
+            assert (at[0], at[-1]) == (0, count * SPAN)
+            assert at == sorted(set(at))
+            numbers = begin[face, side] + step[face, side] * np.arange(count)
+            collapsed = found.seams.collapsed[numbers, side]
+            assert collapsed.all() == collapsed.any() == border.collapsed[face, side]
+            if border.collapsed[face, side]:
+                assert len(at) == 2
+                assert vertex[0] == vertex[1]
+                continue
+            assert all(a != b for a, b in pairwise(vertex))
+            nets = []
+            for number in numbers.tolist():
+                batch, row = patches[number]
+                net, weights = batch.side(side)
+                nets.append((net[row], None if weights is None else weights[row]))
+            size = max(float(np.ptp(net, axis=0).max()) for net, _ in nets)
+            room = 1e-11 * max(size, 1e-3 * float(np.abs(nets[0][0]).max()))
+            for place, point in zip(at, points, strict=True):
+                true = _point(nets, Fraction(place, SPAN))
+                assert np.abs(true - point).max() <= room
+            for k in range(len(at) - 1):
+                middle = [
+                    _point(nets, Fraction(at[k], SPAN) + Fraction(at[k + 1] - at[k], SPAN) * i / 8)
+                    for i in range(1, 8)
+                ]
+                assert max(_gap(p, points[k], points[k + 1]) for p in middle) <= tolerance
+
+
+def _point(nets: list[tuple[Array, Array | None]], t: Fraction) -> Array:
+    """A point of a chain of curves, t counting its spans."""
+    span = min(int(t), len(nets) - 1)
+    points, weights = nets[span]
+    (net,) = exact_net([points], None if weights is None else [weights])
+    found = curve_point(net, t - span)
+    if weights is not None:
+        found = tuple(x / found[3] for x in found[:3])
+    return np.array([float(x) for x in found])
+
+
+def _gap(point: Array, a: Array, b: Array) -> float:
+    """Distance of a point to a segment."""
+    along = b - a
+    squared = float(along @ along)
+    share = min(1.0, max(0.0, float((point - a) @ along) / squared)) if squared else 0.0
+    return float(np.linalg.norm(point - a - share * along))

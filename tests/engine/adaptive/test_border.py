@@ -1,0 +1,225 @@
+"""Borders: every side divided by what it is itself, and by nothing else."""
+
+from math import inf, pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.adaptive.faces import SPAN
+from service.engine.adaptive.goal import Goal, View
+from service.errors import InvalidRequest, TooLarge
+from service.surface.bspline import BsplineSurface
+from service.surface.knots import Knots
+from tests.engine.adaptive.bordering import bordered, check_border
+from tests.examples import patches_of
+from tests.strategies import (
+    Array,
+    degenerate_nets,
+    mixed_model,
+    model_of,
+    moved,
+    nets,
+    split_models,
+    symmetries,
+    triangle_nets,
+    turned,
+    weighted_nets,
+)
+
+tolerances = st.sampled_from([1.0, 0.1, 1e-2, 1e-3])
+
+
+@given(weighted_nets(), tolerances)
+@settings(max_examples=25)
+def test_vertices_lie_on_the_sides_and_chords_near_them(
+    net: tuple[Array, Array | None], tolerance: float
+) -> None:
+    """At exact points of the curves, polynomial and rational."""
+    points, weights = net
+    model = model_of([points], None if weights is None else [weights])
+    check_border(bordered(model, Goal(tolerance)), tolerance)
+
+
+@given(triangle_nets(), tolerances)
+@settings(max_examples=15)
+def test_triangles_have_three_sides_and_a_point(net: Array, tolerance: float) -> None:
+    """As patches of which v = 1 is one point."""
+    found = bordered(mixed_model([net]), Goal(tolerance))
+    check_border(found, tolerance)
+    assert found.border.collapsed[0, 3]
+
+
+@given(degenerate_nets(), tolerances)
+@settings(max_examples=25)
+def test_degenerate_patches_have_sound_borders(net: Array, tolerance: float) -> None:
+    """Points, lines, sides that are one edge or run out and back."""
+    check_border(bordered([net], Goal(tolerance)), tolerance)
+
+
+@given(split_models(oriented=False), tolerances, st.permutations(range(4)))
+@settings(max_examples=30)
+def test_neighbours_share_vertices_and_order_does_not_matter(
+    pieces: tuple[Array, list[Array]], tolerance: float, order: list[int]
+) -> None:
+    """Inner edges once, 16 sides from 12 edges; the same bits alone, together and in any order."""
+    found = bordered(pieces[1], Goal(tolerance))
+    check_border(found, tolerance)
+    pairs = {
+        frozenset(pair)
+        for face in range(4)
+        for side in range(4)
+        for pair in [found.side(face, side)[1]]
+    }
+    assert len(pairs) == 12
+    bits = found.bits()
+    again = bordered([pieces[1][k] for k in order], Goal(tolerance)).bits()
+    for place, k in enumerate(order):
+        assert again[4 * place : 4 * place + 4] == bits[4 * k : 4 * k + 4]
+        alone = bordered([pieces[1][k]], Goal(tolerance)).bits()
+        assert alone == bits[4 * k : 4 * k + 4]
+
+
+def splines(seed: int, rows: int, columns: int, rational: bool) -> tuple[Array, Array | None]:
+    """A control net without pattern, and weights."""
+    rng = np.random.default_rng(seed)
+    u, v = np.meshgrid(np.arange(float(rows)), np.arange(float(columns)), indexing="ij")
+    net = np.stack([u, v, rng.uniform(-1, 1, u.shape)], axis=-1)
+    return net, rng.uniform(0.3, 3, u.shape) if rational else None
+
+
+@given(st.integers(0, 99), st.integers(4, 9), st.booleans(), symmetries, st.sampled_from([2, 3]))
+@settings(max_examples=12)
+def test_splines_that_meet_agree_though_nobody_told_them(
+    seed: int, columns: int, rational: bool, symmetry: int, degree: int
+) -> None:
+    """A clamped spline and another that shares its last row, turned about: two requests."""
+    net, weights = splines(seed, 5, columns, rational)
+    other, others = splines(seed + 100, 6, columns, rational)
+    other[0] = net[-1]
+    if weights is not None and others is not None:
+        others[0] = weights[-1]
+        others = turned(others, symmetry)
+    one = BsplineSurface(net, (degree, 3), weights=weights)
+    swapped = symmetry & 4
+    two = BsplineSurface(
+        turned(other, symmetry), (3, degree) if swapped else (degree, 3), weights=others
+    )
+    for tolerance in (3.0, 0.1, 1e-3):
+        found = bordered(one.lower(), Goal(tolerance))
+        check_border(found, tolerance)
+        side = found.side(0, 1)[2]
+        bits = bordered(two.lower(), Goal(tolerance)).bits()
+        assert min(side.tobytes(), side[::-1].tobytes()) in bits
+
+
+def test_flat_spans_are_merged_along_the_border() -> None:
+    """A plane of 20 × 20 spans has four vertices; one raised point on the border adds few."""
+    u, v = np.meshgrid(np.arange(23.0), np.arange(23.0), indexing="ij")
+    net = np.stack([u, v, 0 * u], axis=-1)
+    assert len(bordered(BsplineSurface(net).lower(), Goal(0.1)).border.points) == 4
+    net[0, 11, 2] = 1
+    found = bordered(BsplineSurface(net).lower(), Goal(0.1))
+    check_border(found, 0.1)
+    assert [len(found.side(0, side)[0]) for side in (1, 2, 3)] == [2, 2, 2]
+    # None of the flat spans far from the point is told apart.
+    at = np.array(found.side(0, 0)[0]) / SPAN
+    assert 4 < len(at) < 16
+    assert not ((at > 0) & (at < 5)).any()
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+@pytest.mark.parametrize("spans", [1, 2, 3, 5])
+def test_rings_have_three_divisions_however_coarse(periodic: bool, spans: int) -> None:
+    """A closed side is no point, and its vertices are different ones."""
+    degree = 3
+    count = max(spans, degree + 1) if periodic else spans + degree
+    angle = 2 * pi * np.arange(count) / (count if periodic else count - 1)
+    ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    ring[-1] = ring[-1] if periodic else ring[0]
+    net = np.stack([ring, moved(ring, 0, 0, 1)])
+    knots: Knots = "periodic" if periodic else "clamped"
+    model = BsplineSurface(net, (1, degree), ("clamped", knots)).lower()
+    found = bordered(model, Goal(100.0))
+    check_border(found, 100.0)
+    for side in (0, 1):
+        vertex = found.side(0, side)[1]
+        assert vertex[0] == vertex[-1]
+        assert len(set(vertex)) >= 3
+    assert found.side(0, 2)[1] == found.side(0, 3)[1]
+
+
+def test_a_finer_tolerance_is_met_and_costs_more() -> None:
+    """The teapot's edges."""
+    counts = []
+    for tolerance in (1.0, 1e-1, 1e-2):
+        found = bordered(patches_of("utah-teapot"), Goal(tolerance))
+        check_border(found, tolerance)
+        counts.append(len(found.border.points))
+    assert counts == sorted(set(counts))
+
+
+@pytest.mark.parametrize("angle", [1.0, 0.3, 0.1])
+def test_edges_turn_no_more_than_the_angle(angle: float) -> None:
+    """A quarter of a circle in nearly as few pieces as turn so little."""
+    found = bordered(patches_of("cylinder"), Goal(inf, angle))
+    pieces = {len(found.side(face, side)[0]) - 1 for face in range(4) for side in (2, 3)}
+    assert all(pi / 2 / angle <= count <= pi / angle for count in pieces)
+
+
+@given(nets(), st.sampled_from([0.5, 0.05]))
+@settings(max_examples=20)
+def test_angles_are_sought_and_end_at_cusps(net: Array, angle: float) -> None:
+    """Whatever the curves, their division ends."""
+    check_border(bordered([net], Goal(0.5, angle)), 0.5)
+
+
+def test_what_is_far_away_is_divided_less() -> None:
+    """Two equal arches, ten and a hundred away from the eye."""
+    arch = np.array([[[0.0, 0, 0], [0, 1, 2], [0, 2, 0]], [[1, 0, 0], [1, 1, 2], [1, 2, 0]]])
+    view = View(np.array([-10.0, 1, 0]), rate=1e-3, near=1.0)
+    found = bordered([arch, moved(arch, 90)], Goal(inf, view=view))
+    near, far = (len(found.side(face, 0)[0]) for face in (0, 1))
+    check_border(found, 0.102)
+    assert near > 2 * far
+    # Alone, each is as it is in company.
+    alone = [bordered([net], Goal(inf, view=view)).bits() for net in (arch, moved(arch, 90))]
+    assert alone[0] + alone[1] == found.bits()
+
+
+def test_tolerances_below_the_rounding_are_refused() -> None:
+    """Also of what is far from the origin, and of lines."""
+    (net,) = (np.array([[[0.0, 0, 0], [0, 1, 2]], [[1, 0, 0], [1, 1, 2]]]),)
+    for model, tolerance in ((patches_of("utah-teapot"), 1e-15), (model_of([net + 1e9]), 1e-8)):
+        with pytest.raises(InvalidRequest) as refused:
+            bordered(model, Goal(tolerance))
+        (issue,) = refused.value.issues
+        assert (issue.code, issue.pointer) == ("tolerance_too_small", "/tolerance")
+
+
+def test_too_many_triangles_are_refused_as_soon_as_sides_need_them() -> None:
+    """And what is allowed is never refused because of its sides."""
+    with pytest.raises(TooLarge) as refused:
+        bordered(patches_of("utah-teapot"), Goal(1e-9), 1000)
+    assert refused.value.issues[0].code == "too_many_triangles"
+    square = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
+    assert len(bordered([square], Goal(1e-9), 2).border.points) == 4
+
+
+def test_a_side_that_is_shared_in_part_is_divided_edge_by_edge() -> None:
+    """A sheet rolled up so that its ends meet along half their length, and then part."""
+    angle = np.linspace(0, 2 * pi, 7)
+    ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    ring[-1] = ring[0]
+    net = np.stack([moved(ring, 0, 0, k) for k in range(5)], axis=1)
+    whole = bordered(BsplineSurface(net, (3, 1)).lower(), Goal(0.1))
+    assert len(whole.side(0, 0)[0]) == 2
+    net[-1, 3:] += (0, 0.5, 0)
+    found = bordered(BsplineSurface(net, (3, 1)).lower(), Goal(0.1))
+    check_border(found, 0.1)
+    sides = [found.side(0, side) for side in (0, 1)]
+    for at, _, _ in sides:
+        assert at == [k * SPAN for k in range(5)]
+    assert sides[0][1][:3] == sides[1][1][:3]
+    assert not set(sides[0][1][3:]) & set(sides[1][1][3:])

@@ -1,0 +1,97 @@
+"""Faces: knot lines are crossed where nothing hinders."""
+
+from math import pi
+
+import numpy as np
+
+from service.engine.adaptive.faces import Faces, find_faces
+from service.engine.stitch import find_seams
+from service.surface.bspline import BsplineSurface
+from service.surface.lowered import PatchModel
+from tests.examples import patches_of
+from tests.strategies import Array, moved
+
+
+def faces_of(model: PatchModel) -> Faces:
+    return find_faces(model, find_seams(model.batches))
+
+
+def check_cover(model: PatchModel, faces: Faces) -> None:
+    """Every patch is in one face."""
+    found = [
+        first + k * stride + i
+        for first, stride, (rows, columns) in zip(
+            faces.first.tolist(), faces.stride.tolist(), faces.spans.tolist(), strict=True
+        )
+        for k in range(rows)
+        for i in range(columns)
+    ]
+    assert sorted(found) == list(range(model.patch_count))
+
+
+def grid(rows: int, columns: int) -> Array:
+    """A control net with a wave in it."""
+    u, v = np.meshgrid(np.arange(float(rows)), np.arange(float(columns)), indexing="ij")
+    return np.stack([u, v, np.sin(u + v * v)], axis=-1)
+
+
+def test_patches_without_a_common_domain_are_faces() -> None:
+    """All 32 of the teapot."""
+    model = patches_of("utah-teapot")
+    faces = faces_of(model)
+    check_cover(model, faces)
+    assert (faces.spans == 1).all()
+
+
+def test_a_spline_is_one_face() -> None:
+    """Periodic ones too."""
+    for knots in ("clamped", "uniform", "periodic"):
+        model = BsplineSurface(grid(7, 9), (3, 2), (knots, "clamped")).lower()
+        faces = faces_of(model)
+        check_cover(model, faces)
+        assert len(faces.first) == 1
+        assert faces.spans[0].prod() == model.patch_count
+
+
+def test_a_face_ends_where_a_surface_parts() -> None:
+    """At a knot as often as degree + 1."""
+    knots = np.array([0.0, 0, 0, 1, 2, 2, 2, 3, 3, 3])
+    model = BsplineSurface(grid(7, 6), (2, 3), (knots, "clamped")).lower()
+    faces = faces_of(model)
+    check_cover(model, faces)
+    assert faces.spans.tolist() == [[2, 3], [1, 3]]
+    assert faces.first.tolist() == [0, 6]
+
+
+def test_a_face_ends_where_a_knot_line_is_a_point() -> None:
+    """A double cone: its waist, and the sides that meet there."""
+    angle = 2 * pi * np.arange(6) / 6
+    ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    net = np.stack([moved(ring, 0, 0, -1), 0 * ring, moved(ring, 0, 0, 1)])
+    model = BsplineSurface(net, (1, 3), ("clamped", "periodic")).lower()
+    faces = faces_of(model)
+    check_cover(model, faces)
+    assert faces.spans.tolist() == [[1, 6], [1, 6]]
+
+
+def test_a_face_ends_where_a_surface_touches_itself() -> None:
+    """A sheet folded back onto one of its own knot lines."""
+    x = np.array([0.0, 1, 2, 2, 1, 1])
+    z = np.array([0.0, 0, 0, 1, 0, -1])
+    net = np.stack([np.stack([x, x * 0 + y, z], axis=-1) for y in range(3)], axis=1)
+    model = BsplineSurface(net, (1, 1)).lower()
+    faces = faces_of(model)
+    check_cover(model, faces)
+    assert faces.spans.tolist() == [[1, 2], [3, 2], [1, 2]]
+
+
+def test_a_face_ends_where_a_side_becomes_a_point() -> None:
+    """Three control points of a side in one, of a spline of degree 2."""
+    net = grid(5, 5)
+    net[1:4, 0] = net[1, 0]
+    model = BsplineSurface(net, (2, 2)).lower()
+    faces = faces_of(model)
+    check_cover(model, faces)
+    seams = find_seams(model.batches)
+    assert seams.collapsed[:, 2].sum() == 1
+    assert faces.spans.tolist() == [[1, 3], [1, 3], [1, 3]]
