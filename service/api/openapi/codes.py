@@ -68,6 +68,7 @@ CODES: Mapping[str, str] = MappingProxyType(
         "tolerance_too_small": "a tolerance below what the numbers can hold",
         "too_many_points": "a query of more points than are answered",
         "too_many_vertices": "a mesh or curve of more vertices than are answered",
+        "too_many_triangles": "a tolerance that takes more triangles than are allowed",
         "too_many_bytes": "an answer of more bytes than are sent",
         "too_costly": "work of more than some seconds",
         "unsupported_by_format": "quads, lines or wires where the format has none",
