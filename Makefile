@@ -13,7 +13,7 @@ NPM     := PATH="$$PATH:$(abspath $(BIN))" npm --loglevel=error
 SWAGGER := service/api/static/swagger-ui
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi bench web picture lock image clean
+.PHONY: help serve test check format openapi bench certify web picture lock image clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -41,6 +41,9 @@ openapi: $(VENV)/.runtime ## Write openapi/openapi.json anew
 
 bench: $(VENV)/.dev ## Measure: evaluation, encoders, one request, hostile bodies
 	$(BIN)/python -m tests.benchmarks
+
+certify: $(VENV)/.dev ## Judge meshes by tolerance: a thousand surfaces, two hundred models
+	$(BIN)/python -m tests.certify
 
 web: $(SWAGGER)/LICENSE ## Fetch the scripts of /docs from the npm registry
 

@@ -1,0 +1,115 @@
+"""Certified meshes of a thousand random surfaces and two hundred models, judged: `make certify`.
+
+Every surface is meshed at four tolerances, written, read back and sampled. Ctrl-C ends it and
+prints what was found so far. The exit status is 1 if anything was wrong.
+
+    python -m tests.certify [share] [family …]
+
+`share` is the part of the surfaces and models that is looked at, 1 being all; families are named as
+in the table.
+"""
+
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from itertools import chain
+from multiprocessing import Pool, cpu_count
+from typing import TypeAlias
+
+from service.settings import pin_blas
+from tests.certify import seams, table
+from tests.certify.judge import TOLERANCES, Case, Verdict, judge
+from tests.certify.models import BODIES
+from tests.certify.seams import Joint, judge_model
+from tests.certify.surfaces import FAMILIES
+
+JOINT_TOLERANCES = 3e-1, 3e-2, 3e-3
+TWO_SIDED_EVERY, BINARY_EVERY = 6, 2
+
+
+def cases(share: float, names: list[str]) -> Iterator[Case]:
+    """All surfaces at all tolerances, family by family; every second file is a GLB."""
+    for name, family in FAMILIES.items():
+        if names and name not in names:
+            continue
+        for seed in range(max(1, round(share * family.count))):
+            for turn, relative in enumerate(TOLERANCES):
+                two_sided = seed % TWO_SIDED_EVERY == 0 and relative >= 1e-3
+                binary = (seed + turn) % BINARY_EVERY == 0
+                yield Case(name, seed, relative, two_sided, "glb" if binary else "json")
+
+
+def joints(share: float, names: list[str]) -> Iterator[tuple[str, int, float]]:
+    """All models, at one of the tolerances each."""
+    for kind, (count, _) in BODIES.items():
+        if names and kind not in names:
+            continue
+        for seed in range(max(1, round(share * count))):
+            yield kind, seed, JOINT_TOLERANCES[seed % len(JOINT_TOLERANCES)]
+
+
+Task: TypeAlias = Case | tuple[str, int, float]
+
+
+def work(task: Task) -> Verdict | Joint:
+    """One mesh, or one model."""
+    return judge(task) if isinstance(task, Case) else judge_model(*task)
+
+
+def _quiet() -> None:
+    """Leaves Ctrl-C to the parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    pin_blas()
+
+
+def main(arguments: list[str]) -> int:
+    """Judges all, prints all."""
+    share = float(arguments[0]) if arguments else 1.0
+    names = arguments[1:]
+    tasks: list[Task] = [*joints(share, names), *cases(share, names)]
+    found: list[Verdict | Joint] = []
+    start = time.monotonic()
+    pool = Pool(min(2, cpu_count()), _quiet)
+    try:
+        for result in pool.imap_unordered(work, tasks, chunksize=4):
+            found.append(result)
+            if len(found) % 50 == 0 or len(found) == len(tasks):
+                wrong = sum(bool(each.wrong) for each in found)
+                print(
+                    f"\r{len(found)} of {len(tasks)}, {wrong} wrong, "
+                    f"{time.monotonic() - start:.0f} s",
+                    end="",
+                    file=sys.stderr,
+                    flush=True,
+                )
+    except KeyboardInterrupt:
+        pool.terminate()
+    print(file=sys.stderr)
+    return report(found)
+
+
+def report(found: list[Verdict | Joint]) -> int:
+    """Prints the tables and the complaints; 1 if there are any."""
+    order = {name: number for number, name in enumerate(chain(FAMILIES, BODIES))}
+    verdicts = [each for each in found if isinstance(each, Verdict)]
+    models = [each for each in found if isinstance(each, Joint)]
+    verdicts.sort(key=lambda v: (order[v.case.family], v.case.seed, -v.case.relative))
+    models.sort(key=lambda j: (order[j.kind], j.seed))
+    print("\n".join(table.rows(verdicts)))
+    print()
+    print("\n".join(seams.rows(models)))
+    two = [v for v in verdicts if v.case.two_sided and v.mesh_bound > 0]
+    if two:
+        tight = max(v.mesh_deviation / v.mesh_bound for v in two)
+        print(
+            f"\n{len(two)} meshes two-sided: found/bound from mesh to surface {tight:.3f} at most"
+        )
+    said = table.complaints(verdicts)
+    said += [f"WRONG: {joint}: {text}" for joint in models for text in joint.wrong][:40]
+    print("\n".join(["", *said] if said else ["", "Nothing is wrong."]))
+    return int(bool(said))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,176 @@
+"""One mesh, from its surface to its bytes and back, and all that can be wrong with it."""
+
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from service.encoders.registry import BY_NAME
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import render
+from tests.certify.surfaces import FAMILIES
+from tests.certify.written import Array, Rows, Written, read
+from tests.oracles.deviation import mesh_to_surface, surface_to_mesh
+from tests.oracles.exact import cross
+from tests.oracles.sheets import sheets_of
+
+TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4)
+"""Shares of the diagonal of the box about the control points."""
+
+SAMPLES = 2000, 20000
+"""Samples of a sheet: at least, and at most; between them four a triangle."""
+
+THIN = 1e-9
+"""Twice the area over the square of the longest side from which on exact arithmetic decides."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A mesh to be made and judged."""
+
+    family: str
+    seed: int
+    relative: float
+    two_sided: bool = False
+    written_as: str = "json"
+
+    def __str__(self) -> str:
+        two = ", two-sided" if self.two_sided else ""
+        return f"{self.family} {self.seed} at {self.relative:g} as {self.written_as}{two}"
+
+
+@dataclass
+class Verdict:
+    """What was found; `wrong` says what must not be."""
+
+    case: Case
+    tolerance: float = 1.0
+    bound: float = 0.0
+    deviation: float = 0.0
+    mesh_bound: float = 0.0
+    mesh_deviation: float = 0.0
+    triangles: int = 0
+    bad_triangles: int = 0
+    missed: bool = False
+    seconds: float = 0.0
+    wrong: list[str] = field(default_factory=list)
+
+
+def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
+    """Makes the mesh, reads it back, and looks at it from all sides."""
+    family = FAMILIES[case.family]
+    surface = family.surface(case.seed)
+    verdict = Verdict(case, case.relative * diagonal_of(surface))
+    accuracy = Accuracy(relative_tolerance=case.relative, two_sided=case.two_sided)
+    options = MeshOptions(accuracy=accuracy, normals=False, uvs=case.written_as == "json")
+    start = time.process_time()
+    try:
+        content = render(surface, options, BY_NAME[case.written_as])
+    except Exception as error:  # whatever it is, there is no mesh
+        verdict.wrong.append(f"{type(error).__name__}: {error}")
+        return verdict
+    verdict.seconds = time.process_time() - start
+    mesh = read(case.written_as, content)
+    verdict.triangles = len(mesh.faces)
+    _measure(verdict, surface, mesh, samples)
+    _count(verdict, mesh, lines=family.lines)
+    if family.flat and verdict.triangles != 2:
+        verdict.wrong.append(f"{verdict.triangles} triangles where two are enough")
+    return verdict
+
+
+def diagonal_of(surface: Any) -> float:
+    """Of the box about the control points."""
+    points = surface.control_net.reshape(-1, 3)
+    return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
+
+
+def _measure(verdict: Verdict, surface: Any, mesh: Written, samples: tuple[int, int]) -> None:
+    """Deviations against what is promised, and promises against what was asked for."""
+    sheets = sheets_of(surface)
+    verdict.bound = mesh.report.get("deviation_bound", np.nan)
+    if not verdict.bound <= verdict.tolerance:
+        verdict.wrong.append(f"bound {verdict.bound} above tolerance {verdict.tolerance}")
+    if not len(mesh.faces):
+        if verdict.tolerance > 0:
+            verdict.wrong.append("no triangles")
+        return
+    count = int(np.clip(4 * len(mesh.faces), *samples))
+    found = surface_to_mesh(sheets, mesh.corners, count)
+    verdict.deviation = found.distance
+    if not found.distance <= verdict.bound + found.noise:
+        verdict.wrong.append(
+            f"deviation {found.distance} above bound {verdict.bound} at {found.place}"
+        )
+    if verdict.case.family == "spikes":
+        peak = float(surface.control_net[..., 2].max())
+        top = max(float((s.at(s.samples(count)) + s.origin)[:, 2].max()) for s in sheets)
+        verdict.missed = peak > 0 and top - float(mesh.vertices[:, 2].max()) > verdict.tolerance
+        if verdict.missed:
+            verdict.wrong.append("the spike is missed")
+    if verdict.case.two_sided:
+        verdict.mesh_bound = mesh.report.get("mesh_deviation_bound", np.nan)
+        inner = 4 if len(mesh.faces) < 2000 else 2
+        verdict.mesh_deviation = mesh_to_surface(sheets, mesh.corners, count, inner)
+        if not verdict.mesh_bound <= 2 * verdict.tolerance:
+            verdict.wrong.append(f"mesh bound {verdict.mesh_bound} above twice the tolerance")
+        if not verdict.mesh_deviation <= verdict.mesh_bound + found.noise:
+            verdict.wrong.append(
+                f"mesh deviation {verdict.mesh_deviation} above bound {verdict.mesh_bound}"
+            )
+
+
+def _count(verdict: Verdict, mesh: Written, *, lines: bool) -> None:
+    """Triangles without area or turned over, edges with more than two triangles."""
+    bad = Counter(
+        {
+            "name a vertex twice": int((np.diff(np.sort(mesh.faces, axis=1)) == 0).any(1).sum()),
+            "have no area": 0 if lines else flat_triangles(mesh.corners),
+            "are turned over": 0 if mesh.places is None else turned_triangles(mesh.places),
+        }
+    )
+    verdict.bad_triangles = bad.total()
+    verdict.wrong += [f"{count} triangles {what}" for what, count in bad.items() if count]
+    boundary, more = edge_counts(mesh.faces)
+    if verdict.case.written_as == "json":
+        if more:
+            verdict.wrong.append(f"{more} edges of more than two triangles")
+        if boundary != mesh.report["boundary_edges"]:
+            verdict.wrong.append(
+                f"{boundary} boundary edges, reported {mesh.report['boundary_edges']}"
+            )
+
+
+def flat_triangles(corners: Array) -> int:
+    """Triangles whose area is zero, exactly."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    normal = np.cross(b - a, c - a)
+    longest = np.max([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+    thin = np.flatnonzero((normal**2).sum(axis=1) <= (THIN * longest) ** 2)
+    return sum(_is_flat(corners[k]) for k in thin)
+
+
+def _is_flat(triangle: Array) -> bool:
+    a, b, c = ([Fraction(x) for x in corner] for corner in triangle.tolist())
+    edges = [tuple(y - x for x, y in zip(a, p, strict=True)) for p in (b, c)]
+    return not any(cross(edges[0], edges[1]))
+
+
+def turned_triangles(places: Array) -> int:
+    """Triangles that run clockwise in (u, v), where float32 can tell."""
+    a, b, c = places[:, 0], places[:, 1], places[:, 2]
+    (x, y), (z, w) = (b - a).T, (c - a).T
+    size = np.abs(places).max(axis=(1, 2)) * 2.0**-22
+    doubt = size * (np.abs(b - a) + np.abs(c - a)).sum(axis=1)
+    return int((x * w - y * z < -doubt).sum())
+
+
+def edge_counts(faces: Rows) -> tuple[int, int]:
+    """Edges of one triangle, and of more than two or run through twice in one direction."""
+    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    _, uses = np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
+    return int((uses == 1).sum()), int((uses > 2).sum())

@@ -1,0 +1,373 @@
+"""Families of random surfaces: each a function of a seed, the same on every run and machine."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import cos, pi, sin, sqrt
+from types import MappingProxyType
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
+from service.surface.knots import Knots
+from service.surface.triangle import TriangleSurface
+from tests.oracles import triangles
+
+Array: TypeAlias = NDArray[np.float64]
+Random: TypeAlias = np.random.Generator
+Surface: TypeAlias = BezierSurface | BsplineSurface | TriangleSurface
+
+MODERATE, WILD = 0.1, 0.35
+"""How far control points stray from a regular grid over the unit square, along it."""
+
+
+@dataclass(frozen=True)
+class Family:
+    """Surfaces of one kind.
+
+    `count` of them are looked at in all. `lines` says that some are lines or points, where
+    triangles without area are right; `flat` that two triangles are enough.
+    """
+
+    make: Callable[[Random], Surface]
+    count: int
+    lines: bool = False
+    flat: bool = False
+
+    def surface(self, seed: int) -> Surface:
+        """The surface of this number."""
+        return self.make(np.random.default_rng(seed))
+
+
+def strewn(rng: Random, rows: int, columns: int, spread: float, height: float = 0.5) -> Array:
+    """Points (rows, columns, 3) about a regular grid over the unit square."""
+    x, y = np.meshgrid(np.linspace(0, 1, rows), np.linspace(0, 1, columns), indexing="ij")
+    flat = np.stack([x, y, np.zeros_like(x)], axis=-1)
+    reach = np.array([spread, spread, height])
+    net: Array = flat + reach * rng.uniform(-1, 1, flat.shape)
+    return net
+
+
+def bicubic(seed: int, spread: float) -> Array:
+    """A bicubic net."""
+    return strewn(np.random.default_rng(seed), 4, 4, spread)
+
+
+def _degrees(rng: Random, most: int) -> tuple[int, int]:
+    p, q = rng.integers(1, most, size=2, endpoint=True).tolist()
+    return p, q
+
+
+def _weights(rng: Random, shape: tuple[int, ...], most: float) -> Array:
+    """Weights from 1/most to most, their logarithms uniform."""
+    return most ** rng.uniform(-1, 1, shape)
+
+
+def _bicubic_moderate(rng: Random) -> Surface:
+    return BezierSurface(strewn(rng, 4, 4, MODERATE))
+
+
+def _bicubic_wild(rng: Random) -> Surface:
+    return BezierSurface(strewn(rng, 4, 4, WILD))
+
+
+def _any_degree(rng: Random) -> Surface:
+    p, q = _degrees(rng, 8)
+    return BezierSurface(strewn(rng, p + 1, q + 1, 0.4 / max(p, q)))
+
+
+def _anywhere(rng: Random) -> Surface:
+    p, q = _degrees(rng, 8)
+    return BezierSurface(rng.uniform(-1, 1, (p + 1, q + 1, 3)))
+
+
+def _rational(rng: Random) -> Surface:
+    p, q = _degrees(rng, 5)
+    return BezierSurface(
+        strewn(rng, p + 1, q + 1, rng.choice([MODERATE, WILD])),
+        _weights(rng, (p + 1, q + 1), 5.0),
+    )
+
+
+def _heavy(rng: Random) -> Surface:
+    p, q = _degrees(rng, 4)
+    return BezierSurface(strewn(rng, p + 1, q + 1, MODERATE), _weights(rng, (p + 1, q + 1), 1e3))
+
+
+def _high(rng: Random) -> Surface:
+    p, q = int(rng.choice([9, 12, 15])), int(rng.choice([1, 3, 15]))
+    return BezierSurface(strewn(rng, p + 1, q + 1, 0.02, 0.3))
+
+
+def _spline(rng: Random, weights: float = 1.0) -> Surface:
+    p, q = _degrees(rng, 4)
+    rows, columns = p + int(rng.integers(1, 6)), q + int(rng.integers(1, 6))
+    names: list[Knots] = ["clamped", "uniform"]
+    u, v = rng.integers(0, 2, 2).tolist()
+    net = strewn(rng, rows, columns, 0.3 / max(rows, columns), 0.3)
+    loads = None if weights == 1.0 else _weights(rng, (rows, columns), weights)
+    return BsplineSurface(net, (p, q), (names[u], names[v]), loads)
+
+
+def _nurbs(rng: Random) -> Surface:
+    return _spline(rng, 5.0)
+
+
+def _creased(rng: Random) -> Surface:
+    """Knots of any distances, some of them repeated, p times at most."""
+    p, q = _degrees(rng, 3)
+    knots: list[Knots] = []
+    counts: list[int] = []
+    for degree in (p, q):
+        inner = np.cumsum(rng.choice([0.01, 0.5, 1.0, 3.0], size=rng.integers(1, 4)))
+        times = rng.integers(1, degree, size=len(inner), endpoint=True)
+        line = np.concatenate(
+            [
+                np.zeros(degree + 1),
+                np.repeat(inner, times),
+                np.full(degree + 1, inner[-1] + rng.uniform(0.1, 2)),
+            ]
+        )
+        knots.append(line)
+        counts.append(len(line) - degree - 1)
+    net = strewn(rng, counts[0], counts[1], 0.3 / max(counts), 0.3)
+    loads = _weights(rng, (counts[0], counts[1]), 3.0) if rng.integers(2) else None
+    return BsplineSurface(net, (p, q), (knots[0], knots[1]), loads)
+
+
+def _ring(rng: Random) -> Surface:
+    """Closed along u: a tube of a random profile, now and then along v as well."""
+    p, q = _degrees(rng, 3)
+    rows, columns = int(rng.integers(max(4, p + 1), 8)), int(rng.integers(max(4, q + 1), 8))
+    both = bool(rng.integers(2))
+    around = 2 * pi * np.arange(rows) / rows
+    across = 2 * pi * np.arange(columns) / columns
+    turn = np.stack([np.cos(around), np.sin(around), np.zeros(rows)], axis=-1)[:, np.newaxis]
+    radius = (2 + np.cos(across) if both else np.full(columns, 1.0))[:, np.newaxis]
+    rise = (np.sin(across) if both else np.linspace(0, 3, columns))[:, np.newaxis]
+    net = turn * radius + rise * np.array([0.0, 0, 1])
+    net = net + rng.uniform(-0.2, 0.2, net.shape)
+    loads = _weights(rng, (rows, columns), 2.0) if rng.integers(2) else None
+    return BsplineSurface(net, (p, q), ("periodic", "periodic" if both else "clamped"), loads)
+
+
+def _spike(rng: Random) -> Surface:
+    """Flat but for one control point of 20 × 20."""
+    x, y = np.meshgrid(np.linspace(0, 1, 20), np.linspace(0, 1, 20), indexing="ij")
+    net = np.stack([x, y, np.zeros_like(x)], axis=-1)
+    i, j = rng.integers(2, 18, size=2)
+    net[i, j, 2] = 10 ** rng.uniform(-1.5, 0.3)
+    degree = int(rng.choice([2, 3]))
+    return BsplineSurface(net, (degree, degree))
+
+
+def _ridges(rng: Random) -> Surface:
+    """Waves along a random direction: all spans bend, in one direction."""
+    rows, columns = int(rng.integers(12, 24)), int(rng.integers(4, 10))
+    x, y = np.meshgrid(np.linspace(0, 1, rows), np.linspace(0, 1, columns), indexing="ij")
+    slope = rng.uniform(-0.5, 0.5)
+    z = 0.1 * np.sin(2 * pi * (rng.uniform(1, 3) * x + slope * y) + rng.uniform(0, 6))
+    return BsplineSurface(np.stack([x, y, z], axis=-1))
+
+
+def _corner_grid(degree: int) -> Array:
+    """The regular net of a triangle, s along x, t along y."""
+    return np.array([(j, k, 0.0) for _, j, k in triangles.keys(degree)]) / degree
+
+
+def _triangle(rng: Random) -> Surface:
+    n = int(rng.integers(1, 6, endpoint=True))
+    net = _corner_grid(n)
+    reach = np.array([1.0, 1.0, 0]) * rng.choice([0.3, 1.0]) / n + np.array([0, 0, 0.5])
+    return TriangleSurface(net + reach * rng.uniform(-1, 1, net.shape))
+
+
+def _rational_triangle(rng: Random) -> Surface:
+    n = int(rng.integers(1, 4, endpoint=True))
+    net = _corner_grid(n)
+    points = net + np.array([0.3, 0.3, 0.5]) / n * rng.uniform(-1, 1, net.shape)
+    return TriangleSurface(points, _weights(rng, (len(net),), float(rng.choice([5.0, 100.0]))))
+
+
+def _poles(rng: Random) -> Surface:
+    """One side, two of them, or all four corners but two in one point."""
+    p, q = _degrees(rng, 5)
+    net = strewn(rng, p + 1, q + 1, MODERATE)
+    for side in rng.choice(["u0", "u1", "v0", "v1"], size=rng.integers(1, 3), replace=False):
+        _collapse(net, side, net[0, 0] if side.endswith("0") else net[-1, -1])
+    weights = _weights(rng, (p + 1, q + 1), 3.0) if rng.integers(2) else None
+    return BezierSurface(net, weights)
+
+
+def _collapse(net: Array, side: str, point: Array) -> None:
+    line = 0 if side.endswith("0") else -1
+    if side.startswith("u"):
+        net[line] = point
+    else:
+        net[:, line] = point
+
+
+def _almost(rng: Random) -> Surface:
+    """A side that is almost a point, or a patch that is almost a line."""
+    p, q = _degrees(rng, 4)
+    net = strewn(rng, p + 1, q + 1, MODERATE)
+    small = 10 ** rng.uniform(-9, -2)
+    if rng.integers(2):
+        net[0] = net[0, 0] + small * (net[0] - net[0, 0])
+    else:
+        net[..., 1] *= small
+        net[..., 2] *= 10 ** rng.uniform(-9, 0)
+    return BezierSurface(net)
+
+
+def _folded(rng: Random) -> Surface:
+    """Two sides are one: opposite ones, or the two at a corner."""
+    p, q = _degrees(rng, 5)
+    if rng.integers(2):
+        net = strewn(rng, p + 1, q + 1, WILD)
+        net[-1] = net[0]
+    else:
+        net = strewn(rng, p + 1, p + 1, WILD)
+        net[0, :] = net[:, 0]
+    return BezierSurface(net)
+
+
+def _cusped(rng: Random) -> Surface:
+    """Partials that vanish, turn back or run along each other somewhere."""
+    p, q = max(_degrees(rng, 5)[0], 2), max(_degrees(rng, 5)[1], 2)
+    net = strewn(rng, p + 1, q + 1, MODERATE)
+    kind = rng.integers(4)
+    if kind == 0:
+        net[1] = net[0]
+    elif kind == 1:
+        net[0, 1] = net[1, 0] = net[0, 0]
+    elif kind == 2:
+        net[[1, -2]] = net[[-2, 1]] + (net[[-2, 1]] - net[[1, -2]])
+    else:
+        net[:, 1] = net[:, 0] + 0.3 * (net[1:2, :1] - net[:1, :1])
+    return BezierSurface(net)
+
+
+def _lines(rng: Random) -> Surface:
+    """No surface at all: a curve, twice, or a point."""
+    p, q = _degrees(rng, 4)
+    net = strewn(rng, p + 1, q + 1, WILD)
+    kind = rng.integers(3)
+    if kind == 0:
+        net[..., 1:] = net[..., :1] * rng.uniform(-1, 1, 2)
+    elif kind == 1:
+        net[:] = net[:, :1]
+    else:
+        net[:] = net[0, 0]
+    return BezierSurface(net)
+
+
+QUARTER = np.array([[1.0, 0], [1, 1], [0, 1]])
+ARC = np.array([1.0, sqrt(0.5), 1.0])
+
+
+def _quadric(rng: Random) -> Surface:
+    """Exact pieces of cylinders, cones, spheres and tori, stretched."""
+    small, great = rng.uniform(0.2, 1), rng.uniform(1.2, 3)
+    kind = rng.integers(4)
+    profile = QUARTER * small
+    weights = ARC
+    if kind == 0:
+        profile, weights = np.array([[small, 0], [small, great]]), np.ones(2)
+    elif kind == 1:
+        profile, weights = np.array([[0.0, 0], [small, great]]), np.ones(2)
+    elif kind == 2:
+        profile = profile + np.array([great, 0])
+    turn = np.column_stack([QUARTER, np.ones(3)])
+    net = np.stack([turn * np.array([r, r, z]) for r, z in profile.tolist()], axis=1)
+    stretch = rng.uniform(0.5, 2, 3)
+    return BezierSurface(net * stretch, ARC[:, np.newaxis] * weights)
+
+
+def _flat(rng: Random) -> Surface:
+    """In a plane, within four straight sides, however the parameters run."""
+    p, q = _degrees(rng, 6)
+    corners = np.array([[0, 0], [0.2, 1], [1, -0.1], [0.9, 0.8]]) + rng.uniform(-0.1, 0.1, (4, 2))
+    at = rng.uniform(0, 1, (p + 1, q + 1, 2))
+    at[[0, -1], :, 0] = np.array([[0.0], [1]])
+    at[:, [0, -1], 1] = np.array([0.0, 1])
+    u, v = at[..., :1], at[..., 1:]
+    flat = (1 - u) * ((1 - v) * corners[0] + v * corners[1])
+    flat = flat + u * ((1 - v) * corners[2] + v * corners[3])
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0][:2]
+    return BezierSurface(flat @ axes)
+
+
+def _level(rng: Random) -> Surface:
+    """A flat B-spline of many spans."""
+    p = int(rng.integers(1, 4))
+    x, y = np.meshgrid(*(np.arange(n) for n in rng.uniform(4, 15, 2)), indexing="ij")
+    return BsplineSurface(np.stack([x, y, 0 * x], axis=-1), (p, p))
+
+
+def _bilinear(rng: Random) -> Surface:
+    return BezierSurface(rng.uniform(-1, 1, (2, 2, 3)))
+
+
+def _far(rng: Random) -> Surface:
+    """A metre, a thousand kilometres away."""
+    away = 1e6 * rng.uniform(-1, 1, 3)
+    surface = rng.choice([0, 1])
+    if surface:
+        return TriangleSurface(_corner_grid(3) + rng.uniform(-0.2, 0.2, (10, 3)) + away)
+    return BezierSurface(strewn(rng, 4, 4, MODERATE) + away, _weights(rng, (4, 4), 2.0))
+
+
+def _tiny(rng: Random) -> Surface:
+    return BezierSurface(1e-6 * strewn(rng, 4, 4, MODERATE))
+
+
+def _vast(rng: Random) -> Surface:
+    return BezierSurface(1e6 * strewn(rng, 4, 4, WILD))
+
+
+def _bent(rng: Random) -> Surface:
+    """A long strip that winds: most of its length in one direction."""
+    rows = int(rng.integers(10, 18))
+    around = np.linspace(0, rng.uniform(3, 9), rows)
+    line = np.stack([np.cos(around), np.sin(around), 0.1 * around], axis=-1)
+    width = np.array([0.0, 0, 10 ** rng.uniform(-3, -0.5)])
+    lean = np.array([[cos(a), sin(a), 0] for a in rng.uniform(0, 6, rows)]) * width[2]
+    return BsplineSurface(np.stack([line, line + width, line + lean], axis=1), (3, 2))
+
+
+FAMILIES: Mapping[str, Family] = MappingProxyType(
+    {
+        "bicubic, moderate": Family(_bicubic_moderate, 60),
+        "bicubic, wild": Family(_bicubic_wild, 60),
+        "degrees 1 to 8": Family(_any_degree, 80),
+        "degrees 1 to 8, anywhere": Family(_anywhere, 60),
+        "rational": Family(_rational, 80),
+        "rational, weights to 1000": Family(_heavy, 40),
+        "degree 15": Family(_high, 20),
+        "B-splines": Family(_spline, 80),
+        "NURBS": Family(_nurbs, 60),
+        "creases": Family(_creased, 60),
+        "rings and tori": Family(_ring, 40),
+        "spikes": Family(_spike, 60),
+        "sine ridges": Family(_ridges, 40),
+        "winding strips": Family(_bent, 20),
+        "triangles": Family(_triangle, 60),
+        "rational triangles": Family(_rational_triangle, 40),
+        "poles": Family(_poles, 40),
+        "almost degenerate": Family(_almost, 40),
+        "folded": Family(_folded, 30),
+        "cusped": Family(_cusped, 40),
+        "lines and points": Family(_lines, 10, lines=True),
+        "quadrics": Family(_quadric, 30),
+        "flat": Family(_flat, 20, flat=True),
+        "flat B-splines": Family(_level, 10, flat=True),
+        "bilinear": Family(_bilinear, 10),
+        "far away": Family(_far, 30),
+        "tiny": Family(_tiny, 10),
+        "vast": Family(_vast, 10),
+    }
+)
+"""The families by name; their counts add up to a thousand and some."""

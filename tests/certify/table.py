@@ -1,0 +1,40 @@
+"""What was found, family by family."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from statistics import median
+
+from tests.certify.judge import Verdict
+
+HEADER = (
+    f"{'family':28}{'meshes':>7}{'triangles':>10}{'found/bound':>12}{'found/tol':>10}"
+    f"{'bound/tol':>10}{'spikes':>7}{'bad':>5}{'wrong':>6}{'seconds':>8}"
+)
+
+
+def rows(verdicts: Iterable[Verdict]) -> list[str]:
+    """One line a family, and one for all of them."""
+    families: dict[str, list[Verdict]] = defaultdict(list)
+    for verdict in verdicts:
+        families[verdict.case.family].append(verdict)
+    lines = [_row(name, found) for name, found in families.items()]
+    return [HEADER, *lines, _row("all", [v for found in families.values() for v in found])]
+
+
+def _row(name: str, found: Sequence[Verdict]) -> str:
+    whole = [v for v in found if v.triangles] or found
+    tight = max((v.deviation / v.bound for v in whole if v.bound > 1e-12 * v.tolerance), default=0)
+    return (
+        f"{name:28}{len(found):7}{median(v.triangles for v in whole):10.0f}{tight:12.3f}"
+        f"{max(v.deviation / v.tolerance for v in whole):10.3f}"
+        f"{max(v.bound / v.tolerance for v in whole):10.3f}"
+        f"{sum(v.missed for v in found):7}{sum(v.bad_triangles for v in found):5}"
+        f"{sum(bool(v.wrong) for v in found):6}{sum(v.seconds for v in found):8.1f}"
+    )
+
+
+def complaints(verdicts: Iterable[Verdict], most: int = 40) -> list[str]:
+    """What is wrong, case by case."""
+    said = [f"WRONG: {v.case}: {text}" for v in verdicts for text in v.wrong]
+    rest = [f"… and {len(said) - most} more"] if len(said) > most else []
+    return said[:most] + rest

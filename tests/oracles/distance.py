@@ -1,0 +1,141 @@
+"""Distances of points to triangles, nearest of all: first a guess, then a proof.
+
+The guess looks at a few triangles near each point. It is never too small, so wherever it is small
+enough, nothing remains to be shown. The largest of the guesses are then replaced by the true
+distances, to all triangles whose boxes are no further away than the guess, until the largest true
+distance exceeds every guess that is left.
+"""
+
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+Array: TypeAlias = NDArray[np.float64]
+Index: TypeAlias = NDArray[np.intp]
+
+NEAREST = 3
+"""Triangles that a guess looks at."""
+
+BLOCK = 1 << 21
+"""Pairs of points and triangles that are looked at in one go."""
+
+FLAT = 1e-10
+"""Triangles of less height for their length are their three sides."""
+
+
+def to_triangles(points: Array, corners: Array) -> Array:
+    """Distance (m,) of each point (m, 3) to its own triangle (m, 3, 3)."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    square = np.minimum(
+        _to_segments(points, a, b),
+        np.minimum(_to_segments(points, b, c), _to_segments(points, c, a)),
+    )
+    normal = np.cross(b - a, c - a)
+    area = _dot(normal, normal)
+    longest = np.max([_dot(q - p, q - p) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+    over = area > (FLAT * longest) ** 2
+    for p, q in ((a, b), (b, c), (c, a)):
+        over &= _dot(np.cross(normal, q - p), points - p) >= 0
+    height = _dot(points - a, normal) ** 2 / np.where(area > 0, area, 1.0)
+    return np.sqrt(np.where(over, np.minimum(height, square), square))
+
+
+def _to_segments(points: Array, a: Array, b: Array) -> Array:
+    """Square of the distance to the segment from a to b."""
+    along = b - a
+    square = _dot(along, along)
+    t = np.clip(_dot(points - a, along) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    # Measured from the nearer end, so that no digits are lost beside it.
+    near = np.where((t < 0.5)[:, np.newaxis], points - a, points - b)
+    rest = near - np.where(t < 0.5, t, t - 1.0)[:, np.newaxis] * along
+    return _dot(rest, rest)
+
+
+def _dot(a: Array, b: Array) -> Array:
+    product: Array = np.einsum("mi,mi->m", a, b)
+    return product
+
+
+@dataclass(eq=False)
+class Soup:
+    """Triangles without order, (T, 3, 3)."""
+
+    corners: Array
+    tree: cKDTree = field(init=False)
+    owner: Index = field(init=False)
+
+    def __post_init__(self) -> None:
+        places, self.owner = _spread(self.corners)
+        self.tree = cKDTree(places)
+
+    def guess(self, points: Array) -> Array:
+        """Distances (m,) that may be too large, never too small."""
+        _, rows = self.tree.query(points, k=min(NEAREST, len(self.owner)))
+        found = self.owner[np.asarray(rows).reshape(len(points), -1)]
+        pairs = to_triangles(np.repeat(points, found.shape[1], axis=0), self.corners[found.ravel()])
+        nearest: Array = pairs.reshape(found.shape).min(axis=1)
+        return nearest
+
+    def distances(self, points: Array) -> Array:
+        """True distances (m,)."""
+        return self._true(points, self.guess(points))
+
+    def farthest(self, points: Array) -> tuple[Array, float]:
+        """Distances (m,), never too small, and the largest true one.
+
+        Where a distance is no more than the largest, it may be a guess.
+        """
+        found = self.guess(points)
+        order = np.argsort(-found, kind="stable")
+        largest, done, block = 0.0, 0, 32
+        while done < len(order) and found[order[done]] > largest:
+            rows = order[done : done + block]
+            found[rows] = self._true(points[rows], found[rows])
+            largest = max(largest, float(found[rows].max()))
+            done, block = done + block, 2 * block
+        return found, largest
+
+    def _true(self, points: Array, guesses: Array) -> Array:
+        """The least of the distances to all triangles whose boxes are within the guess."""
+        low, high = self.corners.min(axis=1), self.corners.max(axis=1)
+        size = max(1, BLOCK // len(low))
+        found = guesses.copy()
+        for start in range(0, len(points), size):
+            block = slice(start, start + size)
+            outside = np.zeros((len(points[block]), len(low)))
+            for axis in range(3):
+                x = points[block, axis, np.newaxis]
+                gap = np.maximum(np.maximum(low[:, axis] - x, x - high[:, axis]), 0.0)
+                outside += gap * gap
+            rows, triangles = np.nonzero(outside < found[block, np.newaxis] ** 2)
+            pairs = to_triangles(points[block][rows], self.corners[triangles])
+            np.minimum.at(found, rows + start, pairs)
+        return found
+
+
+def _spread(corners: Array) -> tuple[Array, Index]:
+    """Points inside the triangles, more of them the longer a triangle is, and their owners."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    longest = np.max([_dot(q - p, q - p) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+    normal = np.cross(b - a, c - a)
+    area = np.sqrt(_dot(normal, normal))
+    shape = longest / np.maximum(area, longest / 64 + (longest == 0))
+    places: list[Array] = []
+    owners: list[Index] = []
+    for divisions, least, most in ((1, 0, 1.7), (2, 1.7, 5), (4, 5, 12), (8, 12, 25), (16, 25, 99)):
+        rows = np.flatnonzero((shape >= least) & (shape < most))
+        weights = _middles(divisions)
+        places.append((weights @ corners[rows]).reshape(-1, 3))
+        owners.append(np.repeat(rows, len(weights)))
+    return np.concatenate(places), np.concatenate(owners)
+
+
+def _middles(divisions: int) -> Array:
+    """Barycentric middles of the n² triangles that a triangle is divided into, (n², 3)."""
+    upright = [(i + 1 / 3, j + 1 / 3) for i in range(divisions) for j in range(divisions - i)]
+    turned = [(i + 2 / 3, j + 2 / 3) for i in range(divisions) for j in range(divisions - 1 - i)]
+    at = np.array(upright + turned) / divisions
+    return np.column_stack([1 - at.sum(axis=1), at])

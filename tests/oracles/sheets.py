@@ -1,0 +1,275 @@
+"""Surfaces for sampling, from their own definitions: nothing here is lowered, split or cached.
+
+Bases are built by the recursions that define them, B_i^n = (1 − t) B_i^{n−1} + t B_{i−1}^{n−1},
+its like over triangles, and that of Cox and de Boor. Points are evaluated about an origin near the
+surface, so that a place far from zero costs no digits.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.surface.batches import TensorPatches
+from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
+from service.surface.lowered import PatchModel
+from service.surface.patches import PatchSurface
+from service.surface.triangle import TriangleSurface
+from tests.oracles import triangles
+
+Array: TypeAlias = NDArray[np.float64]
+Basis: TypeAlias = Callable[[Array], Array]
+
+CHUNK = 1 << 20
+"""Numbers of a basis at a time, roughly."""
+
+
+class Sheet(Protocol):
+    """One surface over a rectangle, or over the triangle u, v ≥ 0, u + v ≤ 1."""
+
+    @property
+    def origin(self) -> Array:
+        """Where the points are seen from."""
+        ...
+
+    def at(self, places: Array) -> Array:
+        """Points (m, 3), seen from the origin, at places (m, 2)."""
+        ...
+
+    def samples(self, count: int) -> Array:
+        """About so many places (m, 2), those on the border and on knot lines among them."""
+        ...
+
+    def inside(self, places: Array) -> Array:
+        """The places, moved into the domain where they are outside."""
+        ...
+
+    def step(self, count: int) -> Array:
+        """Distance (2,) of neighbouring ones of so many samples."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class TensorSheet:
+    """Σ_ij M_i(u) N_j(v) H_ij, projected; H (n, m, 4) homogeneous about the origin."""
+
+    net: Array
+    bases: tuple[Basis, Basis]
+    breaks: tuple[Array, Array]
+    origin: Array
+
+    def at(self, places: Array) -> Array:
+        rows, columns, _ = self.net.shape
+        size = max(1, CHUNK // (columns * 4 + rows))
+        return np.concatenate(
+            [self._at(places[k : k + size]) for k in range(0, len(places), size)] or [places[:, :0]]
+        )
+
+    def _at(self, places: Array) -> Array:
+        rows, columns, _ = self.net.shape
+        along_u, along_v = (basis(places[:, k]) for k, basis in enumerate(self.bases))
+        curves = (along_u @ self.net.reshape(rows, -1)).reshape(-1, columns, 4)
+        points: Array = (along_v[:, :, np.newaxis] * curves).sum(axis=1)
+        return points[:, :3] / points[:, 3:]
+
+    def samples(self, count: int) -> Array:
+        each = self._each(count)
+        lines = [_divided(breaks, each) for breaks in self.breaks]
+        fine = [_divided(breaks, 4 * each) for breaks in self.breaks]
+        ends = [breaks[[0, -1]] for breaks in self.breaks]
+        grids = [lines, [fine[0], ends[1]], [ends[0], fine[1]]]
+        return np.concatenate([_grid(u, v) for u, v in grids])
+
+    def _each(self, count: int) -> int:
+        spans = (len(self.breaks[0]) - 1) * (len(self.breaks[1]) - 1)
+        return max(4, int(np.sqrt(count / spans)))
+
+    def inside(self, places: Array) -> Array:
+        return np.stack(
+            [np.clip(places[:, k], b[0], b[-1]) for k, b in enumerate(self.breaks)], axis=1
+        )
+
+    def step(self, count: int) -> Array:
+        return np.array([np.diff(b).max() / self._each(count) for b in self.breaks])
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleSheet:
+    """Σ B_ijk(s, t) H_ijk, projected; H ((n+1)(n+2)/2, 4) homogeneous about the origin."""
+
+    net: Array
+    origin: Array
+
+    def at(self, places: Array) -> Array:
+        degree = triangles.degree_of(len(self.net))
+        points = triangle_bernstein(degree, places) @ self.net
+        return points[:, :3] / points[:, 3:]
+
+    def samples(self, count: int) -> Array:
+        n = self._divisions(count)
+        inner = np.array([(j, k) for _, j, k in triangles.keys(n)]) / n
+        t = np.linspace(0.0, 1.0, 4 * n + 1)
+        zero = np.zeros_like(t)
+        sides = [(zero, t), (t, zero), (t, 1 - t)]
+        return np.concatenate([inner, *(np.stack(side, axis=1) for side in sides)])
+
+    def _divisions(self, count: int) -> int:
+        return max(4, int(np.sqrt(2 * count)))
+
+    def inside(self, places: Array) -> Array:
+        places = np.clip(places, 0.0, 1.0)
+        total = places.sum(axis=1, keepdims=True)
+        return np.where(total > 1, places / np.maximum(total, 1.0), places)
+
+    def step(self, count: int) -> Array:
+        return np.full(2, 1 / self._divisions(count))
+
+
+def _divided(breaks: Array, each: int) -> Array:
+    """Every interval cut into so many, its ends exact."""
+    t = np.arange(each) / each
+    starts = breaks[:-1, np.newaxis] + np.diff(breaks)[:, np.newaxis] * t
+    return np.append(starts.ravel(), breaks[-1])
+
+
+def _grid(u: Array, v: Array) -> Array:
+    return np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def bernstein(degree: int) -> Basis:
+    """Values (m, n+1) of all Bernstein polynomials of a degree."""
+
+    def values(t: Array) -> Array:
+        row = np.ones((len(t), 1))
+        for _ in range(degree):
+            longer = np.zeros((len(t), row.shape[1] + 1))
+            longer[:, :-1] = (1 - t)[:, np.newaxis] * row
+            longer[:, 1:] += t[:, np.newaxis] * row
+            row = longer
+        return row
+
+    return values
+
+
+def triangle_bernstein(degree: int, places: Array) -> Array:
+    """Values (m, (n+1)(n+2)/2) of the polynomials over the triangle, k outermost, j next."""
+    s, t = places[:, 0], places[:, 1]
+    weights = {(1, 0, 0): 1 - s - t, (0, 1, 0): s, (0, 0, 1): t}
+    values = {(0, 0, 0): np.ones(len(places))}
+    for n in range(1, degree + 1):
+        longer = {key: np.zeros(len(places)) for key in triangles.keys(n)}
+        for (i, j, k), value in values.items():
+            for (a, b, c), weight in weights.items():
+                longer[i + a, j + b, k + c] += weight * value
+        values = longer
+    return np.stack([values[key] for key in triangles.keys(degree)], axis=1)
+
+
+def spline_basis(knots: Array, degree: int) -> Basis:
+    """Values (m, n+1) of all B-splines of a knot vector; The NURBS Book, equation 2.5."""
+    last = len(knots) - degree - 2
+    spans = np.array([s for s in range(degree, last + 1) if knots[s] < knots[s + 1]])
+
+    def values(t: Array) -> Array:
+        found = np.searchsorted(knots[spans], t, side="right") - 1
+        row = np.zeros((len(t), len(knots) - 1))
+        row[np.arange(len(t)), spans[np.maximum(found, 0)]] = 1.0
+        for p in range(1, degree + 1):
+            n = row.shape[1] - 1
+            low, high = knots[p : p + n] - knots[:n], knots[p + 1 : p + 1 + n] - knots[1 : 1 + n]
+            rise = (t[:, np.newaxis] - knots[:n]) * _inverse(low)
+            fall = (knots[p + 1 : p + 1 + n] - t[:, np.newaxis]) * _inverse(high)
+            row = rise * row[:, :-1] + fall * row[:, 1:]
+        return row
+
+    return values
+
+
+def _inverse(length: Array) -> Array:
+    """1/x, and 0 for x = 0."""
+    return np.where(length > 0, 1 / np.where(length > 0, length, 1.0), 0.0)
+
+
+def sheets_of(surface: object) -> list[Sheet]:
+    """The sheets that a surface consists of."""
+    match surface:
+        case BezierSurface():
+            return [bezier_sheet(surface.control_net, surface.weights)]
+        case TriangleSurface():
+            return [triangle_sheet(surface.control_net, surface.weights)]
+        case BsplineSurface():
+            return [_spline_sheet(surface)]
+        case PatchSurface():
+            return _patch_sheets(surface)
+        case PatchModel():
+            return _model_sheets(surface)
+    raise TypeError(type(surface).__name__)
+
+
+def bezier_sheet(net: Array, weights: Array | None = None) -> TensorSheet:
+    """One tensor-product Bézier patch."""
+    unit = np.array([0.0, 1.0])
+    homogeneous, origin = _homogeneous(net, weights)
+    bases = bernstein(net.shape[0] - 1), bernstein(net.shape[1] - 1)
+    return TensorSheet(homogeneous, bases, (unit, unit), origin)
+
+
+def triangle_sheet(net: Array, weights: Array | None = None) -> TriangleSheet:
+    """One triangular Bézier patch."""
+    return TriangleSheet(*_homogeneous(net, weights))
+
+
+def _spline_sheet(surface: BsplineSurface) -> TensorSheet:
+    net, origin = _homogeneous(surface.control_net, surface.weights)
+    bases: list[Basis] = []
+    breaks: list[Array] = []
+    for axis, (named, degree) in enumerate(zip(surface.knots, surface.degree, strict=True)):
+        if isinstance(named, str) and named == "periodic":
+            head = np.take(net, range(degree), axis=axis)
+            net = np.concatenate([net, head], axis=axis)
+        knots = _knots(named, net.shape[axis], degree)
+        bases.append(spline_basis(knots, degree))
+        breaks.append(np.unique(knots[degree : len(knots) - degree]))
+    return TensorSheet(net, (bases[0], bases[1]), (breaks[0], breaks[1]), origin)
+
+
+def _knots(named: str | Array, count: int, degree: int) -> Array:
+    """Numbers for names: spans of length one, the domain begins at 0."""
+    if not isinstance(named, str):
+        return np.asarray(named)
+    steps = np.arange(-degree, count + 1.0)
+    return np.clip(steps, 0, count - degree) if named == "clamped" else steps
+
+
+def _patch_sheets(surface: PatchSurface) -> list[Sheet]:
+    points, weights = surface.vertices, surface.weights
+
+    def loads(rows: NDArray[np.int64]) -> Array | None:
+        return None if weights is None else weights[rows]
+
+    grids: list[Sheet] = [bezier_sheet(points[rows], loads(rows)) for rows in surface.patches]
+    return grids + [triangle_sheet(points[rows], loads(rows)) for rows in surface.triangles]
+
+
+def _model_sheets(model: PatchModel) -> list[Sheet]:
+    found: list[Sheet] = []
+    for batch in model.batches:
+        loads: Sequence[Array | None] = (
+            [None] * batch.count if batch.weights is None else list(batch.weights)
+        )
+        make = bezier_sheet if isinstance(batch, TensorPatches) else triangle_sheet
+        found += [make(net, w) for net, w in zip(batch.points, loads, strict=True)]
+    return found
+
+
+def _homogeneous(net: Array, weights: Array | None) -> tuple[Array, Array]:
+    """(wx, wy, wz, w) about the middle of the net's bounds, and that middle."""
+    flat = net.reshape(-1, 3)
+    origin = flat.min(axis=0) + (flat.max(axis=0) - flat.min(axis=0)) / 2
+    loads = np.ones(net.shape[:-1]) if weights is None else weights / weights.max()
+    return np.concatenate([(net - origin) * loads[..., np.newaxis], loads[..., np.newaxis]], -1), (
+        origin
+    )

@@ -1,0 +1,180 @@
+"""The judges themselves: sheets against exact arithmetic, distances against trimesh and figures."""
+
+from fractions import Fraction
+from itertools import pairwise
+from math import cos, pi, sqrt
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.interpolate import NdBSpline
+from trimesh.proximity import closest_point_naive
+
+from service.surface.bspline import BsplineSurface
+from tests.certify.surfaces import FAMILIES, bicubic
+from tests.oracles import exact, splines, triangles
+from tests.oracles.deviation import mesh_to_surface, surface_to_mesh
+from tests.oracles.distance import Soup, to_triangles
+from tests.oracles.sheets import Array, bezier_sheet, sheets_of, triangle_sheet
+
+PLACES = [(0.0, 0.0), (1.0, 1.0), (1 / 3, 5 / 7), (0.125, 0.875)]
+
+
+def close(points: Array, truth: Array) -> None:
+    np.testing.assert_allclose(points, truth, rtol=0, atol=1e-14 * np.abs(truth).max())
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_tensor_sheets_are_exact_de_casteljau(seed: int) -> None:
+    net: Array = bicubic(seed, 0.3)[: seed + 2] + 10 ** (2 * seed)
+    weights = np.random.default_rng(seed).uniform(0.2, 5, net.shape[:2]) if seed % 2 else None
+    sheet = bezier_sheet(net, weights)
+    points = sheet.at(np.array(PLACES))
+    exactly = exact.exact_net(net, weights)
+    truth = [exact.jets(exactly, [Fraction(u)], [Fraction(v)])[0][0] for u, v in PLACES]
+    origin = [Fraction(float(x)) for x in sheet.origin]
+    close(
+        points,
+        np.array([[float(x - o) for x, o in zip(t.point, origin, strict=True)] for t in truth]),
+    )
+
+
+@pytest.mark.parametrize("degree", [1, 2, 5])
+def test_triangle_sheets_are_exact_de_casteljau(degree: int) -> None:
+    rng = np.random.default_rng(degree)
+    net = rng.uniform(-1, 1, ((degree + 1) * (degree + 2) // 2, 3))
+    weights = rng.uniform(0.2, 5, len(net))
+    places = [(0.25, 0.75), (0.375, 0.125), (0.0, 0.0), (0.0, 1.0)]
+    sheet = triangle_sheet(net, weights)
+    truth = [
+        triangles.jet(triangles.exact_triangle(net, weights), (1 - s - t, s, t)).point
+        for s, t in [(Fraction(s), Fraction(t)) for s, t in places]
+    ]
+    points = sheet.at(np.array(places)) + sheet.origin
+    close(points, np.array([[float(x) for x in point] for point in truth]))
+
+
+def test_spline_sheets_are_exact_de_boor_and_scipy() -> None:
+    for seed in range(12):
+        surface = FAMILIES["creases" if seed % 2 else "NURBS"].surface(seed)
+        assert isinstance(surface, BsplineSurface)
+        (sheet,) = sheets_of(surface)
+        places = sheet.samples(50)
+        points = sheet.at(places) + sheet.origin
+        weights = np.ones(surface.control_net.shape[:2])
+        if surface.weights is not None:
+            weights = surface.weights
+        net = np.concatenate(
+            [surface.control_net * weights[..., None], weights[..., None]], axis=-1
+        )
+        peer = NdBSpline(surface.knot_vectors, net, surface.degree)(places)
+        close(points, peer[:, :3] / peer[:, 3:])
+        u, v = places[7].tolist()
+        knots = (
+            splines.fractions(surface.knot_vectors[0]),
+            splines.fractions(surface.knot_vectors[1]),
+        )
+        truth = splines.spline_surface_point(
+            exact.exact_net(surface.control_net, weights),
+            knots,
+            surface.degree,
+            (Fraction(u), Fraction(v)),
+        )
+        close(points[7], np.array([float(x) for x in truth]))
+
+
+def test_a_periodic_sheet_closes() -> None:
+    for seed in range(6):
+        (sheet,) = sheets_of(FAMILIES["rings and tori"].surface(seed))
+        places = sheet.samples(60)
+        ends = [np.unique(places[:, 0])[k] for k in (0, -1)]
+        first, last = (np.column_stack([np.full(9, u), places[:9, 1]]) for u in ends)
+        close(sheet.at(first), sheet.at(last))
+
+
+def test_samples_reach_every_border_and_stay_inside() -> None:
+    for name in ("bicubic, wild", "triangles", "creases"):
+        (sheet,) = sheets_of(FAMILIES[name].surface(1))
+        places = sheet.samples(400)
+        np.testing.assert_allclose(sheet.inside(places), places, rtol=0, atol=1e-15)
+        far = sheet.inside(places + 10.0 * sheet.step(400))
+        np.testing.assert_allclose(sheet.inside(far), far, rtol=0, atol=1e-15)
+
+
+def random_triangles(rng: np.random.Generator, count: int) -> Array:
+    """Of any shape: some thin, some lines, some points."""
+    corners = rng.uniform(-1, 1, (count, 3, 3))
+    corners[: count // 3, 2] = corners[: count // 3, 0] + 1e-3 * corners[: count // 3, 1]
+    corners[-2, 2] = (corners[-2, 0] + corners[-2, 1]) / 2
+    corners[-1] = corners[-1, :1]
+    return corners
+
+
+def test_distances_are_those_of_trimesh() -> None:
+    rng = np.random.default_rng(1)
+    corners = random_triangles(rng, 60)
+    points = rng.uniform(-2, 2, (200, 3))
+    solid = corners[:-2]  # trimesh divides by the area
+    mesh = trimesh.Trimesh(solid.reshape(-1, 3), np.arange(len(solid) * 3).reshape(-1, 3))
+    assert len(mesh.faces) == len(solid)
+    mesh = trimesh.Trimesh(
+        solid.reshape(-1, 3), np.arange(len(solid) * 3).reshape(-1, 3), process=False
+    )
+    _, truth, _ = closest_point_naive(mesh, points)  # type: ignore[no-untyped-call]
+    np.testing.assert_allclose(Soup(solid).distances(points), truth, atol=1e-12)
+
+
+def test_guesses_are_never_too_small_and_the_farthest_is_true() -> None:
+    rng = np.random.default_rng(2)
+    corners = random_triangles(rng, 500)
+    points = rng.uniform(-2, 2, (800, 3))
+    each = [to_triangles(np.repeat(p[None], 500, 0), corners).min() for p in points]
+    truth = np.array(each)
+    soup = Soup(corners)
+    assert (soup.guess(points) >= truth).all()
+    np.testing.assert_array_equal(soup.distances(points), truth)
+    found, largest = soup.farthest(points)
+    assert largest == truth.max()
+    assert (found >= truth).all()
+
+
+def test_distance_to_a_triangle_by_region() -> None:
+    """Over the face, beside each side, behind each corner."""
+    corner = np.array([[0.0, 0, 0], [4, 0, 0], [0, 3, 0]])
+    points = np.array([[1.0, 1, 2], [2, -1, 0], [-2, 1, 0], [4, 3, 0], [-3, -4, 0], [7, 0, 4]])
+    expected = [2, 1, 2, 12 / 5, 5, 5]
+    np.testing.assert_allclose(to_triangles(points, np.repeat(corner[None], 6, 0)), expected)
+
+
+def test_deviation_of_a_parabola() -> None:
+    """(u, v, 4u(1 − u)) is 1 from its chord plane; two planes meeting in it leave 1/(4√5) …"""
+    net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[0.5, 0, 2], [0.5, 1, 2]], [[1, 0, 0], [1, 1, 0]]])
+    sheets = [bezier_sheet(net)]
+    a, b, c, d = (np.array(p, dtype=float) for p in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)))
+    corners = np.array([[a, b, c], [a, c, d]])
+    found = surface_to_mesh(sheets, corners)
+    assert found.distance == pytest.approx(1, abs=1e-12)
+    assert found.place[0] == pytest.approx(0.5, abs=1e-6)
+    # The plane is nowhere further away than its middle is from the nearest point of the parabola:
+    # (u, 4u(1−u)) nearest to (½, 0) solves (u − ½) + 16 u (1 − u)(1 − 2u) = 0.
+    u = (1 - sqrt(1 - 1 / 8)) / 2
+    truth = np.hypot(0.5 - u, 4 * u * (1 - u))
+    assert mesh_to_surface(sheets, corners) == pytest.approx(truth, abs=1e-3)
+    top, far = np.array([0.5, 0, 1]), np.array([0.5, 1, 1])
+    roof = np.array([[a, top, far], [a, far, d], [top, b, c], [top, c, far]])
+    assert surface_to_mesh(sheets, roof).distance == pytest.approx(0.25 / sqrt(5), abs=1e-9)
+
+
+def test_deviation_of_a_cylinder_is_the_sagitta() -> None:
+    """And that far from zero as well as near it."""
+    arc, weights = np.array([[1.0, 0], [1, 1], [0, 1]]), np.array([1, sqrt(0.5), 1])
+    net = np.array([[[x, y, z] for z in (0.0, 1.0)] for x, y in arc])
+    for away in (0.0, 2.0**20):
+        sheets = [bezier_sheet(net + away, np.column_stack([weights, weights]))]
+        t = np.linspace(0, pi / 2, 5)
+        rim = np.stack([np.cos(t), np.sin(t), np.zeros(5)], axis=1) + away
+        up = np.array([0.0, 0, 1])
+        corners = [[p, q, q + up] for p, q in pairwise(rim)]
+        corners += [[p, q + up, p + up] for p, q in pairwise(rim)]
+        found = surface_to_mesh(sheets, np.array(corners))
+        assert found.distance == pytest.approx(1 - cos(pi / 16), abs=1e-8)
