@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from service.engine.mesh import Mesh, Overlay
-from service.engine.scene import Scene
+from service.engine.scene import Scene, flattened
 from service.surface.batches import ChannelKind
 from service.surface.lowered import PatchModel
 
@@ -72,7 +72,8 @@ class Format(FileFormat):
     `byte_bound` an upper bound of their number, before anything is computed. A format that can hold
     Bézier patches as they are has `encode_exact`; one that has nodes has `encode_scene`, and the
     others get groups flattened to one mesh. `carries` are the kinds of channels that it can hold;
-    others are left out.
+    others are left out. A `single` format that has no place for an origin is not `local`: its
+    positions are rounded in model coordinates.
     """
 
     quads: bool
@@ -82,3 +83,12 @@ class Format(FileFormat):
     encode_exact: Callable[[PatchModel, tuple[Overlay, ...]], bytes] | None = None
     carries: frozenset[ChannelKind] = frozenset()
     encode_scene: Callable[[Scene, EncodeOptions], bytes] | None = None
+    local: bool = True
+
+    def write(self, made: Mesh | Scene, options: EncodeOptions) -> bytes:
+        """The file of a mesh, or of a scene: as one mesh where the format has no nodes."""
+        if isinstance(made, Mesh):
+            return self.encode(made, options)
+        if self.encode_scene is None:
+            return self.encode(flattened(made), options)
+        return self.encode_scene(made, options)

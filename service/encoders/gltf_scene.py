@@ -28,7 +28,7 @@ from service.encoders.gltf import (
     whole,
 )
 from service.encoders.gltf_buffer import BufferBuilder, JsonObject
-from service.engine.scene import Scene
+from service.engine.scene import Scene, scene_parts
 from service.surface.lowered import Color, PlacedModel
 
 SAME = 1e-12
@@ -74,7 +74,9 @@ class _Document:
             "meshes": self.meshes,
             "materials": self.materials,
         }
-        return whole(scene.name, report_object(scene.report, ()), arrays, self.buffer)
+        return whole(
+            scene.name, report_object(scene.report, scene_parts(scene)), arrays, self.buffer
+        )
 
     def _copy(self, member: PlacedModel) -> int:
         """The node of one copy, with nodes of its own where it has several pieces."""

@@ -76,6 +76,7 @@ FORMATS: tuple[Format, ...] = (
         overlays=False,
         encode=stl.encode,
         byte_bound=stl.byte_bound,
+        local=False,
     ),
     Format(
         name="obj",

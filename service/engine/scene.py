@@ -92,6 +92,11 @@ def in_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
     )
 
 
+def about_zero(mesh: Mesh) -> Mesh:
+    """A mesh of float32 about an origin in float32 about zero, for formats that tell no origin."""
+    return in_single(placed(mesh, None), ZERO) if mesh.origin.any() else mesh
+
+
 def _copy(mesh: Mesh, node: PlacedModel) -> Mesh:
     """One copy in its place, under its own names and in its own colour."""
     copy = placed(mesh, node.matrix)

@@ -41,6 +41,17 @@ def without_faces(model: PatchModel, options: MeshOptions, *, single: bool = Fal
         replace(overlay, positions=(overlay.positions - origin).astype(dtype))
         for overlay in overlays_of(model, options)
     )
+    return only_lines(model, options, overlays, origin, dtype)
+
+
+def only_lines(
+    model: PatchModel,
+    options: MeshOptions,
+    overlays: tuple[Overlay, ...],
+    origin: FloatArray,
+    dtype: Real,
+) -> Mesh:
+    """A mesh without faces, of overlays as they are stored."""
     nothing = np.empty((0, 3), dtype)
     low, high = _bounds(overlays, origin, model.bounds)
     return Mesh(

@@ -1,0 +1,155 @@
+"""What is asked of each model of a request, in the model's own units.
+
+A mesh within ε of its model is, once it is placed by x ↦ L x + t, within S ε + δ of the placed
+surface: S is the largest scaling of L, δ what placing rounds. So a model that has several copies
+is asked for the least (ε − δ)/S of them.
+"""
+
+from dataclasses import replace
+from math import inf, tan
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.adaptive.goal import Goal, View
+from service.engine.placing import placing_error, scalings
+from service.errors import InvalidRequest, Issue
+from service.surface.lowered import GroupModel, Model
+from service.surface.placement import placed_bounds
+from service.surface.sweep_model import SweepModel
+
+STATED = (
+    "tolerance", "relative_tolerance", "pixel_tolerance", "angle_tolerance", "max_triangles",
+    "max_bytes",
+)  # fmt: skip
+"""Options by which a mesh can be asked for, the first of them first."""
+
+NEAR = 1e-3
+"""Nearest distance to the eye that counts, as a part of the model's diagonal: what is nearer fills
+the whole picture, and a camera within the surface would ask for more than numbers hold."""
+
+SHARE = 2.0
+"""A tolerance is at least so many times what placing and rounding take of it."""
+
+LESS = 1 - 2.0**-40
+"""What is divided by a stretch and multiplied by it again must not come out larger."""
+
+
+def stated(accuracy: Accuracy) -> str:
+    """Pointer to the option by which a mesh was asked for."""
+    given = [name for name in STATED if getattr(accuracy, name) is not None]
+    return f"/{given[0]}" if given else "/tolerance"
+
+
+def box(model: Model) -> tuple[FloatArray, FloatArray]:
+    """Bounds of the control points of all copies, in the coordinates of the whole."""
+    if not isinstance(model, GroupModel):
+        return model.bounds
+    boxes = [placed_bounds(model.models[m.model].bounds, m.matrix) for m in model.members]
+    lows, highs = zip(*boxes, strict=True)
+    return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+def goal_of(accuracy: Accuracy, model: Model) -> Goal:
+    """What is asked of the mesh of a model, in the coordinates of the whole.
+
+    The eye sees a pixel where h = 2 d tan(φ/2) / n: the height of the picture at the distance d,
+    by the number of its lines.
+    """
+    low, high = box(model)
+    diagonal = float(np.linalg.norm(high - low))
+    tolerance = inf if accuracy.tolerance is None else accuracy.tolerance
+    if accuracy.relative_tolerance is not None:
+        tolerance = accuracy.relative_tolerance * diagonal
+    view = None
+    if accuracy.camera is not None and accuracy.pixel_tolerance is not None:
+        eye, camera = np.array(accuracy.camera.position), accuracy.camera
+        pixel = 2 * tan(camera.field_of_view / 2) / camera.height
+        view = View(eye, accuracy.pixel_tolerance * pixel, NEAR * diagonal)
+    angle = inf if accuracy.angle_tolerance is None else accuracy.angle_tolerance
+    return Goal(tolerance, angle, accuracy.two_sided, view)
+
+
+def goals_of_models(goal: Goal, group: GroupModel, error: float) -> tuple[Goal, ...]:
+    """What is asked of each model of a group, so that all its copies meet the goal.
+
+    Parameters
+    ----------
+    goal : Goal
+        In the coordinates of the group.
+    group : GroupModel
+        With a view, every copy must be a model of its own (`each_alone`).
+    error : float
+        What is rounded after copies are placed.
+
+    Raises
+    ------
+    InvalidRequest
+        `tolerance_too_small` if rounding takes most of it; without a pointer.
+    """
+    found: list[Goal | None] = [None] * len(group.models)
+    for member in group.members:
+        own = in_place(goal, member.matrix, group.models[member.model].bounds, error)
+        known = found[member.model]
+        if known is None or own.tolerance < known.tolerance:
+            found[member.model] = own
+    return tuple(own for own in found if own is not None)
+
+
+def in_place(
+    goal: Goal,
+    matrix: FloatArray | None,
+    bounds: tuple[FloatArray, FloatArray],
+    error: float,
+) -> Goal:
+    """What is asked of a model between these bounds, so that its copy meets the goal."""
+    taken = placing_error(matrix, *bounds) + error
+    view = None if goal.view is None else _seen_from(goal.view, matrix, taken)
+    return replace(
+        goal, tolerance=lessened(goal.tolerance, taken) / scalings(matrix)[1] * LESS, view=view
+    )
+
+
+def lessened(tolerance: float, taken: float) -> float:
+    """The tolerance without what rounding takes of it."""
+    if tolerance < SHARE * taken:
+        raise InvalidRequest(
+            Issue(
+                "tolerance_too_small",
+                "The numbers of the answer are not so precise.",
+                "",
+                f"a distance of {tolerance:.6g}",
+                f"at least {SHARE * taken:.3g} for this surface in this format",
+            )
+        )
+    return tolerance - taken
+
+
+def each_alone(group: GroupModel) -> GroupModel:
+    """The group with a model of its own for every copy: each is seen from another distance."""
+    models = tuple(group.models[member.model] for member in group.members)
+    members = tuple(replace(member, model=k) for k, member in enumerate(group.members))
+    return replace(group, models=models, members=members)
+
+
+def has_sweeps(model: Model) -> bool:
+    """Whether the model is, or holds, a tube or a ribbon."""
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    return any(isinstance(own, SweepModel) for own in models)
+
+
+def _seen_from(view: View, matrix: FloatArray | None, taken: float) -> View:
+    """The view in the coordinates of a model that stands in its place.
+
+    What is d away in the model is at least s d away in its place, where a rate r allows r s d; and
+    an error there is at most S times that of the model.
+    """
+    least, most = scalings(matrix)
+    eye, rate = view.eye, view.rate * least / most * LESS
+    if taken:
+        nearest = view.rate * view.near
+        rate *= lessened(nearest, taken) / nearest
+    if matrix is not None:
+        eye = np.linalg.solve(matrix[:3, :3], eye - matrix[:3, 3]).astype(np.float64)
+    return View(eye, rate, view.near / least)

@@ -1,0 +1,57 @@
+"""How a format stores positions: what is certified is what is written."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, RealArray
+from service.engine.extent import local_origin
+from service.engine.placing import EPS
+from service.engine.scratch import Real
+
+
+@dataclass(frozen=True, slots=True)
+class Storage:
+    """Precision and origin of the positions in a file.
+
+    Attributes
+    ----------
+    single : bool
+        float32 instead of float64.
+    local : bool
+        About an origin of the mesh's own, where a model is far from zero: the file has a place
+        for it.
+    """
+
+    single: bool = False
+    local: bool = False
+
+    @property
+    def dtype(self) -> Real:
+        """The type of the numbers."""
+        return np.float32 if self.single else np.float64
+
+    def origin(self, low: FloatArray, high: FloatArray) -> FloatArray:
+        """The origin of positions between these bounds."""
+        return local_origin(low, high) if self.single and self.local else np.zeros(3)
+
+    def written(self, positions: FloatArray, origin: FloatArray) -> RealArray:
+        """Positions (N, 3) in model coordinates as the file has them, about the origin."""
+        if self.single:
+            return (positions - origin).astype(np.float32)
+        # People read these numbers: adding 0.0 turns -0.0 into 0.0.
+        return positions + 0.0
+
+    def stored(self, positions: FloatArray, origin: FloatArray) -> FloatArray:
+        """What these are in model coordinates, float64: up to `slack` where there is an origin."""
+        if not self.single:
+            return positions
+        read: FloatArray = self.written(positions, origin).astype(np.float64) + origin
+        return read
+
+
+def slack(origin: FloatArray, low: FloatArray, high: FloatArray) -> float:
+    """What adding the origin may be wrong by: half a unit in the last place of each coordinate."""
+    if not origin.any():
+        return 0.0
+    return EPS * float(np.linalg.norm(np.maximum(np.abs(low), np.abs(high))))

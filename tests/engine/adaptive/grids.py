@@ -1,0 +1,79 @@
+"""Triangulations made by hand: every span a regular grid, vertices told apart by where they are."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.engine.adaptive.border import Border
+from service.engine.adaptive.faces import SPAN, Faces, find_faces
+from service.engine.adaptive.ground import Ground
+from service.engine.adaptive.triangulation import Triangulation
+from service.engine.stitch import find_seams
+from service.surface.lowered import PatchModel
+
+SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Regular:
+    """A model in faces, their sides, and triangles with made-up bounds 1/8, 2/8, 3/8, …"""
+
+    faces: Faces
+    border: Border
+    made: Triangulation
+
+
+def regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) -> Regular:
+    """Each span of each face in divisions × divisions cells of two triangles.
+
+    With `skip`, grids ignore knot lines: every face has so many divisions in all.
+    """
+    faces = find_faces(model, find_seams(model.batches))
+    ground = Ground.of(model)
+    places, triangles, owners, sides = [], [], [], []
+    count = 0
+    for number_of_face, (n_u, n_v) in enumerate(faces.spans.tolist()):
+        rows, columns = (divisions, divisions) if skip else (n_u * divisions, n_v * divisions)
+        at_u = np.arange(rows + 1) * (n_u * SPAN) // rows
+        at_v = np.arange(columns + 1) * (n_v * SPAN) // columns
+        number = count + np.arange((rows + 1) * (columns + 1)).reshape(rows + 1, columns + 1)
+        places.append(np.stack(np.meshgrid(at_u, at_v, indexing="ij"), axis=-1).reshape(-1, 2))
+        a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+        triangles.append(np.stack([a, b, d], axis=-1).reshape(-1, 3))
+        triangles.append(np.stack([b, c, d], axis=-1).reshape(-1, 3))
+        owners.append(np.full(number.size, number_of_face))
+        sides += [
+            (number[0], at_v),
+            (number[-1], at_v),
+            (number[:, 0], at_u),
+            (number[:, -1], at_u),
+        ]
+        count += number.size
+    at, face = np.concatenate(places), np.concatenate(owners)
+    points = positions(ground, faces, face, at)
+    size = max(float(np.abs(points).max()), 1.0)
+    keys = np.round(points / (SAME * size)).astype(np.int64)
+    _, first, vertex = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    vertex = vertex.ravel()
+    lines = [vertex[number] for number, _ in sides]
+    starts = np.cumsum([0, *(len(line) for line in lines)])
+    collapsed = np.array([bool((line == line[0]).all()) for line in lines]).reshape(-1, 4)
+    border = Border(
+        starts, np.concatenate([at for _, at in sides]), np.concatenate(lines), points[first],
+        collapsed,
+    )  # fmt: skip
+    corners = np.concatenate(triangles)
+    ends = vertex[corners]
+    kept = corners[(ends != np.roll(ends, 1, axis=1)).all(axis=1)]
+    kept = kept[np.argsort(face[kept[:, 0]], kind="stable")]
+    bounds = (1 + np.arange(len(kept))) / 8
+    made = Triangulation(face, at[:, 0], at[:, 1], vertex, points[first], kept, bounds, None)
+    return Regular(faces, border, made)
+
+
+def positions(ground: Ground, faces: Faces, face: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Points at places of faces."""
+    span = np.minimum(at // SPAN, faces.spans[face] - 1)
+    u, v = ((at - span * SPAN) / SPAN).T
+    patch = faces.first[face] + span[:, 0] * faces.stride[face] + span[:, 1]
+    return ground.positions(patch, u, v)

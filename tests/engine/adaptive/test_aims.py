@@ -1,0 +1,164 @@
+"""What each model of a group is asked for, so that all of its copies are near enough."""
+
+from math import inf, pi, tan
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.adaptive.accuracy import Accuracy, Camera
+from service.engine.adaptive.aims import (
+    NEAR,
+    box,
+    each_alone,
+    goal_of,
+    goals_of_models,
+    has_sweeps,
+    in_place,
+    stated,
+)
+from service.engine.adaptive.goal import Goal, View
+from service.engine.placing import placing_error, scalings
+from service.engine.scene import placed_points
+from service.errors import InvalidRequest
+from service.surface.bezier import BezierSurface
+from service.surface.examples import find
+from service.surface.group import GroupSurface, Member
+from service.surface.lowered import GroupModel
+from tests.examples import patches_of
+from tests.strategies import Array, placements
+
+NET = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
+
+
+def group(*matrices: Array | None) -> GroupModel:
+    model = GroupSurface(tuple(Member(BezierSurface(NET), matrix=m) for m in matrices)).lower()
+    assert len(model.models) == 1
+    return model
+
+
+def scaled(factor: float) -> Array:
+    return np.diag([factor, factor, factor, 1.0])
+
+
+def test_a_tolerance_is_absolute_or_a_share_of_the_diagonal() -> None:
+    model = patches_of("saddle")
+    low, high = model.bounds
+    diagonal = float(np.linalg.norm(high - low))
+    absolute = goal_of(Accuracy(tolerance=0.25), model)
+    assert (absolute.tolerance, absolute.angle, absolute.view) == (0.25, inf, None)
+    relative = goal_of(Accuracy(relative_tolerance=0.01, two_sided=True), model)
+    assert relative.tolerance == 0.01 * diagonal
+    assert relative.two_sided
+    angle = goal_of(Accuracy(angle_tolerance=0.5), model)
+    assert (angle.tolerance, angle.angle) == (inf, 0.5)
+
+
+def test_the_diagonal_of_a_group_is_that_of_all_its_copies() -> None:
+    far = np.eye(4)
+    far[:3, 3] = 9, 0, 0
+    low, high = box(group(None, far))
+    np.testing.assert_allclose(high - low, [10, 1, 1])
+    found = goal_of(Accuracy(relative_tolerance=0.5), group(None, far)).tolerance
+    assert found == pytest.approx(0.5 * np.sqrt(102))
+
+
+def test_a_pixel_is_as_large_as_it_is_seen() -> None:
+    """At the distance d the picture is 2 d tan(φ/2) high."""
+    camera = Camera((0.0, 0.0, 7.0), pi / 2, 500)
+    model = patches_of("saddle")
+    goal = goal_of(Accuracy(camera=camera, pixel_tolerance=2.0), model)
+    assert goal.tolerance == inf
+    assert goal.view is not None
+    distances = np.array([3.0, 30.0])
+    expected = 2.0 * 2 * distances * tan(pi / 4) / 500
+    np.testing.assert_allclose(goal.allowed(distances), expected)
+    low, high = model.bounds
+    assert goal.view.near == NEAR * np.linalg.norm(high - low)
+
+
+def test_the_largest_copy_decides() -> None:
+    (goal,) = goals_of_models(Goal(0.1), group(scaled(0.5), scaled(4.0), None), 0.0)
+    assert 0.1 / 4 * (1 - 1e-8) < goal.tolerance < 0.1 / 4
+
+
+@settings(max_examples=40)
+@given(placements(), st.floats(1e-3, 10), st.floats(0, 1e-4))
+def test_what_is_asked_of_a_model_keeps_its_copy_within_the_goal(
+    matrix: Array, tolerance: float, error: float
+) -> None:
+    model = group(matrix).models[0]
+    own = in_place(Goal(tolerance), matrix, model.bounds, error)
+    taken = placing_error(matrix, *model.bounds) + error
+    assert own.tolerance * scalings(matrix)[1] + taken <= tolerance
+    assert own.tolerance > 0
+
+
+@settings(max_examples=40)
+@given(placements(), st.integers(0, 2**32))
+def test_what_a_camera_allows_holds_for_the_copy(matrix: Array, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    goal = Goal(inf, view=View(random.normal(size=3) * 9, 0.01, 0.1))
+    own = in_place(goal, matrix, group(None).models[0].bounds, 1e-7)
+    assert own.view is not None
+    points = random.uniform(0, 1, (40, 3))
+    away = np.linalg.norm(points - own.view.eye, axis=1)
+    # An error grows by the largest scaling at most, and rounding adds to it.
+    worst = own.allowed(away) * scalings(matrix)[1] + 1e-7
+    assert goal.view is not None
+    placed = np.linalg.norm(placed_points(points, matrix) - goal.view.eye, axis=1)
+    assert (worst <= goal.allowed(placed) * (1 + 1e-9)).all()
+
+
+def test_a_similar_copy_is_seen_as_it_is() -> None:
+    turn = np.array([[0.0, -2, 0, 5], [2, 0, 0, 0], [0, 0, 2, 1], [0, 0, 0, 1]])
+    view = View(np.array([5.0, 2.0, 1.0]), 0.01, 0.5)
+    own = in_place(Goal(inf, view=view), turn, group(None).models[0].bounds, 0.0).view
+    assert own is not None
+    np.testing.assert_allclose(own.eye, [1, 0, 0], atol=1e-12)
+    assert own.rate == pytest.approx(0.01, rel=1e-6)
+    assert own.near == pytest.approx(0.25)
+
+
+def test_rounding_leaves_no_room_for_less() -> None:
+    far = np.eye(4)
+    far[:3, 3] = 1e6, 0, 0
+    model = group(far)
+    with pytest.raises(InvalidRequest) as refused:
+        goals_of_models(Goal(1e-3), model, 1e-3)
+    (issue,) = refused.value.issues
+    assert (issue.code, issue.needed.split(" for")[0]) == ("tolerance_too_small", "at least 0.002")
+    view = View(np.zeros(3), 1e-9, 1.0)
+    with pytest.raises(InvalidRequest):
+        goals_of_models(Goal(inf, view=view), model, 1e-3)
+
+
+def test_every_copy_can_be_a_model_of_its_own() -> None:
+    whole = group(None, scaled(2.0), scaled(3.0))
+    apart = each_alone(whole)
+    assert len(apart.models) == 3
+    assert [member.model for member in apart.members] == [0, 1, 2]
+    assert all(model is whole.models[0] for model in apart.models)
+    assert [m.matrix for m in apart.members] == [m.matrix for m in whole.members]
+
+
+def test_tubes_are_found_in_groups() -> None:
+    assert has_sweeps(find("trefoil-tube").surface().lower())
+    assert has_sweeps(find("hair").surface().lower())
+    assert not has_sweeps(find("tea-service").surface().lower())
+    assert not has_sweeps(patches_of("saddle"))
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "where"),
+    [
+        (Accuracy(tolerance=1.0, max_triangles=9), "/tolerance"),
+        (Accuracy(relative_tolerance=1.0), "/relative_tolerance"),
+        (Accuracy(angle_tolerance=1.0, max_bytes=9), "/angle_tolerance"),
+        (Accuracy(max_bytes=9), "/max_bytes"),
+        (Accuracy(camera=Camera((0, 0, 0), 1, 9), pixel_tolerance=1.0), "/pixel_tolerance"),
+    ],
+)
+def test_the_option_that_asked_is_named(accuracy: Accuracy, where: str) -> None:
+    assert stated(accuracy) == where
