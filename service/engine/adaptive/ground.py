@@ -65,10 +65,8 @@ class Ground:
         What the nets are about.
     sizes : ndarray of float64, shape (P,)
         No coordinate of a net is further from its middle.
-    far : float
-        The largest coordinate of any control point, in absolute value.
-    pieces : bool
-        Whether the patches were made of a B-spline, by convex combinations.
+    lowering : float
+        No patch is further than this from the surface that it was made of, for rounding.
     """
 
     groups: tuple[Nets, ...]
@@ -76,8 +74,7 @@ class Ground:
     row: Ints
     middles: FloatArray
     sizes: FloatArray
-    far: float
-    pieces: bool
+    lowering: float
 
     @classmethod
     def of(cls, model: PatchModel) -> "Ground":
@@ -97,8 +94,7 @@ class Ground:
             patches = np.concatenate([ids for ids, _ in members])
             group[patches], row[patches] = number, np.arange(len(patches))
             groups.append(Nets(patches, np.concatenate([net for _, net in members], axis=3)))
-        far = float(np.abs(np.stack(model.bounds)).max())
-        return cls(tuple(groups), group, row, middles, sizes, far, model.domain is not None)
+        return cls(tuple(groups), group, row, middles, sizes, _lowering(model))
 
     def by_group(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
         """The groups that patches (m,) belong to, each with which of the m are of it."""
@@ -151,6 +147,23 @@ class Ground:
         for nets, here in self.by_group(patch):
             for rows in chunks(len(here), nets.values[..., 0].size, CHUNK):
                 yield nets, here[rows]
+
+
+def _lowering(model: PatchModel) -> float:
+    """What rounding may have done to the patches of a B-spline; all others are what was given.
+
+    A Bézier point is M + Σ c_i w_i (P_i − M) / Σ c_i w_i over p + 1 control points and then q + 1,
+    M near them. The c_i come of 2 p convex combinations the factors of which have 3 roundings, so
+    they are right to 10 p ε/2, and a few more for means and sums; up to degree 64 that is 2^-40.
+    The shares at the ends of a closed curve may be made equal, which changes them by 2^-41
+    (`SAME_SHARE`). Two directions, numerator and denominator: 2^-38 of the extent of the control
+    points. Adding M rounds once a direction, relative to the coordinate.
+    """
+    if model.control_net is None:
+        return 0.0
+    points = model.control_net.reshape(-1, 3)
+    extent = float((points.max(axis=0) - points.min(axis=0)).max())
+    return 2.0**-38 * extent + 2.0**-50 * float(np.abs(points).max())
 
 
 def _combined(net: FloatArray, along_u: FloatArray, along_v: FloatArray) -> FloatArray:

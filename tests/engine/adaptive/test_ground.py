@@ -136,7 +136,7 @@ def test_far_from_the_origin_only_the_coordinates_themselves_are_rounded() -> No
     np.testing.assert_allclose(far, near, rtol=0, atol=2.0**-31)
 
 
-def test_a_b_spline_is_known_to_be_made_of_pieces() -> None:
+def test_only_a_b_spline_is_lowered_with_rounding() -> None:
     net = np.random.default_rng(2).normal(size=(6, 5, 3))
-    assert Ground.of(BsplineSurface(net).lower()).pieces
-    assert not Ground.of(model_of(TensorPatches(net[None]))).pieces
+    assert 0 < Ground.of(BsplineSurface(net).lower()).lowering < 1e-10
+    assert Ground.of(model_of(TensorPatches(net[None]))).lowering == 0

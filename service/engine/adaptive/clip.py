@@ -1,0 +1,121 @@
+"""Parts of a face, which are triangles of places, cut at its knot lines.
+
+Where an edge of a part crosses a knot line it is cut at the nearest whole place. That place is
+computed from the two ends of the edge, in dictionary order, so it is the same for the two parts
+that share the edge. Hence nothing is lost to rounding: of the pieces of parts that cover a face, an
+edge inside the face is the side of an even number, as before, and only the border of the face has
+odd ones. So the number of pieces over a place has one parity all over the face, and it is odd:
+every place is in a piece of at least one part.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.adaptive.faces import SPAN, Faces
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pieces:
+    """M triangles, each over one patch.
+
+    Attributes
+    ----------
+    part : ndarray of int, shape (M,)
+        What each is a piece of; rising.
+    patch : ndarray of int, shape (M,)
+    places : ndarray of float64, shape (3, 2, M)
+        The corners, as parameters of the patch: multiples of 1 / SPAN, exactly.
+    corners : ndarray of int, shape (3, 2, M)
+        The corners as places of the face.
+    """
+
+    part: Ints
+    patch: Ints
+    places: FloatArray
+    corners: Ints
+
+
+def clipped(faces: Faces, face: Ints, corners: Ints) -> Pieces:
+    """The pieces of parts.
+
+    Parameters
+    ----------
+    face : ndarray of int, shape (m,)
+    corners : ndarray of int, shape (3, 2, m)
+        Places of the faces.
+    """
+    part, pieces = np.arange(len(face)), corners
+    spans = np.zeros((2, len(face)), dtype=np.intp)
+    counts = faces.spans[face].T
+    if int(counts.max(initial=1)) > 1:
+        for axis in range(2):
+            source, pieces, found = _cut(pieces, counts[axis, part], axis)
+            part, spans = part[source], spans[:, source]
+            spans[axis] = found
+        order = np.argsort(part, kind="stable")
+        part, pieces, spans = part[order], pieces[..., order], spans[:, order]
+    owner = face[part]
+    patch = faces.first[owner] + spans[0] * faces.stride[owner] + spans[1]
+    return Pieces(part, patch, (pieces - spans * SPAN) / SPAN, pieces)
+
+
+def _cut(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, Ints]:
+    """Triangles cut at the knot lines of one direction: sources, triangles, spans."""
+    along = corners[:, axis]
+    begin = np.minimum(along.min(axis=0) // SPAN, counts - 1)
+    end = np.maximum(-(-along.max(axis=0) // SPAN), begin + 1)
+    whole = np.flatnonzero(end - begin == 1)
+    several = np.flatnonzero(end - begin > 1)
+    if not len(several):
+        return whole, corners[..., whole], begin[whole]
+    many = (end - begin)[several]
+    source = np.repeat(several, many)
+    span = np.arange(len(source)) - np.repeat(np.cumsum(many) - many, many) + begin[source]
+    rings = _slices(corners[..., several], np.repeat(np.arange(len(several)), many), span, axis)
+    sources, pieces, spans = [whole], [corners[..., whole]], [begin[whole]]
+    for k in (1, 2, 3):
+        made = rings[[0, k, k + 1]]
+        steps = made - made[[1, 2, 0]]
+        proper = np.flatnonzero((steps != 0).any(axis=1).all(axis=0))
+        sources.append(source[proper])
+        pieces.append(made[..., proper])
+        spans.append(span[proper])
+    return np.concatenate(sources), np.concatenate(pieces, axis=2), np.concatenate(spans)
+
+
+def _slices(corners: Ints, source: Ints, span: Ints, axis: int) -> Ints:
+    """What spans cut out of triangles: convex rings (5, 2, M), some places of them equal."""
+    # The corners along the axis, A, B, C; at equal coordinates by the other one.
+    along, across = corners[:, axis], corners[:, 1 - axis]
+    order = np.lexsort((across, along), axis=0)
+    along = np.take_along_axis(along, order, axis=0)[:, source]
+    across = np.take_along_axis(across, order, axis=0)[:, source]
+    a, b, c = ((along[k], across[k]) for k in range(3))
+    low, high = np.maximum(span * SPAN, a[0]), np.minimum((span + 1) * SPAN, c[0])
+    turns = (low < b[0]) & (b[0] < high)
+    opens, shuts = _chain(a, b, c, low), _chain(a, b, c, high)
+    ring = np.empty((5, 2, len(span)), dtype=corners.dtype)
+    ring[:, axis] = low, low, np.where(turns, b[0], low), high, high
+    ring[:, 1 - axis] = (
+        _crossing(a, c, low),
+        opens,
+        np.where(turns, b[1], opens),
+        shuts,
+        _crossing(a, c, high),
+    )
+    return ring
+
+
+def _chain(a: tuple[Ints, Ints], b: tuple[Ints, Ints], c: tuple[Ints, Ints], at: Ints) -> Ints:
+    """Where the way from A over B to C crosses a line."""
+    return np.where(at <= b[0], _crossing(a, b, at), _crossing(b, c, at))
+
+
+def _crossing(a: tuple[Ints, Ints], b: tuple[Ints, Ints], at: Ints) -> Ints:
+    """The whole place nearest to where an edge crosses a line; its ends exactly."""
+    run = np.maximum(b[0] - a[0], 1)
+    share = np.clip((at - a[0]) / run, 0.0, 1.0)
+    place = a[1] + np.rint((b[1] - a[1]) * share).astype(a[1].dtype)
+    return np.where(at == b[0], b[1], np.where(at == a[0], a[1], place))

@@ -1,0 +1,101 @@
+"""Parts and hosts for tests of the certificate: a face divided, and how far it really is."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.engine.adaptive.certificate import Bounds, Parts, certify
+from service.engine.adaptive.faces import SPAN, Faces
+from service.engine.adaptive.goal import Goal
+from service.engine.adaptive.ground import Ground
+from tests.oracles.distance import to_triangles
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+GOAL = Goal(1.0)
+
+
+def divided(u: Index, v: Index) -> tuple[Index, Index, Index]:
+    """A face divided at places: places (V, 2), triangles (T, 3), what is across (T, 3)."""
+    a, b = np.meshgrid(u, v, indexing="ij")
+    number = np.arange(a.size).reshape(a.shape)
+    one, two = number[:-1, :-1].ravel(), number[1:, :-1].ravel()
+    three, four = number[:-1, 1:].ravel(), number[1:, 1:].ravel()
+    corners = np.concatenate(
+        [np.stack([one, two, three], axis=1), np.stack([two, four, three], axis=1)]
+    )
+    return np.stack([a.ravel(), b.ravel()], axis=1), corners, across(corners)
+
+
+def across(corners: Index) -> Index:
+    """The vertex opposite each edge, of the other triangle that has it; -1 if there is none."""
+    opposite = {(t[k], t[(k + 1) % 3]): t[(k + 2) % 3] for t in corners.tolist() for k in range(3)}
+    rows = [[opposite.get((t[(k + 1) % 3], t[k]), -1) for k in range(3)] for t in corners.tolist()]
+    return np.array(rows, dtype=np.intp)
+
+
+def evaluated(ground: Ground, faces: Faces, places: Index | Array) -> Array:
+    """Points of face 0 at places (V, 2), whole or not."""
+    span = np.minimum((places // SPAN).astype(np.intp), faces.spans[0] - 1)
+    patch = faces.first[0] + span[:, 0] * faces.stride[0] + span[:, 1]
+    t = (places - span * SPAN) / SPAN
+    return ground.positions(patch, t[:, 0], t[:, 1])
+
+
+def parts_of(places: Index, corners: Index, beyond: Index) -> Parts:
+    """Every triangle is its own part's host."""
+    none = np.zeros(len(corners), dtype=np.intp)
+    return Parts(none, places[corners], corners, beyond)
+
+
+def seen(
+    ground: Ground, faces: Faces, parts: Parts, positions: Array, divisions: int = 12
+) -> Array:
+    """The largest distance from samples of each part to its host and the neighbours, (m,)."""
+    weights = np.array(
+        [(divisions - i - j, i, j) for i in range(divisions + 1) for j in range(divisions + 1 - i)]
+    )
+    places = weights @ parts.corners.astype(np.float64) / divisions
+    count = len(weights)
+    points = evaluated(ground, faces, places.reshape(-1, 2))
+    found = to_triangles(points, np.repeat(positions[parts.host], count, axis=0))
+    for k in range(3):
+        near = parts.host[:, [k, (k + 1) % 3]]
+        has = parts.across[:, k] >= 0
+        beyond = np.concatenate([near, np.where(has, parts.across[:, k], near[:, 0])[:, None]], 1)
+        found = np.minimum(found, to_triangles(points, np.repeat(positions[beyond], count, axis=0)))
+    furthest: Array = found.reshape(-1, count).max(axis=1)
+    return furthest
+
+
+def one_face(rows: int = 1, columns: int = 1) -> Faces:
+    return Faces(np.array([0]), np.array([columns]), np.array([[rows, columns]]))
+
+
+def checked(
+    ground: Ground, faces: Faces, parts: Parts, positions: Array, goal: Goal = GOAL
+) -> tuple[Bounds, Array]:
+    """The bounds, which no sample may exceed, and the distances that were seen."""
+    bounds = certify(ground, faces, parts, positions, goal)
+    found = seen(ground, faces, parts, positions)
+    assert (found <= bounds.deviation).all(), (found - bounds.deviation).max()
+    return bounds, found
+
+
+def divisions(count: int, spans: int = 1) -> Index:
+    """Places along a face that divide it equally."""
+    return np.array([k * spans * SPAN // count for k in range(count + 1)])
+
+
+def uneven(rng: np.random.Generator, count: int, spans: int = 1) -> Index:
+    """Places along a face that divide it anyhow."""
+    inner = np.sort(rng.choice(np.arange(1, 1000), count - 1, replace=False))
+    places = np.concatenate([[0], inner * (spans * SPAN // 1000), [spans * SPAN]])
+    assert all(a < b for a, b in pairwise(places.tolist()))
+    return places
+
+
+def without_neighbours(parts: Parts) -> Parts:
+    return replace(parts, across=np.full_like(parts.across, -1))
