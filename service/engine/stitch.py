@@ -1,9 +1,11 @@
 """Which borders of patches are one and the same, decided by their control points alone.
 
 Two sides are one edge if their control points are equal, in either direction, and their weights
-are, up to a common factor. Every distinct edge is sampled once, in a direction and by operations
-that depend on nothing but the edge, and all its patches copy those samples. Hence no crack,
-whatever the order of the patches and whichever of them are computed together.
+are, up to a common factor; or if they are so when the one of lower degree is raised to the other's
+(`service.engine.raised`), and then the edge is that of lower degree. Every distinct edge is sampled
+once, in a direction and by operations that depend on nothing but the edge, and all its patches copy
+those samples. Hence no crack, whatever the order of the patches and whichever of them are computed
+together.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,26 +18,17 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import sampled
 from service.bases.distinct import distinct_rows
 from service.bases.homogeneous import homogeneous
+from service.engine.edge_curves import EdgeCurves
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.near import leaders
 from service.engine.options import Method
+from service.engine.raised import lowest
 from service.surface.batches import Patches
+from service.surface.sides import BEGINS, ENDS
 
 SAME_WEIGHT = 2.0**-44
 """How far the weights of one edge, their largest made 1, may differ on two sides of it: a common
 factor changes their last digits."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class EdgeCurves:
-    """Distinct edges of one degree n: Bézier curves in their canonical direction.
-
-    `ids` (E,), `points` (E, n+1, 3), `weights` (E, n+1) or None; the largest weight of each is 1.
-    """
-
-    ids: Ints
-    points: FloatArray
-    weights: FloatArray | None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -103,16 +96,39 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
         )
         found += len(distinct)
     corners = np.concatenate([batch.corners for batch in batches]).reshape(-1, 3)
-    distinct, corner = distinct_rows(corners)
+    distinct, number = distinct_rows(corners)
+    collapsed = np.concatenate([batch.collapsed for batch in batches])
+    corner = number.reshape(-1, 4)
+    if np.count_nonzero([group.points.shape[1] > 1 for group in curves]) > 1:
+        edge, backward, curves = _across_degrees(edge, backward, curves, collapsed, corner)
     return Seams(
         edge.reshape(-1, 4),
         backward.reshape(-1, 4),
-        np.concatenate([batch.collapsed for batch in batches]),
-        corner.reshape(-1, 4),
+        collapsed,
+        corner,
         corners[distinct],
-        np.bincount(edge, minlength=found),
+        np.bincount(edge),
         tuple(curves),
     )
+
+
+def _across_degrees(
+    edge: Ints, backward: Bools, curves: list[EdgeCurves], collapsed: Bools, corner: Ints
+) -> tuple[Ints, Bools, list[EdgeCurves]]:
+    """Sides (P · 4,) and edges anew, those that are one curve in several degrees joined."""
+    _, side = np.unique(edge, return_index=True)
+    against = backward[side]
+    begin, end = (corner[:, which].ravel()[side] for which in (BEGINS, ENDS))
+    begin, end = np.where(against, end, begin), np.where(against, begin, end)
+    leader, turned = lowest(curves, ~collapsed.ravel()[side], begin, end)
+    kept = leader == np.arange(len(leader))
+    number = np.cumsum(kept) - 1
+    left = []
+    for group in curves:
+        rows = kept[group.ids]
+        weights = None if group.weights is None else group.weights[rows]
+        left.append(EdgeCurves(number[group.ids[rows]], group.points[rows], weights))
+    return number[leader[edge]], backward ^ turned[edge], left
 
 
 METHODS: Mapping[Method, Callable[[FloatArray, int], FloatArray]] = MappingProxyType(

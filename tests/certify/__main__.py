@@ -1,7 +1,7 @@
-"""Certified meshes of a thousand random surfaces and two hundred models, judged: `make certify`.
+"""Certified meshes of a thousand random surfaces, models and groups, judged: `make certify`.
 
-Every surface is meshed at four tolerances, written, read back and sampled. Ctrl-C ends it and
-prints what was found so far. The exit status is 1 if anything was wrong.
+Every surface is meshed at four tolerances and one resolution, written, read back and sampled.
+Ctrl-C ends it and prints what was found so far. The exit status is 1 if anything was wrong.
 
     python -m tests.certify [share] [family …]
 
@@ -13,23 +13,24 @@ import signal
 import sys
 import time
 from collections.abc import Iterator
-from itertools import chain
 from multiprocessing import Pool, cpu_count
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 from service.settings import pin_blas
-from tests.certify import seams, table
+from tests.certify import groups, seams, table
+from tests.certify.groups import judge_group
 from tests.certify.judge import TOLERANCES, Case, Verdict, judge
 from tests.certify.models import BODIES
 from tests.certify.seams import Joint, judge_model
 from tests.certify.surfaces import FAMILIES
 
 JOINT_TOLERANCES = 3e-1, 3e-2, 3e-3
+RESOLUTIONS = (1, 1), (4, 4), (3, 7), (16, 2), (12, 12)
 TWO_SIDED_EVERY, BINARY_EVERY = 6, 2
 
 
 def cases(share: float, names: list[str]) -> Iterator[Case]:
-    """All surfaces at all tolerances, family by family; every second file is a GLB."""
+    """All surfaces at all tolerances, every second file a GLB, and at one resolution."""
     for name, family in FAMILIES.items():
         if names and name not in names:
             continue
@@ -38,15 +39,21 @@ def cases(share: float, names: list[str]) -> Iterator[Case]:
                 two_sided = seed % TWO_SIDED_EVERY == 0 and relative >= 1e-3
                 binary = (seed + turn) % BINARY_EVERY == 0
                 yield Case(name, seed, relative, two_sided, "glb" if binary else "json")
+            resolution = RESOLUTIONS[seed % len(RESOLUTIONS)]
+            faces: Literal["triangles", "quads"] = "quads" if seed % 3 else "triangles"
+            yield Case(name, seed, resolution=resolution, faces=faces)
 
 
 def joints(share: float, names: list[str]) -> Iterator[tuple[str, int, float]]:
-    """All models, at one of the tolerances each."""
+    """All models and groups, at one of the tolerances each."""
     for kind, (count, _) in BODIES.items():
         if names and kind not in names:
             continue
         for seed in range(max(1, round(share * count))):
             yield kind, seed, JOINT_TOLERANCES[seed % len(JOINT_TOLERANCES)]
+    if not names or "groups" in names:
+        for seed in range(max(1, round(share * groups.COUNT))):
+            yield "groups", seed, TOLERANCES[1 + seed % 3]
 
 
 Task: TypeAlias = Case | tuple[str, int, float]
@@ -54,7 +61,9 @@ Task: TypeAlias = Case | tuple[str, int, float]
 
 def work(task: Task) -> Verdict | Joint:
     """One mesh, or one model."""
-    return judge(task) if isinstance(task, Case) else judge_model(*task)
+    if isinstance(task, Case):
+        return judge(task)
+    return judge_group(*task[1:]) if task[0] == "groups" else judge_model(*task)
 
 
 def _quiet() -> None:
@@ -91,21 +100,26 @@ def main(arguments: list[str]) -> int:
 
 def report(found: list[Verdict | Joint]) -> int:
     """Prints the tables and the complaints; 1 if there are any."""
-    order = {name: number for number, name in enumerate(chain(FAMILIES, BODIES))}
+    order = {name: number for number, name in enumerate([*FAMILIES, *BODIES, "groups"])}
     verdicts = [each for each in found if isinstance(each, Verdict)]
     models = [each for each in found if isinstance(each, Joint)]
     verdicts.sort(key=lambda v: (order[v.case.family], v.case.seed, -v.case.relative))
     models.sort(key=lambda j: (order[j.kind], j.seed))
-    print("\n".join(table.rows(verdicts)))
-    print()
-    print("\n".join(seams.rows(models)))
+    by_resolution = [v for v in verdicts if v.case.resolution is not None]
+    verdicts = [v for v in verdicts if v.case.resolution is None]
+    if verdicts:
+        print("\n".join([*table.rows(verdicts), ""]))
+    if by_resolution:
+        print("\n".join([*table.by_resolution(by_resolution), ""]))
+    if models:
+        print("\n".join([*seams.rows(models), ""]))
     two = [v for v in verdicts if v.case.two_sided and v.mesh_bound > 0]
     if two:
         tight = max(v.mesh_deviation / v.mesh_bound for v in two)
         print(
             f"\n{len(two)} meshes two-sided: found/bound from mesh to surface {tight:.3f} at most"
         )
-    said = table.complaints(verdicts)
+    said = table.complaints([*verdicts, *by_resolution])
     said += [f"WRONG: {joint}: {text}" for joint in models for text in joint.wrong][:40]
     print("\n".join(["", *said] if said else ["", "Nothing is wrong."]))
     return int(bool(said))

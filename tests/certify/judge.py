@@ -4,7 +4,8 @@ import time
 from collections import Counter
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any
+from math import inf
+from typing import Any, Literal
 
 import numpy as np
 
@@ -30,15 +31,19 @@ THIN = 1e-9
 
 @dataclass(frozen=True)
 class Case:
-    """A mesh to be made and judged."""
+    """A mesh to be made and judged: to a tolerance, or by a resolution if there is one."""
 
     family: str
     seed: int
-    relative: float
+    relative: float = inf
     two_sided: bool = False
     written_as: str = "json"
+    resolution: tuple[int, int] | None = None
+    faces: Literal["triangles", "quads"] = "triangles"
 
     def __str__(self) -> str:
+        if self.resolution is not None:
+            return f"{self.family} {self.seed} at {self.resolution} in {self.faces}"
         two = ", two-sided" if self.two_sided else ""
         return f"{self.family} {self.seed} at {self.relative:g} as {self.written_as}{two}"
 
@@ -64,9 +69,8 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
     """Makes the mesh, reads it back, and looks at it from all sides."""
     family = FAMILIES[case.family]
     surface = family.surface(case.seed)
-    verdict = Verdict(case, case.relative * diagonal_of(surface))
-    accuracy = Accuracy(relative_tolerance=case.relative, two_sided=case.two_sided)
-    options = MeshOptions(accuracy=accuracy, normals=False, uvs=case.written_as == "json")
+    verdict = Verdict(case, min(case.relative, 1e3) * diagonal_of(surface))
+    options = options_of(case)
     start = time.process_time()
     try:
         content = render(surface, options, BY_NAME[case.written_as])
@@ -77,10 +81,22 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
     mesh = read(case.written_as, content)
     verdict.triangles = len(mesh.faces)
     _measure(verdict, surface, mesh, samples)
+    if case.faces == "quads":
+        _measure(verdict, surface, read(case.written_as, content, diagonal=1), samples)
+    if case.resolution is not None:
+        return verdict
     _count(verdict, mesh, lines=family.lines)
     if family.flat and verdict.triangles != 2:
         verdict.wrong.append(f"{verdict.triangles} triangles where two are enough")
     return verdict
+
+
+def options_of(case: Case) -> MeshOptions:
+    """Bare positions, and parameters where they can be read back."""
+    if case.resolution is not None:
+        return MeshOptions(resolution=case.resolution, faces=case.faces, normals=False)
+    accuracy = Accuracy(relative_tolerance=case.relative, two_sided=case.two_sided)
+    return MeshOptions(accuracy=accuracy, normals=False, uvs=case.written_as == "json")
 
 
 def diagonal_of(surface: Any) -> float:
@@ -96,17 +112,17 @@ def _measure(verdict: Verdict, surface: Any, mesh: Written, samples: tuple[int, 
     if not verdict.bound <= verdict.tolerance:
         verdict.wrong.append(f"bound {verdict.bound} above tolerance {verdict.tolerance}")
     if not len(mesh.faces):
-        if verdict.tolerance > 0:
+        if verdict.tolerance > 0 and verdict.case.resolution is None:
             verdict.wrong.append("no triangles")
         return
     count = int(np.clip(4 * len(mesh.faces), *samples))
     found = surface_to_mesh(sheets, mesh.corners, count)
-    verdict.deviation = found.distance
+    verdict.deviation = max(verdict.deviation, found.distance)
     if not found.distance <= verdict.bound + found.noise:
         verdict.wrong.append(
             f"deviation {found.distance} above bound {verdict.bound} at {found.place}"
         )
-    if verdict.case.family == "spikes":
+    if verdict.case.family == "spikes" and verdict.case.resolution is None:
         peak = float(surface.control_net[..., 2].max())
         top = max(float((s.at(s.samples(count)) + s.origin)[:, 2].max()) for s in sheets)
         verdict.missed = peak > 0 and top - float(mesh.vertices[:, 2].max()) > verdict.tolerance

@@ -12,6 +12,18 @@ HEADER = (
 )
 
 
+def by_resolution(verdicts: Iterable[Verdict]) -> list[str]:
+    """How tight the bounds are of meshes that were asked for by resolution."""
+    families: dict[str, list[float]] = defaultdict(list)
+    for v in verdicts:
+        families[v.case.family].append(v.deviation / v.bound if v.bound > 0 else 1.0)
+    header = f"{'by resolution':28}{'meshes':>7}{'found/bound: median':>20}{'largest':>9}"
+    return [header] + [
+        f"{name:28}{len(found):7}{median(found):20.3f}{max(found):9.3f}"
+        for name, found in families.items()
+    ]
+
+
 def rows(verdicts: Iterable[Verdict]) -> list[str]:
     """One line a family, and one for all of them."""
     families: dict[str, list[Verdict]] = defaultdict(list)

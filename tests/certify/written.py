@@ -35,22 +35,31 @@ class Written:
         return self.vertices[self.faces]
 
 
-def read(name: str, content: bytes) -> Written:
-    """A file of this format."""
-    return {"json": _json, "glb": _glb}[name](content)
+def read(name: str, content: bytes, diagonal: int = 0) -> Written:
+    """A file of this format; quads are split along one of their two diagonals."""
+    return _glb(content) if name == "glb" else _json(content, diagonal)
 
 
-def _json(content: bytes) -> Written:
+def _json(content: bytes, diagonal: int) -> Written:
     document = json.loads(content)
-    faces = np.array(document["faces"], dtype=np.int64).reshape(-1, 3)
+    faces = _triangles(document["faces"], diagonal)
     places = None
     if "uvs" in document:
-        rows = np.array(document.get("attribute_faces", document["faces"]), dtype=np.int64)
-        places = np.array(document["uvs"], dtype=float)[rows.reshape(-1, 3)]
+        rows = _triangles(document.get("attribute_faces", document["faces"]), diagonal)
+        places = np.array(document["uvs"], dtype=float)[rows]
     parts = {part["name"]: (part["faces"][0], part["faces"][1]) for part in document["parts"]}
     bounds = {p["name"]: p["deviation_bound"] for p in document["parts"] if "deviation_bound" in p}
     vertices = np.array(document["vertices"], dtype=float).reshape(-1, 3)
     return Written(vertices, faces, document["report"], places, parts, bounds)
+
+
+def _triangles(faces: list[list[int]], diagonal: int) -> Rows:
+    """Polygons of three or four corners as triangles."""
+    found: list[list[int]] = []
+    for face in faces:
+        turned = face[diagonal:] + face[:diagonal]
+        found += [face] if len(face) == 3 else [turned[:3], [turned[0], *turned[2:]]]
+    return np.array(found, dtype=np.int64).reshape(-1, 3)
 
 
 def _glb(content: bytes) -> Written:

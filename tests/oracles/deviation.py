@@ -74,6 +74,22 @@ def _from_sheet(number: int, sheet: Sheet, corners: Array, count: int) -> Found:
     )
 
 
+def seen_deviation(
+    sheets: Sequence[Sheet], corners: Array, eye: Array, near: float, count: int = 4000
+) -> float:
+    """Largest distance from a sample to the triangles in units of its distance from an eye.
+
+    What is nearer to the eye than `near` counts as being so far away.
+    """
+    largest = 0.0
+    for sheet in sheets:
+        points = sheet.at(sheet.samples(count))
+        away = np.linalg.norm(points - (eye - sheet.origin), axis=1)
+        found = Soup(corners - sheet.origin).distances(points)
+        largest = max(largest, float((found / np.maximum(away, near)).max()))
+    return largest
+
+
 def mesh_to_surface(
     sheets: Sequence[Sheet], corners: Array, count: int = 4000, inner: int = 4
 ) -> float:

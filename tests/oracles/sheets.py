@@ -128,6 +128,32 @@ class TriangleSheet:
         return np.full(2, 1 / self._divisions(count))
 
 
+@dataclass(frozen=True, eq=False)
+class PlacedSheet:
+    """x ↦ L x + t of another sheet; `matrix` (4, 4) acts on columns."""
+
+    sheet: Sheet
+    matrix: Array
+
+    @property
+    def origin(self) -> Array:
+        place: Array = self.matrix[:3, :3] @ self.sheet.origin + self.matrix[:3, 3]
+        return place
+
+    def at(self, places: Array) -> Array:
+        points: Array = self.sheet.at(places) @ self.matrix[:3, :3].T
+        return points
+
+    def samples(self, count: int) -> Array:
+        return self.sheet.samples(count)
+
+    def inside(self, places: Array) -> Array:
+        return self.sheet.inside(places)
+
+    def step(self, count: int) -> Array:
+        return self.sheet.step(count)
+
+
 def _divided(breaks: Array, each: int) -> Array:
     """Every interval cut into so many, its ends exact."""
     t = np.arange(each) / each

@@ -13,9 +13,9 @@ from trimesh.proximity import closest_point_naive
 from service.surface.bspline import BsplineSurface
 from tests.certify.surfaces import FAMILIES, bicubic
 from tests.oracles import exact, splines, triangles
-from tests.oracles.deviation import mesh_to_surface, surface_to_mesh
+from tests.oracles.deviation import mesh_to_surface, seen_deviation, surface_to_mesh
 from tests.oracles.distance import Soup, to_triangles
-from tests.oracles.sheets import Array, bezier_sheet, sheets_of, triangle_sheet
+from tests.oracles.sheets import Array, PlacedSheet, bezier_sheet, sheets_of, triangle_sheet
 
 PLACES = [(0.0, 0.0), (1.0, 1.0), (1 / 3, 5 / 7), (0.125, 0.875)]
 
@@ -163,6 +163,19 @@ def test_deviation_of_a_parabola() -> None:
     top, far = np.array([0.5, 0, 1]), np.array([0.5, 1, 1])
     roof = np.array([[a, top, far], [a, far, d], [top, b, c], [top, c, far]])
     assert surface_to_mesh(sheets, roof).distance == pytest.approx(0.25 / sqrt(5), abs=1e-9)
+
+
+def test_deviation_of_a_placed_parabola_and_of_one_that_is_seen() -> None:
+    """Stretched threefold across its plane; looked at from above its top, 2 away from it."""
+    net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[0.5, 0, 2], [0.5, 1, 2]], [[1, 0, 0], [1, 1, 0]]])
+    matrix = np.diag([1.0, 1, 3, 1])
+    matrix[:3, 3] = 5, -7, 9
+    floor = np.array([[[5.0, -7, 9], [6, -7, 9], [6, -6, 9]], [[5, -7, 9], [6, -6, 9], [5, -6, 9]]])
+    sheets = [PlacedSheet(bezier_sheet(net), matrix)]
+    assert surface_to_mesh(sheets, floor).distance == pytest.approx(3, abs=1e-12)
+    eye = np.array([5.5, -6.5, 14])
+    assert seen_deviation(sheets, floor, eye, 1e-3) == pytest.approx(1.5, abs=1e-3)
+    assert seen_deviation(sheets, floor, eye, 9.0) == pytest.approx(1 / 3, abs=1e-9)
 
 
 def test_deviation_of_a_cylinder_is_the_sagitta() -> None:

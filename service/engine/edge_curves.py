@@ -1,0 +1,17 @@
+"""Distinct edges, as curves."""
+
+from dataclasses import dataclass
+
+from service.bases.arrays import FloatArray, Ints
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class EdgeCurves:
+    """Distinct edges of one degree n: Bézier curves in their canonical direction.
+
+    `ids` (E,), `points` (E, n+1, 3), `weights` (E, n+1) or None; the largest weight of each is 1.
+    """
+
+    ids: Ints
+    points: FloatArray
+    weights: FloatArray | None
