@@ -151,6 +151,13 @@ class Layout:
         return several
 
     @property
+    def shares(self) -> bool:
+        """Whether samples of one patch or of several have places in common."""
+        shared = bool((self.seams.users > 1).any())
+        shared |= len(self.seams.corner_points) < self.corners
+        return shared or bool(self.pinched.any())
+
+    @property
     def corners(self) -> int:
         """Samples at corners in all: a triangle has three."""
         return self.seams.corner.size - int(np.count_nonzero(self.triangular))

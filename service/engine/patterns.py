@@ -51,6 +51,11 @@ class Shape:
         """Whether a border has other divisions than the grid."""
         return self.sides != self.own
 
+    @property
+    def inner(self) -> int:
+        """Samples that lie on no border."""
+        return (self.resolution[0] - 1) * (self.resolution[1] - 1)
+
 
 @dataclass(frozen=True, slots=True)
 class TriangleShape:
@@ -58,6 +63,11 @@ class TriangleShape:
 
     divisions: int
     collapsed: tuple[bool, bool, bool, bool] = (False, False, False, True)
+
+    @property
+    def inner(self) -> int:
+        """Samples that lie on no border."""
+        return (self.divisions - 1) * (self.divisions - 2) // 2
 
 
 AnyShape: TypeAlias = Shape | TriangleShape
@@ -94,13 +104,37 @@ def _build(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
         if kind == "quads":
             return NO_TRIANGLES, _over_rows(_row_of_cells(rv), ru, rv + 1)
         return _over_rows(_halves(_row_of_cells(rv)), ru, rv + 1), NO_QUADS
-    number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
-    strips: list[NDArray[np.intp]] = []
     cells = _over_rows(_row_of_cells(rv), ru, rv + 1).astype(np.intp)
     if shape.framed:
-        strips = _frame(shape, number)
         cells = cells.reshape(ru, rv, 4)[1:-1, 1:-1].reshape(-1, 4)
-    merged = _merged(shape, number)
+    return _joined(shape, kind, cells)
+
+
+def rim(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
+    """Triangles and quads of a patch of this shape without those of the cells inside.
+
+    Those inside, (Ru − 2)(Rv − 2) cells that touch no border, are the same whatever the sides are:
+    so a pattern can be counted by its rim, in a time that grows with Ru + Rv.
+    """
+    ru, rv = shape.resolution
+    corner = np.arange(0)
+    if not shape.framed:
+        i, j = np.arange(ru), np.arange(rv)
+        ends_u, ends_v = np.unique([0, ru - 1]), np.unique([0, rv - 1])
+        rows = (ends_u[:, None] * (rv + 1) + j).ravel()
+        columns = (i[1:-1, None] * (rv + 1) + ends_v).ravel()
+        corner = np.concatenate([rows, columns])
+    below = rv + 1
+    cells = np.stack([corner, corner + below, corner + below + 1, corner + 1], axis=1)
+    return _joined(shape, kind, cells)
+
+
+def _joined(shape: Shape, kind: Faces, cells: NDArray[np.intp]) -> tuple[IndexArray, IndexArray]:
+    """Faces of these cells, and of the strips of a frame; none with a vertex twice."""
+    ru, rv = shape.resolution
+    number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
+    strips = _frame(shape, number) if shape.framed else []
+    merged = merged_samples(shape)
     quads = cells[:0]
     if kind == "quads":
         whole = _distinct(merged[cells])
@@ -122,12 +156,8 @@ def _rows_of_triangles(shape: TriangleShape) -> IndexArray:
     # The last upright triangle of a row has no reversed one beside it.
     whole[triangle.side_rows(divisions - 1)[1], 1] = False
     found = pairs.reshape(-1, 3)[whole.ravel()]
-    lines = triangle.side_rows(divisions)
-    points = [line for line, one_point in zip(lines, shape.collapsed[:3], strict=True) if one_point]
-    if points:
-        merged = np.arange(triangle.size(divisions))
-        _merge(merged, points)
-        found = found[_distinct(merged[found])]
+    if any(shape.collapsed[:3]):
+        found = found[_distinct(merged_samples(shape)[found])]
     return found
 
 
@@ -149,12 +179,19 @@ def _halves(cells: NDArray[Index]) -> NDArray[Index]:
     return cells[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
 
 
-def _merged(shape: Shape, number: NDArray[np.intp]) -> NDArray[np.intp]:
+def merged_samples(shape: AnyShape) -> NDArray[np.intp]:
     """Local indices with those of a collapsed side made equal."""
-    extra = sum(n - 1 for n, own in zip(shape.sides, shape.own, strict=True) if n != own)
-    merged = np.arange(number.size + extra)
-    borders = (number[0], number[-1], number[:, 0], number[:, -1])
-    _merge(merged, [b for b, collapsed in zip(borders, shape.collapsed, strict=True) if collapsed])
+    if isinstance(shape, TriangleShape):
+        merged = np.arange(triangle.size(shape.divisions))
+        borders = list(triangle.side_rows(shape.divisions))
+    else:
+        ru, rv = shape.resolution
+        extra = sum(n - 1 for n, own in zip(shape.sides, shape.own, strict=True) if n != own)
+        number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
+        merged = np.arange(number.size + extra)
+        borders = [number[0], number[-1], number[:, 0], number[:, -1]]
+    collapsed = zip(borders, shape.collapsed[: len(borders)], strict=True)
+    _merge(merged, [border for border, is_point in collapsed if is_point])
     return merged
 
 
@@ -162,8 +199,9 @@ def _merge(merged: NDArray[np.intp], points: Iterable[NDArray[np.intp]]) -> None
     """Makes the indices on each of some lines equal."""
     for line in points:
         # Two collapsed sides that meet are one point together.
-        same = np.isin(merged, merged[line])
-        merged[same] = merged[line].min()
+        among = np.zeros(len(merged), dtype=bool)
+        among[merged[line]] = True
+        merged[among[merged]] = merged[line].min()
 
 
 def _distinct(faces: Ints) -> NDArray[np.bool_]:

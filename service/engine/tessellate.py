@@ -119,19 +119,16 @@ def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, i
 
 def _weld(layout: Layout, rows: SampleRows, options: MeshOptions) -> Welding | None:
     """Vertices from samples; None where every sample is a vertex of its own."""
-    seams = layout.seams
-    shared = bool((seams.users > 1).any()) or len(seams.corner_points) < layout.corners
-    pinched = bool(layout.pinched.any())
-    if not (layout.framed or (options.weld and (shared or pinched))):
+    if not (layout.framed or (options.weld and layout.shares)):
         return None
-    place = _places(layout)
-    used = _used(layout, options) if layout.framed or pinched else None
+    place = places(layout)
+    used = _used(layout, options) if layout.framed or layout.pinched.any() else None
     # A position may have several colours or texture coordinates, as it may have several normals.
     alike = agreeing(place, rows.channels) if options.weld and rows.channels else None
     return weld(place, used, rows.normals, options.crease_angle, options.weld, alike=alike)
 
 
-def _places(layout: Layout) -> Ints:
+def places(layout: Layout) -> Ints:
     """For each sample the first one that is the same by construction: edge, corner or pole."""
     place = np.arange(layout.size)
     edge = layout.seams.edge.ravel()
