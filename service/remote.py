@@ -59,6 +59,11 @@ def remote_convert(url: str, document: dict[str, Any]) -> bytes:
     return _posted(url, "application/json", "/v1/convert", document, {})
 
 
+def remote_estimate(url: str, document: dict[str, Any], params: dict[str, str]) -> bytes:
+    """The estimate of the service at `url`; raises as `remote_convert` does."""
+    return _posted(url, "application/json", "/v1/estimate", document, params)
+
+
 def remote_points(url: str, document: dict[str, Any]) -> bytes:
     """The answer of the service at `url` to a query of points; raises as `remote_convert` does."""
     return _posted(url, "application/json", "/v1/points", document, {})

@@ -201,6 +201,19 @@ def test_examples_of_queries_are_valid_and_answered(client: Client) -> None:
     assert set(shown) <= set(examples)
 
 
+def test_examples_of_estimates_are_true(client: Client) -> None:
+    operation = DOCUMENT["paths"]["/v1/estimate"]["post"]
+    examples = operation["requestBody"]["content"]["application/json"]["examples"]
+    shown = operation["responses"]["200"]["content"]["application/json"]["examples"]
+    assert set(shown) == set(examples)
+    for name, example in examples.items():
+        assert errors("MeshRequest", example["value"]) == []
+        answer = client.post("/v1/estimate", example["value"]).json()
+        assert answer == shown[name]["value"]
+        assert errors("Estimate", answer) == []
+    assert not shown["huge"]["value"]["accepted"]
+
+
 def test_poles_without_curvature_are_as_described(client: Client) -> None:
     cone = client.get("/v1/surfaces/cone").json()["surface"]
     query = {"surface": cone, "uv": [[0.5, 1]], "patch": 0, "derivatives": 2}

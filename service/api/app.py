@@ -13,7 +13,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service import __version__
-from service.api import catalogue, convert, curve, docs, mesh, points, problems
+from service.api import catalogue, convert, curve, docs, estimate, mesh, points, problems
 from service.api.answers import BOUND_HEADER, json_response
 from service.api.openapi.document import document
 from service.settings import Settings, from_environment, pin_blas
@@ -51,6 +51,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
 
 def _add_routes(app: FastAPI) -> None:
     app.add_route("/v1/mesh", mesh.post_mesh, methods=["POST"])
+    app.add_route("/v1/estimate", estimate.post_estimate, methods=["POST"])
     app.add_route("/v1/points", points.post_points, methods=["POST"])
     app.add_route("/v1/convert", convert.post_convert, methods=["POST"])
     app.add_route("/v1/curve", curve.post_curve, methods=["POST"])

@@ -39,11 +39,11 @@ def add(commands: Commands) -> None:
     mesh = add_command(commands, "mesh", "write the mesh of a surface")
     mesh.add_argument("source", metavar="FILE|EXAMPLE", help=FILE_HELP.format("options"))
     add_output(mesh)
-    _add_options(mesh)
+    add_options(mesh)
     mesh.set_defaults(run=_run)
 
 
-def _add_options(mesh: argparse.ArgumentParser) -> None:
+def add_options(mesh: argparse.ArgumentParser) -> None:
     """The options of a mesh; each overrides the same one in the file."""
     group = mesh.add_argument_group("options of the mesh")
     group.add_argument("--resolution", metavar="N|U,V", help="divisions of every patch (16)")

@@ -82,13 +82,10 @@ def check_output(arguments: argparse.Namespace) -> None:
 
 def chosen_format(arguments: argparse.Namespace, formats: Sequence[AnyFormat]) -> AnyFormat:
     """The format by name, else by the suffix of the output."""
-    by_name = {fmt.name: fmt for fmt in formats}
     by_suffix = {fmt.suffix: fmt for fmt in formats}
     check_output(arguments)
     if arguments.format is not None:
-        if arguments.format not in by_name:
-            raise UsageError(f"--format: unknown; needed one of {', '.join(by_name)}")
-        return by_name[arguments.format]
+        return named_format(arguments.format, formats)
     suffix = Path(arguments.output).suffix.removeprefix(".").lower()
     if arguments.output == "-" or suffix not in by_suffix:
         raise UsageError(
@@ -96,6 +93,14 @@ def chosen_format(arguments: argparse.Namespace, formats: Sequence[AnyFormat]) -
             f"{', '.join(by_suffix)}"
         )
     return by_suffix[suffix]
+
+
+def named_format(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
+    """The format of this name."""
+    by_name = {fmt.name: fmt for fmt in formats}
+    if name not in by_name:
+        raise UsageError(f"--format: unknown; needed one of {', '.join(by_name)}")
+    return by_name[name]
 
 
 def surface_source(source: str) -> str | dict[str, Any]:

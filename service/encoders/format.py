@@ -73,7 +73,8 @@ class Format(FileFormat):
     Bézier patches as they are has `encode_exact`; one that has nodes has `encode_scene`, and the
     others get groups flattened to one mesh. `carries` are the kinds of channels that it can hold;
     others are left out. A `single` format that has no place for an origin is not `local`: its
-    positions are rounded in model coordinates.
+    positions are rounded in model coordinates. `fixed` means that faces take so many bytes each and
+    nothing else takes any, so that the bound is exact where their number is.
     """
 
     quads: bool
@@ -84,6 +85,7 @@ class Format(FileFormat):
     carries: frozenset[ChannelKind] = frozenset()
     encode_scene: Callable[[Scene, EncodeOptions], bytes] | None = None
     local: bool = True
+    fixed: bool = False
 
     def write(self, made: Mesh | Scene, options: EncodeOptions) -> bytes:
         """The file of a mesh, or of a scene: as one mesh where the format has no nodes."""

@@ -77,6 +77,7 @@ FORMATS: tuple[Format, ...] = (
         encode=stl.encode,
         byte_bound=stl.byte_bound,
         local=False,
+        fixed=True,
     ),
     Format(
         name="obj",

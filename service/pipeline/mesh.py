@@ -18,7 +18,7 @@ from service.pipeline.checks import (
 )
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.parametric import patches_of
-from service.pipeline.prediction import predict
+from service.pipeline.prediction import Known, predict
 from service.surface.lowered import GroupModel, Model
 
 PLAIN = EncodeOptions()
@@ -42,13 +42,17 @@ class Answer:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Work:
-    """A file that may be computed: everything is known of it but its bytes."""
+    """A file that may be computed: everything is known of it but its bytes.
+
+    `size` counts every copy of a surface in a group, `stored` what the format stores once once.
+    """
 
     model: Model
     options: MeshOptions
     fmt: Format
     encode: EncodeOptions
     size: MeshSize
+    stored: MeshSize
 
     def run(self) -> bytes:
         """The file."""
@@ -80,19 +84,34 @@ def plan(
     TooLarge, UnsupportedByFormat
         From the shapes alone: nothing large has been allocated.
     """
-    model, options = carried(surface.lower(), options, fmt)
+    return plan_model(surface.lower(), options, fmt, encode, limits)
+
+
+def plan_model(
+    model: Model,
+    options: MeshOptions,
+    fmt: Format,
+    encode: EncodeOptions = PLAIN,
+    limits: Limits = DEFAULT_LIMITS,
+    *,
+    known: Known | None = None,
+) -> Work:
+    """The same of a surface that is lowered already; raises what `plan` raises.
+
+    Several plans with the same options may share what is `known` of their sizes.
+    """
+    model, options = carried(model, options, fmt)
     if encode.exact and fmt.encode_exact is not None:
         patches_of(model)  # refuses what is none
-    size = predict(model, options)
-    shared = fmt.encode_scene is not None and not encode.exact
-    stored = predict(model, options, shared=True) if shared else size
+    size = predict(model, options, known=known)
+    stored = predict(model, options, shared=True, known=known) if shares(fmt, encode) else size
     check_wires(model, options)
     check_format(options, fmt, encode)
     check_vertices(size, limits)
     check_sweeps(model, options, limits)
     check_method(model, options, fmt, limits)
     check_bytes(stored, fmt, encode, limits)
-    return Work(model, options, fmt, encode, size)
+    return Work(model, options, fmt, encode, size, stored)
 
 
 def render(
@@ -109,6 +128,11 @@ def render(
 def mesh(model: Model, options: MeshOptions, fmt: Format) -> Mesh:
     """The mesh of a model in the precision that the format stores."""
     return build(model, options, single=fmt.single)
+
+
+def shares(fmt: Format, encode: EncodeOptions) -> bool:
+    """Whether equal surfaces of a group are stored once."""
+    return fmt.encode_scene is not None and not encode.exact
 
 
 def carried(model: Model, options: MeshOptions, fmt: Format) -> tuple[Model, MeshOptions]:

@@ -20,16 +20,24 @@ from service.surface.sweep_model import SweepModel
 Attributes: TypeAlias = tuple[tuple[str, int], ...]
 """Names and numbers of numbers."""
 
+Known: TypeAlias = dict[tuple[int, ...], tuple[int, int, int]]
+"""Vertices, triangles and quads of patches that were counted before, by the arrays they are in.
 
-def predict(model: Model, options: MeshOptions, *, shared: bool = False) -> MeshSize:
+Whoever holds it holds the surface, and the options stay the same."""
+
+
+def predict(
+    model: Model, options: MeshOptions, *, shared: bool = False, known: Known | None = None
+) -> MeshSize:
     """Counts of the mesh from the shapes alone; upper bounds where welding takes some away.
 
     With `shared`, the arrays of equal members of a group count once, as where they are stored
-    once; else every copy counts.
+    once; else every copy counts. `known` is added to.
     """
+    known = {} if known is None else known
     if not isinstance(model, GroupModel):
-        return _predict_alone(model, options)
-    sizes = [_predict_alone(own, options) for own in model.models]
+        return _predict_alone(model, options, known)
+    sizes = [_predict_alone(own, options, known) for own in model.models]
     copies = [sizes[member.model] for member in model.members]
     names = [len(member.name.encode()) + 1 for member in model.members]
     counts = (astuple(replace(size, attributes=())) for size in (sizes if shared else copies))
@@ -57,11 +65,11 @@ def _largest(found: Iterable[Attributes]) -> Attributes:
     )
 
 
-def _predict_alone(model: PatchModel | SweepModel, options: MeshOptions) -> MeshSize:
+def _predict_alone(model: PatchModel | SweepModel, options: MeshOptions, known: Known) -> MeshSize:
     """Counts of the mesh of a model that is no group."""
     if isinstance(model, SweepModel):
         return _predict_sweep(model, options)
-    return _predict_patches(model, options)
+    return _predict_patches(model, options, known)
 
 
 def _predict_sweep(model: SweepModel, options: MeshOptions) -> MeshSize:
@@ -82,11 +90,14 @@ def _predict_sweep(model: SweepModel, options: MeshOptions) -> MeshSize:
     )
 
 
-def _predict_patches(model: PatchModel, options: MeshOptions) -> MeshSize:
+def _predict_patches(model: PatchModel, options: MeshOptions, known: Known) -> MeshSize:
     """Counts of the mesh of patches."""
     vertices = triangles = quads = 0
     if options.surface:
-        vertices, triangles, quads = predicted_size(model, options)
+        key = tuple(id(batch.points) for batch in model.batches)
+        if key not in known:
+            known[key] = predicted_size(model, options)
+        vertices, triangles, quads = known[key]
     points = segments = cells = 0
     control_points, grids = 0, model.patch_count
     for batch in model.batches:

@@ -11,6 +11,7 @@ from service import __version__
 from service.api.openapi.codes import code_list
 from service.api.openapi.convert import post_convert
 from service.api.openapi.curve import curve_schema, post_curve
+from service.api.openapi.estimate import estimate_schema, post_estimate
 from service.api.openapi.examples import meshes
 from service.api.openapi.mesh import EXAMPLE_PARAMETER, get_mesh, post_mesh
 from service.api.openapi.operations import get_operation
@@ -56,7 +57,12 @@ def document() -> Json:
         "tags": _TAGS,
         "paths": _paths(),
         "components": {
-            "schemas": schemas() | {"Points": points_schema(), "Curve": curve_schema()},
+            "schemas": schemas()
+            | {
+                "Points": points_schema(),
+                "Curve": curve_schema(),
+                "Estimate": estimate_schema(),
+            },
             "responses": responses(),
             "examples": meshes(),
         },
@@ -66,6 +72,7 @@ def document() -> Json:
 def _paths() -> Json:
     return {
         "/v1/mesh": {"post": post_mesh()},
+        "/v1/estimate": {"post": post_estimate()},
         "/v1/points": {"post": post_points()},
         "/v1/convert": {"post": post_convert()},
         "/v1/curve": {"post": post_curve()},

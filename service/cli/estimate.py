@@ -1,0 +1,75 @@
+"""`surface estimate`: writes what a mesh would be, before it is made."""
+
+import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from service.cli.mesh import OPTIONS, add_options, overridden
+from service.cli.refusals import issue_line
+from service.cli.source import (
+    FILE_HELP,
+    Commands,
+    add_command,
+    add_output,
+    check_output,
+    chosen_options,
+    named_format,
+    perform,
+    surface_document,
+    surface_source,
+)
+
+if TYPE_CHECKING:
+    from service.encoders.format import Format
+
+
+def add(commands: Commands) -> None:
+    """The command and its flags, those of `surface mesh`."""
+    text = "write what a mesh would be: vertices, faces, bytes, and whether it is too large"
+    command = add_command(commands, "estimate", text)
+    command.add_argument("source", metavar="FILE|EXAMPLE", help=FILE_HELP.format("options"))
+    add_output(command, formats=False)
+    command.add_argument("--format", metavar="NAME", help="of one format alone")
+    add_options(command)
+    command.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    from service.encoders.registry import FORMATS
+    from service.schemas.query import values_from_text
+
+    check_output(arguments)
+    formats: Sequence[Format] = FORMATS
+    if arguments.format is not None:
+        formats = (named_format(arguments.format, FORMATS),)
+    source = surface_document(surface_source(arguments.source))
+    chosen = chosen_options(arguments, OPTIONS)
+    document = overridden(source, chosen) | values_from_text(chosen.items())
+    query = {} if arguments.format is None else {"format": str(arguments.format)}
+    return perform(
+        arguments,
+        lambda: _local(document, formats),
+        lambda remote: remote.remote_estimate(arguments.url, document, query),
+        lambda issue: issue_line(issue, chosen),
+    )
+
+
+def _local(document: dict[str, Any], formats: "Sequence[Format]") -> bytes:
+    """The estimate, computed in this process."""
+    from service.encoders.format import EncodeOptions
+    from service.encoders.text import json_text
+    from service.pipeline.estimate import estimate, estimate_object
+    from service.schemas.request import mesh_request
+    from service.settings import document_limits, from_environment, pin_blas, result_limits
+
+    pin_blas()
+    settings = from_environment()
+    wanted = mesh_request(document, document_limits(settings))
+    found = estimate(
+        wanted.to_surface(),
+        wanted.mesh_options(),
+        EncodeOptions(wanted.oogl),
+        result_limits(settings),
+        formats,
+    )
+    return json_text(estimate_object(found))
