@@ -1,0 +1,43 @@
+"""What is to be divided, how finely, and at what expense at most."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Ints
+from service.engine.adaptive.boxes import Cells
+from service.engine.adaptive.faces import SPAN, Faces
+from service.engine.adaptive.goal import Goal
+from service.engine.adaptive.ground import Ground
+from service.engine.adaptive.limits import Budget
+from service.engine.adaptive.vectors import Vectors
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Task:
+    """Faces, the patches they are made of, and what is asked of their triangles."""
+
+    ground: Ground
+    faces: Faces
+    goal: Goal
+    budget: Budget
+
+    def patch_of(self, cells: Cells) -> Ints:
+        """The patch in which cells of one span lie."""
+        return self.patch_at(cells.face, cells.box[0], cells.box[2])
+
+    def patch_at(self, face: Ints, u: Ints, v: Ints) -> Ints:
+        """The patch at a place: the upper one on a knot line, if there is one."""
+        faces = self.faces
+        k, l = (  # noqa: E741
+            np.minimum(place // SPAN, faces.spans[face, axis] - 1)
+            for axis, place in enumerate((u, v))
+        )
+        patch: Ints = faces.first[face] + k * faces.stride[face] + l
+        return patch
+
+    def eye_of(self, cells: Cells) -> Vectors | None:
+        """The eye of the goal's view in the coordinates of the net of each cell of one span."""
+        if self.goal.view is None:
+            return None
+        return self.goal.view.eye[:, np.newaxis] - self.ground.middles[:, self.patch_of(cells)]

@@ -1,0 +1,179 @@
+"""Polygons and strips as triangles, and what falls to each of them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.adaptive.boxes import Leaves
+from service.engine.adaptive.fans import cut
+from service.engine.adaptive.outlines import Outline
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Triangles:
+    """Triangles of places that cover all faces.
+
+    Attributes
+    ----------
+    corners : ndarray of int, shape (T, 3)
+        Samples, counter-clockwise.
+    leaf, segment : ndarray of int, shape (T,)
+        The leaf that a triangle is of, or else −1 and the segment of the border that its strip is
+        over.
+    base : ndarray of int, shape (T,)
+        The triangle of the same strip that has the segment for a side; −1 of leaves.
+    host : ndarray of int, shape (T,)
+        The triangle to which the surface over this one falls: itself, unless two of its vertices
+        are one; then one beside it, or −1 if the whole face has none.
+    across : ndarray of int, shape (T, 3)
+        The vertex opposite to edge k, k+1 in the triangle beyond it; −1 if there is none.
+    crossed : ndarray of int, shape (X, 2)
+        Triangles, and which of their edges, where more than two meet that are not all borders.
+    """
+
+    corners: Ints
+    leaf: Ints
+    segment: Ints
+    base: Ints
+    host: Ints
+    across: Ints
+    crossed: Ints
+
+    @property
+    def kept(self) -> Bools:
+        """Which triangles are part of the mesh, shape (T,)."""
+        kept: Bools = self.host == np.arange(len(self.host))
+        return kept
+
+
+def triangulated(outline: Outline, leaves: Leaves, positions: FloatArray) -> Triangles:
+    """The triangles of an outline, whose vertices are at these positions (V, 3)."""
+    parts = [*_of_leaves(outline, leaves, positions), _of_strips(outline)]
+    corners, leaf, segment, base = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    base[base >= 0] += len(corners) - len(parts[-1][0])
+    vertex = outline.vertex[corners]
+    vanished = (vertex == np.roll(vertex, 1, axis=1)).any(axis=1)
+    host = np.where(vanished, -1, np.arange(len(corners)))
+    if vanished.any():
+        _foster(corners, leaf, host)
+    across, crowd = _neighbours(vertex, ~vanished)
+    crossed = _crossed(corners, crowd) if len(crowd) else np.empty((0, 2), dtype=np.intp)
+    return Triangles(corners, leaf, segment, base, host, across, crossed)
+
+
+_Rows = tuple[Ints, Ints, Ints, Ints]
+"""Corners, leaf, segment, base."""
+
+
+def _of_leaves(outline: Outline, leaves: Leaves, positions: FloatArray) -> list[_Rows]:
+    found: list[_Rows] = []
+    plain = np.flatnonzero(outline.plain)
+    if len(plain):
+        four = outline.corner[outline.start[plain] + np.arange(4)[:, np.newaxis]]
+        rising = leaves.rising[plain]
+        third = np.where(rising, four[2], four[3])
+        other = np.where(rising, four[0], four[1])
+        pair = np.stack([four[0], four[1], third, other, four[2], four[3]], axis=1)
+        found.append(_rows(pair.reshape(-1, 3), np.repeat(plain, 2)))
+    size = np.diff(outline.start)
+    size[plain] = 0
+    box, form = leaves.cells.box, leaves.form
+    for count in np.flatnonzero(np.bincount(size)[1:]) + 1:
+        these = np.flatnonzero(size == count)
+        corners = outline.corner[outline.start[these] + np.arange(count)[:, np.newaxis]]
+        u0, u1, v0, v1 = box[:, these]
+        x, y = (outline.u[corners] - u0) / (u1 - u0), (outline.v[corners] - v0) / (v1 - v0)
+        points = positions[outline.vertex[corners]].transpose(0, 2, 1)
+        triangles, polygon = cut(corners, x, y, points, form[:, these])
+        found.append(_rows(triangles, these[polygon]))
+    return found
+
+
+def _rows(corners: Ints, leaf: Ints) -> _Rows:
+    none = np.full(len(leaf), -1)
+    return corners, leaf, none, none
+
+
+def _of_strips(outline: Outline) -> _Rows:
+    """A fan from a, a triangle on the whole segment, and a fan from b.
+
+    The one in the middle has for its tip the last lifted corner in the first half of the segment.
+    Bases are counted among the triangles of strips.
+    """
+    segment, lifted = outline.segment, outline.lifted
+    count = len(segment)
+    if not count:
+        return _rows(np.empty((0, 3), dtype=np.intp), np.empty(0, dtype=np.intp))
+    u, v = outline.u, outline.v
+    low, high = outline.ends
+    # Along the segment one of the two coordinates says the same for all three: no harm in adding.
+    far = np.where(
+        u[low] == u[high], 2 * v[lifted] - v[low] - v[high], 2 * u[lifted] - u[low] - u[high]
+    )
+    new = np.append(True, segment[1:] != segment[:-1])
+    start = np.flatnonzero(new)
+    strip = np.cumsum(new) - 1
+    before = np.add.reduceat((far <= 0).astype(np.intp), start)
+    tip = start + np.maximum(before - 1, 0)
+    pair = np.flatnonzero(~new)
+    first = pair <= tip[strip[pair]]
+    fans = np.stack(
+        [np.where(first, low[pair], high[pair]), lifted[pair - 1], lifted[pair]], axis=1
+    )
+    bases = np.stack([low[start], lifted[tip], high[start]], axis=1)
+    corners = np.concatenate([bases, fans])
+    number = np.concatenate([np.arange(len(start)), strip[pair]])
+    turned = outline.turned[start][number]
+    corners[turned] = corners[turned][:, [0, 2, 1]]
+    return corners, np.full(len(corners), -1), segment[start][number], number
+
+
+def _foster(corners: Ints, leaf: Ints, host: Ints) -> None:
+    """Find hosts for triangles that have none: beside them, if possible in the same leaf.
+
+    A leaf at a corner of its face of which both sides are one point has no triangle of its own.
+    """
+    many = corners.max() + 1
+    begin, end = corners, np.roll(corners, -1, axis=1)
+    there, back = (begin * many + end).ravel(), (end * many + begin).ravel()
+    order = np.argsort(there)
+    found = order[np.minimum(np.searchsorted(there[order], back), len(there) - 1)]
+    beside = np.where(there[found] == back, found // 3, -1).reshape(-1, 3)
+    within = np.where(leaf[beside] == leaf[:, np.newaxis], beside, -1)
+    for around in (within, beside):
+        while True:
+            waiting = np.flatnonzero(host < 0)
+            offered = np.where(around[waiting] >= 0, host[around[waiting]], -1).max(axis=1)
+            if not (offered >= 0).any():
+                break
+            host[waiting] = offered
+
+
+def _neighbours(vertex: Ints, kept: Bools) -> tuple[Ints, Ints]:
+    """The vertices across edges, and the edges (triangle · 3 + k) of which there are too many."""
+    across = np.full(vertex.shape, -1)
+    begin, end = vertex, np.roll(vertex, -1, axis=1)
+    many = vertex.max() + 1
+    edges = np.flatnonzero(np.repeat(kept, 3))
+    keys = (np.minimum(begin, end) * many + np.maximum(begin, end)).ravel()[edges]
+    order = np.argsort(keys, kind="stable")
+    keys, edges = keys[order], edges[order]
+    first = np.flatnonzero(np.append(True, keys[1:] != keys[:-1]))
+    count = np.diff(np.append(first, len(keys)))
+    two = first[count == 2]
+    one, other = edges[two], edges[two + 1]
+    opposite = np.roll(vertex, 1, axis=1).ravel()
+    flat = across.ravel()
+    flat[one], flat[other] = opposite[other], opposite[one]
+    crowd = np.repeat(count > 2, count)
+    return flat.reshape(vertex.shape), edges[crowd]
+
+
+def _crossed(corners: Ints, crowd: Ints) -> Ints:
+    """Of edges with more than two triangles, those that run through the inside of a face."""
+    many = corners.max() + 1
+    begin, end = corners, np.roll(corners, -1, axis=1)
+    there, back = (begin * many + end).ravel(), (end * many + begin).ravel()
+    inside = crowd[np.isin(back[crowd], there)]
+    return np.stack([inside // 3, inside % 3], axis=1)

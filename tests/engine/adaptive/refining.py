@@ -1,0 +1,111 @@
+"""Triangulations of models in tests, and what must be true of every one of them."""
+
+from collections import Counter
+from collections.abc import Callable
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from service.engine.adaptive.border import Border
+from service.engine.adaptive.faces import SPAN, Faces
+from service.engine.adaptive.goal import Goal
+from service.engine.adaptive.ground import Ground
+from service.engine.adaptive.refine import triangulate
+from service.engine.adaptive.triangulation import Triangulation
+from service.surface.lowered import PatchModel
+from tests.engine.adaptive.bordering import bordered
+from tests.strategies import Array
+
+MOST = 200_000
+
+
+class Refined(NamedTuple):
+    """A model, its faces and borders, and their triangulation."""
+
+    ground: Ground
+    faces: Faces
+    border: Border
+    made: Triangulation
+
+    def of_face(self, face: int) -> tuple[bytes, bytes]:
+        """Places and positions of the triangles of one face, bit for bit, in their order."""
+        made = self.made
+        corners = made.triangles[made.face[made.triangles[:, 0]] == face]
+        places = np.stack([made.u[corners], made.v[corners]])
+        return places.tobytes(), made.positions[made.vertex[corners]].tobytes()
+
+
+def refined(
+    model: PatchModel,
+    goal: Goal,
+    most: int = MOST,
+    stored: Callable[[Array], Array] = lambda positions: positions,
+) -> Refined:
+    """The triangulation of a model."""
+    found = bordered(model, goal, most)
+    ground = Ground.of(model)
+    made = triangulate(ground, found.faces, found.border, goal, stored=stored, most=most)
+    return Refined(ground, found.faces, found.border, made)
+
+
+def check_refined(found: Refined, tolerance: float) -> None:
+    """Every triangle is in its place, once; in whole numbers, hence exactly."""
+    _, faces, border, made = found
+    corners = made.triangles
+    assert (made.bounds <= tolerance).all()
+    assert (np.diff(made.face[corners[:, 0]]) >= 0).all()
+    assert (made.face[corners] == made.face[corners[:, :1]]).all()
+    places = sorted(zip(made.face.tolist(), made.u.tolist(), made.v.tolist(), strict=True))
+    assert places == list(zip(made.face.tolist(), made.u.tolist(), made.v.tolist(), strict=True))
+    assert len(set(places)) == len(places)
+    u, v = made.u.astype(object), made.v.astype(object)
+    a, b, c = corners.T
+    areas = (u[b] - u[a]) * (v[c] - v[a]) - (u[c] - u[a]) * (v[b] - v[a])
+    assert (areas > 0).all()
+    # Triangles with two equal vertices are left out: only beside sides that are one point, or one.
+    area = np.bincount(made.face[a], areas.astype(np.float64), minlength=len(faces.first))
+    whole = 2.0 * faces.spans.prod(axis=1) * float(SPAN) ** 2
+    assert (area <= whole * (1 + 1e-12)).all()
+    simple = ~border.collapsed.any(axis=1) & ~_touching(border)
+    for face in np.flatnonzero(simple):
+        exact = sum(areas[made.face[a] == face].tolist())
+        assert exact == 2 * int(faces.spans[face].prod()) * SPAN**2
+    check_edges(border, made)
+
+
+def _touching(border: Border) -> np.ndarray:
+    """Faces that have a vertex twice."""
+    found = []
+    for face in range(len(border.collapsed)):
+        rows = [border.vertex[slice(*border.start[4 * face + s :][:2])] for s in range(4)]
+        found.append(len(np.unique(np.concatenate(rows))) < sum(map(len, rows)) - 4)
+    return np.array(found)
+
+
+def check_edges(border: Border, made: Triangulation) -> None:
+    """Two triangles an edge, but where it is on the border as often as it is there."""
+    vertices = made.vertex[made.triangles]
+    used: Counter[tuple[int, int]] = Counter()
+    for row in vertices.tolist():
+        assert len(set(row)) == 3
+        used.update((min(x, y), max(x, y)) for x, y in pairwise([*row, row[0]]))
+    sides: Counter[tuple[int, int]] = Counter()
+    for side in range(len(border.start) - 1):
+        if not border.collapsed[side // 4, side % 4]:
+            vertex = border.vertex[slice(*border.start[side : side + 2])].tolist()
+            sides.update((min(x, y), max(x, y)) for x, y in pairwise(vertex))
+    assert all(used[edge] == count for edge, count in sides.items())
+    assert all(count == 2 for edge, count in used.items() if edge not in sides)
+    for side in range(len(border.start) - 1):
+        rows = slice(*border.start[side : side + 2])
+        if not border.collapsed[side // 4, side % 4]:
+            assert _on_side(made, side) == set(border.at[rows].tolist())
+
+
+def _on_side(made: Triangulation, side: int) -> set[int]:
+    """Places along a side at which there are samples."""
+    mine = made.face == side // 4
+    fixed, along = (made.u, made.v) if side % 4 < 2 else (made.v, made.u)
+    limit = fixed[mine].max() if side % 2 else 0
+    return set(along[mine & (fixed == limit)].tolist())

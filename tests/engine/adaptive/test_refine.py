@@ -1,0 +1,195 @@
+"""Triangulations: covering, closed, near enough, alone as in company."""
+
+from random import Random
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.adaptive.boxes import Cells
+from service.engine.adaptive.goal import Goal, View
+from service.engine.adaptive.ground import Ground
+from service.engine.adaptive.refine import triangulate
+from service.errors import InvalidRequest, TooLarge
+from service.surface.bspline import BsplineSurface
+from tests.engine.adaptive.bordering import bordered
+from tests.engine.adaptive.refining import check_refined, refined
+from tests.examples import patches_of
+from tests.strategies import (
+    Array,
+    degenerate_nets,
+    mixed_model,
+    model_of,
+    moved,
+    split_models,
+    triangle_nets,
+    weighted_nets,
+)
+
+tolerances = st.sampled_from([4.0, 1.0, 0.2])
+
+
+@given(weighted_nets(), tolerances)
+@settings(max_examples=10)
+def test_patches_are_covered(net: tuple[Array, Array | None], tolerance: float) -> None:
+    """Polynomial and rational ones."""
+    points, weights = net
+    model = model_of([points], None if weights is None else [weights])
+    check_refined(refined(model, Goal(tolerance)), tolerance)
+
+
+@given(degenerate_nets(), tolerances, st.booleans())
+@settings(max_examples=14)
+def test_degenerate_patches_come_to_an_end(net: Array, tolerance: float, strict: bool) -> None:
+    """Poles, folds, lines and points; with angles and both directions asked for as well."""
+    goal = Goal(tolerance, 0.5, two_sided=True) if strict else Goal(tolerance)
+    check_refined(refined(model_of([net]), goal), tolerance)
+
+
+@given(triangle_nets(), tolerances)
+@settings(max_examples=6)
+def test_triangles_are_covered(net: Array, tolerance: float) -> None:
+    """As patches of which one side is one point."""
+    check_refined(refined(mixed_model([net]), Goal(tolerance)), tolerance)
+
+
+@given(split_models(), tolerances, st.randoms(use_true_random=False))
+@settings(max_examples=6)
+def test_company_changes_nothing(
+    split: tuple[Array, list[Array]], tolerance: float, random: Random
+) -> None:
+    """A face has the same triangles, bit for bit, alone and with others, in any order."""
+    patches = split[1]
+    goal = Goal(tolerance)
+    together = refined(model_of(patches), goal)
+    check_refined(together, tolerance)
+    order = list(range(len(patches)))
+    random.shuffle(order)
+    shuffled = refined(model_of([patches[k] for k in order]), goal)
+    for place, k in enumerate(order):
+        assert together.of_face(k) == shuffled.of_face(place)
+        assert together.of_face(k) == refined(model_of([patches[k]]), goal).of_face(0)
+
+
+@pytest.mark.parametrize(
+    ("name", "triangles"), [("sphere", 432), ("torus", 480), ("utah-teapot", 630), ("cone", 56)]
+)
+def test_known_shapes_close(name: str, triangles: int) -> None:
+    """At a hundredth of their size, with so many triangles or fewer."""
+    model = patches_of(name)
+    tolerance = 1e-2 * float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
+    found = refined(model, Goal(tolerance))
+    check_refined(found, tolerance)
+    assert len(found.made.triangles) <= triangles
+
+
+def test_flat_neighbours_are_two_triangles() -> None:
+    """However many knots there are, and however they are spaced."""
+    u, v = np.meshgrid(np.arange(23.0) ** 1.5, np.arange(17.0), indexing="ij")
+    net = np.stack([u, v, 0.25 * u - v], axis=-1)
+    model = BsplineSurface(net, (3, 2), ("clamped", "clamped")).lower()
+    assert len(refined(model, Goal(1e-3)).made.triangles) == 2
+
+
+def test_a_spike_is_not_missed() -> None:
+    """One raised control point of 20 × 20; around it there is nothing to divide."""
+    u, v = np.meshgrid(np.arange(20.0), np.arange(20.0), indexing="ij")
+    net = np.stack([u, v, np.zeros((20, 20))], axis=-1)
+    net[13, 6, 2] = 5.0
+    model = BsplineSurface(net, (3, 3), ("clamped", "clamped")).lower()
+    found = refined(model, Goal(0.01))
+    check_refined(found, 0.01)
+    made = found.made
+    heights = made.positions[made.vertex[made.triangles], 2]
+    assert heights.max() > 2.2
+    assert (np.abs(heights).max(axis=1) < 0.01).sum() < 0.2 * len(heights)
+
+
+def test_bending_one_way_is_divided_one_way() -> None:
+    """A quarter of a cylinder: two triangles for every piece of its arc."""
+    half = np.sqrt(0.5)
+    net = np.array([[[1.0, 0, z], [1, 1, z], [0, 1, z]] for z in (0.0, 1.0)])
+    model = model_of([net], [np.array([[1.0, half, 1.0]] * 2)])
+    found = refined(model, Goal(1e-3))
+    check_refined(found, 1e-3)
+    pieces = len(found.border.at[slice(*found.border.start[:2])]) - 1
+    assert len(found.made.triangles) == 2 * pieces
+
+
+def test_near_the_eye_there_is_more() -> None:
+    """With a view, the allowed deviation grows with the distance."""
+    rng = np.random.default_rng(5)
+    u, v = np.meshgrid(np.linspace(0, 10, 14), np.linspace(0, 2, 6), indexing="ij")
+    net = np.stack([u, v, 0.3 * rng.uniform(-1, 1, u.shape)], axis=-1)
+    model = BsplineSurface(net, (3, 3), ("clamped", "clamped")).lower()
+    found = refined(model, Goal(1.0, view=View(np.array([-1.0, 1.0, 0.5]), 2e-3, 0.1)))
+    made = found.made
+    middles = made.positions[made.vertex[made.triangles], 0].mean(axis=1)
+    near, far = (middles < 2).sum(), (middles > 8).sum()
+    assert near > 2 * far
+    farthest = np.linalg.norm(made.positions[made.vertex[made.triangles]], axis=2).max(axis=1)
+    assert (made.bounds <= 2e-3 * (farthest + 2.0)).all()
+
+
+def test_the_stored_positions_are_what_is_proved() -> None:
+    """Far from the origin float32 moves vertices by more than the surface strays."""
+    net = moved(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]), 4096.3)
+    model = model_of([net])
+    exact = refined(model, Goal(0.01))
+    rounded = refined(model, Goal(0.01), stored=lambda x: x.astype(np.float32).astype(np.float64))
+    assert exact.made.bounds.max() < 1e-10
+    assert 1e-5 < rounded.made.bounds.max() < 1e-3
+
+
+def test_both_directions_are_bounded() -> None:
+    """On request, by twice the tolerance."""
+    rng = np.random.default_rng(3)
+    net = rng.uniform(-1, 1, (4, 4, 3)) + np.indices((4, 4)).transpose(1, 2, 0)[..., [0, 1, 1]]
+    made = refined(model_of([net]), Goal(0.05, two_sided=True)).made
+    assert made.mesh_bounds is not None
+    assert (made.mesh_bounds <= 0.1).all()
+    assert refined(model_of([net]), Goal(0.05)).made.mesh_bounds is None
+
+
+def test_normals_turn_by_less_than_the_angle() -> None:
+    """Sought, not certified: of a sphere's triangles, whose normals are their places."""
+    model = patches_of("sphere")
+    made = refined(model, Goal(1.0, 0.2)).made
+    points = made.positions[made.vertex[made.triangles]]
+    points = points / np.linalg.norm(points, axis=2, keepdims=True)
+    cosines = (points * np.roll(points, 1, axis=1)).sum(axis=2)
+    assert np.arccos(cosines.clip(-1, 1)).max() < 0.22
+
+
+def test_more_triangles_than_allowed_are_refused() -> None:
+    """As soon as it is known."""
+    with pytest.raises(TooLarge) as refused:
+        refined(patches_of("sphere"), Goal(1e-6), most=300)
+    assert refused.value.issues[0].code == "too_many_triangles"
+
+
+def test_work_is_limited() -> None:
+    """Whatever the number of triangles that come of it."""
+    model = patches_of("bourke-1111")
+    found = bordered(model, Goal(0.01))
+    with pytest.raises(TooLarge) as refused:
+        triangulate(
+            Ground.of(model),
+            found.faces,
+            found.border,
+            Goal(0.01),
+            stored=lambda x: x,
+            most=10**9,
+            work=1e5,
+        )
+    assert refused.value.issues[0].code == "too_costly"
+
+
+def test_what_places_cannot_tell_apart_is_refused() -> None:
+    """A tolerance that asks for more halvings than there are."""
+    cells = Cells(np.array([0]), np.array([[0], [16], [0], [1 << 30]]))
+    with pytest.raises(InvalidRequest) as refused:
+        cells.halved(np.array([False]))
+    assert refused.value.issues[0].code == "tolerance_too_small"
+    assert len(cells.halved(np.array([True]))[0]) == 1
