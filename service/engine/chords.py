@@ -29,32 +29,56 @@ def deviations(nets: FloatArray, chords: FloatArray) -> FloatArray:
     -------
     ndarray of float64, shape (M,)
     """
-    distance = distances(projected(nets, chords.shape[-1]), chords)
+    weights = nets[..., -1] if nets.shape[-1] > chords.shape[-1] else None
+    return bounds(distances(projected(nets, chords.shape[-1]), chords), weights)
+
+
+def bounds(distance: FloatArray, weights: FloatArray | None) -> FloatArray:
+    """The same of distances d(P_i) and weights, shape (M, n+1), that are known."""
     ends = np.maximum(distance[:, 0], distance[:, -1])
-    if nets.shape[1] == 2:
+    if distance.shape[1] == 2:
         return ends
-    least = 0.5 ** (nets.shape[1] - 2)  # of B_0 + B_n
-    inner, outer = np.full(len(nets), 1.0 - least), np.full(len(nets), least)
-    if nets.shape[-1] > chords.shape[-1]:
-        inner *= nets[:, 1:-1, -1].max(axis=1)
-        outer *= nets[:, [0, -1], -1].min(axis=1)
-    bound: FloatArray = inner / (inner + outer) * distance[:, 1:-1].max(axis=1) + ends
+    least = 0.5 ** (distance.shape[1] - 2)  # of B_0 + B_n
+    inner, outer = np.full(len(distance), 1.0 - least), np.full(len(distance), least)
+    if weights is not None:
+        inner *= largest(weights[:, 1:-1])
+        outer *= np.minimum(weights[:, 0], weights[:, -1])
+    bound: FloatArray = inner / (inner + outer) * largest(distance[:, 1:-1]) + ends
     return bound
 
 
 def distances(points: FloatArray, chords: FloatArray) -> FloatArray:
     """Distances of points (M, m, d) to segments (M, 2, d): shape (M, m)."""
-    begin, along = chords[:, :1], chords[:, 1] - chords[:, 0]
+    axes = range(points.shape[2])
+    away = [points[..., k] - chords[:, :1, k] for k in axes]
+    along = [chords[:, 1, k] - chords[:, 0, k] for k in axes]
     # In units of the largest coordinate, lest squares of small ones vanish.
-    away = points - begin
-    size = np.maximum(np.abs(away).max(axis=(1, 2)), np.abs(along).max(axis=1))
+    size = largest(np.stack([*(largest(np.abs(x)) for x in away), *np.abs(along)], axis=1))
     unit = np.where(size > 0, size, 1.0)
-    away, along = away / unit[:, None, None], along / unit[:, None]
-    squared = (along * along).sum(axis=1)
-    share = (away * along[:, None]).sum(axis=2) / np.where(squared > 0, squared, 1.0)[:, None]
-    gap = away - np.clip(share, 0.0, 1.0)[..., None] * along[:, None]
-    distance: FloatArray = unit[:, None] * np.sqrt((gap * gap).sum(axis=2))
+    away, along = [x / unit[:, None] for x in away], [x / unit for x in along]
+    squared = _dot(along, along)
+    share = _dot(away, [x[:, None] for x in along])
+    share /= np.where(squared > 0, squared, 1.0)[:, None]
+    np.clip(share, 0.0, 1.0, out=share)
+    gap = [x - share * y[:, None] for x, y in zip(away, along, strict=True)]
+    distance: FloatArray = unit[:, None] * np.sqrt(_dot(gap, gap))
     return distance
+
+
+def largest(values: FloatArray) -> FloatArray:
+    """Largest number of every row (M, m): column by column, which is faster where m is small."""
+    found = values[:, 0].copy()
+    for k in range(1, values.shape[1]):
+        np.maximum(found, values[:, k], out=found)
+    return found
+
+
+def _dot(one: list[FloatArray], other: list[FloatArray]) -> FloatArray:
+    """Inner products, the axes one after the other."""
+    total = one[0] * other[0]
+    for x, y in zip(one[1:], other[1:], strict=True):
+        total = total + x * y
+    return total
 
 
 def projected(nets: FloatArray, dimension: int) -> FloatArray:

@@ -179,6 +179,7 @@ def _sample_by(
     if weights is None:
         return method(points, divisions)
     values = method(homogeneous(points, weights), divisions)
+    values[_plain(weights), :, 3] = 1.0
     return values[..., :3] / values[..., 3:]
 
 
@@ -194,8 +195,15 @@ def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> F
             total += share
         place += share * points[:, i, None]
     if weights is not None:
+        total[_plain(weights)] = 1.0
         place /= total
     return place
+
+
+def _plain(weights: FloatArray) -> Bools:
+    """Edges that are polynomial, though others are not: their points are, to the last bit."""
+    plain: Bools = (weights == 1.0).all(axis=1)
+    return plain
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -11,7 +11,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.faces import DEPTH
 from service.engine.adaptive.goal import Goal
-from service.engine.chords import deviations, distances, projected
+from service.engine.chords import bounds, distances, largest, projected
 from service.errors import InvalidRequest, Issue
 
 OF_NET = 0.95
@@ -41,7 +41,8 @@ class Shapes:
     Attributes
     ----------
     net, curve : ndarray of float64
-        How far the net, raised by one degree, and the curve may be from the chord.
+        How far the net, raised by one degree, and the curve may be from the chord. No surface is
+        of less degree across its sides than one.
     chord : ndarray of float64
         Its length.
     cosine : ndarray of float64
@@ -97,15 +98,19 @@ def shapes(
     chords : ndarray of float64, shape (M, 2, 3)
     """
     points = projected(nets, 3)
+    weights = nets[..., 3] if nets.shape[2] == 4 else None
+    curve = bounds(distances(points, chords), weights)
+    # Without weights the raised net is within 4/3 of the bound of the curve, at every degree.
+    net = curve * (4 / 3)
+    if weights is not None:
+        rational = (weights != 1.0).any(axis=1)
+        raised = projected(_raised(nets[rational]), 3)
+        net[rational] = largest(distances(raised, chords[rational]))
+    low = high = points[:, 0]
+    for k in range(1, points.shape[1]):
+        low, high = np.minimum(low, points[:, k]), np.maximum(high, points[:, k])
     cosine = np.ones(len(nets)) if tangents is None else _least_cosine(points, tangents)
-    return Shapes(
-        distances(projected(_raised(nets), 3), chords).max(axis=1),
-        deviations(nets, chords),
-        _length(chords[:, 1] - chords[:, 0]),
-        cosine,
-        points.min(axis=1),
-        points.max(axis=1),
-    )
+    return Shapes(net, curve, _length(chords[:, 1] - chords[:, 0]), cosine, low, high)
 
 
 def judged(found: Shapes, goal: Goal, place: Place, cuts: Ints, halvings: int = 0) -> Verdict:
@@ -187,7 +192,7 @@ def _least_cosine(points: FloatArray, tangents: tuple[FloatArray, FloatArray]) -
         along += legs[..., 2] * tangent[:, None, 2]
         counts = (length > 0) & (tangent != 0).any(axis=1)[:, None]
         cosine = np.where(counts, along, 1.0) / np.where(counts, length, 1.0)
-        least = np.minimum(least, cosine.min(axis=1))
+        least = np.minimum(least, -largest(-cosine))
     return least
 
 
@@ -199,9 +204,10 @@ def _legs(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _length(vectors: FloatArray) -> FloatArray:
     """Lengths of vectors (…, 3), right also where their squares would vanish or be infinite."""
-    size = np.abs(vectors).max(axis=-1)
+    x, y, z = (vectors[..., k] for k in range(3))
+    size = np.maximum(np.maximum(np.abs(x), np.abs(y)), np.abs(z))
     unit = np.where(size > 0, size, 1.0)
-    x, y, z = (vectors[..., k] / unit for k in range(3))
+    x, y, z = x / unit, y / unit, z / unit
     length: FloatArray = unit * np.sqrt(x * x + y * y + z * z)
     return length
 

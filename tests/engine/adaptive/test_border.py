@@ -81,6 +81,35 @@ def test_neighbours_share_vertices_and_order_does_not_matter(
         assert alone == bits[4 * k : 4 * k + 4]
 
 
+@given(
+    st.lists(weighted_nets(), min_size=2, max_size=5),
+    tolerances,
+    st.sampled_from([inf, 0.4]),
+    st.data(),
+)
+@settings(max_examples=25)
+def test_company_does_not_touch_a_bit(
+    members: list[tuple[Array, Array | None]],
+    tolerance: float,
+    angle: float,
+    data: st.DataObject,
+) -> None:
+    """Of any degree, rational or not, in any order, turned about, in one batch or several."""
+    goal = Goal(tolerance, angle)
+    turns = data.draw(st.lists(symmetries, min_size=len(members), max_size=len(members)))
+    order = data.draw(st.permutations(range(len(members))))
+    alone, nets_, weights = [], [], []
+    for (net, given_), turn in zip(members, turns, strict=True):
+        one = model_of([turned(net, turn)], None if given_ is None else [turned(given_, turn)])
+        alone.append(sorted(bordered(one, goal).bits()))
+        nets_.append(net)
+        weights.append(np.ones(net.shape[:2]) if given_ is None else given_)
+    together = model_of([nets_[k] for k in order], [weights[k] for k in order])
+    bits = bordered(together, goal).bits()
+    for place, k in enumerate(order):
+        assert sorted(bits[4 * place : 4 * place + 4]) == alone[k]
+
+
 def splines(seed: int, rows: int, columns: int, rational: bool) -> tuple[Array, Array | None]:
     """A control net without pattern, and weights."""
     rng = np.random.default_rng(seed)
