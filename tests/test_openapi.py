@@ -201,6 +201,15 @@ def test_examples_of_queries_are_valid_and_answered(client: Client) -> None:
     assert set(shown) <= set(examples)
 
 
+def test_a_client_that_writes_out_all_defaults_may_ask_for_a_tolerance(client: Client) -> None:
+    properties = DOCUMENT["components"]["schemas"]["MeshRequest"]["properties"]
+    defaults = {name: field["default"] for name, field in properties.items() if "default" in field}
+    assert {"faces", "two_sided"} <= defaults.keys()
+    surface = {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]}
+    answer = client.post("/v1/mesh", defaults | {"surface": surface, "tolerance": 0.1})
+    assert answer.status_code == 200
+
+
 def test_examples_of_estimates_are_true(client: Client) -> None:
     operation = DOCUMENT["paths"]["/v1/estimate"]["post"]
     examples = operation["requestBody"]["content"]["application/json"]["examples"]

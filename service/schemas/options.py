@@ -29,8 +29,11 @@ class MeshOptionFields(StrictModel):
     """The options of a mesh. All may be left out."""
 
     resolution: Resolution = Field(
-        default=_DEFAULTS.resolution,
-        description="Divisions of every patch: one number, or [u, v]. A patch has "
+        # Not a default in the schema: clients that write out defaults would conflict with a
+        # tolerance.
+        default_factory=lambda: _DEFAULTS.resolution,
+        description="Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A "
+        "patch has "
         "(u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has "
         "(n + 1)(n + 2)/2. Not beside a tolerance or a budget.",
         examples=[16, [16, 32]],

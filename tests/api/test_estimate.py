@@ -65,7 +65,9 @@ def test_the_verdict_is_that_of_the_mesh(options: dict[str, Any]) -> None:
     assert told["accepted"] == (len(refused) < len(BY_NAME))
 
 
-@pytest.mark.parametrize("case", HOSTILE[::7], ids=lambda case: case.name)
+@pytest.mark.parametrize(
+    "case", [c for c in HOSTILE if not c.name.startswith("long")][::9], ids=lambda case: case.name
+)
 def test_hostile_bodies_are_refused_here_too_unless_only_the_mesh_is(
     client: Client, case: Hostile
 ) -> None:
