@@ -78,9 +78,11 @@ def _planned(surface: Surface, wanted: MeshOptionFields, fmt: Format, settings: 
 
 async def _answer(request: Request, work: Work) -> Answer:
     """The file, computed here when that is quick and in a thread when it is not."""
-    # Every different member of a group takes a time of its own, and a sweep some milliseconds.
+    # Every different member of a group takes a time of its own, a sweep some milliseconds, and how
+    # long a tolerance takes is not known.
     is_long = (
-        isinstance(work.model, GroupModel | SweepModel)
+        work.options.accuracy is not None
+        or isinstance(work.model, GroupModel | SweepModel)
         or work.size.vertices > INLINE_VERTICES
         or highest_degree(work.model) > INLINE_DEGREE
     )

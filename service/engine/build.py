@@ -1,5 +1,8 @@
 """From a model of any form to what formats write: its mesh, its scene or its lines."""
 
+from service.engine.adaptive.aims import goal_of
+from service.engine.adaptive.meshing import meshing
+from service.engine.adaptive.storage import Storage
 from service.engine.mesh import Mesh, Overlay
 from service.engine.options import MeshOptions
 from service.engine.scene import Scene, arranged, flattened, in_single
@@ -10,9 +13,16 @@ from service.engine.wires.isocurves import isocurves
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel
 
+MOST = 1 << 31
+"""Triangles of a mesh by tolerance where nobody limits them."""
+
 
 def build(model: Model, options: MeshOptions, *, single: bool = False) -> Mesh:
     """The model as one mesh; `single` as in `tessellate`."""
+    if options.accuracy is not None and not isinstance(model, SweepModel):
+        storage, goal = Storage(single, local=True), goal_of(options.accuracy, model)
+        made = meshing(model, options, storage, nodes=False).made(goal, MOST)
+        return flattened(made) if isinstance(made, Scene) else made
     if isinstance(model, GroupModel):
         mesh = flattened(build_scene(model, options))
         return in_single(mesh) if single else mesh
@@ -40,5 +50,10 @@ def lines_of(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
 
 def build_scene(model: GroupModel, options: MeshOptions, *, single: bool = False) -> Scene:
     """The group with every different model meshed once."""
+    if options.accuracy is not None:
+        storage, goal = Storage(single, local=True), goal_of(options.accuracy, model)
+        made = meshing(model, options, storage, nodes=True).made(goal, MOST)
+        if isinstance(made, Scene):
+            return made
     meshes = tuple(_alone(m, options, single=single) for m in model.models)
     return arranged(model, meshes)

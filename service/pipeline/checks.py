@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
+from service.engine.adaptive.aims import has_sweeps, stated
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.models import NOT_PATCHES, highest_degree, reach
 from service.engine.options import MeshOptions
@@ -88,14 +89,38 @@ def check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> No
         )
 
 
-def check_vertices(size: MeshSize, limits: Limits) -> None:
-    """Refuses a mesh that would be too large, its lines included."""
+def check_accuracy(model: Model, options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
+    """Refuses a tolerance or a budget where nothing is divided by it."""
+    if options.accuracy is None:
+        return
+    where = stated(options.accuracy)
+    if has_sweeps(model):
+        raise InvalidRequest(replace(NOT_PATCHES, pointer=where))
+    if options.wired:
+        raise _conflict("Isoparametric curves are divided by a resolution.", "/isocurves", where)
+    if options.faces == "quads":
+        raise _conflict("Meshes by tolerance are made of triangles.", "/faces", where)
+    if options.method != "matrix":
+        raise _conflict("The methods sample grids, which a resolution makes.", "/method", where)
+    if encode.oogl is not None and encode.oogl != "off" and fmt.encode_exact is not None:
+        what = "The exact form needs no mesh." if encode.exact else "This form is made of grids."
+        raise _conflict(what, "/oogl", where)
+
+
+def _conflict(message: str, pointer: str, stated_by: str) -> InvalidRequest:
+    name = stated_by[1:]
+    got, needed = f"this beside {name}", f"one of the two, or nothing here beside {name}"
+    return InvalidRequest(Issue("conflicting_options", message, pointer, got, needed))
+
+
+def check_vertices(size: MeshSize, limits: Limits, where: str = "/resolution") -> None:
+    """Refuses a mesh that would be too large, its lines included; `where` asked for it."""
     if size.vertices + size.overlay_points > limits.max_vertices:
         raise TooLarge(
             Issue(
                 "too_many_vertices",
                 "The mesh would have too many vertices.",
-                "/resolution",
+                where,
                 f"{size.vertices + size.overlay_points} vertices",
                 f"at most {limits.max_vertices}",
             )
@@ -138,7 +163,13 @@ def check_method(model: Model, options: MeshOptions, fmt: Format, limits: Limits
         limits.check_effort(count, message, "/method", "fewer divisions, or another method")
 
 
-def check_bytes(size: MeshSize, fmt: Format, encode: EncodeOptions, limits: Limits) -> None:
-    """Refuses an answer that would be too large."""
+def check_bytes(
+    size: MeshSize,
+    fmt: Format,
+    encode: EncodeOptions,
+    limits: Limits,
+    where: str = "/resolution",
+) -> None:
+    """Refuses an answer that would be too large; `where` asked for it."""
     message = f"The answer as {fmt.name} could become too large."
-    limits.check_bytes(fmt.byte_bound(size, encode), message, "/resolution")
+    limits.check_bytes(fmt.byte_bound(size, encode), message, where)

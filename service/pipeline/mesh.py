@@ -8,7 +8,10 @@ from service.engine.build import build, build_scene, lines_of
 from service.engine.mesh import Mesh, MeshReport
 from service.engine.models import carrying
 from service.engine.options import MeshOptions
+from service.engine.scene import Scene, about_zero
+from service.pipeline.certified import certified, check_content, check_made
 from service.pipeline.checks import (
+    check_accuracy,
     check_bytes,
     check_format,
     check_method,
@@ -20,6 +23,7 @@ from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.parametric import patches_of
 from service.pipeline.prediction import Known, predict
 from service.surface.lowered import GroupModel, Model
+from service.surface.sweep_model import SweepModel
 
 PLAIN = EncodeOptions()
 
@@ -53,9 +57,16 @@ class Work:
     encode: EncodeOptions
     size: MeshSize
     stored: MeshSize
+    limits: Limits = DEFAULT_LIMITS
 
     def run(self) -> bytes:
-        """The file."""
+        """The file.
+
+        Raises
+        ------
+        InvalidRequest, TooLarge
+            If a tolerance cannot be met, or not within the limits.
+        """
         return self.answer().content
 
     def answer(self) -> Answer:
@@ -63,11 +74,22 @@ class Work:
         if self.encode.exact and self.fmt.encode_exact is not None:
             patches = patches_of(self.model)
             return Answer(self.fmt.encode_exact(patches, lines_of(patches, self.options)))
+        made = self.made()
+        content = self.fmt.write(made, self.encode)
+        if self.options.accuracy is not None:
+            check_content(content, self.options.accuracy)
+        return Answer(content, made.report)
+
+    def made(self) -> Mesh | Scene:
+        """The mesh, or the scene where the format has nodes."""
+        accuracy = self.options.accuracy
+        if accuracy is not None and not isinstance(self.model, SweepModel):
+            made = certified(self.model, self.options, accuracy, self.fmt, self.limits)
+            check_made(made, self.stored, accuracy, self.limits, (self.fmt, self.encode))
+            return made
         if isinstance(self.model, GroupModel) and self.fmt.encode_scene is not None:
-            scene = build_scene(self.model, self.options, single=self.fmt.single)
-            return Answer(self.fmt.encode_scene(scene, self.encode), scene.report)
-        found = mesh(self.model, self.options, self.fmt)
-        return Answer(self.fmt.encode(found, self.encode), found.report)
+            return build_scene(self.model, self.options, single=self.fmt.single)
+        return mesh(self.model, self.options, self.fmt)
 
 
 def plan(
@@ -82,7 +104,8 @@ def plan(
     Raises
     ------
     TooLarge, UnsupportedByFormat
-        From the shapes alone: nothing large has been allocated.
+        From the shapes alone: nothing large has been allocated. How large a mesh by tolerance
+        becomes is known only when it is made; `Work.run` refuses it as soon as it is too large.
     """
     return plan_model(surface.lower(), options, fmt, encode, limits)
 
@@ -105,13 +128,15 @@ def plan_model(
         patches_of(model)  # refuses what is none
     size = predict(model, options, known=known)
     stored = predict(model, options, shared=True, known=known) if shares(fmt, encode) else size
+    check_accuracy(model, options, fmt, encode)
     check_wires(model, options)
     check_format(options, fmt, encode)
-    check_vertices(size, limits)
-    check_sweeps(model, options, limits)
-    check_method(model, options, fmt, limits)
-    check_bytes(stored, fmt, encode, limits)
-    return Work(model, options, fmt, encode, size, stored)
+    if options.accuracy is None:
+        check_vertices(size, limits)
+        check_sweeps(model, options, limits)
+        check_method(model, options, fmt, limits)
+        check_bytes(stored, fmt, encode, limits)
+    return Work(model, options, fmt, encode, size, stored, limits)
 
 
 def render(
@@ -126,8 +151,9 @@ def render(
 
 
 def mesh(model: Model, options: MeshOptions, fmt: Format) -> Mesh:
-    """The mesh of a model in the precision that the format stores."""
-    return build(model, options, single=fmt.single)
+    """The mesh of a model as the format stores it."""
+    made = build(model, options, single=fmt.single)
+    return made if fmt.local else about_zero(made)
 
 
 def shares(fmt: Format, encode: EncodeOptions) -> bool:

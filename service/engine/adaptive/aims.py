@@ -32,6 +32,9 @@ the whole picture, and a camera within the surface would ask for more than numbe
 SHARE = 2.0
 """A tolerance is at least so many times what placing and rounding take of it."""
 
+ENOUGH = 0.96
+"""What must be left of a tolerance for edges to be divided by it."""
+
 LESS = 1 - 2.0**-40
 """What is divided by a stretch and multiplied by it again must not come out larger."""
 
@@ -103,12 +106,57 @@ def in_place(
     bounds: tuple[FloatArray, FloatArray],
     error: float,
 ) -> Goal:
-    """What is asked of a model between these bounds, so that its copy meets the goal."""
-    taken = placing_error(matrix, *bounds) + error
-    view = None if goal.view is None else _seen_from(goal.view, matrix, taken)
-    return replace(
-        goal, tolerance=lessened(goal.tolerance, taken) / scalings(matrix)[1] * LESS, view=view
-    )
+    """What is asked of a model between these bounds, so that its copy meets the goal.
+
+    What is d away from the eye in the model is at least s d away in its place, where a rate r
+    allows r s d; and an error there is at most S times that of the model.
+    """
+    (least, most), taken = scalings(matrix), placing_error(matrix, *bounds) + error
+    goal = without(goal, taken, placed_bounds(bounds, matrix))
+    view = goal.view
+    if view is not None:
+        eye = view.eye
+        if matrix is not None:
+            eye = np.linalg.solve(matrix[:3, :3], eye - matrix[:3, 3]).astype(np.float64)
+        view = View(eye, view.rate * least / most * LESS, view.near / least)
+    return replace(goal, tolerance=goal.tolerance / most * LESS, view=view)
+
+
+def without(goal: Goal, taken: float, bounds: tuple[FloatArray, FloatArray]) -> Goal:
+    """The goal for what lies between these bounds, without what rounding takes of it.
+
+    Raises
+    ------
+    InvalidRequest
+        `tolerance_too_small` if that is most of it; without a pointer.
+    """
+    if not taken:
+        return goal
+    tolerance, view = lessened(goal.tolerance, taken), goal.view
+    if view is not None:
+        nearest = view.rate * max(view.near, _distance(view.eye, bounds))
+        view = replace(view, rate=view.rate * (lessened(nearest, taken) / nearest))
+    return replace(goal, tolerance=tolerance, view=view)
+
+
+def for_border(goal: Goal, taken: float, bounds: tuple[FloatArray, FloatArray]) -> Goal:
+    """The goal by which edges are divided, if vertices are rounded by so much when they are stored.
+
+    Edges are divided until they are within 0.95 of the tolerance of their chords. Rounding moves
+    the chords; where it may move them by more than is left, edges must be nearer to theirs.
+    Elsewhere they are divided by what they are themselves, whatever they are part of.
+    """
+    lessened_goal = without(goal, taken, bounds)
+    tight = lessened_goal.tolerance < ENOUGH * goal.tolerance
+    if goal.view is not None and lessened_goal.view is not None:
+        tight |= lessened_goal.view.rate < ENOUGH * goal.view.rate
+    return lessened_goal if tight else goal
+
+
+def _distance(eye: FloatArray, bounds: tuple[FloatArray, FloatArray]) -> float:
+    """Distance from the eye to a box."""
+    outside = np.maximum(np.maximum(bounds[0] - eye, eye - bounds[1]), 0.0)
+    return float(np.linalg.norm(outside))
 
 
 def lessened(tolerance: float, taken: float) -> float:
@@ -137,19 +185,3 @@ def has_sweeps(model: Model) -> bool:
     """Whether the model is, or holds, a tube or a ribbon."""
     models = model.models if isinstance(model, GroupModel) else (model,)
     return any(isinstance(own, SweepModel) for own in models)
-
-
-def _seen_from(view: View, matrix: FloatArray | None, taken: float) -> View:
-    """The view in the coordinates of a model that stands in its place.
-
-    What is d away in the model is at least s d away in its place, where a rate r allows r s d; and
-    an error there is at most S times that of the model.
-    """
-    least, most = scalings(matrix)
-    eye, rate = view.eye, view.rate * least / most * LESS
-    if taken:
-        nearest = view.rate * view.near
-        rate *= lessened(nearest, taken) / nearest
-    if matrix is not None:
-        eye = np.linalg.solve(matrix[:3, :3], eye - matrix[:3, 3]).astype(np.float64)
-    return View(eye, rate, view.near / least)

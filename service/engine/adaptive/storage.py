@@ -6,7 +6,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
 from service.engine.extent import local_origin
-from service.engine.placing import EPS
+from service.engine.placing import EPS, single_error
 from service.engine.scratch import Real
 
 
@@ -34,6 +34,10 @@ class Storage:
     def origin(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """The origin of positions between these bounds."""
         return local_origin(low, high) if self.single and self.local else np.zeros(3)
+
+    def rounding(self, origin: FloatArray, low: FloatArray, high: FloatArray) -> float:
+        """How far a vertex between these bounds may be moved when it is stored."""
+        return single_error(low, high, origin) if self.single else 0.0
 
     def written(self, positions: FloatArray, origin: FloatArray) -> RealArray:
         """Positions (N, 3) in model coordinates as the file has them, about the origin."""

@@ -1,0 +1,159 @@
+"""Models into meshes by tolerance.
+
+1. What is asked is told in the units of each model (`aims`).
+2. Patches become faces, and the sides of these are divided (`faces`, `border`).
+3. The faces are divided until every triangle is certified (`refine`).
+4. Triangles become a mesh (`assemble`), and meshes a scene.
+"""
+
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf
+
+from service.bases.arrays import FloatArray
+from service.engine.adaptive.aims import (
+    box,
+    each_alone,
+    for_border,
+    goals_of_models,
+    in_place,
+)
+from service.engine.adaptive.assemble import Divided, assemble
+from service.engine.adaptive.border import divide_border
+from service.engine.adaptive.faces import Faces, find_faces
+from service.engine.adaptive.goal import Goal
+from service.engine.adaptive.ground import Ground
+from service.engine.adaptive.lines import draw_lines
+from service.engine.adaptive.refine import triangulate
+from service.engine.adaptive.storage import Storage, slack
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.engine.scene import Scene, arranged, flattened, in_single
+from service.engine.stitch import Seams, find_seams
+from service.engine.wires.draw import only_lines
+from service.surface.lowered import GroupModel, PatchModel
+
+
+@dataclass(frozen=True, eq=False)
+class Meshing:
+    """A model of which meshes are wanted; what its meshes have in common is computed once.
+
+    Attributes
+    ----------
+    model : PatchModel
+    options : MeshOptions
+    storage : Storage
+    """
+
+    model: PatchModel
+    options: MeshOptions
+    storage: Storage
+
+    def made(self, goal: Goal, most: int, work: float = inf) -> Mesh:
+        """The mesh that meets a goal.
+
+        Parameters
+        ----------
+        goal : Goal
+            In the coordinates of the model.
+        most : int
+            Triangles that are allowed.
+        work : float
+            Multiplications that dividing may take.
+
+        Raises
+        ------
+        InvalidRequest
+            `tolerance_too_small` if rounding leaves no room for it.
+        TooLarge
+            `too_many_triangles` or `too_costly`, as soon as more are needed.
+        """
+        model, storage, origin = self.model, self.storage, self._origin
+        goal = in_place(goal, None, model.bounds, slack(origin, *model.bounds))
+        rounding = storage.rounding(origin, *model.bounds)
+        edges = for_border(goal, rounding, model.bounds)
+        border = divide_border(self._faces, self._seams, edges, most)
+        overlays = draw_lines(model, border, self.options, storage, origin)
+        if not self.options.surface:
+            return only_lines(model, self.options, overlays, origin, storage.dtype)
+        made = triangulate(
+            self._ground, self._faces, border, goal, stored=self._stored, most=most, work=work
+        )
+        return assemble(Divided(model, self._faces, made, storage, origin), self.options, overlays)
+
+    def _stored(self, positions: FloatArray) -> FloatArray:
+        return self.storage.stored(positions, self._origin)
+
+    @cached_property
+    def _origin(self) -> FloatArray:
+        return self.storage.origin(*self.model.bounds)
+
+    @cached_property
+    def _ground(self) -> Ground:
+        return Ground.of(self.model)
+
+    @cached_property
+    def _seams(self) -> Seams:
+        return find_seams(self.model.batches)
+
+    @cached_property
+    def _faces(self) -> Faces:
+        return find_faces(self.model, self._seams)
+
+
+class GroupMeshing:
+    """The same of a group: every different model is meshed once, for its most demanding copy.
+
+    Seen from a camera every copy has a mesh of its own.
+
+    Parameters
+    ----------
+    group : GroupModel
+        Of patches alone.
+    options : MeshOptions
+    storage : Storage
+    nodes : bool
+        Whether the format keeps the meshes and their placements apart; else they become one mesh.
+    """
+
+    def __init__(
+        self, group: GroupModel, options: MeshOptions, storage: Storage, *, nodes: bool
+    ) -> None:
+        seen = options.accuracy is not None and options.accuracy.camera is not None
+        self._group = each_alone(group) if seen else group
+        self._storage, self._nodes = storage, nodes
+        own = storage if nodes else Storage()
+        self._models = [
+            Meshing(model, options, own)
+            for model in self._group.models
+            if isinstance(model, PatchModel)
+        ]
+
+    def made(self, goal: Goal, most: int, work: float = inf) -> Mesh | Scene:
+        """The scene, or the mesh, that meets a goal; raises what a `Meshing` raises."""
+        group, low, high = self._group, *box(self._group)
+        # In one mesh the copies are placed first, and rounded then.
+        flat = self._storage.single and not self._nodes
+        origin = self._storage.origin(low, high)
+        rounding = self._storage.rounding(origin, low, high) if flat else 0.0
+        goals = goals_of_models(goal, group, rounding)
+        copies = Counter(member.model for member in group.members)
+        meshes = []
+        for number, (model, own) in enumerate(zip(self._models, goals, strict=True)):
+            mesh = model.made(own, most // copies[number], work)
+            most -= len(mesh.triangles) * copies[number]
+            meshes.append(mesh)
+        scene = arranged(group, tuple(meshes))
+        if self._nodes:
+            return scene
+        return in_single(flattened(scene), origin) if flat else flattened(scene)
+
+
+def meshing(
+    model: PatchModel | GroupModel, options: MeshOptions, storage: Storage, *, nodes: bool
+) -> Meshing | GroupMeshing:
+    """What makes meshes of a model, for a format with or without nodes."""
+    if isinstance(model, GroupModel):
+        return GroupMeshing(model, options, storage, nodes=nodes)
+    return Meshing(model, options, storage)

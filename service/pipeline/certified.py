@@ -1,0 +1,103 @@
+"""Meshes by tolerance: how large they may become, and what came out."""
+
+from dataclasses import replace
+from typing import TypeAlias
+
+from service.encoders.format import EncodeOptions, Format, MeshSize
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.adaptive.aims import goal_of, stated
+from service.engine.adaptive.meshing import meshing
+from service.engine.adaptive.storage import Storage
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.engine.scene import Scene
+from service.errors import InvalidRequest, Issue, TooLarge
+from service.pipeline.checks import check_bytes, check_vertices
+from service.pipeline.limits import Limits
+from service.surface.lowered import GroupModel, PatchModel
+
+TRIANGLE = 5_000
+"""Multiplications that are as long as what a triangle takes at least."""
+
+Made: TypeAlias = Mesh | Scene
+
+
+def certified(
+    model: PatchModel | GroupModel,
+    options: MeshOptions,
+    accuracy: Accuracy,
+    fmt: Format,
+    limits: Limits,
+) -> Made:
+    """The mesh that is as near to the model as it was asked for, as the format stores it.
+
+    Raises
+    ------
+    InvalidRequest, TooLarge
+        With pointers to the option that asked for it.
+    """
+    # A closed surface has two triangles a vertex, an open one fewer.
+    most = min(2 * limits.max_vertices, limits.max_multiplications // TRIANGLE)
+    limit = stated(accuracy)
+    if accuracy.max_triangles is not None and accuracy.max_triangles < most:
+        most, limit = accuracy.max_triangles, "/max_triangles"
+    storage = Storage(fmt.single, fmt.local)
+    maker = meshing(model, options, storage, nodes=fmt.encode_scene is not None)
+    try:
+        return maker.made(goal_of(accuracy, model), most, limits.max_multiplications)
+    except TooLarge as error:
+        raise TooLarge(*(_limited(issue, limit, most) for issue in error.issues)) from None
+    except InvalidRequest as error:
+        issues = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
+        raise InvalidRequest(*issues) from None
+
+
+def _limited(issue: Issue, limit: str, most: int) -> Issue:
+    """What was too large, where the limit was set; of a group, the limit of the whole."""
+    if issue.code != "too_many_triangles":
+        return replace(issue, pointer=limit)
+    got, needed = f"more than {most} triangles", f"at most {most}; a greater tolerance needs fewer"
+    return replace(issue, pointer=limit, got=got, needed=needed)
+
+
+def check_made(
+    made: Made,
+    predicted: MeshSize,
+    accuracy: Accuracy,
+    limits: Limits,
+    form: tuple[Format, EncodeOptions],
+) -> None:
+    """Refuses what came out too large for an answer; `predicted` as in `counted`."""
+    where = stated(accuracy)
+    copies = [made] if isinstance(made, Mesh) else [made.meshes[n.model] for n in made.nodes]
+    vertices = sum(len(mesh.positions) for mesh in copies)
+    size = counted(made, predicted)
+    check_vertices(replace(size, vertices=vertices), limits, where)
+    check_bytes(size, *form, limits, where)
+
+
+def check_content(content: bytes, accuracy: Accuracy) -> None:
+    """Refuses a file that is larger than it was to be."""
+    most = accuracy.max_bytes
+    if most is not None and len(content) > most:
+        message = "To be so near to the surface the file would need too many bytes."
+        got, needed = f"{len(content)} bytes", f"at most {most}"
+        raise TooLarge(Issue("too_many_bytes", message, "/max_bytes", got, needed))
+
+
+def counted(made: Made, predicted: MeshSize) -> MeshSize:
+    """Counts of what is stored of a mesh, or of the meshes of a scene.
+
+    What was predicted has the names, and all that does not depend on how finely is divided.
+    """
+    meshes = [made] if isinstance(made, Mesh) else made.meshes
+    overlays = [overlay for mesh in meshes for overlay in mesh.overlays]
+    return replace(
+        predicted,
+        vertices=sum(len(mesh.positions) for mesh in meshes),
+        triangles=sum(len(mesh.triangles) for mesh in meshes),
+        quads=0,
+        overlay_points=sum(len(overlay.positions) for overlay in overlays),
+        overlay_segments=sum(len(overlay.segments) for overlay in overlays),
+        overlay_cells=sum(0 if o.cells is None else len(o.cells) for o in overlays),
+    )

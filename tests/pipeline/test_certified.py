@@ -1,0 +1,314 @@
+"""Meshes by tolerance from end to end: true in every format, in groups, and within limits."""
+
+import json
+from dataclasses import replace
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from service.encoders.format import EncodeOptions, Format, OoglForm
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.adaptive.accuracy import Accuracy, Camera
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.engine.scene import Scene, placed_points, scene_parts
+from service.errors import SurfaceError, TooLarge
+from service.pipeline.certified import counted
+from service.pipeline.limits import Limits
+from service.pipeline.mesh import plan, render
+from service.surface import Surface
+from service.surface.bezier import BezierSurface
+from service.surface.examples import EXAMPLES, find
+from service.surface.group import GroupSurface, Member
+from service.surface.triangle import TriangleSurface
+from tests.oracles.deviation import surface_to_mesh
+from tests.oracles.distance import Soup
+from tests.oracles.sheets import sheets_of
+from tests.strategies import Array
+
+each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
+
+SHEAR = np.array([[1.0, 0, 0, 4], [2, 1, 0, 0], [0, 0, 3, 0], [0, 0, 0, 1]])
+MIRROR = np.array([[-1.0, 0, 0, 0], [0, 1, 0, -5], [0, 0, 1, 0], [0, 0, 0, 1]])
+WAVES = np.array([[[i, j, (i * j) % 3] for j in range(4)] for i in range(4)], dtype=float)
+DOME = np.array([[0.0, 0, 0], [1, 0, 2], [2, 0, 0], [0, 1, 2], [1, 1, 2], [0, 2, 0]])
+TUBES = {"trefoil-tube", "ribbon", "hair"}
+
+
+def by(**accuracy: Any) -> MeshOptions:
+    return MeshOptions(accuracy=Accuracy(**accuracy))
+
+
+def refusal(
+    surface: Surface, options: MeshOptions, name: str = "json", **more: Any
+) -> list[tuple[str, str]]:
+    """Code and pointer of everything that is wrong."""
+    with pytest.raises(SurfaceError) as refused:
+        render(surface, options, BY_NAME[name], **more)
+    return [(issue.code, issue.pointer) for issue in refused.value.issues]
+
+
+def arrived(content: bytes, name: str) -> Array:
+    """Corners (T, 3, 3) of the triangles of a file, read by another library; copies placed."""
+    loaded = trimesh.load_scene(BytesIO(content), file_type=name, process=False).to_mesh()
+    corners: Array = np.asarray(loaded.triangles, dtype=np.float64)
+    return corners
+
+
+@pytest.mark.parametrize("example", [e for e in EXAMPLES if e not in TUBES])
+def test_every_example_is_as_near_as_it_was_asked_for(example: str) -> None:
+    surface = find(example).surface()
+    answer = plan(surface, by(relative_tolerance=0.02), BY_NAME["json"]).answer()
+    document = json.loads(answer.content)
+    points = np.array(document["vertices"])
+    report = answer.report
+    assert report is not None
+    assert report.deviation_bound is not None
+    assert 0 <= report.deviation_bound <= 0.02 * 1.5 * np.linalg.norm(np.ptp(points, axis=0))
+    assert len(document["faces"]) == report.triangles > 0
+    corners = points[np.array(document["faces"])]
+    if not isinstance(surface, GroupSurface):
+        found = surface_to_mesh(sheets_of(surface), corners, 400)
+        assert found.distance <= report.deviation_bound + found.noise
+    low, high = report.bounds_min, report.bounds_max
+    np.testing.assert_array_equal([points.min(axis=0), points.max(axis=0)], [low, high])
+
+
+@each_format
+@pytest.mark.parametrize("example", ["nurbs-goblet", "tea-service"])
+def test_every_format_has_the_mesh(example: str, fmt: Format) -> None:
+    """The same bytes twice, no more of them than is known beforehand, and all triangles in them."""
+    surface, options = find(example).surface(), by(relative_tolerance=0.05)
+    work = plan(surface, options, fmt)
+    answer = work.answer()
+    assert answer.content == render(surface, options, fmt)
+    assert answer.report is not None
+    made = work.made()
+    assert len(answer.content) <= fmt.byte_bound(counted(made, work.stored), EncodeOptions())
+    if fmt.name in {"glb", "stl", "ply", "off", "obj"}:
+        assert len(arrived(answer.content, fmt.name)) == answer.report.triangles
+
+
+def true_deviation(surface: Surface, corners: Array) -> float:
+    return surface_to_mesh(sheets_of(surface), corners, 2000).distance
+
+
+@pytest.mark.parametrize("name", ["glb", "stl", "ply", "off", "json"])
+@pytest.mark.parametrize("far", [0.0, 3e4])
+def test_what_is_written_is_what_is_certified(name: str, far: float) -> None:
+    """Far from zero as well, where float32 is coarse: in STL, which has no place for an origin."""
+    surface = BezierSurface(WAVES + far)
+    tolerance = 0.02
+    answer = plan(surface, by(tolerance=tolerance), BY_NAME[name]).answer()
+    assert answer.report is not None
+    bound = answer.report.deviation_bound
+    assert bound is not None
+    assert bound <= tolerance
+    if name == "json":
+        document = json.loads(answer.content)
+        corners = np.array(document["vertices"])[np.array(document["faces"])]
+    else:
+        corners = arrived(answer.content, name)
+    found = true_deviation(surface, corners)
+    assert found <= bound
+    assert found > bound / 4
+
+
+def copies(*members: Member) -> GroupSurface:
+    return GroupSurface(members)
+
+
+STRETCHED = copies(
+    Member(BezierSurface(WAVES), "plain"),
+    Member(BezierSurface(WAVES), "sheared", matrix=SHEAR),
+    Member(TriangleSurface(DOME), "mirrored", matrix=MIRROR),
+)
+
+
+@pytest.mark.parametrize("name", ["glb", "stl", "ply", "off"])
+def test_copies_are_as_near_as_their_placement_leaves_them(name: str) -> None:
+    answer = plan(STRETCHED, by(tolerance=0.05), BY_NAME[name]).answer()
+    assert answer.report is not None
+    bound = answer.report.deviation_bound
+    assert bound is not None
+    assert bound <= 0.05
+    corners = arrived(answer.content, name)
+    worst = 0.0
+    for member in STRETCHED.members:
+        (sheet,) = sheets_of(member.surface)
+        points = placed_points(sheet.at(sheet.samples(1000)) + sheet.origin, member.matrix)
+        worst = max(worst, float(Soup(corners).distances(points).max()))
+    assert bound / 4 < worst <= bound
+
+
+def test_the_plain_copy_is_as_fine_as_the_stretched_one_needs() -> None:
+    """Equal members share a mesh, and each has the bound of its own place."""
+    work = plan(STRETCHED, by(tolerance=0.05), BY_NAME["glb"])
+    made = work.made()
+    assert isinstance(made, Scene)
+    assert len(made.meshes) == 2
+    plain, sheared, mirrored = (part.deviation_bound for part in scene_parts(made))
+    assert plain is not None
+    assert sheared is not None
+    assert mirrored is not None
+    stretch = np.linalg.norm(SHEAR[:3, :3], 2)
+    assert sheared == pytest.approx(plain * stretch, rel=1e-6)
+    assert max(sheared, mirrored) == made.report.deviation_bound
+    alone = plan(copies(STRETCHED.members[0]), by(tolerance=0.05), BY_NAME["glb"]).made()
+    assert isinstance(alone, Scene)
+    assert len(alone.meshes[0].triangles) < len(made.meshes[0].triangles)
+
+
+def seen(position: tuple[float, float, float], pixels: float = 1.0, **more: Any) -> MeshOptions:
+    camera = Camera(position, 0.8, 600)
+    return by(camera=camera, pixel_tolerance=pixels, **more)
+
+
+def test_what_is_far_away_is_divided_less() -> None:
+    near, far = np.eye(4), np.eye(4)
+    far[:3, 3] = 0, 0, -200
+    group = copies(
+        Member(BezierSurface(WAVES), matrix=near), Member(BezierSurface(WAVES), matrix=far)
+    )
+    made = plan(group, seen((1.5, 1.5, 8.0)), BY_NAME["glb"]).made()
+    assert isinstance(made, Scene)
+    first, second = (len(made.meshes[node.model].triangles) for node in made.nodes)
+    assert second < first / 4
+    one = plan(BezierSurface(WAVES), seen((1.5, 1.5, 8.0)), BY_NAME["glb"]).made()
+    assert isinstance(one, Mesh)
+    assert abs(len(one.triangles) - first) <= first / 50
+
+
+def test_a_tolerance_holds_beside_a_camera() -> None:
+    made = plan(BezierSurface(WAVES), seen((0, 0, 500.0), tolerance=0.01), BY_NAME["json"]).made()
+    assert made.report.deviation_bound is not None
+    assert made.report.deviation_bound <= 0.01
+
+
+def test_both_sides_are_bounded_where_that_was_asked_for() -> None:
+    made = plan(STRETCHED, by(tolerance=0.05, two_sided=True), BY_NAME["stl"]).made()
+    both = made.report.mesh_deviation_bound
+    assert both is not None
+    assert made.report.deviation_bound is not None
+    assert both <= 0.1
+    assert made.report.deviation_bound <= 0.05
+
+
+def test_angles_are_measured_where_they_were_asked_for() -> None:
+    sphere = find("sphere").surface()
+    coarse, fine = (
+        plan(sphere, by(angle_tolerance=angle), BY_NAME["json"]).made().report
+        for angle in (0.8, 0.2)
+    )
+    assert coarse.normal_angle is not None
+    assert fine.normal_angle is not None
+    assert fine.normal_angle <= 0.2 * 1.05
+    assert fine.triangles > 4 * coarse.triangles
+    assert fine.deviation_bound is not None
+
+
+def test_lines_alone_are_those_of_the_faces() -> None:
+    options = replace(by(tolerance=0.05), surface=False, overlays=("boundary", "control_net"))
+    made = plan(BezierSurface(WAVES), options, BY_NAME["glb"]).made()
+    assert isinstance(made, Mesh)
+    assert not len(made.triangles)
+    assert made.report.deviation_bound is None
+    whole = plan(BezierSurface(WAVES), replace(options, surface=True), BY_NAME["glb"]).made()
+    assert isinstance(whole, Mesh)
+    for line, same in zip(made.overlays, whole.overlays, strict=True):
+        np.testing.assert_array_equal(line.positions, same.positions)
+    assert len(made.overlays[0].segments) == whole.report.boundary_edges
+
+
+@pytest.mark.parametrize("example", sorted(TUBES))
+@pytest.mark.parametrize("how", ["tolerance", "relative_tolerance", "angle_tolerance", "max_bytes"])
+def test_what_has_no_patches_is_refused(example: str, how: str) -> None:
+    found = refusal(find(example).surface(), by(**{how: 1}))
+    assert found == [("not_parametric", f"/{how}")]
+
+
+@pytest.mark.parametrize(
+    ("more", "oogl", "where"),
+    [
+        ({"faces": "quads"}, None, "/faces"),
+        ({"method": "de_casteljau"}, None, "/method"),
+        ({"isocurves": (2, 0)}, None, "/isocurves"),
+        ({}, "bez", "/oogl"),
+        ({}, "cquad", "/oogl"),
+        ({}, "mesh", "/oogl"),
+    ],
+)
+def test_what_a_tolerance_excludes_is_refused(
+    more: dict[str, Any], oogl: OoglForm | None, where: str
+) -> None:
+    options = replace(by(relative_tolerance=0.1), **more)
+    found = refusal(find("saddle").surface(), options, "oogl", encode=EncodeOptions(oogl))
+    assert found == [("conflicting_options", where)]
+
+
+def test_formats_do_not_mind_the_form_of_another() -> None:
+    surface, options = find("saddle").surface(), by(relative_tolerance=0.1)
+    assert render(surface, options, BY_NAME["obj"], EncodeOptions("cquad"))
+    assert b"OFF" in render(surface, options, BY_NAME["oogl"], EncodeOptions("off"))
+
+
+@pytest.mark.parametrize("example", ["utah-teapot", "tea-service"])
+def test_too_many_triangles_are_refused_where_they_were_asked_for(example: str) -> None:
+    surface, limits = find(example).surface(), Limits(max_vertices=500)
+    options = by(relative_tolerance=1e-5)
+    with pytest.raises(TooLarge) as refused:
+        render(surface, options, BY_NAME["glb"], limits=limits)
+    (issue,) = refused.value.issues
+    assert (issue.code, issue.pointer) == ("too_many_triangles", "/relative_tolerance")
+    assert issue.needed.startswith("at most 1000")
+    budget = by(relative_tolerance=1e-5, max_triangles=300)
+    assert refusal(surface, budget) == [("too_many_triangles", "/max_triangles")]
+
+
+def test_too_many_bytes_are_refused_where_they_were_asked_for() -> None:
+    surface, options = find("sphere").surface(), by(tolerance=0.01)
+    found = refusal(surface, options, limits=Limits(max_bytes=20_000))
+    assert found == [("too_many_bytes", "/tolerance")]
+    found = refusal(surface, by(tolerance=0.01, max_bytes=5_000))
+    assert found == [("too_many_bytes", "/max_bytes")]
+    content = render(surface, by(tolerance=0.01, max_bytes=500_000), BY_NAME["json"])
+    assert len(content) < 500_000
+    found = refusal(surface, options, limits=Limits(max_vertices=100))
+    assert found[0][1] == "/tolerance"
+
+
+@pytest.mark.parametrize("name", ["json", "glb", "stl"])
+def test_a_tolerance_below_rounding_is_refused_where_it_was_stated(name: str) -> None:
+    least = {"json": 1e-16, "glb": 1e-9, "stl": 1e-9}[name]
+    for surface in (find("saddle").surface(), STRETCHED):
+        found = refusal(surface, by(relative_tolerance=least), name)
+        assert found == [("tolerance_too_small", "/relative_tolerance")]
+
+
+def test_a_far_copy_in_stl_is_rounded_after_it_was_placed() -> None:
+    far = np.eye(4)
+    far[:3, 3] = 1e5
+    group = copies(Member(BezierSurface(WAVES), matrix=far))
+    assert refusal(group, by(tolerance=0.001), "stl") == [("tolerance_too_small", "/tolerance")]
+    answer = plan(group, by(tolerance=0.05), BY_NAME["stl"]).answer()
+    found = true_deviation(BezierSurface(WAVES + 1e5), arrived(answer.content, "stl"))
+    assert answer.report is not None
+    assert answer.report.deviation_bound is not None
+    assert found <= answer.report.deviation_bound <= 0.05
+    # A node of glTF keeps the shape apart from the place.
+    assert render(group, by(tolerance=0.001), BY_NAME["glb"])
+
+
+def test_without_welding_every_patch_has_its_own_vertices() -> None:
+    surface, options = find("utah-teapot").surface(), by(relative_tolerance=0.02)
+    joined, apart = (
+        plan(surface, replace(options, weld=weld), BY_NAME["json"]).made().report
+        for weld in (True, False)
+    )
+    assert joined.triangles == apart.triangles
+    assert joined.deviation_bound == apart.deviation_bound
+    assert apart.vertices > joined.vertices
+    assert apart.boundary_edges > joined.boundary_edges
