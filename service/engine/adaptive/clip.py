@@ -15,6 +15,12 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.faces import SPAN, Faces
 
+ON_EDGE = 2.0**-16
+"""Share of a part's height within which a place counts as on its edge."""
+
+THIN = 2.0**17
+"""Least height of a part, in units of places, where that is more than rounding does."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pieces:
@@ -59,6 +65,31 @@ def clipped(faces: Faces, face: Ints, corners: Ints) -> Pieces:
     owner = face[part]
     patch = faces.first[owner] + spans[0] * faces.stride[owner] + spans[1]
     return Pieces(part, patch, (pieces - spans * SPAN) / SPAN, pieces)
+
+
+def images(pieces: Pieces, corners: Ints) -> FloatArray:
+    """Where the corners of pieces are in their parts (3, 2, m): barycentric, (3, 3, M).
+
+    Corners that were cut out of an edge lie on it but for the rounding of their place. They are put
+    on it, for the images of the pieces have to fill that of the part: all corners within 2^-16 of
+    an edge are. Of parts that are so thin that rounding might exceed this nothing is said: NaN.
+    """
+    shares = np.repeat(np.eye(3)[..., np.newaxis], len(pieces.part), axis=2)
+    if len(pieces.part) == corners.shape[2]:
+        return shares
+    cut = np.flatnonzero(np.bincount(pieces.part)[pieces.part] > 1)
+    own = corners[..., pieces.part[cut]].astype(np.float64)
+    # Differences of places are exact, products nearly so.
+    for k in range(3):
+        one, two = own[(k + 1) % 3], own[(k + 2) % 3]
+        side, high = two - one, own[k] - one
+        gone = pieces.corners[..., cut] - one
+        area = side[0] * high[1] - side[1] * high[0]
+        thin = np.abs(area) < THIN * np.hypot(side[0], side[1])
+        share = (side[0] * gone[:, 1] - side[1] * gone[:, 0]) / np.where(thin, np.nan, area)
+        shares[:, k, cut] = np.where(share < ON_EDGE, 0.0, share)
+    shares[..., cut] /= shares[:, :1, cut] + shares[:, 1:2, cut] + shares[:, 2:, cut]
+    return shares
 
 
 def _cut(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, Ints]:

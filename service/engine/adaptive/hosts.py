@@ -67,6 +67,16 @@ class Hosts:
     ends: FloatArray
     folds: FloatArray
 
+    def at(self, shares: FloatArray) -> FloatArray:
+        """Places in the plane with these barycentric coordinates (k, 3, m): shape (k, 2, m)."""
+        a, b, c = self.corners
+        places: FloatArray = (
+            shares[:, 0, np.newaxis] * a
+            + shares[:, 1, np.newaxis] * b
+            + shares[:, 2, np.newaxis] * c
+        )
+        return places
+
     def framed(self, nets: FloatArray) -> FloatArray:
         """Points (…, 3, m), or (…, 4, m) times their weights, in the frames; weights remain."""
         homogeneous = nets.shape[-2] == 4

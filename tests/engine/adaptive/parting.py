@@ -54,12 +54,8 @@ def seen(
     ground: Ground, faces: Faces, parts: Parts, positions: Array, divisions: int = 12
 ) -> Array:
     """The largest distance from samples of each part to its host and the neighbours, (m,)."""
-    weights = np.array(
-        [(divisions - i - j, i, j) for i in range(divisions + 1) for j in range(divisions + 1 - i)]
-    )
-    places = weights @ parts.corners.astype(np.float64) / divisions
+    weights, points = sampled(ground, faces, parts, divisions)
     count = len(weights)
-    points = evaluated(ground, faces, places.reshape(-1, 2))
     found = to_triangles(points, np.repeat(positions[parts.host], count, axis=0))
     for k in range(3):
         near = parts.host[:, [k, (k + 1) % 3]]
@@ -67,6 +63,25 @@ def seen(
         beyond = np.concatenate([near, np.where(has, parts.across[:, k], near[:, 0])[:, None]], 1)
         found = np.minimum(found, to_triangles(points, np.repeat(positions[beyond], count, axis=0)))
     furthest: Array = found.reshape(-1, count).max(axis=1)
+    return furthest
+
+
+def sampled(ground: Ground, faces: Faces, parts: Parts, divisions: int) -> tuple[Array, Array]:
+    """Barycentric samples (n, 3), and the points of the surface there, part by part (m n, 3)."""
+    weights = np.array(
+        [(divisions - i - j, i, j) for i in range(divisions + 1) for j in range(divisions + 1 - i)]
+    )
+    places = weights @ parts.corners.astype(np.float64) / divisions
+    return weights / divisions, evaluated(ground, faces, places.reshape(-1, 2))
+
+
+def strayed(
+    ground: Ground, faces: Faces, parts: Parts, positions: Array, divisions: int = 12
+) -> Array:
+    """The largest distance between samples of parts and what is there on their hosts, (m,)."""
+    weights, points = sampled(ground, faces, parts, divisions)
+    gap = points.reshape(-1, len(weights), 3) - weights @ positions[parts.host]
+    furthest: Array = np.linalg.norm(gap, axis=2).max(axis=1)
     return furthest
 
 

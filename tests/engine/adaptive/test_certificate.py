@@ -1,5 +1,7 @@
 """No sample of a surface is further from the mesh than the certificate says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -18,6 +20,7 @@ from tests.engine.adaptive.parting import (
     one_face,
     parts_of,
     seen,
+    strayed,
     uneven,
     without_neighbours,
 )
@@ -213,3 +216,37 @@ def test_the_goal_grows_with_the_least_distance_from_the_eye() -> None:
     nearest = np.linalg.norm(positions[corners] - eye, axis=2).min(axis=1)
     assert (bounds.allowed >= 0.01 * (nearest - 0.15)).all()
     np.testing.assert_array_equal(bounds.passed, bounds.deviation <= bounds.allowed)
+
+
+@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize(("p", "q"), [(1, 2), (3, 3), (6, 5), (3, 12)])
+def test_no_point_of_a_host_is_beyond_the_bound_of_the_mesh(p: int, q: int, rational: bool) -> None:
+    rng = np.random.default_rng(22)
+    net = sheet(rng, p, q, 0.3)
+    weights = np.exp(rng.uniform(-1, 1, net.shape[:2])) if rational else None
+    ground, faces = Ground.of(BezierSurface(net, weights).lower()), one_face()
+    for u, v in ((divisions(4), divisions(8)), (uneven(rng, 5), uneven(rng, 4))):
+        places, corners, beyond = divided(u, v)
+        parts = parts_of(places, corners, beyond)
+        positions = evaluated(ground, faces, places)
+        bounds = certify(ground, faces, parts, positions, replace(GOAL, two_sided=True))
+        found = strayed(ground, faces, parts, positions)
+        assert bounds.mesh is not None
+        assert (found <= bounds.mesh).all()
+        assert np.median(bounds.mesh / found) < 1.5
+        np.testing.assert_array_equal(bounds.passed, (bounds.deviation <= 1) & (bounds.mesh <= 2))
+
+
+def test_the_bound_of_the_mesh_holds_across_knot_lines_and_not_for_foster_parents() -> None:
+    rng = np.random.default_rng(23)
+    ground, faces = Ground.of(BsplineSurface(sheet(rng, 7, 6, 0.2), (3, 2)).lower()), one_face(5, 5)
+    places, corners, beyond = divided(uneven(rng, 3, 5), uneven(rng, 4, 5))
+    own = np.arange(len(corners)) % 3 > 0
+    parts = replace(parts_of(places, corners, beyond), own=own)
+    positions = evaluated(ground, faces, places)
+    mesh = certify(ground, faces, parts, positions, replace(GOAL, two_sided=True)).mesh
+    assert mesh is not None
+    found = strayed(ground, faces, parts, positions)
+    assert (found[own] <= mesh[own] + 1e-8).all()
+    assert np.median(mesh[own] / found[own]) < 1.5
+    assert (mesh[~own] == 0).all()
