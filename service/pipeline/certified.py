@@ -28,8 +28,12 @@ def certified(
     accuracy: Accuracy,
     fmt: Format,
     limits: Limits,
+    *,
+    tolerance: float | None = None,
 ) -> Made:
     """The mesh that is as near to the model as it was asked for, as the format stores it.
+
+    A `tolerance`, in model units, takes the place of the one that was stated.
 
     Raises
     ------
@@ -43,8 +47,11 @@ def certified(
         most, limit = accuracy.max_triangles, "/max_triangles"
     storage = Storage(fmt.single, fmt.local)
     maker = meshing(model, options, storage, nodes=fmt.encode_scene is not None)
+    goal = goal_of(accuracy, model)
+    if tolerance is not None:
+        goal = replace(goal, tolerance=tolerance)
     try:
-        return maker.made(goal_of(accuracy, model), most, limits.max_multiplications)
+        return maker.made(goal, most, limits.max_multiplications)
     except TooLarge as error:
         raise TooLarge(*(_limited(issue, limit, most) for issue in error.issues)) from None
     except InvalidRequest as error:

@@ -4,11 +4,15 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.adaptive.aims import diagonal_of, stated
 from service.engine.build import build, build_scene, lines_of
 from service.engine.mesh import Mesh, MeshReport
-from service.engine.models import carrying
+from service.engine.models import NOT_PATCHES, carrying
 from service.engine.options import MeshOptions
 from service.engine.scene import Scene, about_zero
+from service.errors import InvalidRequest
+from service.pipeline.budget import within_budget
 from service.pipeline.certified import certified, check_content, check_made
 from service.pipeline.checks import (
     check_accuracy,
@@ -26,6 +30,9 @@ from service.surface.lowered import GroupModel, Model
 from service.surface.sweep_model import SweepModel
 
 PLAIN = EncodeOptions()
+
+FINEST, FINEST_SINGLE = 2.0**-38, 2.0**-20
+"""Parts of the model's diagonal that no budget goes below: some times what rounding takes."""
 
 
 class Lowerable(Protocol):
@@ -74,22 +81,38 @@ class Work:
         if self.encode.exact and self.fmt.encode_exact is not None:
             patches = patches_of(self.model)
             return Answer(self.fmt.encode_exact(patches, lines_of(patches, self.options)))
+        accuracy = self.options.accuracy
+        if accuracy is not None and accuracy.budgeted:
+            finest = (FINEST_SINGLE if self.fmt.single else FINEST) * diagonal_of(self.model)
+            made, content = within_budget(self._certified, self._written, accuracy, finest)
+            return Answer(content, made.report)
         made = self.made()
-        content = self.fmt.write(made, self.encode)
-        if self.options.accuracy is not None:
-            check_content(content, self.options.accuracy)
+        content = self._written(made)
+        if accuracy is not None:
+            check_content(content, accuracy)
         return Answer(content, made.report)
 
     def made(self) -> Mesh | Scene:
         """The mesh, or the scene where the format has nodes."""
         accuracy = self.options.accuracy
-        if accuracy is not None and not isinstance(self.model, SweepModel):
-            made = certified(self.model, self.options, accuracy, self.fmt, self.limits)
-            check_made(made, self.stored, accuracy, self.limits, (self.fmt, self.encode))
-            return made
+        if accuracy is not None:
+            return self._certified(accuracy)
         if isinstance(self.model, GroupModel) and self.fmt.encode_scene is not None:
             return build_scene(self.model, self.options, single=self.fmt.single)
         return mesh(self.model, self.options, self.fmt)
+
+    def _certified(self, accuracy: Accuracy, tolerance: float | None = None) -> Mesh | Scene:
+        """The mesh by tolerance, the stated one or another."""
+        if isinstance(self.model, SweepModel):
+            raise InvalidRequest(replace(NOT_PATCHES, pointer=stated(accuracy)))
+        made = certified(
+            self.model, self.options, accuracy, self.fmt, self.limits, tolerance=tolerance
+        )
+        check_made(made, self.stored, accuracy, self.limits, (self.fmt, self.encode))
+        return made
+
+    def _written(self, made: Mesh | Scene) -> bytes:
+        return self.fmt.write(made, self.encode)
 
 
 def plan(

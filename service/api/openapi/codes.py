@@ -65,6 +65,7 @@ CODES: Mapping[str, str] = MappingProxyType(
         "seam_would_open": "a conversion after which neighbours would not fit together",
         # What is asked for, and what it costs.
         "nothing_to_draw": "no faces, and nothing instead of them",
+        "budget_too_small": "no mesh of the surface has so few triangles, or bytes",
         "tolerance_too_small": "a tolerance below what the numbers can hold",
         "too_many_points": "a query of more points than are answered",
         "too_many_vertices": "a mesh or curve of more vertices than are answered",

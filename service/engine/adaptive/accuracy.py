@@ -141,6 +141,15 @@ class Accuracy:
         )
         return any(value is not None for value in given)
 
+    @property
+    def budgeted(self) -> bool:
+        """Whether nothing but a budget says how near the mesh must be."""
+        demands = (
+            self.tolerance, self.relative_tolerance, self.angle_tolerance, self.pixel_tolerance
+        )  # fmt: skip
+        budgets = self.max_triangles, self.max_bytes
+        return any(b is not None for b in budgets) and all(d is None for d in demands)
+
 
 def _out_of_range(where: str, message: str, got: str, needed: str) -> InvalidRequest:
     return InvalidRequest(Issue("out_of_range", message, where, got, needed))

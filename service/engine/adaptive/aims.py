@@ -54,14 +54,19 @@ def box(model: Model) -> tuple[FloatArray, FloatArray]:
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
+def diagonal_of(model: Model) -> float:
+    """Diagonal of that box."""
+    low, high = box(model)
+    return float(np.linalg.norm(high - low))
+
+
 def goal_of(accuracy: Accuracy, model: Model) -> Goal:
     """What is asked of the mesh of a model, in the coordinates of the whole.
 
     The eye sees a pixel where h = 2 d tan(φ/2) / n: the height of the picture at the distance d,
     by the number of its lines.
     """
-    low, high = box(model)
-    diagonal = float(np.linalg.norm(high - low))
+    diagonal = diagonal_of(model)
     tolerance = inf if accuracy.tolerance is None else accuracy.tolerance
     if accuracy.relative_tolerance is not None:
         tolerance = accuracy.relative_tolerance * diagonal

@@ -15,8 +15,14 @@ Result = TypeVar("Result")
 CLOSE = 1.0 + 2.0**-6
 """Factor between a tolerance that fits and one that does not at which the search ends."""
 
+SPENT = 1.0 - 2.0**-6
+"""Share of the budget that is worth no further attempt."""
+
 MAX_ATTEMPTS = 24
 """Each halves the doubt, in logarithms; more than this no pair of tolerances needs."""
+
+AIM = 1.0 - 2.0**-7
+"""Share of the budget that a guess is made for, lest half of the guesses cost too much."""
 
 FALL = 2.0**-12
 """The largest step towards finer meshes that is taken at once."""
@@ -28,25 +34,26 @@ class Attempt(Generic[Result]):
 
     Attributes
     ----------
-    cost : int
-        In the units of the budget: triangles, bytes.
+    cost : float
+        Share of the budget.
     bound : float
         Certified deviation.
     result : Result
     """
 
-    cost: int
+    cost: float
     bound: float
     result: Result
 
 
 def nearest_within(
-    attempt: Callable[[float], Attempt[Result] | None], first: Attempt[Result], most: int
+    attempt: Callable[[float], Attempt[Result] | None], first: Attempt[Result], least: float
 ) -> Attempt[Result]:
-    """The attempt of least bound that costs at most `most`.
+    """The attempt of least bound that costs no more than the budget, a cost of 1.
 
-    No other tolerance tried fits and is more than 2^-6 finer; it is the finest of all if finer
-    tolerances never cost less. What is found depends on nothing but the costs and bounds.
+    It either costs nearly all of the budget, or no other tolerance tried fits and is more than 2^-6
+    finer; it is the finest of all if finer tolerances never cost less. What is found depends on
+    nothing but the costs and bounds.
 
     Parameters
     ----------
@@ -55,37 +62,31 @@ def nearest_within(
         costs more than the budget or cannot be met.
     first : Attempt
         The coarsest there is; it fits.
-    most : int
-
-    Returns
-    -------
-    Attempt
+    least : float
+        Positive; a finer tolerance is not tried.
     """
     best = first
-    fits, refused = first.bound, 0.0
-    cost_there = inf
+    fits, cost, refused, cost_there = first.bound, first.cost, 0.0, inf
     for _ in range(MAX_ATTEMPTS):
-        if best.cost >= most or not fits > 0 or fits <= refused * CLOSE:
+        if best.cost >= SPENT or fits <= least or fits <= refused * CLOSE:
             break
-        tolerance = _guess(fits, best.cost, refused, cost_there, most)
+        tolerance = max(_guess(fits, cost, refused, cost_there), least)
         found = attempt(tolerance)
-        if found is None or found.cost > most:
+        if found is None or found.cost > 1:
             refused, cost_there = tolerance, inf if found is None else found.cost
             continue
         if found.bound < best.bound:
             best = found
-        fits = tolerance
+        fits, cost = tolerance, found.cost
     return best
 
 
-def _guess(fits: float, cost: int, refused: float, cost_there: float, most: int) -> float:
+def _guess(fits: float, cost: float, refused: float, cost_there: float) -> float:
     """A tolerance between one that fits and one that does not."""
-    wanted = fits * max(cost / most, FALL)
-    if refused == 0.0:
-        return min(wanted, fits / 2)
-    if cost_there < inf:
-        # Where the line through both, in the law's terms, meets the budget.
-        share = (1 / cost - 1 / most) / (1 / cost - 1 / cost_there)
-        wanted = fits + (refused - fits) * min(max(share, 0.125), 0.875)
-        return wanted
-    return sqrt(fits * refused)
+    if cost_there < inf and cost < 1:
+        # τ is about a + b/cost: where the line through both meets the budget.
+        share = (1 / cost - 1 / AIM) / (1 / cost - 1 / cost_there)
+        return fits + (refused - fits) * min(max(share, 0.125), 0.875)
+    wanted = fits * min(max(cost / AIM, FALL), 1 / CLOSE)
+    # What the law promised may have been refused already.
+    return wanted if wanted > refused * CLOSE else sqrt(fits * refused)

@@ -113,7 +113,8 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, grain: FloatArray)
         chosen = rest[over]
         fails[chosen] = True
         bend_u[chosen], bend_v[chosen] = more[1][over], more[2][over]
-    tie = LENGTH * allowed / np.maximum(long_u + long_v, np.finfo(float).tiny)
+    finite = np.where(allowed < np.inf, allowed, 0.0)  # 0: where no deviation is too large
+    tie = LENGTH * finite / np.maximum(long_u + long_v, np.finfo(float).tiny)
     v_first = bend_u + tie * long_u < (bend_v + tie * long_v) * NEARLY
     if goal.angle < np.pi:
         turn = turning(at, goal.angle, grain)

@@ -6,23 +6,29 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.adaptive.budget import CLOSE, MAX_ATTEMPTS, Attempt, nearest_within
+from service.engine.adaptive.budget import CLOSE, MAX_ATTEMPTS, SPENT, Attempt, nearest_within
+
+LEAST = 1e-300
 
 
 class Staircase:
-    """Costs c(τ) = ⌈a / τ^e⌉, refused beyond `known`; counts how often it is asked."""
+    """Meshes of ⌈a / τ^e⌉ triangles; what costs more than the budget may go untold."""
 
-    def __init__(self, a: float, e: float, known: float = math.inf) -> None:
-        self.a, self.e, self.known = a, e, known
+    def __init__(self, a: float, e: float, most: int, *, told: bool = True) -> None:
+        self.a, self.e, self.most, self.told = a, e, most, told
         self.asked: list[float] = []
 
-    def cost(self, tolerance: float) -> int:
-        return max(2, math.ceil(self.a * math.pow(tolerance, -self.e)))
+    def cost(self, tolerance: float) -> float:
+        return max(2, math.ceil(self.a * math.pow(tolerance, -self.e))) / self.most
+
+    def coarsest(self) -> Attempt[float]:
+        tolerance = math.pow(self.a / 2, 1 / self.e)
+        return Attempt(2 / self.most, tolerance, tolerance)
 
     def __call__(self, tolerance: float) -> Attempt[float] | None:
         self.asked.append(tolerance)
         cost = self.cost(tolerance)
-        return None if cost > self.known else Attempt(cost, 0.9 * tolerance, tolerance)
+        return Attempt(cost, 0.9 * tolerance, tolerance) if self.told or cost <= 1 else None
 
 
 @given(
@@ -34,42 +40,46 @@ class Staircase:
 def test_the_result_fits_and_nothing_much_finer_does(
     a: float, e: float, most: int, told: bool
 ) -> None:
-    costs = Staircase(a, e, math.inf if told else most)
-    start = (a / 2) ** (1 / e)  # costs 2
-    first = Attempt(2, start, start)
-    found = nearest_within(costs, first, most)
-    assert found.cost <= most
-    assert len(costs.asked) <= MAX_ATTEMPTS
-    if found.cost < most:
-        assert costs.cost(found.result / CLOSE**1.01) > most
+    meshes = Staircase(a, e, most, told=told)
+    found = nearest_within(meshes, meshes.coarsest(), LEAST)
+    assert found.cost <= 1
+    assert len(meshes.asked) <= MAX_ATTEMPTS
+    assert found.cost >= SPENT or meshes.cost(found.result / CLOSE**1.01) > 1
 
 
 def test_the_coarsest_stays_where_nothing_finer_is_to_be_had() -> None:
-    first = Attempt(2, 1.0, "coarsest")
-    assert nearest_within(lambda _: None, first, 100) is first
+    first = Attempt(0.1, 1.0, "coarsest")
+    assert nearest_within(lambda _: None, first, LEAST) is first
 
 
 def test_a_mesh_without_deviation_is_not_searched_for() -> None:
     def attempt(_: float) -> Attempt[str]:
         pytest.fail("there is nothing finer")
 
-    first = Attempt(2, 0.0, "exact")
-    assert nearest_within(attempt, first, 100) is first
+    first = Attempt(0.1, LEAST, "exact")
+    assert nearest_within(attempt, first, LEAST) is first
+
+
+def test_nothing_finer_than_the_least_is_tried() -> None:
+    meshes = Staircase(1.0, 1.0, 100_000)
+    found = nearest_within(meshes, meshes.coarsest(), 1e-3)
+    assert min(meshes.asked) == 1e-3
+    assert found.result == 1e-3
 
 
 def test_of_two_that_fit_the_one_with_the_smaller_bound_is_taken() -> None:
     """A finer tolerance may be met by a mesh that happens to be worse."""
 
     def attempt(tolerance: float) -> Attempt[float] | None:
-        if tolerance < 0.2:
+        if tolerance < 0.1:
             return None
-        return Attempt(10, 0.19 if tolerance > 0.3 else 0.2, tolerance)
+        return Attempt(0.8, 0.19 if tolerance > 0.19 else 0.195, tolerance)
 
-    found = nearest_within(attempt, Attempt(2, 1.0, 1.0), 12)
+    found = nearest_within(attempt, Attempt(0.2, 1.0, 1.0), LEAST)
     assert found.bound == 0.19
 
 
 def test_the_search_is_short_where_the_law_holds() -> None:
-    costs = Staircase(1.0, 1.0)
-    nearest_within(costs, Attempt(2, 0.5, 0.5), 100_000)
-    assert len(costs.asked) <= 8
+    meshes = Staircase(1.0, 1.0, 100_000)
+    nearest_within(meshes, meshes.coarsest(), LEAST)
+    assert len(meshes.asked) <= 6

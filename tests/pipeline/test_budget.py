@@ -1,0 +1,101 @@
+"""Meshes by a budget: the nearest that so many triangles, or bytes, allow."""
+
+import re
+
+import numpy as np
+import pytest
+
+from service.encoders.registry import FORMATS
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.options import MeshOptions
+from service.errors import InvalidRequest
+from service.pipeline.mesh import Answer, plan
+from service.surface.bezier import BezierSurface
+from service.surface.examples import EXAMPLES
+
+FORMAT = {fmt.name: fmt for fmt in FORMATS}
+
+
+def answered(example: str, accuracy: Accuracy, name: str = "glb") -> Answer:
+    return plan(EXAMPLES[example].surface(), MeshOptions(accuracy=accuracy), FORMAT[name]).answer()
+
+
+def bound_of(answer: Answer) -> float:
+    assert answer.report is not None
+    assert answer.report.deviation_bound is not None
+    return answer.report.deviation_bound
+
+
+@pytest.mark.parametrize(
+    ("example", "most"), [("utah-teapot", 900), ("sphere", 300), ("tea-service", 1500)]
+)
+def test_the_mesh_keeps_to_its_triangles_and_uses_most_of_them(example: str, most: int) -> None:
+    found = answered(example, Accuracy(max_triangles=most))
+    assert found.report is not None
+    assert 0.8 * most < found.report.triangles <= most
+
+
+def test_no_mesh_by_tolerance_is_nearer_with_as_many_triangles() -> None:
+    most = 400
+    found = bound_of(answered("saddle", Accuracy(max_triangles=most)))
+    for factor in (0.98, 0.9, 0.7):
+        other = answered("saddle", Accuracy(tolerance=found * factor))
+        assert other.report is not None
+        assert other.report.triangles > most
+
+
+@pytest.mark.parametrize("name", ["glb", "stl", "obj", "json"])
+def test_the_file_keeps_to_its_bytes(name: str) -> None:
+    most = 60_000
+    found = answered("saddle", Accuracy(max_bytes=most), name)
+    assert 0.8 * most < len(found.content) <= most
+
+
+def test_of_two_budgets_both_are_kept() -> None:
+    few = answered("saddle", Accuracy(max_triangles=100, max_bytes=60_000))
+    assert few.report is not None
+    assert few.report.triangles <= 100
+    small = answered("saddle", Accuracy(max_triangles=10_000, max_bytes=6_000))
+    assert len(small.content) <= 6_000
+
+
+@pytest.mark.parametrize("option", ["max_triangles", "max_bytes"])
+def test_the_least_budget_is_told_and_is_enough(option: str) -> None:
+    def within(most: int) -> Accuracy:
+        if option == "max_bytes":
+            return Accuracy(max_bytes=most)
+        return Accuracy(max_triangles=most)
+
+    with pytest.raises(InvalidRequest) as refused:
+        answered("utah-teapot", within(3))
+    (issue,) = refused.value.issues
+    assert (issue.code, issue.pointer) == ("budget_too_small", f"/{option}")
+    numbers = re.search(r"\d+", issue.needed or "")
+    assert numbers is not None
+    least = int(numbers.group())
+    found = answered("utah-teapot", within(least))
+    assert found.report is not None
+    assert (found.report.triangles if option == "max_triangles" else len(found.content)) == least
+    with pytest.raises(InvalidRequest):
+        answered("utah-teapot", within(least - 1))
+
+
+def test_a_flat_surface_is_met_by_its_fewest_triangles() -> None:
+    """Nothing is gained by more of them."""
+    plane = BezierSurface(np.array([[[0.0, 0, 0], [0, 2, 1]], [[1, 0, 0], [1, 2, 1]]]))
+    options = MeshOptions(accuracy=Accuracy(max_triangles=100_000))
+    report = plan(plane, options, FORMAT["json"]).answer().report
+    assert report is not None
+    assert report.triangles == 2
+
+
+def test_the_same_budget_gives_the_same_bytes() -> None:
+    accuracy = Accuracy(max_triangles=700)
+    assert answered("torus", accuracy).content == answered("torus", accuracy).content
+
+
+def test_what_is_swept_along_a_curve_has_no_budget() -> None:
+    with pytest.raises(InvalidRequest) as refused:
+        answered("trefoil-tube", Accuracy(max_triangles=1000))
+    assert refused.value.issues[0].code == "not_parametric"
+    assert refused.value.issues[0].pointer == "/max_triangles"
