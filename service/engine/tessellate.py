@@ -13,6 +13,7 @@ from service.bases.arrays import IndexArray, Ints
 from service.engine.borders import borders
 from service.engine.channels import agreeing, by_kind
 from service.engine.closure import closure
+from service.engine.deviation.bound import deviations, largest, with_bounds
 from service.engine.extent import local_origin, stored_bounds
 from service.engine.join import join
 from service.engine.layout import Layout
@@ -42,6 +43,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     dtype: Real = np.float32 if single else np.float64
     origin = local_origin(*model.bounds) if single else np.zeros(3)
     rows = sample(layout, options, dtype, origin, model.domain)
+    bounds = deviations(layout, options, rows, origin, lambda: places(layout))
     welding = _weld(layout, rows, options)
     triangles, quads, parts = join(model, layout, welding, options.faces)
     if welding is not None:
@@ -60,7 +62,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         uvs=uvs,
         triangles=triangles,
         quads=quads,
-        parts=parts,
+        parts=with_bounds(model, parts, bounds),
         grids=_grids(layout, welding),
         welds=welds,
         overlays=draw(model, layout, options, origin, dtype),
@@ -77,6 +79,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
             boundary_edges=boundary,
             poles_repaired=rows.poles,
             closure=closure(model),
+            deviation_bound=largest(bounds),
         ),
         colors=colors,
         attributes=attributes,

@@ -1,0 +1,1 @@
+"""How far a surface is from its mesh of equal divisions: certified, from second differences."""

@@ -1,0 +1,257 @@
+"""How much patches bend, and how far that takes them from triangles between their points.
+
+Let τ be a triangle of parameters in a box of sides h_u, h_v, with corners a_i, and x = Σ λ_i a_i a
+point of it. Write S = X/w, where w = 1 for a polynomial patch. The point
+
+    L = Σ λ_i w(a_i) S(a_i) / Σ λ_i w(a_i)
+
+lies on the triangle of the mesh, since no λ_i w(a_i) is negative. For any point c, with Y = X − c w
+and E f = f(x) − Σ λ_i f(a_i), which is what linear interpolation leaves of f,
+
+    w(x) (S(x) − L) = E Y − (L − c) E w.
+
+By Taylor's formula about x, whose first order vanishes because Σ λ_i (a_i − x) = 0,
+
+    |E f| ≤ ½ Σ λ_i max |D²f[a_i − x, a_i − x]|
+          ≤ ½ (max |f_uu| Σ λ_i d_i² + 2 max |f_uv| Σ λ_i |d_i e_i| + max |f_vv| Σ λ_i e_i²)
+          ≤ ⅛ (h_u² max |f_uu| + 2 h_u h_v max |f_uv| + h_v² max |f_vv|)
+
+with (d_i, e_i) = a_i − x: numbers within an interval of length h have a variance of h²/4 at most,
+and the inequality of Cauchy and Schwarz does the rest. For right triangles of a polynomial patch
+this is the bound of Filip, Magedson and Markot; proved so, it holds for every triangle in the box,
+hence for a cell cut along either diagonal and for the strips that join a grid to other edges.
+
+The second derivatives are Bézier again, Y_uu = p (p−1) Σ B Δ_u² Y and so on, and by the hull
+property none is longer than the longest vector of its net. To know them where they are, not just
+somewhere in the patch, the nets are cut along lines of the grid into blocks, and each block has a c
+of its own, its middle. Together
+
+    ‖S − L‖ ≤ ⅛ (h_u² M_uu + 2 h_u h_v M_uv + h_v² M_vv),
+    M_uu = p (p−1) max (|Δ_u² Y| + r |Δ_u² w|) / min w,   r = max |P − c|,   and so on.
+
+References
+----------
+Filip, Magedson and Markot, Surface algorithms using bounds on derivatives, CAGD 3 (1986).
+Zheng and Sederberg, Estimating tessellation parameter intervals for rational curves and surfaces,
+ACM TOG 19 (2000), on rational patches.
+"""
+
+from dataclasses import dataclass
+from math import dist
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.bases.cache import PLANS
+from service.bases.chunks import chunks
+from service.bases.homogeneous import homogeneous
+from service.bases.restriction import restrictions
+from service.engine.evaluation.triangle_nets import differences
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
+
+CHUNK = 1 << 17
+"""Numbers of the cut nets that are worked on at a time: they fit the second-level cache."""
+
+MOST_BLOCKS = 8
+"""In one direction: more would hardly lessen the bound."""
+
+MOST_LINES = 64
+"""Control points of all blocks in one direction: of high degrees there are fewer blocks."""
+
+UNIT = 2.0**-53
+"""Relative error of an operation in float64."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Bends:
+    """M_uu, M_uv and M_vv of the blocks of patches: shapes (M_u, M_v, P).
+
+    And what their hulls are across: no further is any point from any triangle between others.
+    """
+
+    uu: FloatArray
+    uv: FloatArray
+    vv: FloatArray
+    across: FloatArray | float
+
+    def deviations(self, along_u: FloatArray | float, along_v: FloatArray | float) -> FloatArray:
+        """The bound for triangles in boxes of these sides, the largest of all blocks: (P,)."""
+        bounds = along_u**2 * self.uu
+        bounds += 2 * along_u * along_v * self.uv
+        bounds += along_v**2 * self.vv
+        bounds /= 8
+        largest: FloatArray = np.minimum(bounds, self.across).max(axis=(0, 1))
+        return largest
+
+
+def blocks_along(divisions: int, degree: int) -> int:
+    """Blocks in a direction of R divisions: so few that their nets are hardly more than samples."""
+    return max(1, min(MOST_BLOCKS, min(MOST_LINES, divisions) // (degree + 1)))
+
+
+def grid_bends(
+    patches: TensorPatches, divisions: tuple[int, int], blocks: tuple[int, int]
+) -> Bends:
+    """Bends of the patches in so many blocks along u and v, cut along lines of their grid."""
+    p, q = patches.degree
+    found = np.zeros((4, *blocks, patches.count))
+    found[3] = across(patches)
+    each = 4 * blocks[0] * blocks[1] * (p + 1) * (q + 1)
+    for rows in chunks(patches.count, each, CHUNK):
+        net = _local(patches, rows)
+        du, dv = _steps(net, 1), _steps(net, 2)
+        middles = None
+        if patches.weights is not None:
+            middles = _Middles.of(_cut(net, divisions, blocks))
+            found[3, ..., rows] = 2 * middles.radii[:, 0]
+        for row, second in enumerate((_steps(du, 1), _steps(du, 2), _steps(dv, 2))):
+            if second.size:
+                longest = _longest(_cut(second, divisions, blocks), middles)
+                found[row, ..., rows] = longest.reshape(*blocks, -1)
+    found[:3] *= np.array([p * (p - 1), p * q, q * (q - 1)])[:, None, None, None]
+    return Bends(*found)
+
+
+def triangle_deviations(patches: TrianglePatches, divisions: int) -> FloatArray:
+    """The bound for the small triangles of triangular patches at R divisions: (P,).
+
+    Here the three sides of τ count alike. With e_ij from corner i to corner j, and as
+    a_1 − x = −λ_2 e_12 − λ_3 e_13 and so on,
+
+        |E f| ≤ ½ Σ λ_i max |D²f[a_i − x, a_i − x]|
+              ≤ ½ (Σ_ij M_ij λ_i λ_j (λ_i + λ_j) + 2 λ_1 λ_2 λ_3 Σ N_i)
+              ≤ ½ (M s + (2 Σ N_i − 3 M) λ_1 λ_2 λ_3) ≤ M/6 + max(0, 2 Σ N_i − 3 M)/54
+
+    where M_ij = max |D²f[e_ij, e_ij]| ≤ M, N_i = max |D²f[e_ij, e_ik]| and
+    s = λ_1 λ_2 + λ_1 λ_3 + λ_2 λ_3 ≤ ⅓. A sphere over an equilateral triangle has N_i = M/2, and
+    M/6 is what it rises to.
+    """
+    degree = patches.degree
+    found = np.zeros(patches.count)
+    if degree < 2:
+        return found
+    for rows in chunks(patches.count, 4 * patches.points.shape[1], CHUNK):
+        # The whole patch is one block; its net is the first of the two axes of a grid's.
+        net = _local(patches, rows)[:, :, np.newaxis, np.newaxis, np.newaxis]
+        ds, dt = differences(net.swapaxes(0, 1))
+        (ss, st), tt = differences(ds), differences(dt)[1]
+        middles = None if patches.weights is None else _Middles.of(net)
+        sides = (ss, tt, ss - 2 * st + tt)
+        corners = (st, ss - st, tt - st)
+        m_ij, n_i = (
+            np.stack([_longest(second.swapaxes(0, 1), middles)[0, 0] for second in each])
+            for each in (sides, corners)
+        )
+        most = m_ij.max(axis=0)
+        found[rows] = most / 6 + np.maximum(2 * n_i.sum(axis=0) - 3 * most, 0) / 54
+    return np.minimum(found * (degree * (degree - 1) / divisions**2), across(patches))
+
+
+def slack(patches: Patches, along_u: float, along_v: float) -> float:
+    """What rounding may take from the bounds above, in boxes of these sides.
+
+    A coordinate of P − c is right to 5 units in the last place of the largest, a second difference
+    of such to 28; cutting takes means of these, of at most 4 times the size, by sums of n + 1
+    products with bases right to 3 n units: 8 (p + q) + 16 in all. The rest is relative.
+    """
+    p, q = (patches.degree,) * 2 if isinstance(patches, TrianglePatches) else patches.degree
+    units = 4 * (p + q + 3) * (p * along_u + q * along_v) ** 2
+    if patches.weights is not None:
+        units *= 2 * weight_ratio(patches)
+    return units * UNIT * across(patches) / 2
+
+
+def across(patches: Patches) -> float:
+    """The diagonal of the bounds of a batch."""
+    low, high = patches.bounds
+    return dist(low.tolist(), high.tolist())
+
+
+def weight_ratio(patches: Patches) -> float:
+    """The largest weight of a batch over the least."""
+    return 1.0 if patches.weights is None else float(patches.weights.max() / patches.weights.min())
+
+
+def _local(patches: Patches, rows: slice) -> FloatArray:
+    """Planes (d, …, m) of nets about the middle of all patches, homogeneous if they are rational.
+
+    Coordinates are the outermost axis and patches the innermost one, so that whatever is computed
+    runs over long contiguous rows.
+    """
+    net = homogeneous(
+        patches.points[rows] - patches.middle,
+        None if patches.weights is None else patches.weights[rows] / patches.weights.max(),
+    )
+    return np.ascontiguousarray(np.moveaxis(net, (-1, 0), (0, -1)))
+
+
+def _steps(net: FloatArray, axis: int) -> FloatArray:
+    """Differences of neighbours along u (1) or along v (2)."""
+    if axis == 1:
+        return net[:, 1:] - net[:, :-1]
+    return net[:, :, 1:] - net[:, :, :-1]
+
+
+def _cut(net: FloatArray, divisions: tuple[int, int], blocks: tuple[int, int]) -> FloatArray:
+    """Nets (d, a, b, m) over every block: (d, a, M_u, b, M_v, m)."""
+    planes, rows, columns, count = net.shape
+    if blocks == (1, 1):
+        return net[:, :, np.newaxis, :, np.newaxis]
+    along_u = _shares(rows - 1, divisions[0], blocks[0]) @ net.reshape(planes, rows, -1)
+    lines = along_u.reshape(-1, columns, count)
+    cut = _shares(columns - 1, divisions[1], blocks[1]) @ lines
+    return cut.reshape(planes, rows, blocks[0], columns, blocks[1], count)
+
+
+def _shares(degree: int, divisions: int, blocks: int) -> FloatArray:
+    """What the control points of blocks are made of, row (i, block): cached, read-only."""
+
+    def build() -> FloatArray:
+        lines = np.arange(blocks + 1) * divisions // blocks / divisions
+        return restrictions(degree, lines).swapaxes(0, 1).reshape(-1, degree + 1)
+
+    return PLANS.get(("blocks", degree, divisions, blocks), build)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Middles:
+    """Of every block its middle c, (3, 1, M_u, 1, M_v, m), its radius r and its least weight."""
+
+    points: FloatArray
+    radii: FloatArray
+    least: FloatArray
+
+    @staticmethod
+    def of(nets: FloatArray) -> "_Middles":
+        """Of homogeneous nets (4, a, M_u, b, M_v, m)."""
+        points = nets[:3] / nets[3]
+        low, high = points.min(axis=(1, 3), keepdims=True), points.max(axis=(1, 3), keepdims=True)
+        middles = (low + high) / 2
+        radii = np.sqrt(_largest(_squares(points - middles)))
+        return _Middles(middles, radii[:, np.newaxis], nets[3].min(axis=(0, 2)))
+
+
+def _longest(vectors: FloatArray, middles: _Middles | None) -> FloatArray:
+    """The longest of the vectors (d, a, M_u, b, M_v, m) of each block: (M_u, M_v, m).
+
+    Of homogeneous ones, |Y| + r |w| over the least weight.
+    """
+    if middles is None:
+        return np.sqrt(_largest(_squares(vectors)))
+    lengths = np.sqrt(_squares(vectors[:3] - middles.points * vectors[3]))
+    lengths += middles.radii * np.abs(vectors[3])
+    return _largest(lengths) / middles.least
+
+
+def _squares(vectors: FloatArray) -> FloatArray:
+    """Squares of the lengths of vectors (3, …)."""
+    squares: FloatArray = vectors[0] * vectors[0]
+    squares += vectors[1] * vectors[1]
+    squares += vectors[2] * vectors[2]
+    return squares
+
+
+def _largest(values: FloatArray) -> FloatArray:
+    """The largest value of each block: (a, M_u, b, M_v, m) to (M_u, M_v, m)."""
+    largest: FloatArray = values.max(axis=0).max(axis=1)
+    return largest

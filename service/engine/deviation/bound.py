@@ -1,0 +1,94 @@
+"""The deviation of a mesh of equal divisions: no point of the surface is further from its faces."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from decimal import ROUND_CEILING, Context
+from math import isfinite
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.deviation.bends import blocks_along, grid_bends, slack, triangle_deviations
+from service.engine.deviation.lost import lost
+from service.engine.deviation.rounding import STEPS, edge_error, measured_errors, vertex_error
+from service.engine.layout import Block, Layout
+from service.engine.mesh import MeshPart
+from service.engine.options import MeshOptions
+from service.engine.sampling import SampleRows
+from service.engine.scratch import Real
+from service.surface.batches import TrianglePatches
+from service.surface.lowered import PatchModel
+
+ROUNDED_UP = Context(prec=4, rounding=ROUND_CEILING)
+"""Further digits of a bound would be those of the arithmetic, not of the surface."""
+
+
+def deviations(
+    layout: Layout,
+    options: MeshOptions,
+    rows: SampleRows,
+    origin: FloatArray,
+    places: Callable[[], Ints],
+) -> FloatArray:
+    """Bound for each patch, (P,): what it bends, what rounding moved, what has no faces.
+
+    Parameters
+    ----------
+    rows : SampleRows
+        As they are written, before they are welded.
+    origin : ndarray of float64, shape (3,)
+        Where they are written from.
+    places : function
+        For each sample the first one that is the same by construction, shape (N,); rarely needed.
+    """
+    found = np.empty(len(layout.base))
+    beside = edge_error(layout, options.method)
+    for block in layout.blocks:
+        moved: FloatArray | float
+        if options.method == "matrix":
+            dtype: Real = rows.positions.dtype.type
+            moved = vertex_error(block, options.normals, dtype, origin)
+        else:
+            samples = rows.positions[block.base : block.base + block.count * len(block.patches)]
+            moved = measured_errors(block, samples.reshape(-1, block.count, 3), origin)
+        found[block.first + block.patches] = _bent(layout, block) * STEPS + moved + beside
+    further = lost(layout, options, places, rows.positions)
+    return found if further is None else found + further
+
+
+def largest(bounds: FloatArray) -> float | None:
+    """The bound of several patches, rounded up to a few digits; None if there is none."""
+    bound = float(bounds.max(initial=0.0))
+    return float(ROUNDED_UP.create_decimal_from_float(bound)) if isfinite(bound) else None
+
+
+def with_bounds(
+    model: PatchModel, parts: tuple[MeshPart, ...], bounds: FloatArray
+) -> tuple[MeshPart, ...]:
+    """The parts of a mesh, each with the bound of its patches."""
+    if model.sequence is not None:
+        bounds = bounds[model.sequence]
+    return tuple(
+        replace(part, deviation_bound=largest(bounds[run.first : run.last]))
+        for part, run in zip(parts, model.parts, strict=True)
+    )
+
+
+def _bent(layout: Layout, block: Block) -> FloatArray:
+    """How far the patches of a block may be from triangles between points of their own: (m,)."""
+    patches = block.batch if block.whole else block.batch.take(block.patches)
+    ru, rv = block.resolution
+    if isinstance(patches, TrianglePatches):
+        return triangle_deviations(patches, ru) + slack(patches, 1 / ru, 1 / ru)
+    p, q = patches.degree
+    numbers = block.first + block.patches
+    sides = np.where(layout.extra[numbers] >= 0, layout.inner[numbers] + 1, np.inf)
+    if (sides == np.inf).all():
+        bends = grid_bends(patches, (ru, rv), (blocks_along(ru, p), blocks_along(rv, q)))
+        return bends.deviations(1 / ru, 1 / rv) + slack(patches, 1 / ru, 1 / rv)
+    # A strip between lines of m and of n divisions goes along both in step: each of its triangles
+    # lies within 1/m or 1/n along them, and within a cell across; but anywhere among the blocks.
+    along_v = 1 / np.minimum(rv, sides[:, :2].min(axis=1))
+    along_u = 1 / np.minimum(ru, sides[:, 2:].min(axis=1))
+    bends = grid_bends(patches, (ru, rv), (1, 1))
+    return bends.deviations(along_u, along_v) + slack(patches, 1.0, 1.0)

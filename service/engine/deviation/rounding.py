@@ -1,0 +1,183 @@
+"""How far written vertices may be from the points of the surface that they stand for.
+
+A triangle whose corners are off by e at most is off by e at most, so this is added to what the
+patches bend. Parameters are rounded, too: i/R is off by one unit in the last place. A triangulation
+of the rounded parameters is as good; its boxes are larger by a part of 2^-30 at most (`STEPS`).
+
+A sum of K products is right to K units in the last place of the sum of their sizes, in whatever
+order it is added (Higham, Accuracy and stability of numerical algorithms, 2nd ed., section 3.1).
+Bases sum to one: the error of a point is a number of units times the size of the net.
+"""
+
+from collections.abc import Iterator
+from math import hypot, sqrt
+
+import numpy as np
+
+from service.bases import triangle, triangle_basis
+from service.bases.arrays import FloatArray, RealArray
+from service.bases.bernstein import sampled
+from service.bases.chunks import runs
+from service.bases.homogeneous import homogeneous
+from service.engine.deviation.bends import UNIT, weight_ratio
+from service.engine.evaluation.evaluate import choose
+from service.engine.layout import Block, Layout
+from service.engine.options import Method
+from service.engine.raised import SAME_CURVE
+from service.engine.scratch import Real
+from service.engine.stitch import SAME_WEIGHT, sample_edges
+from service.surface.batches import Patches, TrianglePatches
+
+MARGIN = 1.02
+"""For products of small errors: the largest is that of sums of 65² terms in float32, 2.5e-4."""
+
+STEPS = 1 + 2.0**-30
+"""The same for bounds that float64 computes, and for the steps of up to 2^16 divisions."""
+
+CHUNK_SAMPLES = 1 << 15
+"""Samples that are compared at a time."""
+
+
+def vertex_error(block: Block, normals: bool, dtype: Real, origin: FloatArray) -> float:
+    """Bound of the distance from a vertex to its point, both of the method `matrix`.
+
+    Grids are evaluated in the precision they are written in, about the middle of their batch if
+    they are rational; edges in float64, in model coordinates. The bases of both are computed in
+    float64, right to 12 (p + q + 1) units.
+    """
+    patches = block.batch
+    unit = float(np.finfo(dtype).eps) / 2
+    _, far, near = _sizes(patches, origin)
+    terms, degrees = _terms(patches, block.resolution, normals)
+    basis = 12 * (degrees + 1) * UNIT
+    if patches.weights is None:
+        # The net, the basis and what the basis leaves out: one unit each.
+        grids = far * ((terms + 4) * unit + basis + UNIT)
+    else:
+        # Numerator and denominator, their quotient; the way back from the middle.
+        grids = near * ((2 * (terms + 4) + 1) * unit + 2 * basis + 12 * UNIT) + 3 * far * unit
+    edges = _of_edges(patches, degrees, unit, origin)
+    tiny = (terms + 8) * weight_ratio(patches) * float(np.finfo(dtype).tiny)
+    return MARGIN * (grids + edges) + tiny
+
+
+def edge_error(layout: Layout, method: Method) -> float:
+    """What edges may lose besides: as one curve of several degrees, and by another method.
+
+    Samples of edges are float64; those beside the grid of a framed patch are compared with those
+    of `matrix` here, all others with their patch.
+    """
+    edge, curves = layout.seams.edge.ravel(), layout.seams.curves
+    lost = 0.0
+    if np.count_nonzero([group.points.shape[1] > 1 for group in curves]) > 1:
+        far = max(float(np.abs(group.points).max(initial=0.0)) for group in curves)
+        lost += 10 * SAME_CURVE * far
+    if method == "matrix" or not layout.framed:
+        return lost
+    largest = 0.0
+    for divisions, sides in layout.side_groups():
+        wanted = np.zeros(len(layout.seams.users), dtype=bool)
+        wanted[edge[sides]] = True
+        apart = sample_edges(curves, wanted, divisions, method)
+        apart -= sample_edges(curves, wanted, divisions)
+        largest = max(largest, float(np.square(apart).sum(axis=2).max()))
+    return lost + MARGIN * sqrt(largest)
+
+
+def measured_errors(block: Block, positions: RealArray, origin: FloatArray) -> FloatArray:
+    """The same for the methods beside `matrix`, by comparison with it in float64: (m,).
+
+    No bound from the degree alone would be of use for forward differences; and each of these
+    methods takes several times as long as the comparison.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (m, samples, 3)
+        The samples of the patches of the block, as they are stored.
+    """
+    patches = block.batch if block.whole else block.batch.take(block.patches)
+    shift = origin - patches.middle
+    largest = np.zeros(patches.count)
+    for rows, part, points in _reference(patches, block.resolution):
+        stored = positions[rows, part].astype(np.float64) + shift
+        squares = np.square(stored - points).sum(axis=-1).max(axis=1)
+        np.maximum(largest[rows], squares, out=largest[rows])
+    _, far, near = _sizes(patches, origin)
+    degrees = 2 * patches.degree if isinstance(patches, TrianglePatches) else sum(patches.degree)
+    compared = (28 * (degrees + 2) * near + 2 * far) * UNIT
+    unit = float(np.finfo(positions.dtype).eps) / 2
+    edges = _of_edges(patches, degrees, unit, origin)
+    return MARGIN * (np.sqrt(largest) + compared + edges)
+
+
+def _of_edges(patches: Patches, degrees: int, unit: float, origin: FloatArray) -> float:
+    """What samples of edges lose: evaluated in float64 in model coordinates, then stored."""
+    world, far, near = _sizes(patches, origin)
+    lost = world * 16 * (degrees + 2) * UNIT + far * (unit + UNIT)
+    if patches.weights is not None:
+        # The weights of an edge are those of one of its patches, equal but for rounding.
+        lost += 2 * near * weight_ratio(patches) * SAME_WEIGHT
+    return lost
+
+
+def _reference(
+    patches: Patches, resolution: tuple[int, int]
+) -> Iterator[tuple[slice, slice, FloatArray]]:
+    """Points about the middle in float64: of some patches, some samples: (m, r, 3)."""
+    each = (resolution[0] + 1) * (resolution[1] + 1)
+    count = max(1, CHUNK_SAMPLES // each)
+    for first, last in runs(patches.count, count):
+        rows = slice(first, last)
+        weights = None if patches.weights is None else patches.weights[rows]
+        net = homogeneous(patches.points[rows] - patches.middle, weights)
+        if isinstance(patches, TrianglePatches):
+            parts = _triangle_rows(net, resolution[0])
+        else:
+            parts = _grid_rows(net, resolution)
+        for part, values in parts:
+            points = values if weights is None else values[..., :3] / values[..., 3:]
+            yield rows, part, points
+
+
+def _grid_rows(nets: FloatArray, resolution: tuple[int, int]) -> Iterator[tuple[slice, FloatArray]]:
+    """Samples of nets (m, p+1, q+1, d), some rows at a time."""
+    patches, p, q, planes = nets.shape
+    along_u, along_v = sampled(p - 1, resolution[0]), sampled(q - 1, resolution[1])
+    columns = len(along_v)
+    for first, last in runs(len(along_u), max(1, CHUNK_SAMPLES // (patches * columns))):
+        lines = np.tensordot(nets, along_u[first:last], axes=(1, 1))
+        values = np.moveaxis(np.tensordot(lines, along_v, axes=(1, 1)), 1, -1)
+        part = slice(first * columns, last * columns)
+        yield part, values.reshape(patches, -1, planes)
+
+
+def _triangle_rows(nets: FloatArray, divisions: int) -> Iterator[tuple[slice, FloatArray]]:
+    """Samples of nets (m, K, d), some rows at a time."""
+    patches, count, planes = nets.shape
+    curves = triangle_basis.row_curves(np.moveaxis(nets, 1, 0).reshape(count, -1))
+    starts = triangle.row_starts(divisions)
+    step = max(1, CHUNK_SAMPLES // (patches * (divisions + 1)))
+    for first, last in runs(divisions + 1, step):
+        part = slice(int(starts[first]), int(starts[last]))
+        out = np.empty((patches * planes, part.stop - part.start))
+        triangle_basis.evaluate_rows(curves, divisions, range(first, last), np.float64, out)
+        yield part, np.moveaxis(out.reshape(patches, planes, -1), 1, -1)
+
+
+def _sizes(patches: Patches, origin: FloatArray) -> tuple[float, float, float]:
+    """Longest control point in model coordinates, about the origin, and about the middle."""
+    low, high = patches.bounds
+    world = np.maximum(-low, high)
+    far, near = np.maximum(origin - low, high - origin), (high - low) / 2
+    return hypot(*world.tolist()), hypot(*far.tolist()), hypot(*near.tolist())
+
+
+def _terms(patches: Patches, resolution: tuple[int, int], normals: bool) -> tuple[int, int]:
+    """Terms of the sums of a grid in turn, and the degrees of their bases together."""
+    if isinstance(patches, TrianglePatches):
+        n, divisions = patches.degree, resolution[0]
+        small = triangle_basis.is_small(n, divisions)
+        return triangle.size(n) if small else n + 1, 2 * n
+    p, q = patches.degree
+    at_once = choose(patches, resolution, normals) == "kronecker"
+    return (p + 1) * (q + 1) if at_once else p + q + 2, p + q

@@ -1,0 +1,121 @@
+"""Bounds of what lies between samples, where they are known exactly."""
+
+import numpy as np
+import pytest
+
+from service.engine.deviation.bends import (
+    Bends,
+    blocks_along,
+    grid_bends,
+    slack,
+    triangle_deviations,
+)
+from service.surface.batches import TensorPatches, TrianglePatches
+from tests.strategies import Array, moved
+
+GRIDS = [(1, 1), (2, 3), (4, 4), (5, 8)]
+
+
+def heights(coefficients: Array) -> Array:
+    """Net (3, 3, 3) of z = Σ c_ab u^a v^b, a, b ≤ 2, over the unit square."""
+    power = np.array([[1, 0, 0], [1, 0.5, 0], [1, 1, 1]])
+    x, y = np.meshgrid([0, 0.5, 1], [0, 0.5, 1], indexing="ij")
+    return np.stack([x, y, power @ coefficients @ power.T], axis=-1)
+
+
+def bends_of(net: Array, weights: Array | None = None, grid: tuple[int, int] = (1, 1)) -> Bends:
+    patches = TensorPatches(net[None], None if weights is None else weights[None])
+    divisions = 2 * grid[0], 2 * grid[1]
+    return grid_bends(patches, divisions, grid)
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+def test_second_derivatives_that_are_constant(grid: tuple[int, int]) -> None:
+    net = heights(np.array([[0.0, 1, 3], [2, -5, 0], [0.5, 0, 0]]))
+    bends = bends_of(net, grid=grid)
+    for found, expected in ((bends.uu, 1.0), (bends.uv, 5.0), (bends.vv, 6.0)):
+        assert found.shape == (*grid, 1)
+        np.testing.assert_allclose(found, expected, rtol=1e-12)
+    np.testing.assert_allclose(
+        bends.deviations(0.5, 0.25), (1 / 4 + 10 / 8 + 6 / 16) / 8, rtol=1e-12
+    )
+
+
+def test_blocks_tell_where_a_patch_bends() -> None:
+    # z = u² v²: z_uu = 2 v², z_uv = 4 u v, z_vv = 2 u².
+    coefficients = np.zeros((3, 3))
+    coefficients[2, 2] = 1.0
+    bends = bends_of(heights(coefficients), grid=(4, 4))
+    high = np.arange(1, 5) / 4
+    np.testing.assert_allclose(bends.uv[..., 0], 4 * np.outer(high, high), rtol=1e-12)
+    # Of a quadratic the hull is wider than its values, the less the smaller the block.
+    assert (bends.uu[0, :, 0] >= 2 * high**2 - 1e-12).all()
+    assert (bends.uu[0, :, 0] <= 2 * high**2 + 1e-12).all()
+
+
+def test_an_arc_rises_as_much_as_the_bound_says() -> None:
+    half = np.sqrt(0.5)
+    arc = np.array([[1.0, 0, 0], [1, 1, 0], [0, 1, 0]])
+    net = np.stack([arc, moved(arc, 0, 0, 1e-3)], axis=1)
+    weights = np.array([[1, 1], [half, half], [1, 1]])
+    divisions = 64
+    patches = TensorPatches(net[None], weights[None])
+    bound = grid_bends(patches, (divisions, 1), (8, 1)).deviations(1 / divisions, 1.0)[0]
+    t = np.linspace(0, 1, divisions + 1)
+    w = (1 - t) ** 2 + 2 * half * t * (1 - t) + t**2
+    angle = np.arctan2(
+        (2 * half * t * (1 - t) + t**2) / w, ((1 - t) ** 2 + 2 * half * t * (1 - t)) / w
+    )
+    rise = 1 - np.cos(np.diff(angle).max() / 2)
+    assert rise <= bound <= 1.1 * rise
+
+
+def test_weights_have_no_scale() -> None:
+    rng = np.random.default_rng(3)
+    net, weights = rng.uniform(-1, 1, (4, 3, 3)), rng.uniform(0.5, 2, (4, 3))
+    one, other = (bends_of(net, w, (2, 2)).deviations(0.25, 0.25) for w in (weights, 8 * weights))
+    np.testing.assert_array_equal(one, other)
+    plain, equal = (bends_of(net, w, (2, 2)) for w in (None, np.full((4, 3), 3.0)))
+    np.testing.assert_allclose(plain.uv, equal.uv, rtol=1e-12)
+
+
+def test_each_patch_of_a_batch_is_what_it_is_alone() -> None:
+    rng = np.random.default_rng(9)
+    nets, weights = rng.uniform(-1, 1, (5, 3, 4, 3)), rng.uniform(0.5, 2, (5, 3, 4))
+    for loads in (None, weights):
+        together = grid_bends(TensorPatches(nets.copy(), loads), (9, 8), (3, 2))
+        for k in range(5):
+            alone = TensorPatches(nets[k : k + 1], None if loads is None else loads[k : k + 1])
+            np.testing.assert_allclose(
+                together.deviations(1 / 9, 1 / 8)[k],
+                grid_bends(alone, (9, 8), (3, 2)).deviations(1 / 9, 1 / 8)[0],
+                rtol=1e-9,
+            )
+
+
+def test_a_triangle_that_bends_alike_in_all_directions() -> None:
+    # z = x² + y² over an equilateral triangle of side 1: as degree 2, b_011 and so on exact.
+    corners = np.array([[0, 0], [1, 0], [0.5, np.sqrt(0.75)]])
+    pairs = [(0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2)]
+    net = np.array([[*(corners[a] + corners[b]) / 2, corners[a] @ corners[b]] for a, b in pairs])
+    found = triangle_deviations(TrianglePatches(net[None]), 4)
+    # The circle about a small triangle has the radius 1/(4 √3), and z rises to its square.
+    np.testing.assert_allclose(found, 1 / 48, rtol=1e-12)
+    rational = TrianglePatches(net[None], np.full((1, 6), 2.0))
+    np.testing.assert_allclose(triangle_deviations(rational, 4), 1 / 48, rtol=1e-12)
+
+
+def test_flat_nets_do_not_bend() -> None:
+    line = TrianglePatches(np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]]))
+    assert triangle_deviations(line, 3) == 0
+    sheet = TensorPatches(np.array([[[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]]))
+    assert grid_bends(sheet, (3, 3), (1, 1)).deviations(1 / 3, 1 / 3) == 0
+    assert 0 < slack(sheet, 1 / 3, 1 / 3) < 1e-14
+
+
+@pytest.mark.parametrize("degree", [1, 3, 15, 64])
+def test_blocks_are_few(degree: int) -> None:
+    counts = [blocks_along(divisions, degree) for divisions in (1, 4, 16, 64, 1 << 16)]
+    assert counts[0] == 1
+    assert counts == sorted(counts)
+    assert counts[-1] == {1: 8, 3: 8, 15: 4, 64: 1}[degree]

@@ -1,0 +1,150 @@
+"""The bound of a mesh of equal divisions, against distances found by looking at many points."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.engine.build import build
+from service.engine.deviation.bound import largest
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.surface.lowered import Part
+from tests.certify.surfaces import FAMILIES
+from tests.engine.meshing import mesh_of
+from tests.examples import patches_of
+from tests.oracles.deviation import sheet_by_sheet, surface_to_mesh
+from tests.oracles.sheets import sheets_of
+from tests.strategies import Array, mixed_model, model_of, moved
+
+DIAGONALS = (((0, 1, 3), (1, 2, 3)), ((0, 1, 2), (0, 2, 3)))
+"""Both ways to cut a quad."""
+
+SAMPLES = 300
+
+
+def corners_of(mesh: Mesh, diagonal: int = 0) -> Array:
+    """The triangles of a mesh as it is stored, (T, 3, 3), its quads cut one way or the other."""
+    faces = [mesh.triangles, *(mesh.quads[:, cut] for cut in DIAGONALS[diagonal])]
+    corners: Array = (mesh.positions.astype(np.float64) + mesh.origin)[np.concatenate(faces)]
+    return corners
+
+
+def check(surface: Any, mesh: Mesh) -> float:
+    """The bound holds, however quads are cut; and how large a part of it was found."""
+    bound = mesh.report.deviation_bound
+    assert bound is not None
+    share = 0.0
+    for diagonal in (0, 1) if len(mesh.quads) else (0,):
+        found = surface_to_mesh(sheets_of(surface), corners_of(mesh, diagonal), SAMPLES)
+        assert found.distance <= bound + found.noise
+        share = max(share, found.distance / bound)
+    return share
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("seed", range(2))
+def test_no_point_of_a_surface_is_further_than_the_bound(family: str, seed: int) -> None:
+    surface = FAMILIES[family].surface(seed)
+    rng = np.random.default_rng(seed)
+    options = MeshOptions(
+        resolution=tuple(rng.integers(1, 7, 2).tolist()),
+        faces="quads" if seed else "triangles",
+        normals=False,
+    )
+    check(surface, build(surface.lower(), options, single=bool(seed)))
+
+
+@pytest.mark.parametrize("method", ["de_casteljau", "forward_difference"])
+@pytest.mark.parametrize("name", ["sphere", "octahedral-sphere", "monkey-saddle", "tveit"])
+def test_other_methods_have_their_own_rounding(name: str, method: str) -> None:
+    model = patches_of(name)
+    mesh = mesh_of(model, single=True, method=method, resolution=(3, 6), normals=False)
+    check(model, mesh)
+
+
+def test_forward_differences_lose_more() -> None:
+    curve = np.random.default_rng(4).uniform(-1, 1, (9, 3))
+    net = np.stack([curve, moved(curve, 1.0)])
+    bounds = [
+        mesh_of([net], single=True, method=method, resolution=(2, 1024)).report.deviation_bound
+        for method in ("matrix", "de_casteljau", "forward_difference")
+    ]
+    assert None not in bounds
+    # Accumulated over 1024 steps.
+    assert bounds[2] > bounds[1] + 1e-4  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("resolution", [(1, 4), (3, 2)])
+@pytest.mark.parametrize("name", ["rounded-box", "cone", "torus"])
+def test_frames_poles_and_seams(name: str, resolution: tuple[int, int]) -> None:
+    model = patches_of(name)
+    for faces in ("triangles", "quads"):
+        check(model, mesh_of(model, resolution=resolution, faces=faces, normals=False))
+
+
+@pytest.mark.parametrize(
+    ("name", "share"),
+    [("octahedral-sphere", 0.3), ("sphere", 0.35), ("tveit", 0.4), ("saddle", 0.7)],
+)
+def test_the_bound_is_close_where_surfaces_bend_evenly(name: str, share: float) -> None:
+    assert check(patches_of(name), mesh_of(name, resolution=(8, 8))) > share
+
+
+def test_every_part_has_a_bound_of_its_own() -> None:
+    model = patches_of("utah-teapot")
+    mesh = mesh_of(model, resolution=(3, 3))
+    found = sheet_by_sheet(sheets_of(model), corners_of(mesh), 64)
+    bounds = [part.deviation_bound for part in mesh.parts]
+    assert max(b for b in bounds if b is not None) == mesh.report.deviation_bound
+    assert len(set(bounds)) == len(bounds)
+    for part, bound in zip(model.parts, bounds, strict=True):
+        assert bound is not None
+        assert max(f.distance for f in found[part.first : part.last]) <= bound
+
+
+def test_parts_follow_the_sequence() -> None:
+    flat = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
+    bent = moved(flat, 4.0)
+    bent[1, 1, 2] = 1.0
+    model = replace(
+        mixed_model([flat, bent]),
+        parts=(Part("second", 0, 1), Part("first", 1, 2)),
+        sequence=np.array([1, 0]),
+    )
+    second, first = build(model, MeshOptions(resolution=(1, 1))).parts
+    assert first.deviation_bound is not None
+    assert first.deviation_bound < 1e-12
+    assert second.deviation_bound is not None
+    assert second.deviation_bound >= 0.25
+
+
+@pytest.mark.parametrize("shift", [1e3, 1e7])
+def test_rounding_far_from_the_origin_counts(shift: float) -> None:
+    """Even where nothing bends."""
+    net = np.random.default_rng(7).uniform(-1, 1, (2, 2, 3))
+    net[1, 1] = net[0, 1] + net[1, 0] - net[0, 0]
+    model = model_of([moved(net, shift, shift, -shift)])
+    for single in (False, True):
+        mesh = mesh_of(model, single=single, resolution=(7, 5))
+        check(model, mesh)
+        bound = mesh.report.deviation_bound
+        assert bound is not None
+        assert 0 < bound < (1e-4 if single else 1e-10 * shift)
+
+
+def test_without_faces_there_is_no_bound() -> None:
+    assert mesh_of("sphere", surface=False, isocurves=(2, 2)).report.deviation_bound is None
+    pole = np.array([[[0.0, 0, 0], [0, 0, 0]], [[1, 0, 1], [1, 0, 1]]])
+    mesh = mesh_of([pole], resolution=(1, 1))
+    assert mesh.report.triangles == 0
+    assert mesh.report.deviation_bound is None
+
+
+def test_bounds_are_rounded_up() -> None:
+    assert largest(np.array([0.5, 0.123401, 0.2])) == 0.5
+    assert largest(np.array([0.12340001])) == 0.1235
+    assert largest(np.array([3.0000001e-12])) == 3.001e-12
+    assert largest(np.array([0.0])) == 0.0
+    assert largest(np.array([1.0, np.inf])) is None

@@ -1,0 +1,69 @@
+"""What faces without area leave out: nothing, unless a mesh is very coarse or a patch is folded."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from service.engine.deviation.lost import FINE, _loses
+from service.engine.layout import Layout
+from service.engine.options import Faces
+from service.engine.patterns import Shape, TriangleShape
+from tests.engine.deviation.test_bound import check
+from tests.engine.meshing import mesh_of
+from tests.strategies import Array, model_of
+
+COLLAPSED = list(product((False, True), repeat=4))
+
+
+@pytest.mark.parametrize("faces", ["triangles", "quads"])
+@pytest.mark.parametrize("collapsed", COLLAPSED)
+def test_fine_patches_with_poles_lose_nothing(
+    collapsed: tuple[bool, bool, bool, bool], faces: Faces
+) -> None:
+    for ru, rv in product(range(FINE, FINE + 2), repeat=2):
+        for more in product((0, 3), repeat=4):
+            own = zip((rv, rv, ru, ru), more, collapsed, strict=True)
+            a, b, c, d = (n if one else n + m for n, m, one in own)
+            assert not _loses(Shape((ru, rv), (a, b, c, d), collapsed), faces)
+        assert not _loses(TriangleShape(ru, (*collapsed[:3], True)), faces)
+
+
+def test_a_single_division_between_two_poles_loses_the_line_between_them() -> None:
+    shape = Shape((4, 1), (1, 1, 4, 4), (False, False, True, True))
+    assert _loses(shape, "triangles")
+    assert not _loses(Shape((4, 2), (2, 2, 4, 4), (False, False, True, True)), "triangles")
+
+
+def folded(height: float) -> Array:
+    """A net whose sides u = 0 and v = 0 are one edge that rises to their corner."""
+    x, y = np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="ij")
+    net = np.stack([x, y, np.zeros_like(x)], axis=-1)
+    edge = [[0, 0, height], [1, 1, 0], [1, 2, 0], [0, 3, 0]]
+    net[0], net[:, 0] = edge, edge
+    return net
+
+
+@pytest.mark.parametrize("faces", ["triangles", "quads"])
+@pytest.mark.parametrize("resolution", [(2, 2), (3, 3), (6, 6)])
+def test_the_corner_of_a_folded_patch_is_cut_off(resolution: tuple[int, int], faces: Faces) -> None:
+    model = model_of([folded(8.0)])
+    assert Layout.plan(model, resolution).folds
+    mesh = mesh_of(model, resolution=resolution, faces=faces, normals=False)
+    check(model, mesh)
+    bound = mesh.report.deviation_bound
+    # The corner itself is in no face: its distance from the nearest vertex counts.
+    used = mesh.positions[np.union1d(mesh.triangles, mesh.quads)]
+    assert bound is not None
+    assert bound >= np.linalg.norm(used - [0, 0, 8.0], axis=1).min() > 0
+
+
+def test_unwelded_meshes_keep_what_is_folded() -> None:
+    model = model_of([folded(8.0)])
+    welded, apart = (
+        mesh_of(model, resolution=(6, 6), weld=weld).report.deviation_bound
+        for weld in (True, False)
+    )
+    assert welded is not None
+    assert apart is not None
+    assert apart < welded
