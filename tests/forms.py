@@ -130,9 +130,37 @@ WIRES: Mapping[str, Json] = MappingProxyType(
 )
 """Wireframes, as whole requests."""
 
+ADAPTIVE: Mapping[str, Json] = MappingProxyType(
+    {
+        f"{name} by tolerance": {"surface": SURFACES[name], **options}
+        for name, options in (
+            ("bezier with channels", {"tolerance": 0.05}),
+            ("bspline that closes", {"relative_tolerance": 0.02}),
+            ("triangle with channels", {"angle_tolerance": 0.5}),
+            (
+                "patches with channels",
+                {
+                    "camera": {"position": [1, 0.5, 4], "field_of_view": 0.8, "height": 90},
+                    "pixel_tolerance": 1,
+                },
+            ),
+        )
+    }
+    | {
+        "group by tolerance": {
+            "surface": SURFACES["group"]
+            | {"members": [m for m in SURFACES["group"]["members"] if m["surface"] is not TUBE]},
+            "tolerance": 0.05,
+            "two_sided": True,
+        }
+    }
+)
+"""Meshes by tolerance, as whole requests."""
+
 REQUESTS: Mapping[str, Json] = MappingProxyType(
     {name: {"surface": surface, "resolution": [3, 4]} for name, surface in SURFACES.items()}
     | {name: request | {"resolution": 3} for name, request in WIRES.items()}
+    | dict(ADAPTIVE)
 )
 """A request for each."""
 
