@@ -1,0 +1,241 @@
+"""Meshes by tolerance over HTTP: every format, every option, every refusal."""
+
+import io
+import json
+import re
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.api.answers import BOUND_HEADER
+from service.api.app import create_app
+from service.encoders.format import Format
+from service.encoders.registry import FORMATS
+from service.schemas.accuracy import NAMES
+from service.settings import Settings
+from tests.api.client import Client, client_of
+from tests.encoders.glb_reader import read_glb
+
+NET = [[[i, j, 0.3 * (i % 2) * (j % 3)] for j in range(4)] for i in range(4)]
+WAVE = {"control_net": NET}
+FLAT = {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}
+CAMERA = {"position": [1, 1, 20], "field_of_view": 0.8, "height": 500}
+SEEN = {"camera": CAMERA, "pixel_tolerance": 1}
+
+
+def asked(client: Client, fmt: str = "json", surface: Any = WAVE, **options: Any) -> httpx.Response:
+    return client.post(f"/v1/mesh?format={fmt}", {"surface": surface, **options})
+
+
+def report(client: Client, surface: Any = WAVE, **options: Any) -> dict[str, Any]:
+    answer = asked(client, surface=surface, **options)
+    assert answer.status_code == 200, answer.text
+    return dict(answer.json()["report"])
+
+
+def told(fmt: Format, content: bytes) -> list[float]:
+    """The bound that a file tells, where the format has a place for it."""
+    if fmt.name == "json":
+        return [json.loads(content)["report"]["deviation_bound"]]
+    if fmt.name == "glb":
+        return [read_glb(content).document["asset"]["extras"]["report"]["deviation_bound"]]
+    found = re.search(rb"^(?:#|comment) deviation_bound (\S+)", content, re.M)
+    return [float(found[1])] if found else []
+
+
+@pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
+def test_every_format_keeps_the_tolerance_and_says_so(client: Client, fmt: Format) -> None:
+    posted = asked(client, fmt.name, tolerance=0.01)
+    fetched = client.get(f"/v1/surfaces/utah-teapot/mesh.{fmt.suffix}?tolerance=0.05")
+    for answer, tolerance in ((posted, 0.01), (fetched, 0.05)):
+        assert answer.status_code == 200
+        bound = float(answer.headers[BOUND_HEADER])
+        assert 0 < bound <= tolerance
+        assert all(value == bound for value in told(fmt, answer.content))
+    assert len(told(fmt, posted.content)) == (fmt.name in {"json", "glb", "obj", "ply"})
+
+
+@pytest.mark.parametrize("fmt", ["glb", "stl", "ply", "obj", "off"])
+def test_another_library_reads_as_many_triangles(client: Client, fmt: str) -> None:
+    answer = client.get(f"/v1/surfaces/sphere/mesh.{fmt}?tolerance=0.01&uvs=false")
+    scene = trimesh.load_scene(io.BytesIO(answer.content), file_type=fmt)
+    faces = sum(len(part.faces) for part in scene.geometry.values())
+    wanted = client.get("/v1/surfaces/sphere/mesh.json?tolerance=0.01").json()["report"]
+    assert abs(faces - wanted["triangles"]) <= 0.05 * faces
+
+
+def test_bodies_and_queries_mean_the_same(client: Client) -> None:
+    definition = client.get("/v1/surfaces/cone").json()
+    for options, query in (
+        ({"tolerance": 0.01}, "tolerance=1e-2"),
+        ({"relative_tolerance": 0.01, "two_sided": True}, "relative_tolerance=0.01&two_sided=true"),
+        (
+            {"tolerance": 0.1, "angle_tolerance": 0.5, "max_triangles": 9999},
+            "tolerance=0.1&angle_tolerance=0.5&max_triangles=9999",
+        ),
+    ):
+        posted = client.post("/v1/mesh", {**definition, **options})
+        fetched = client.get(f"/v1/surfaces/cone/mesh.json?{query}")
+        assert posted.status_code == fetched.status_code == 200
+        assert posted.content == fetched.content
+
+
+def test_a_relative_tolerance_is_one_of_the_diagonal(client: Client) -> None:
+    low, high = np.min(NET, axis=(0, 1)), np.max(NET, axis=(0, 1))
+    diagonal = float(np.linalg.norm(high - low))
+    relative = asked(client, relative_tolerance=0.01)
+    assert relative.json()["report"]["deviation_bound"] <= 0.01 * diagonal
+    assert relative.content == asked(client, tolerance=0.01 * diagonal).content
+
+
+def test_finer_is_finer(client: Client) -> None:
+    coarse, fine = (report(client, tolerance=tolerance) for tolerance in (0.1, 0.001))
+    assert fine["triangles"] > coarse["triangles"]
+    assert fine["deviation_bound"] <= 0.001 < coarse["deviation_bound"] <= 0.1
+
+
+def test_flat_patches_are_two_triangles(client: Client) -> None:
+    found = report(client, FLAT, tolerance=1e-6)
+    assert (found["triangles"], found["vertices"], found["boundary_edges"]) == (2, 4, 4)
+
+
+def test_the_other_side_is_bounded_where_it_is_asked_for(client: Client) -> None:
+    assert "mesh_deviation_bound" not in report(client, tolerance=0.02)
+    assert 0 < report(client, tolerance=0.02, two_sided=True)["mesh_deviation_bound"] <= 0.04
+
+
+def test_angles_are_measured_where_they_are_asked_for(client: Client) -> None:
+    assert "normal_angle" not in report(client, tolerance=0.5)
+    coarse, fine = (report(client, angle_tolerance=angle) for angle in (1.0, 0.2))
+    assert fine["normal_angle"] < coarse["normal_angle"]
+    assert fine["triangles"] > coarse["triangles"]
+
+
+def test_what_is_far_from_the_camera_is_divided_less(client: Client) -> None:
+    near, far = (
+        report(client, camera=CAMERA | {"position": [1, 1, z]}, pixel_tolerance=1)
+        for z in (10, 1000)
+    )
+    assert near["triangles"] > far["triangles"]
+    both = report(client, **SEEN, tolerance=0.001)
+    assert both["deviation_bound"] <= 0.001
+
+
+def test_parts_have_bounds_of_their_own(client: Client) -> None:
+    answer = client.get("/v1/surfaces/utah-teapot/mesh.json?tolerance=0.05").json()
+    parts = answer["report"]["parts"]
+    assert [part["name"] for part in parts] == [part["name"] for part in answer["parts"]]
+    bounds = [part["deviation_bound"] for part in parts]
+    assert max(bounds) == answer["report"]["deviation_bound"]
+    assert min(bounds) > 0
+
+
+def test_exact_patches_have_no_bound(client: Client) -> None:
+    answer = asked(client, "oogl", oogl="bez")
+    assert answer.status_code == 200
+    assert BOUND_HEADER not in answer.headers
+
+
+TUBE = {"type": "tube", "curve": {"control_points": [[0, 0, 0], [1, 1, 0]]}, "radius": 1}
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "pointer"),
+    [
+        ({"resolution": 4, "tolerance": 0.1}, "conflicting_options", "/resolution"),
+        ({"tolerance": 0.1, "relative_tolerance": 0.1}, "conflicting_options", None),
+        ({"tolerance": 0.1, "faces": "quads"}, "conflicting_options", "/faces"),
+        ({"tolerance": 0.1, "method": "de_casteljau"}, "conflicting_options", "/method"),
+        ({"tolerance": 0.1, "isocurves": 2}, "conflicting_options", "/isocurves"),
+        ({"surface": TUBE, "tolerance": 0.1}, "not_parametric", "/tolerance"),
+        ({"surface": TUBE, "relative_tolerance": 0.1}, "not_parametric", "/relative_tolerance"),
+        ({"tolerance": 1e-30}, "tolerance_too_small", "/tolerance"),
+        ({"relative_tolerance": 1e-30}, "tolerance_too_small", "/relative_tolerance"),
+        ({"tolerance": 0.001, "max_triangles": 10}, "too_many_triangles", "/max_triangles"),
+        ({"tolerance": 0.001, "max_bytes": 1000}, "too_many_bytes", "/max_bytes"),
+        ({"pixel_tolerance": 1}, "missing_field", "/camera"),
+    ],
+)
+def test_refusals_tell_what_and_where(
+    client: Client, options: dict[str, Any], code: str, pointer: str | None
+) -> None:
+    answer = client.post("/v1/mesh", {"surface": WAVE} | options)
+    assert answer.status_code == 422
+    (error,) = answer.json()["errors"]
+    assert error["code"] == code
+    assert pointer is None or error["pointer"] == pointer
+    assert error["got"]
+    assert error["needed"]
+
+
+def test_forms_of_oogl_that_are_grids_are_refused(client: Client) -> None:
+    for form in ("cquad", "mesh", "bez"):
+        answer = asked(client, "oogl", tolerance=0.1, oogl=form)
+        assert answer.status_code == 422
+        assert answer.json()["errors"][0]["pointer"] == "/oogl"
+    assert asked(client, "oogl", tolerance=0.1, oogl="off").status_code == 200
+
+
+def test_queries_name_the_parameter(client: Client) -> None:
+    for query, parameter in (
+        ("tolerance=1e-30", "tolerance"),
+        ("tolerance=0.1&resolution=3", "resolution"),
+        ("camera=1", "camera"),
+        ("two_sided=true", "tolerance"),
+    ):
+        answer = client.get(f"/v1/surfaces/cone/mesh.json?{query}")
+        assert answer.status_code == 422
+        assert [error["parameter"] for error in answer.json()["errors"]] == [parameter]
+
+
+def test_limits_hold_for_meshes_by_tolerance(client: Client) -> None:
+    for limits in (Settings(max_vertices=100), Settings(max_response_bytes=20_000)):
+        with client_of(create_app(limits)) as small:
+            answer = asked(small, tolerance=2e-3)
+            assert answer.status_code == 422
+            assert answer.json()["code"] == "result_too_large"
+            assert answer.json()["errors"][0]["pointer"] == "/tolerance"
+    assert asked(client, tolerance=2e-3).status_code == 200
+
+
+VALUES = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-2, 2),
+    st.sampled_from([2**53, 2**63, 10**18]),
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.floats(1e-3, 10),
+    st.text(max_size=3),
+    st.just(CAMERA),
+    st.dictionaries(
+        st.sampled_from([*CAMERA, "up"]), st.floats(-10, 10) | st.none() | st.just([1, 2, 3])
+    ),
+    st.lists(st.floats(-1, 1), max_size=4),
+)
+OTHERS = {
+    "resolution": st.just(3),
+    "faces": st.sampled_from(["triangles", "quads", "none"]),
+    "weld": st.booleans(),
+    "isocurves": st.just(2),
+    "overlays": st.just(["control_net", "boundary"]),
+    "method": st.sampled_from(["matrix", "de_casteljau"]),
+}
+BODIES = st.fixed_dictionaries(
+    {"surface": st.sampled_from([FLAT, TUBE])}, optional=dict.fromkeys(NAMES, VALUES) | OTHERS
+)
+
+
+@settings(max_examples=150)
+@given(body=BODIES, path=st.sampled_from(["/v1/mesh", "/v1/estimate"]))
+def test_no_body_breaks_the_service(client: Client, body: dict[str, Any], path: str) -> None:
+    answer = client.post(path, body)
+    assert answer.status_code in {200, 422}
+    if answer.status_code == 422:
+        for error in answer.json()["errors"]:
+            assert error["code"]
+            assert error["detail"]

@@ -1,0 +1,62 @@
+"""docs/tolerance.md tells of every option and of codes that there are, and its requests work."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from service.api.openapi.codes import CODES
+from service.engine.extent import FAR
+from service.schemas.accuracy import NAMES
+from tests.test_readme import SERVED_AT, run_shell
+from tests.tools import program
+
+PAGE = (Path(__file__).parents[1] / "docs" / "tolerance.md").read_text(encoding="utf-8")
+COMMANDS = re.findall(r"^```sh\n(.*?)^```$", PAGE, re.M | re.S)
+
+
+def first_column(title: str) -> list[str]:
+    """The words in backticks that begin the rows of a section's table."""
+    return re.findall(r"^\| `(\w+)` \|", PAGE.split(f"\n## {title}\n")[1].split("\n## ")[0], re.M)
+
+
+def test_every_option_is_told_of() -> None:
+    assert sorted(first_column("What can be stated")) == sorted(NAMES)
+
+
+def test_codes_are_those_of_the_service() -> None:
+    codes = first_column("When it is refused")
+    assert len(codes) > 4
+    assert set(codes) <= CODES.keys()
+
+
+def test_the_limit_of_the_local_origin_is_that_of_the_code() -> None:
+    assert f"than {FAR:.0f} times its extent" in " ".join(PAGE.split())
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=[f"{n}" for n in range(len(COMMANDS))])
+def test_requests_are_answered_within_what_they_ask_for(
+    command: str, server: str, tmp_path: Path
+) -> None:
+    program("curl")
+    answer = run_shell(command.replace(SERVED_AT, server), tmp_path)
+    if "-D -" in command:
+        bound = re.search(r"^surface-deviation-bound: (.*)$", answer, re.M | re.I)
+        assert bound
+        assert 0 < float(bound[1]) <= 0.01
+        assert (tmp_path / "teapot.glb").read_bytes()[:4] == b"glTF"
+        return
+    told: dict[str, Any] = json.loads(answer)
+    if "/estimate" in command:
+        assert told["accepted"]
+        return
+    report = told["report"]
+    assert report["deviation_bound"] > 0
+    request = json.loads(command.split("-d '")[1].rpartition("'")[0])
+    if "relative_tolerance" in request:
+        diagonal = (1 + 4 + 4) ** 0.5
+        assert report["deviation_bound"] <= request["relative_tolerance"] * diagonal
+        assert report["mesh_deviation_bound"] <= 2 * request["relative_tolerance"] * diagonal
+    assert report["triangles"] <= request.get("max_triangles", 5000)
