@@ -21,8 +21,11 @@ a side grow narrow their nets shrink towards this one, so that in the end they a
 OF_CURVE = 0.7
 """Share of the tolerance by which the piece itself may: what is left is for the surface beside."""
 
-BENDS = 3
-"""Cuts of a chain that its shape may ask for, whatever the tolerance."""
+SHAPELY = (1 / 16, 1 / 2, 1 / 2)
+"""How far the net of a chain may stray, as a share of its chord, lest it is cut once, and that of
+its halves, and of theirs: whatever the tolerance. So what turns back on itself is not lost between
+two vertices; and two chains between the same two corners, as at the end of a wing, do not become
+one segment unless both are nearly straight, turning by some twenty degrees at most."""
 
 RETURNS = 8
 """Cuts of a chain that pieces may ask for which end where they began."""
@@ -117,8 +120,7 @@ def judged(found: Shapes, goal: Goal, place: Place, cuts: Ints, halvings: int = 
     """Which pieces are no straight segments.
 
     A piece is cut that is too far from its chord or turns too much; and, the first few times, one
-    that strays from its chord by half of its length, so that what turns back on itself is not lost
-    between two vertices.
+    that strays too far for its length.
 
     Parameters
     ----------
@@ -139,7 +141,8 @@ def judged(found: Shapes, goal: Goal, place: Place, cuts: Ints, halvings: int = 
     if hopeless.any():
         raise _too_small(float(allowed[hopeless].min()), float(slack[hopeless].max()), goal)
     real = found.net > slack
-    bent = real & (2 * found.net >= (1 - 1e-9) * found.chord) & (cuts < BENDS)
+    share = np.array([*SHAPELY, inf])[np.minimum(cuts, len(SHAPELY))]
+    bent = real & (found.net > share * found.chord)
     closed = (found.chord == 0) | real & (found.chord <= NEARLY_CLOSED * found.net)
     closed &= cuts < RETURNS
     cut = far | bent | closed

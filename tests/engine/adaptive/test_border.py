@@ -179,6 +179,22 @@ def test_rings_have_three_divisions_however_coarse(periodic: bool, spans: int) -
     assert found.side(0, 2)[1] == found.side(0, 3)[1]
 
 
+@pytest.mark.parametrize("thickness", [0.12, 0.2, 1.0])
+def test_two_curves_between_two_corners_stay_two(thickness: float) -> None:
+    """The upper and the lower side of a wing's end, at a tolerance beyond its thickness."""
+    upper, lower = (
+        np.array([[0.0, 0, 0], [0, 0, z], [0.5, 0, z], [1, 0, 0]])
+        for z in (thickness, -0.7 * thickness)
+    )
+    wing = [np.stack([side, moved(side, 0, 3)]) for side in (upper, lower)]
+    found = bordered(wing, Goal(10.0))
+    check_border(found, 10.0)
+    ends = [found.side(face, 0)[1] for face in range(2)]
+    assert [len(vertex) for vertex in ends] == [3, 3]
+    assert ends[0][1] != ends[1][1]
+    assert [{vertex[0], vertex[-1]} for vertex in ends] == [{ends[0][0], ends[0][-1]}] * 2
+
+
 def test_a_finer_tolerance_is_met_and_costs_more() -> None:
     """The teapot's edges."""
     counts = []
