@@ -259,7 +259,16 @@ def _judged_runs(curves: _Curves, runs: _Runs, goal: Goal) -> Verdict:
         first, _ = tangents_of(curves.nets[runs.first], slack)
         _, last = tangents_of(curves.nets[runs.last - 1], slack)
         tangents = first[run], last[run]
-    found = shapes(curves.nets[rows], projected(ends, 3)[run], tangents).together(begin)
+    chords = projected(ends, 3)
+    shares = None
+    if goal.two_sided:
+        # Spans are of one length: to each its share of the chord.
+        step = (chords[:, 1] - chords[:, 0]) / count[:, None]
+        number = (np.arange(len(run)) - begin[run])[:, None]
+        first = chords[run, 0] + number * step[run]
+        shares = np.stack([first, first + step[run]], axis=1)
+    found = shapes(curves.nets[rows], chords[run], shares=shares, tangents=tangents)
+    found = found.together(begin)
     return judged(found, goal, Place(curves.origin[owner], slack), runs.cuts)
 
 
@@ -296,7 +305,7 @@ def _judged_parts(curves: _Curves, parts: _Parts, goal: Goal) -> Verdict:
     slack = curves.slack[owner]
     ends = projected(parts.nets[:, [0, -1]], 3)
     tangents = tangents_of(parts.nets, slack) if goal.angle < inf else None
-    found = shapes(parts.nets, ends, tangents)
+    found = shapes(parts.nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
     return judged(found, goal, Place(curves.origin[owner], slack), parts.cuts, parts.depth)
 
 

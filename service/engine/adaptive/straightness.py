@@ -46,8 +46,11 @@ class Shapes:
     net, curve : ndarray of float64
         How far the net, raised by one degree, and the curve may be from the chord. No surface is
         of less degree across its sides than one.
+    apart : ndarray of float64
+        How far the curve may be from the point of the chord at the same parameter; 0 where that
+        does not matter.
     chord : ndarray of float64
-        Its length.
+        Length of the chord.
     cosine : ndarray of float64
         Least cosine between a leg of the net and the tangents at both ends.
     low, high : ndarray of float64, shape (M, 3)
@@ -56,6 +59,7 @@ class Shapes:
 
     net: FloatArray
     curve: FloatArray
+    apart: FloatArray
     chord: FloatArray
     cosine: FloatArray
     low: FloatArray
@@ -67,6 +71,7 @@ class Shapes:
         return Shapes(
             greatest(self.net, begin),
             greatest(self.curve, begin),
+            greatest(self.apart, begin),
             self.chord[begin],
             least(self.cosine, begin),
             least(self.low, begin),
@@ -91,14 +96,22 @@ class Verdict:
 
 
 def shapes(
-    nets: FloatArray, chords: FloatArray, tangents: tuple[FloatArray, FloatArray] | None = None
+    nets: FloatArray,
+    chords: FloatArray,
+    *,
+    shares: FloatArray | None = None,
+    tangents: tuple[FloatArray, FloatArray] | None = None,
 ) -> Shapes:
-    """Measures pieces; the tangents are those of `tangents_of`, if turning matters.
+    """Measures pieces.
 
     Parameters
     ----------
     nets : ndarray of float64, shape (M, n+1, 3), or (M, n+1, 4) if homogeneous
     chords : ndarray of float64, shape (M, 2, 3)
+    shares : ndarray of float64, shape (M, 2, 3), or None
+        Ends of the part of the chord that belongs to each piece, if parameters matter.
+    tangents : two arrays, or None
+        Those of `tangents_of`, if turning matters.
     """
     points = projected(nets, 3)
     weights = nets[..., 3] if nets.shape[2] == 4 else None
@@ -113,13 +126,15 @@ def shapes(
     for k in range(1, points.shape[1]):
         low, high = np.minimum(low, points[:, k]), np.maximum(high, points[:, k])
     cosine = np.ones(len(nets)) if tangents is None else _least_cosine(points, tangents)
-    return Shapes(net, curve, _length(chords[:, 1] - chords[:, 0]), cosine, low, high)
+    apart = np.zeros(len(nets)) if shares is None else _apart(points, weights, shares)
+    return Shapes(net, curve, apart, _length(chords[:, 1] - chords[:, 0]), cosine, low, high)
 
 
 def judged(found: Shapes, goal: Goal, place: Place, cuts: Ints, halvings: int = 0) -> Verdict:
     """Which pieces are no straight segments.
 
-    A piece is cut that is too far from its chord or turns too much; and, the first few times, one
+    A piece is cut that is too far from its chord (twice as far, parameter by parameter, where the
+    goal has two sides) or turns too much; and, the first few times, one
     that strays too far for its length.
 
     Parameters
@@ -135,6 +150,7 @@ def judged(found: Shapes, goal: Goal, place: Place, cuts: Ints, halvings: int = 
     allowed = goal.allowed(_distance_to_boxes(found, goal, place.origin))
     slack = place.slack
     far = (found.net > OF_NET * allowed - slack) | (found.curve > OF_CURVE * allowed - slack)
+    far |= found.apart > 2 * OF_NET * allowed - slack
     hopeless = far & (OF_CURVE * allowed <= slack)
     if halvings == DEPTH:
         hopeless = far
@@ -184,6 +200,24 @@ def _raised(nets: FloatArray) -> FloatArray:
     share = (np.arange(1, degree + 1) / (degree + 1))[:, None]
     inner = share * nets[:, :-1] + (1.0 - share) * nets[:, 1:]
     return np.concatenate([nets[:, :1], inner, nets[:, -1:]], axis=1)
+
+
+def _apart(points: FloatArray, weights: FloatArray | None, shares: FloatArray) -> FloatArray:
+    """Bounds of ‖C(t) − (1 − t) a − t b‖, from the net of that difference in the next degree.
+
+    W (C − L):  N_k = (1 − k/(n+1)) w_k (P_k − a) + k/(n+1) w_{k−1} (P_{k−1} − b)
+    """
+    degree = points.shape[1] - 1
+    share = (np.arange(degree + 2) / (degree + 1))[:, None]
+    after = points - shares[:, :1]
+    before = points - shares[:, 1:]
+    least = np.ones(len(points))
+    if weights is not None:
+        after, before = weights[..., None] * after, weights[..., None] * before
+        least = -largest(-weights)
+    none = np.zeros((len(points), 1, 3))
+    after, before = np.concatenate([after, none], 1), np.concatenate([none, before], 1)
+    return largest(_length((1.0 - share) * after + share * before)) / least
 
 
 def _least_cosine(points: FloatArray, tangents: tuple[FloatArray, FloatArray]) -> FloatArray:

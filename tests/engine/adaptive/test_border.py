@@ -220,6 +220,31 @@ def test_angles_are_sought_and_end_at_cusps(net: Array, angle: float) -> None:
     check_border(bordered([net], Goal(0.5, angle)), 0.5)
 
 
+@pytest.mark.parametrize("rational", [False, True])
+def test_two_sides_ask_for_even_steps(rational: bool) -> None:
+    """A straight side that is run through unevenly, alone and along several spans."""
+    weights = np.array([[1.0, 1, 9, 1]] * 2) if rational else None
+    line = np.array([[0.0, 0, 0], [0, 0, 0], [0, 1, 0], [0, 9, 0]])
+    model = model_of([np.stack([line, moved(line, 1)])], None if weights is None else [weights])
+    assert len(bordered(model, Goal(0.5)).side(0, 0)[0]) == 2
+    found = bordered(model, Goal(0.5, two_sided=True))
+    at, _, points = found.side(0, 0)
+    check_border(found, 0.5)
+    assert len(at) > 2
+    for a, b, p, q in zip(at, at[1:], points, points[1:], strict=False):
+        for k in range(9):
+            t = (a + (b - a) * k / 8) / SPAN
+            basis = np.array([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3])
+            basis *= 1.0 if weights is None else weights[0]
+            there = basis @ line / basis.sum()
+            assert np.linalg.norm(there - p - (q - p) * k / 8) <= 1.0
+    # Of a spline each span has an equal share of the chord.
+    net = np.stack([moved(np.array([[y * y, 0, 0] for y in range(8)]), 0, k) for k in range(2)])
+    spline = BsplineSurface(net, (1, 1)).lower()
+    assert len(bordered(spline, Goal(5.0)).side(0, 0)[0]) == 2
+    assert len(bordered(spline, Goal(5.0, two_sided=True)).side(0, 0)[0]) == 3
+
+
 def test_what_is_far_away_is_divided_less() -> None:
     """Two equal arches, ten and a hundred away from the eye."""
     arch = np.array([[[0.0, 0, 0], [0, 1, 2], [0, 2, 0]], [[1, 0, 0], [1, 1, 2], [1, 2, 0]]])
