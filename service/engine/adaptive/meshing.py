@@ -26,6 +26,7 @@ from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.lines import draw_lines
 from service.engine.adaptive.refine import triangulate
+from service.engine.adaptive.rounding import check_goal, floor
 from service.engine.adaptive.storage import Storage, slack
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
@@ -72,6 +73,7 @@ class Meshing:
         model, storage, origin = self.model, self.storage, self._origin
         goal = in_place(goal, None, model.bounds, slack(origin, *model.bounds))
         rounding = storage.rounding(origin, *model.bounds)
+        check_goal(goal, floor(self._ground, rounding))
         edges = for_border(goal, rounding, model.bounds)
         border = divide_border(self._faces, self._seams, edges, most)
         overlays = draw_lines(model, border, self.options, storage, origin)

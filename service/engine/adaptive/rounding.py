@@ -27,7 +27,12 @@ here as one number, may be off by u |X| in each coordinate; so may the middle of
 a point, which is no matter here, for the surface is what the control points say.
 """
 
+import numpy as np
+
 from service.bases.arrays import FloatArray
+from service.engine.adaptive.goal import Goal
+from service.engine.adaptive.ground import Ground
+from service.errors import InvalidRequest, Issue
 
 UNIT = 2.0**-53
 """Half the distance from 1 to the next number: what one rounding may do."""
@@ -43,3 +48,41 @@ def stored(far: FloatArray) -> FloatArray:
     """What vertices with coordinates up to `far` may be off by, shape (m,)."""
     slack: FloatArray = 4 * UNIT * far
     return slack
+
+
+def floor(ground: Ground, step: float = 0.0) -> float:
+    """The least tolerance that is worth an attempt, in model units.
+
+    However fine a mesh is, its bounds have all of the above in them, and how far its vertices are
+    from the surface: by their evaluation, which rounds less than the certificate does, and by
+    `step`, what they lose when they are stored. As much again is left for the surface to bend.
+    """
+    least = 0.0
+    for nets in ground.groups:
+        sizes = ground.sizes[nets.patches]
+        far = sizes + np.abs(ground.middles[:, nets.patches]).max(axis=0)
+        # Units are powers of two, up to twice the size.
+        slack = 4 * UNIT * roundings(*nets.degree) * sizes + stored(far)
+        least = max(least, float(slack.max()))
+    return 4 * (least + ground.lowering) + 2 * step
+
+
+def check_goal(goal: Goal, least: float) -> None:
+    """Refuses a goal of which rounding takes too much.
+
+    Raises
+    ------
+    InvalidRequest
+        `tolerance_too_small`.
+    """
+    asked = float(goal.allowed(np.zeros(1))[0])
+    if asked < least:
+        raise InvalidRequest(
+            Issue(
+                "tolerance_too_small",
+                "The numbers of the answer are not so precise.",
+                "/tolerance" if goal.view is None else "/pixel_tolerance",
+                f"{asked:.6g}",
+                f"at least {least:.3g} for this surface in this format",
+            )
+        )
