@@ -21,6 +21,9 @@ from service.engine.adaptive.task import Task
 BLOCK = 1 << 18
 """Numbers in the nets that are worked on at a time, about."""
 
+OVERHEAD = 20
+"""Multiplications for every number of a net, beside those that halving takes."""
+
 GRAIN = 1 / 16
 """What is shorter than this share of the tolerance is not cut for the sake of its normals."""
 
@@ -72,7 +75,7 @@ def _divided(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
         if len(parts) > 1:
             cells = Cells.joined([own for own, _ in parts])
             net = np.concatenate([own for _, own in parts], axis=3)
-        task.budget.spend(net.size * sum(degrees))
+        task.budget.spend(net.size * (sum(degrees) + OVERHEAD))
         sizes = task.ground.sizes[task.patch_of(cells)]
         grain = np.minimum(task.goal.tolerance * GRAIN, sizes * FINEST)
         verdict = judged(net, task.goal, task.eye_of(cells), grain)

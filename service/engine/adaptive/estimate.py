@@ -15,7 +15,7 @@ from service.engine.adaptive.halving import nine, points, quadratic
 from service.engine.adaptive.turning import turning
 from service.engine.adaptive.vectors import Vectors, cross, dot, length
 
-SHARE = 0.9
+SHARE = 0.95
 """Share of the allowed deviation that an estimate may take up."""
 
 THIN = 1e-9

@@ -7,12 +7,13 @@ looking at it again. No triangle has three places in a line.
 """
 
 from functools import lru_cache
+from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.estimate import NEARLY, highest
-from service.engine.adaptive.vectors import cross, dot, length
 
 ALL = 7
 """Up to so many corners all ways are tried: 42 with seven."""
@@ -80,49 +81,54 @@ def cut(
     polygon : ndarray of int, shape (m (n−2),)
         Which polygon they are of, rising.
     """
-    count = len(corners)
+    count, many = corners.shape
     if count > ALL:
         return _ears(corners, x, y, points, form)
     triangles, found = ways(count)
-    costs = np.stack([_cost(x[list(t)], y[list(t)], points[list(t)], form) for t in triangles])
-    totals = []
-    for way in found:
-        total = costs[way[0]]
-        for triangle in way[1:]:
-            total = total + costs[triangle]
-        totals.append(total)
-    total = np.stack(totals)
+    first, second, third = triangles.T
+    tips = [(x[k], y[k], points[k]) for k in (first, second, third)]
+    costs = _costs(tips, form)
+    total = costs[found[:, 0]]
+    for column in found.T[1:]:
+        total += costs[column]
     best = np.argmax(total * NEARLY <= total.min(axis=0), axis=0)
-    chosen = triangles[found[best]]  # (m, n−2, 3)
-    polygon = np.repeat(np.arange(corners.shape[1]), count - 2)
-    flat = chosen.reshape(-1, 3)
-    return corners[flat, polygon[:, np.newaxis]], polygon
+    chosen = triangles[found[best]].reshape(-1, 3)
+    polygon = np.repeat(np.arange(many), count - 2)
+    return corners[chosen, polygon[:, np.newaxis]], polygon
 
 
-def _cost(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArray) -> FloatArray:
-    """What triangles (3, m) cost: r⁴ + a share of what their shape is worse than the best one's.
+_Tip: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
+"""Places x and y (K, m), and positions (K, 3, m)."""
+
+
+def _costs(tips: list[_Tip], form: FloatArray) -> FloatArray:
+    """What triangles cost, (K, m): r⁴ + a share of how much worse than the best their shape is.
 
     r is the deviation over what is allowed; the shape of a triangle is Σ e² / (4 √3 A), with its
-    sides e and its area A, and 1 at best.
+    sides e and its area A, and 1 at best. By Heron's formula
+    16 A² = 4 e_0² e_1² − (e_0² + e_1² − e_2²)².
     """
-    heights, squares = [], []
-    for i, k in ((0, 1), (1, 2), (2, 0)):
-        dx, dy = x[k] - x[i], y[k] - y[i]
-        heights.append(form[3] * dx * dx + 2.0 * form[4] * dx * dy + form[5] * dy * dy)
-        side = points[k] - points[i]
-        squares.append(dot(side, side))
+    steps = [(q[0] - p[0], q[1] - p[1]) for p, q in pairwise([*tips, tips[0]])]
+    heights = [form[3] * dx * dx + 2.0 * form[4] * dx * dy + form[5] * dy * dy for dx, dy in steps]
+    one, two, three = (_squared(q[2] - p[2]) for p, q in pairwise([*tips, tips[0]]))
     ratio = highest(*heights) / form[6]
     ratio *= ratio
-    area = length(cross(points[1] - points[0], points[2] - points[0])) * 2.0 * np.sqrt(3.0)
-    total = squares[0] + squares[1] + squares[2]
+    total, short = one + two + three, one + two - three
+    area = np.sqrt(np.maximum(0.75 * (4.0 * one * two - short * short), 0.0)) * 2.0
     shape = total / np.maximum(area, total / WORST + np.finfo(float).tiny)
-    return np.where(turns(x, y), ratio * ratio + SHAPE * shape, WORST * WORST)
+    return np.where(_turn(steps), ratio * ratio + SHAPE * shape, WORST * WORST)
 
 
-def turns(x: FloatArray, y: FloatArray) -> Bools:
-    """Whether three places (3, m) each turn to the left: they are no line."""
-    left: Bools = (x[1] - x[0]) * (y[2] - y[0]) > (x[2] - x[0]) * (y[1] - y[0])
+def _turn(steps: list[tuple[FloatArray, FloatArray]]) -> Bools:
+    """Whether triangles with these steps turn to the left: they are no line."""
+    left: Bools = steps[0][0] * steps[1][1] > steps[1][0] * steps[0][1]
     return left
+
+
+def _squared(steps: FloatArray) -> FloatArray:
+    """Squared lengths (K, m) of steps (K, 3, m)."""
+    squared: FloatArray = steps[:, 0] ** 2 + steps[:, 1] ** 2 + steps[:, 2] ** 2
+    return squared
 
 
 def _ears(
@@ -135,21 +141,17 @@ def _ears(
     found = []
     while len(left) > 3:
         size = len(left)
-        before, after = np.roll(left, 1, axis=0), np.roll(left, -1, axis=0)
-        costs, strict = np.empty((size, many)), np.empty((size, many), dtype=bool)
-        for i in range(size):
-            three = np.stack([before[i], left[i], after[i]])
-            own_x, own_y = x[three, here], y[three, here]
-            strict[i] = turns(own_x, own_y)
-            costs[i] = _cost(own_x, own_y, points[three, :, here].transpose(0, 2, 1), form)
+        rows = np.roll(left, 1, axis=0), left, np.roll(left, -1, axis=0)
+        tips = [(x[k, here], y[k, here], np.moveaxis(points[k, :, here], -1, 1)) for k in rows]
+        costs = _costs(tips, form)
+        strict = costs < WORST * WORST
         # A triangle with more corners on its sides keeps the three that make it one.
         lonely = (
             (strict.sum(axis=0) == 3) & np.roll(strict, 1, axis=0) & np.roll(strict, -1, axis=0)
         )
         costs[lonely | ~strict] = np.inf
         best = np.argmax(costs * NEARLY <= costs.min(axis=0), axis=0)
-        three = np.stack([before[best, here], left[best, here], after[best, here]])
-        found.append(corners[three, here])
+        found.append(np.stack([corners[k[best, here], here] for k in rows]))
         keep = np.arange(size)[:, np.newaxis] != best
         left = left.T[keep.T].reshape(many, size - 1).T
     found.append(corners[left, here])

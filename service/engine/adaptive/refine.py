@@ -31,7 +31,8 @@ from service.engine.adaptive.border import Border
 from service.engine.adaptive.boxes import Leaves, whole
 from service.engine.adaptive.cells import divided
 from service.engine.adaptive.certificate import Bounds, Parts, certify
-from service.engine.adaptive.faces import SPAN, Faces
+from service.engine.adaptive.closer import looked_closer
+from service.engine.adaptive.faces import Faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.limits import Budget
@@ -44,6 +45,9 @@ Store = Callable[[FloatArray], FloatArray]
 
 CROWD = 64
 """A leaf with more corners is cut, whatever its triangles are like."""
+
+OVERHEAD = 4000
+"""What it takes to make triangles of a leaf, in multiplications, about."""
 
 FLATTER = 2
 """How often the height of a strip is halved when it fails."""
@@ -68,7 +72,7 @@ def triangulate(
     most : int
         Triangles that are allowed.
     work : float
-        Multiplications that dividing may take.
+        Multiplications that it may take, about.
 
     Raises
     ------
@@ -82,6 +86,7 @@ def triangulate(
     halvings = np.zeros(len(border.at), dtype=np.intp)
     done: _Certified | None = None
     while True:
+        task.budget.spend(OVERHEAD * len(leaves))
         outline = outlined(faces, border, leaves.cells, halvings)
         crowded, along_v = _crowded(outline, leaves)
         if not crowded.any():
@@ -101,25 +106,24 @@ def triangulate(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Certified:
-    """Triangles with what was proved of each of them, and the samples that they have."""
+    """Triangles with what was proved of each of them, and the samples that they have.
+
+    What is `close` was measured against other triangles than its own and those beside it.
+    """
 
     outline: Outline
     triangles: Triangles
     deviation: FloatArray
     mesh: FloatArray
     passed: Bools
+    close: Bools
 
 
 def _positions(task: Task, border: Border, outline: Outline) -> FloatArray:
     """Positions of all vertices: those of the border, then those within the faces."""
     inner = np.flatnonzero(outline.vertex >= len(border.points))
     face, u, v = outline.face[inner], outline.u[inner], outline.v[inner]
-    patch = task.patch_at(face, u, v)
-    ends = task.faces.spans[face].T * SPAN
-    u, v = (
-        np.where(place == end, SPAN, place % SPAN) for place, end in ((u, ends[0]), (v, ends[1]))
-    )
-    points = task.ground.positions(patch, u / SPAN, v / SPAN)
+    points = task.positions(face, u, v)
     return np.concatenate([border.points, points])
 
 
@@ -161,6 +165,7 @@ def _certified(
 
     def bounds(rows: Ints, hosts: Ints, own: Bools) -> Bounds:
         corners = triangles.corners[rows]
+        task.budget.spend(task.certifying(outline.face[corners[:, 0]]))
         parts = Parts(
             outline.face[corners[:, 0]],
             places[corners],
@@ -179,7 +184,13 @@ def _certified(
         other = bounds(again, triangles.base[again], np.zeros(len(again), dtype=bool))
         better = other.passed & (mesh[again] <= 2.0 * other.allowed)
         deviation[again[better]], passed[again[better]] = other.deviation[better], True
-    return _Certified(outline, triangles, deviation, mesh, passed)
+    wide = these[~passed[these] & (mesh[these] <= 2.0 * found.allowed)]
+    close = np.zeros(count, dtype=bool)
+    if len(wide):
+        bound, near = looked_closer(task, outline, triangles, positions, wide)
+        deviation[wide[near]], passed[wide[near]] = bound[near], True
+        close[wide[near]] = True
+    return _Certified(outline, triangles, deviation, mesh, passed, close)
 
 
 def _unchanged(outline: Outline, triangles: Triangles, before: _Certified) -> tuple[Ints, Ints]:
@@ -200,7 +211,7 @@ def _unchanged(outline: Outline, triangles: Triangles, before: _Certified) -> tu
     vertex = np.full(old.vertices, -1)
     vertex[old.vertex] = np.where(sample >= 0, outline.vertex[sample], -1)
     theirs = before.triangles
-    kept = np.flatnonzero(theirs.kept & (sample[theirs.corners] >= 0).all(axis=1))
+    kept = np.flatnonzero(theirs.kept & ~before.close & (sample[theirs.corners] >= 0).all(axis=1))
     if not len(kept):
         return kept, kept
     many = len(outline.face)
@@ -248,10 +259,10 @@ def _failing(outline: Outline, leaves: Leaves, done: _Certified) -> tuple[Bools,
         end = triangles.corners[across, (triangles.crossed[:, 1] + 1) % 3]
         leaf = triangles.leaf[across]
         begin, end, leaf = begin[leaf >= 0], end[leaf >= 0], leaf[leaf >= 0]
-        size = box[1::2, leaf] - box[::2, leaf]
-        gone_u = np.abs(outline.u[end] - outline.u[begin]) / size[0]
-        gone_v = np.abs(outline.v[end] - outline.v[begin]) / size[1]
-        fails[leaf], along_v[leaf] = True, gone_v > gone_u
+        gone = np.zeros((2, len(leaves)), dtype=np.intp)
+        np.maximum.at(gone[0], leaf, np.abs(outline.u[end] - outline.u[begin]))
+        np.maximum.at(gone[1], leaf, np.abs(outline.v[end] - outline.v[begin]))
+        fails[leaf], along_v[leaf] = True, (gone[1] > gone[0])[leaf]
     bad = ~done.passed & (triangles.host >= 0)
     mine = triangles.leaf[bad]
     fails[mine[mine >= 0]] = True

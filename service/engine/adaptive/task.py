@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import Ints
+from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.boxes import Cells
 from service.engine.adaptive.faces import SPAN, Faces
 from service.engine.adaptive.goal import Goal
@@ -35,6 +35,28 @@ class Task:
         )
         patch: Ints = faces.first[face] + k * faces.stride[face] + l
         return patch
+
+    def positions(self, face: Ints, u: Ints, v: Ints) -> FloatArray:
+        """Points of the surface at places, shape (m, 3), model coordinates."""
+        ends = self.faces.spans[face].T * SPAN
+        inner = (
+            np.where(place == end, SPAN, place % SPAN) / SPAN
+            for place, end in zip((u, v), ends, strict=True)
+        )
+        return self.ground.positions(self.patch_at(face, u, v), *inner)
+
+    def certifying(self, face: Ints) -> float:
+        """What certifying triangles of these faces takes, in multiplications, about.
+
+        A net of (p+1) (q+1) points is blossomed in p + q steps, and each of the (p+q+1) (p+q+2) / 2
+        points of the triangle's net compared with the triangle.
+        """
+        costs = [
+            6 * (p + 1) * (q + 1) * (p + q + 2) + 30 * (p + q + 1) * (p + q + 2)
+            for p, q in (nets.degree for nets in self.ground.groups)
+        ]
+        counts = np.bincount(self.ground.group[self.faces.first[face]], minlength=len(costs))
+        return float(np.dot(counts, costs))
 
     def eye_of(self, cells: Cells) -> Vectors | None:
         """The eye of the goal's view in the coordinates of the net of each cell of one span."""

@@ -26,8 +26,10 @@ class Triangles:
     host : ndarray of int, shape (T,)
         The triangle to which the surface over this one falls: itself, unless two of its vertices
         are one; then one beside it, or −1 if the whole face has none.
+    beside : ndarray of int, shape (T, 3)
+        The triangle beyond edge k, k+1 in the mesh, if there is one and only one, or else −1;
     across : ndarray of int, shape (T, 3)
-        The vertex opposite to edge k, k+1 in the triangle beyond it; −1 if there is none.
+        the vertex opposite to the edge there.
     crossed : ndarray of int, shape (X, 2)
         Triangles, and which of their edges, where more than two meet that are not all borders.
     """
@@ -37,6 +39,7 @@ class Triangles:
     segment: Ints
     base: Ints
     host: Ints
+    beside: Ints
     across: Ints
     crossed: Ints
 
@@ -57,9 +60,9 @@ def triangulated(outline: Outline, leaves: Leaves, positions: FloatArray) -> Tri
     host = np.where(vanished, -1, np.arange(len(corners)))
     if vanished.any():
         _foster(corners, leaf, host)
-    across, crowd = _neighbours(vertex, ~vanished)
+    beside, across, crowd = _neighbours(vertex, ~vanished)
     crossed = _crossed(corners, crowd) if len(crowd) else np.empty((0, 2), dtype=np.intp)
-    return Triangles(corners, leaf, segment, base, host, across, crossed)
+    return Triangles(corners, leaf, segment, base, host, beside, across, crossed)
 
 
 _Rows = tuple[Ints, Ints, Ints, Ints]
@@ -150,9 +153,9 @@ def _foster(corners: Ints, leaf: Ints, host: Ints) -> None:
             host[waiting] = offered
 
 
-def _neighbours(vertex: Ints, kept: Bools) -> tuple[Ints, Ints]:
-    """The vertices across edges, and the edges (triangle · 3 + k) of which there are too many."""
-    across = np.full(vertex.shape, -1)
+def _neighbours(vertex: Ints, kept: Bools) -> tuple[Ints, Ints, Ints]:
+    """Triangles beside edges, their vertices across, and edges (triangle · 3 + k) of too many."""
+    beside, across = np.full((2, vertex.size), -1)
     begin, end = vertex, np.roll(vertex, -1, axis=1)
     many = vertex.max() + 1
     edges = np.flatnonzero(np.repeat(kept, 3))
@@ -164,10 +167,10 @@ def _neighbours(vertex: Ints, kept: Bools) -> tuple[Ints, Ints]:
     two = first[count == 2]
     one, other = edges[two], edges[two + 1]
     opposite = np.roll(vertex, 1, axis=1).ravel()
-    flat = across.ravel()
-    flat[one], flat[other] = opposite[other], opposite[one]
+    across[one], across[other] = opposite[other], opposite[one]
+    beside[one], beside[other] = other // 3, one // 3
     crowd = np.repeat(count > 2, count)
-    return flat.reshape(vertex.shape), edges[crowd]
+    return beside.reshape(vertex.shape), across.reshape(vertex.shape), edges[crowd]
 
 
 def _crossed(corners: Ints, crowd: Ints) -> Ints:
