@@ -157,8 +157,8 @@ def judged(found: Shapes, goal: Goal, place: Place, cuts: Ints, halvings: int = 
     if hopeless.any():
         raise _too_small(float(allowed[hopeless].min()), float(slack[hopeless].max()), goal)
     real = found.net > slack
-    share = np.array([*SHAPELY, inf])[np.minimum(cuts, len(SHAPELY))]
-    bent = real & (found.net > share * found.chord)
+    share = np.array(SHAPELY)[np.minimum(cuts, len(SHAPELY) - 1)]
+    bent = real & (found.net > share * found.chord) & (cuts < len(SHAPELY))
     closed = (found.chord == 0) | real & (found.chord <= NEARLY_CLOSED * found.net)
     closed &= cuts < RETURNS
     cut = far | bent | closed

@@ -268,6 +268,28 @@ def test_tolerances_below_the_rounding_are_refused() -> None:
         assert (issue.code, issue.pointer) == ("tolerance_too_small", "/tolerance")
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("scale", "rational"),
+    [(3e38, False), (3e38, True), (1e-30, False), (1e-30, True), (4e-321, False)],
+)
+def test_no_size_is_too_large_or_too_small(scale: float, rational: bool) -> None:
+    """From the largest coordinates to numbers of a few bits, with weights of any ratio."""
+    rng = np.random.default_rng(1)
+    net = rng.uniform(-1, 1, (4, 6, 3)) * scale
+    model = model_of([net], [10 ** rng.uniform(-8, 0, (4, 6))] if rational else None)
+    view = View(np.array([2.0, 0, 0]) * scale, 1e-2, 0.01 * scale)
+    for goal in (
+        Goal(0.1 * scale),
+        Goal(0.1 * scale, 0.3, two_sided=True),
+        Goal(inf, view=view),
+    ):
+        found = bordered(model, goal)
+        assert len(found.border.points) >= 4
+        if scale > 1e-300:  # below that points are not so precise
+            check_border(found, 0.1 * scale)
+
+
 def test_too_many_triangles_are_refused_as_soon_as_sides_need_them() -> None:
     """And what is allowed is never refused because of its sides."""
     with pytest.raises(TooLarge) as refused:
