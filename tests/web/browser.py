@@ -60,6 +60,10 @@ class Stage:
             model = "data:model/gltf-binary;base64," + base64.b64encode(model).decode()
         self.page.evaluate("url => window.show(url)", model)
 
+    def draw_edges(self) -> None:
+        """Draws the edges of all triangles over what is shown."""
+        self.page.evaluate("window.viewer.drawEdges()")
+
     def meshes(self) -> list[dict[str, Any]]:
         """What three.js holds of every mesh; positions and normals as they stand in the world."""
         found: list[dict[str, Any]] = self.page.evaluate("window.viewer.meshes()")

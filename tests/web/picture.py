@@ -1,7 +1,7 @@
 """Draws the pictures of the documentation, and lists the examples beside theirs.
 
-`python -m tests.web.picture docs` writes `teapot.png`, `wires.png`, `examples/<id>.png`,
-`curves/<name>.png` and `examples.md`.
+`python -m tests.web.picture docs` writes `teapot.png`, `wires.png`, `adaptive.png`,
+`examples/<id>.png`, `curves/<name>.png` and `examples.md`.
 """
 
 import json
@@ -25,6 +25,7 @@ WIRES = (
     "/v1/surfaces/utah-teapot/mesh.glb?resolution=12&faces=none&isocurves=4&wires=tubes"
     "&wire_width=0.03"
 )
+ADAPTIVE = "/v1/surfaces/utah-teapot/mesh.glb?tolerance=0.001"
 LARGE = (1200, 800)
 MEDIUM = (900, 600)
 SMALL = (400, 300)
@@ -79,7 +80,12 @@ def main(folder: Path) -> None:
     """All pictures, and the page that shows them."""
     for name in ("examples", "curves"):
         (folder / name).mkdir(parents=True, exist_ok=True)
-    pictures = {folder / "teapot.png": (TEAPOT, LARGE), folder / "wires.png": (WIRES, MEDIUM)}
+    pictures = {
+        folder / "teapot.png": (TEAPOT, LARGE),
+        folder / "wires.png": (WIRES, MEDIUM),
+        folder / "adaptive.png": (ADAPTIVE, LARGE),
+    }
+    with_edges = {folder / "adaptive.png"}
     for example in EXAMPLES:
         address = f"/v1/surfaces/{example}/mesh.glb?resolution=24"
         pictures[folder / "examples" / f"{example}.png"] = (address, SMALL)
@@ -97,6 +103,8 @@ def main(folder: Path) -> None:
             stage.show(address if address.startswith("data:") else service + address, *size)
             if stage.complaints:
                 sys.exit("\n".join([address, *stage.complaints]))
+            if target in with_edges:
+                stage.draw_edges()
             stage.page.screenshot(path=target)
     (folder / "examples.md").write_text(listing(), encoding="utf-8")
 

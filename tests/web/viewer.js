@@ -193,6 +193,21 @@ function measurePicture(model) {
   return { coverage: covered / (width * height), edges: edges / inside };
 }
 
+/** Draws the edges of all triangles over them. */
+function drawEdges(meshes) {
+  const material = new THREE.LineBasicMaterial({
+    color: '#10242c', transparent: true, opacity: 0.75,
+  });
+  meshes.forEach((mesh) => {
+    // Lines and faces of equal depth would show through each other.
+    Object.assign(mesh.material, {
+      polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+    });
+    mesh.add(new THREE.LineSegments(new THREE.WireframeGeometry(mesh.geometry), material));
+  });
+  renderer.render(scene, camera);
+}
+
 /** Loads and draws the model at `url`, and nothing that was there before. */
 async function show(url) {
   scene.clear();
@@ -221,6 +236,7 @@ async function show(url) {
     lines: () => lines.map(describeLine),
     measure: () => measurePicture(model),
     light: () => measureLight(model),
+    drawEdges: () => drawEdges(meshes),
     shadeFlat: () => meshes.forEach(({ material }) => {
       material.flatShading = true;
       material.needsUpdate = true;
