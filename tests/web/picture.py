@@ -25,7 +25,7 @@ WIRES = (
     "/v1/surfaces/utah-teapot/mesh.glb?resolution=12&faces=none&isocurves=4&wires=tubes"
     "&wire_width=0.03"
 )
-ADAPTIVE = "/v1/surfaces/utah-teapot/mesh.glb?tolerance=0.001"
+ADAPTIVE = "/v1/surfaces/utah-teapot/mesh.glb?relative_tolerance=0.001"
 LARGE = (1200, 800)
 MEDIUM = (900, 600)
 SMALL = (400, 300)
