@@ -1,4 +1,35 @@
-"""The certificate: a proved bound of the distance from every part of a surface to its mesh."""
+"""The certificate: a proved bound of the distance from every part of a surface to its mesh.
+
+No point of the surface is further from the mesh than the largest bound of its parts. The proof:
+
+1. **The parts are all of the surface.** They are triangles of places that divide the faces, and
+   places are whole numbers. Cut at knot lines, they still cover every place (`clip`), and each
+   piece is in one Bézier patch, at parameters that float64 holds exactly.
+2. **Over a piece the surface is in the hull of a net.** A polynomial of degree (p, q) is, over a
+   triangle of parameters, a triangular net of degree p + q (`blossoms`): S = Σ B_ijk b_ijk. The
+   Bernstein polynomials are not negative and add up to 1. A rational one is S = Σ B_ijk w_ijk b_ijk
+   / Σ B_ijk w_ijk, a mean of the b_ijk as well, for blossoms of positive weights at parameters in
+   [0, 1] are positive. Where p + q is large, S is near a net of lower degree (`reduction`).
+3. **No point of such a mean is further from its host than the farthest point of the net**, for the
+   distance to a convex set is a convex function. Heights and places in the host's plane may be
+   bounded apart, and the host may be enlarged by what lies beyond its edges (`distance`); heights
+   are bounded by their quadratic part and a remainder (`heights`), rational ones as
+
+       h = Σ B_ijk w_ijk h_ijk / Σ B_ijk w_ijk, the numerator so bounded, over the least w_ijk.
+
+4. **Any triangle of the mesh will do.** Which part is measured against which host is free: the
+   bound is of the distance to that triangle, or to it and its neighbours.
+5. **Rounding** is added, derived in `rounding`. The positions are those that are stored, so their
+   rounding is in the distances themselves.
+
+The other way round, the distance from a point A(x) of a host to the surface is at most |A(x) − S|
+at the place that A takes to it, A being the affine map of the part to its host; S − A is a net
+once more. Cut at knot lines, the images of a part's pieces fill its host (`clip.images`), one
+affine map each.
+
+The bound tends to the truth as parts shrink: quadratic parts are measured exactly, remainders are
+of third order, and so is what neighbours add.
+"""
 
 from dataclasses import dataclass
 
@@ -72,9 +103,16 @@ class Bounds:
 def certify(
     ground: Ground, faces: Faces, parts: Parts, positions: FloatArray, goal: Goal
 ) -> Bounds:
-    """Bounds of the distances between parts of the surface and the mesh of these positions (V, 3).
+    """Bounds of the distances between parts of the surface and the mesh.
 
-    The positions are those that are stored, in model coordinates.
+    Parameters
+    ----------
+    parts : Parts
+        What the bounds are of. Each has the same bits whatever is beside it.
+    positions : ndarray of float64, shape (V, 3)
+        The vertices as they are stored, in model coordinates.
+    goal : Goal
+        Whether the mesh is to be bounded too, and where the eye is.
     """
     corners = np.moveaxis(parts.corners, 0, -1)
     pieces = clipped(faces, parts.face, corners)
