@@ -31,20 +31,25 @@ The bound tends to the truth as parts shrink: quadratic parts are measured exact
 of third order, and so is what neighbours add.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.chunks import chunks
-from service.engine.adaptive.clip import clipped, images
+from service.engine.adaptive.clip import Pieces, clipped, images
 from service.engine.adaptive.faces import Faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground, Nets
-from service.engine.adaptive.local import DIRECT, Local, local
+from service.engine.adaptive.local import DIRECT, Local, box_order, local
 
 CHUNK = 1 << 17
 """Numbers of the nets that are worked on at a time: all that is made of them stays in the cache."""
+
+Form: TypeAlias = Literal["halves", "triangles", "near"]
+"""Halves of boxes, any triangles, or triangles of patches of high degree."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -120,17 +125,17 @@ def certify(
     shares = images(pieces, corners) if goal.two_sided else None
     near, away, astray = np.empty((3, len(pieces.part)))
     for nets, here in ground.by_group(pieces.patch):
-        for halves in (True, False):
-            rows = here[right[here] == halves]
+        for form, rows in _forms(nets, pieces, right, here):
             for chunk in chunks(len(rows), _room(nets), CHUNK):
                 some = rows[chunk]
-                turn = order[:, np.newaxis, some]
-                seen = _seen(
-                    ground, nets, (pieces.patch[some], pieces.part[some]), parts, positions
-                )
-                piece = seen.over(
-                    np.take_along_axis(pieces.places[..., some], turn, axis=0), halves=halves
-                )
+                patch, turn = pieces.patch[some], order[:, np.newaxis, some]
+                seen = _seen(ground, nets, (patch, pieces.part[some]), parts, positions)
+                places = np.take_along_axis(pieces.places[..., some], turn, axis=0)
+                net = nets.take(ground.row[patch])
+                if form == "near":
+                    piece = seen.near(net, patch, ground.sizes[patch], places)
+                else:
+                    piece = seen.over(net, places, halves=form == "halves")
                 away[some] = seen.restored(piece.deviation(seen.hosts))
                 if goal.view is not None:
                     near[some] = seen.distances(piece, goal.view.eye)
@@ -148,6 +153,15 @@ def certify(
         if parts.own is not None:
             mesh = np.where(parts.own, mesh, 0.0)
     return Bounds(deviation, mesh, goal.allowed(distance))
+
+
+def _forms(nets: Nets, pieces: Pieces, right: Bools, here: Ints) -> Iterator[tuple[Form, Ints]]:
+    """How pieces over patches of one degree are treated, and which of them so."""
+    if sum(nets.degree) > DIRECT:
+        yield "near", here[box_order(pieces.patch[here], pieces.places[..., here])]
+    else:
+        yield "halves", here[right[here]]
+        yield "triangles", here[~right[here]]
 
 
 def _seen(
@@ -181,7 +195,7 @@ def _room(nets: Nets) -> int:
     """Numbers that are made of one net."""
     p, q = nets.degree
     if p + q > DIRECT:
-        return 4 * (p + 1) * (q + 1) * 4
+        return 2 * (p + 1) * (q + 1)
     return 3 * (p + q + 1) * (p + q + 2)
 
 

@@ -14,12 +14,12 @@ the host's own angle, at most π there, the host and its tents are one convex se
 Angles are handled as directions (cos, sin), up to a factor: no arcs, no tangents.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TypeAlias
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray
+from service.bases.arrays import Bools, FloatArray, Ints
 
 Direction: TypeAlias = tuple[FloatArray, FloatArray]
 
@@ -66,6 +66,10 @@ class Hosts:
     begins: FloatArray
     ends: FloatArray
     folds: FloatArray
+
+    def take(self, rows: Ints) -> "Hosts":
+        """Some of the hosts."""
+        return Hosts(*(getattr(self, field.name)[..., rows] for field in fields(self)))
 
     def at(self, shares: FloatArray) -> FloatArray:
         """Places in the plane with these barycentric coordinates (k, 3, m): shape (k, 2, m)."""

@@ -1,6 +1,7 @@
 """Pieces of a surface as they look from their hosts: nets in frames, and what is told from them."""
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -11,11 +12,14 @@ from service.engine.adaptive.distance import reach
 from service.engine.adaptive.ground import Ground, Nets
 from service.engine.adaptive.heights import highest
 from service.engine.adaptive.hosts import Hosts, hosts_of
-from service.engine.adaptive.reduction import near
+from service.engine.adaptive.reduction import order_of, over_boxes
 from service.engine.adaptive.rounding import UNIT, roundings, stored
 
 DIRECT = 8
 """Degree p + q up to which the nets of triangles are computed as such."""
+
+DOUBTFUL = 1 / 8
+"""Share of a bound that may come of reducing degrees before the nets are looked at themselves."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -23,73 +27,83 @@ class Local:
     """Some pieces over patches of one degree, in the frames of their hosts.
 
     Units are such that no coordinate about the middle of the patch is above 1: a power of two
-    for each piece, 2^exponent. So no digit is lost, and no square.
+    for each piece. So no digit is lost, and no square.
 
     Attributes
     ----------
-    nets : ndarray of float64, shape (p+1, q+1, D, m)
-        Of the patches.
+    degree : (int, int)
     hosts : Hosts
     middle : ndarray of float64, shape (3, m)
         Of the patches, in model coordinates.
-    exponent : ndarray of int, shape (m,)
+    unit : ndarray of float64, shape (m,)
     slack : ndarray of float64, shape (m,)
         What the roundings of positions and of patches may do. Model units.
     """
 
-    nets: FloatArray
+    degree: tuple[int, int]
     hosts: Hosts
     middle: FloatArray
-    exponent: Ints
+    unit: FloatArray
     slack: FloatArray
 
-    @property
-    def degree(self) -> tuple[int, int]:
-        """Degree (p, q) of the patches."""
-        return self.nets.shape[0] - 1, self.nets.shape[1] - 1
+    def over(self, nets: FloatArray, places: FloatArray, *, halves: bool) -> "Piece":
+        """The surface over triangles of parameters.
 
-    def over(self, places: FloatArray, *, halves: bool) -> "Piece":
-        """The surface over triangles of parameters (3, 2, m).
-
-        `halves`: they have a right angle at corner 0, and corner 1 is along u from it.
+        Parameters
+        ----------
+        nets : ndarray of float64, shape (p+1, q+1, D, m)
+            The patches, in model units.
+        places : ndarray of float64, shape (3, 2, m)
+        halves : bool
+            Whether they have a right angle at corner 0, and corner 1 is along u from it.
         """
+        framed = self.hosts.framed(_scaled(nets, 1.0 / self.unit))
         u, v = places[:, 0], places[:, 1]
         if halves:
-            sides = (u[0], u[1]), (v[0], v[2])
-        else:
-            sides = (u.min(axis=0), u.max(axis=0)), (v.min(axis=0), v.max(axis=0))
-        direct = sum(self.degree) <= DIRECT
-        if direct and not halves:
-            return Piece(triangle_nets(self.nets, [*u], [*v]))
-        boxes = box_nets(self.nets, *sides)
-        if direct:
-            return Piece(half_nets(boxes))
-        low, off, heavier = near(boxes)
-        hull = boxes.reshape(-1, *boxes.shape[2:])
-        if halves:
-            return Piece(half_nets(low), hull, off, heavier)
+            return Piece(half_nets(box_nets(framed, (u[0], u[1]), (v[0], v[2]))))
+        return Piece(triangle_nets(framed, [*u], [*v]))
+
+    def near(self, nets: FloatArray, patch: Ints, sizes: FloatArray, places: FloatArray) -> "Piece":
+        """The surface of patches of high degree, of such sizes, over triangles in `box_order`."""
+        own = _unit(sizes)
+        sides = [(t.min(axis=0), t.max(axis=0)) for t in (places[:, 0], places[:, 1])]
+        found = over_boxes(_scaled(nets, 1.0 / own), patch, *map(np.stack, sides))
+        share = own / self.unit
+        framed = self.hosts.framed(_scaled(found.low[..., found.box], share))
         inner = (
-            [np.where(b > a, (t - a) / np.where(b > a, b - a, 1.0), 0.0) for t in axis]
-            for axis, (a, b) in zip((u, v), sides, strict=True)
+            [np.where(b > a, (t - a) / np.where(b > a, b - a, 1.0), 0.0) for t in places[:, axis]]
+            for axis, (a, b) in enumerate(sides)
         )
-        return Piece(triangle_nets(low, *inner), hull, off, heavier)
+        gap = found.gap[found.box] * share
+        net = triangle_nets(framed, *inner)
+        bound = Piece(net).deviation(self.hosts) + gap
+        # What hardly bends has all of its net near the host, though not near a cubic one.
+        rows = np.flatnonzero(gap > bound * DOUBTFUL)
+        whole = np.full(len(bound), np.inf)
+        if len(rows):
+            hosts = self.hosts.take(rows)
+            hull = hosts.framed(_scaled(found.whole[..., found.box[rows]], share[rows]))
+            x, y, h = _columns(projected(hull.reshape(-1, *hull.shape[2:])))
+            furthest = reach(x, y, h, hosts)
+            whole[rows] = furthest.bound(furthest.height)
+        return Piece(net, gap, whole)
 
     def restored(self, bound: FloatArray) -> FloatArray:
         """A bound in model units, all rounding included."""
         safe = bound + self.hosts.tilt + UNIT * roundings(*self.degree)
-        bounds: FloatArray = np.ldexp(safe, self.exponent) + self.slack
+        bounds: FloatArray = safe * self.unit + self.slack
         return bounds
 
     def distances(self, piece: "Piece", eye: FloatArray) -> FloatArray:
         """Lower bounds of the distances between the pieces and the eye, by boxes about nets."""
-        seen = self.hosts.framed(np.ldexp(eye[:, np.newaxis] - self.middle, -self.exponent))
-        points = projected(piece.net if piece.hull is None else piece.hull)
+        seen = self.hosts.framed((eye[:, np.newaxis] - self.middle) / self.unit)
+        points = projected(piece.net)
         gap = np.maximum(points.min(axis=0) - seen, seen - points.max(axis=0))
         gap = np.maximum(gap, 0.0)
         length = np.sqrt(gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2])
         # Far from the middle the eye's own coordinates are rounded.
-        length = length * (1.0 - 2.0**-40) - UNIT * roundings(*self.degree)
-        least: FloatArray = np.maximum(np.ldexp(length, self.exponent) - self.slack, 0.0)
+        length = length * (1.0 - 2.0**-40) - piece.gap - UNIT * roundings(*self.degree)
+        least: FloatArray = np.maximum(length * self.unit - self.slack, 0.0)
         return least
 
 
@@ -101,41 +115,23 @@ class Piece:
     ----------
     net : ndarray of float64, shape (N, D, m)
         A triangular net.
-    hull : ndarray of float64, shape (K, D, m), or None
-        Points with the surface in their hull, where the net is another surface's.
-    off, heavier : ndarray of float64, shape (m,), or None
-        How far that one's points, and weights, are from the surface's, as in `reduction`.
+    gap : ndarray of float64, shape (m,), or 0
+        How far its surface is from the one meant.
+    whole : ndarray of float64, shape (m,), or infinite
+        A bound that is known already.
     """
 
     net: FloatArray
-    hull: FloatArray | None = None
-    off: FloatArray | None = None
-    heavier: FloatArray | None = None
+    gap: FloatArray | float = 0.0
+    whole: FloatArray | float = inf
 
     def deviation(self, hosts: Hosts) -> FloatArray:
         """Bounds of the distances from the surface to hosts and their neighbours."""
-        bound = self._near(hosts)
-        if self.hull is None:
-            return bound
-        x, y, h = _columns(projected(self.hull))
-        whole = reach(x, y, h, hosts)
-        nearest: FloatArray = np.minimum(bound + self.gap(), whole.bound(whole.height))
-        return nearest
-
-    def _near(self, hosts: Hosts) -> FloatArray:
-        """The same for the surface of the net."""
         x, y, h = _columns(projected(self.net))
         rise = highest(np.ascontiguousarray(self.net[:, 2]), degree_of(len(h)))
-        return reach(x, y, h, hosts).bound(rise / _lightest(self.net))
-
-    def gap(self) -> FloatArray | float:
-        """How far the surface is from that of the net."""
-        if self.hull is None or self.off is None or self.heavier is None:
-            return 0.0
-        x, y, h = _columns(projected(self.net))
-        size = np.sqrt((x * x + y * y + h * h).max(axis=0))
-        gap: FloatArray = (self.off + self.heavier * size) / _lightest(self.hull)
-        return gap
+        bound = reach(x, y, h, hosts).bound(rise / _lightest(self.net)) + self.gap
+        nearest: FloatArray = np.minimum(bound, self.whole)
+        return nearest
 
     def straying(self, images: FloatArray) -> FloatArray:
         """Bounds of |S − A| for A affine with these images (3, 2, m) of the corners, in the plane.
@@ -164,13 +160,33 @@ class Piece:
         part = np.sqrt(sum(rise * rise for rise in rises)) / _lightest(made)
         x, y, h = _columns(projected(made))
         whole = np.sqrt((x * x + y * y + h * h).max(axis=0))
-        bound: FloatArray = np.minimum(part, whole) + self.gap()
+        bound: FloatArray = np.minimum(part, whole) + self.gap
         return bound
+
+
+def box_order(patch: Ints, places: FloatArray) -> Ints:
+    """The order in which `Local.near` wants triangles (3, 2, m)."""
+    return order_of(
+        patch, *(np.stack([t.min(axis=0), t.max(axis=0)]) for t in (places[:, 0], places[:, 1]))
+    )
 
 
 def projected(net: FloatArray) -> FloatArray:
     """Points (N, 3, m) of nets that may be homogeneous."""
     return net if net.shape[1] == 3 else net[:, :3] / net[:, 3:]
+
+
+def _unit(sizes: FloatArray) -> FloatArray:
+    """The least powers of two above sizes; 2^-1000 for what is less."""
+    unit: FloatArray = np.ldexp(1.0, np.maximum(np.frexp(sizes)[1], -1000))
+    return unit
+
+
+def _scaled(nets: FloatArray, scale: FloatArray) -> FloatArray:
+    """Nets (…, D, m) times powers of two; their weights remain."""
+    if nets.shape[-2] == 3:
+        return nets * scale
+    return np.concatenate([nets[..., :3, :] * scale, nets[..., 3:, :]], axis=-2)
 
 
 def _columns(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -200,9 +216,7 @@ def local(
     middle = ground.middles[:, patch]
     own = vertices - middle
     size = np.maximum(ground.sizes[patch], np.abs(own).max(axis=(0, 1)))
-    exponent = np.frexp(size)[1]
-    hosts = hosts_of(np.ldexp(own, -exponent), np.ldexp(across - middle, -exponent), joined)
-    net = nets.take(ground.row[patch])
-    net[:, :, :3] = np.ldexp(net[:, :, :3], -exponent)
+    unit = _unit(size)
+    hosts = hosts_of(own / unit, (across - middle) / unit, joined)
     slack = stored(np.abs(vertices).max(axis=(0, 1))) + ground.lowering
-    return Local(hosts.framed(net), hosts, middle, exponent, slack)
+    return Local(nets.degree, hosts, middle, unit, slack)
