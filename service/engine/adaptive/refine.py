@@ -15,9 +15,9 @@ boxes of places and finitely many heights, so the rounds end, with a mesh or wit
 2. The strip over a segment of the border, as it becomes flat, has nets that contract into the hull
    of the segment's own net, which is within 0.95 ε of the segment (`divide_border` sees to that),
    and the segment is a side of the strip's own base triangle: there all the strip passes.
-3. Leaves whose triangles all vanish, or have an edge that is there already, do so because two of
-   their corners are one vertex, which no two places inside a face are: they reach from side to
-   side, and are cut between them.
+3. Leaves that leave a piece of the border bare, or have an edge that is there already, do so
+   because two of their corners are one vertex, which no two places inside a face are: they reach
+   from side to side, and are cut between them.
 """
 
 from collections.abc import Callable
@@ -247,7 +247,8 @@ def _failing(outline: Outline, leaves: Leaves, done: _Certified) -> tuple[Bools,
     triangles = done.triangles
     fails, along_v = np.zeros(len(leaves), dtype=bool), leaves.along_v.copy()
     box = leaves.cells.box
-    vanished = triangles.leaf[(triangles.host < 0) & (triangles.leaf >= 0)]
+    orphans = triangles.leaf[(triangles.host < 0) & (triangles.leaf >= 0)]
+    vanished = np.concatenate([orphans, triangles.bare])
     across = triangles.crossed[:, 0]
     if len(vanished):
         fails[vanished] = True

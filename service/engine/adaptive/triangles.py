@@ -30,6 +30,8 @@ class Triangles:
         The triangle beyond edge k, k+1 in the mesh, if there is one and only one, or else −1;
     across : ndarray of int, shape (T, 3)
         the vertex opposite to the edge there.
+    bare : ndarray of int, shape (Y,)
+        Leaves with a piece of the border that no triangle has for an edge.
     crossed : ndarray of int, shape (X, 2)
         Triangles, and which of their edges, where more than two meet that are not all borders.
     """
@@ -41,6 +43,7 @@ class Triangles:
     host: Ints
     beside: Ints
     across: Ints
+    bare: Ints
     crossed: Ints
 
     @property
@@ -58,11 +61,18 @@ def triangulated(outline: Outline, leaves: Leaves, positions: FloatArray) -> Tri
     vertex = outline.vertex[corners]
     vanished = (vertex == np.roll(vertex, 1, axis=1)).any(axis=1)
     host = np.where(vanished, -1, np.arange(len(corners)))
+    bare = np.empty(0, dtype=np.intp)
     if vanished.any():
-        _foster(corners, leaf, host)
+        there, back = _edges(corners)
+        _foster(there, back, leaf, host)
+        edges = np.flatnonzero(np.repeat(vanished, 3) & ~np.isin(back, there))
+        keys = _pairs(vertex)
+        ends = vertex.ravel()[edges], np.roll(vertex, -1, axis=1).ravel()[edges]
+        open_ = (ends[0] != ends[1]) & ~np.isin(keys[edges], keys[np.repeat(~vanished, 3)])
+        bare = np.unique(leaf[edges[open_] // 3])
     beside, across, crowd = _neighbours(vertex, ~vanished)
     crossed = _crossed(corners, crowd) if len(crowd) else np.empty((0, 2), dtype=np.intp)
-    return Triangles(corners, leaf, segment, base, host, beside, across, crossed)
+    return Triangles(corners, leaf, segment, base, host, beside, across, bare, crossed)
 
 
 _Rows = tuple[Ints, Ints, Ints, Ints]
@@ -132,14 +142,25 @@ def _of_strips(outline: Outline) -> _Rows:
     return corners, np.full(len(corners), -1), segment[start][number], number
 
 
-def _foster(corners: Ints, leaf: Ints, host: Ints) -> None:
+def _edges(corners: Ints) -> tuple[Ints, Ints]:
+    """Numbers of the edges of triangles (T, 3), as they run and backwards: (3 T,) each."""
+    many = corners.max() + 1
+    begin, end = corners, np.roll(corners, -1, axis=1)
+    return (begin * many + end).ravel(), (end * many + begin).ravel()
+
+
+def _pairs(vertex: Ints) -> Ints:
+    """Numbers of the edges of triangles (T, 3), the same in both directions: (3 T,)."""
+    low, high = vertex, np.roll(vertex, -1, axis=1)
+    pairs: Ints = np.minimum(low, high) * (vertex.max() + 1) + np.maximum(low, high)
+    return pairs.ravel()
+
+
+def _foster(there: Ints, back: Ints, leaf: Ints, host: Ints) -> None:
     """Find hosts for triangles that have none: beside them, if possible in the same leaf.
 
     A leaf at a corner of its face of which both sides are one point has no triangle of its own.
     """
-    many = corners.max() + 1
-    begin, end = corners, np.roll(corners, -1, axis=1)
-    there, back = (begin * many + end).ravel(), (end * many + begin).ravel()
     order = np.argsort(there)
     found = order[np.minimum(np.searchsorted(there[order], back), len(there) - 1)]
     beside = np.where(there[found] == back, found // 3, -1).reshape(-1, 3)
@@ -156,10 +177,8 @@ def _foster(corners: Ints, leaf: Ints, host: Ints) -> None:
 def _neighbours(vertex: Ints, kept: Bools) -> tuple[Ints, Ints, Ints]:
     """Triangles beside edges, their vertices across, and edges (triangle · 3 + k) of too many."""
     beside, across = np.full((2, vertex.size), -1)
-    begin, end = vertex, np.roll(vertex, -1, axis=1)
-    many = vertex.max() + 1
     edges = np.flatnonzero(np.repeat(kept, 3))
-    keys = (np.minimum(begin, end) * many + np.maximum(begin, end)).ravel()[edges]
+    keys = _pairs(vertex)[edges]
     order = np.argsort(keys, kind="stable")
     keys, edges = keys[order], edges[order]
     first = np.flatnonzero(np.append(True, keys[1:] != keys[:-1]))
@@ -175,8 +194,6 @@ def _neighbours(vertex: Ints, kept: Bools) -> tuple[Ints, Ints, Ints]:
 
 def _crossed(corners: Ints, crowd: Ints) -> Ints:
     """Of edges with more than two triangles, those that run through the inside of a face."""
-    many = corners.max() + 1
-    begin, end = corners, np.roll(corners, -1, axis=1)
-    there, back = (begin * many + end).ravel(), (end * many + begin).ravel()
+    there, back = _edges(corners)
     inside = crowd[np.isin(back[crowd], there)]
     return np.stack([inside // 3, inside % 3], axis=1)
