@@ -1,4 +1,13 @@
-"""The deviation of a mesh of equal divisions: no point of the surface is further from its faces."""
+"""The deviation of a mesh of equal divisions: no point of the surface is further from its faces.
+
+Three parts add up: what patches bend between their samples (`bends`), how far written vertices are
+from these (`rounding`), and what faces without area leave out (`lost`).
+
+How close it is, bound over the largest deviation that dense sampling finds, at 16 divisions: 1.5
+on the teapot's patches, 2.1 on the sphere's, 2.7 on random bicubic ones, 4.3 on those whose control
+points lie wildly. Of the latter a factor of 2.4 is that points of equal parameters are compared,
+where the mesh may well be nearer.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace
