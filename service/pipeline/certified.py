@@ -22,6 +22,12 @@ TRIANGLE = 5_000
 Made: TypeAlias = Mesh | Scene
 
 
+def most_triangles(limits: Limits) -> int:
+    """Triangles that are made at most, whatever is asked for."""
+    # A closed surface has two triangles a vertex, an open one fewer.
+    return min(2 * limits.max_vertices, limits.max_multiplications // TRIANGLE)
+
+
 def certified(
     model: PatchModel | GroupModel,
     options: MeshOptions,
@@ -40,9 +46,7 @@ def certified(
     InvalidRequest, TooLarge
         With pointers to the option that asked for it.
     """
-    # A closed surface has two triangles a vertex, an open one fewer.
-    most = min(2 * limits.max_vertices, limits.max_multiplications // TRIANGLE)
-    limit = stated(accuracy)
+    most, limit = most_triangles(limits), stated(accuracy)
     if accuracy.max_triangles is not None and accuracy.max_triangles < most:
         most, limit = accuracy.max_triangles, "/max_triangles"
     storage = Storage(fmt.single, fmt.local)

@@ -1,17 +1,17 @@
 """Surface and options in, what a mesh would be and whether it would be made out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from service.encoders.format import EncodeOptions, Format, MeshSize
+from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import FORMATS
-from service.engine.count import Counts, count
+from service.engine.count import Counts
 from service.engine.options import MeshOptions
 from service.errors import Issue, SurfaceError, TooLarge
+from service.pipeline.foresight import foreseen
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.mesh import PLAIN, Lowerable, carried, plan_model, shares
 from service.pipeline.prediction import Known, predict
-from service.surface.lowered import GroupModel, Model, PatchModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +36,8 @@ class Estimate:
     refusals : tuple of Refusal
     accepted : bool
         Whether there is a format in which the mesh would be answered.
+    certain : bool
+        Whether nothing else can be refused once the mesh is made.
     """
 
     counts: Counts
@@ -43,6 +45,7 @@ class Estimate:
     sizes: tuple[tuple[str, int, bool], ...]
     refusals: tuple[Refusal, ...]
     accepted: bool
+    certain: bool
 
 
 def estimate(
@@ -59,10 +62,10 @@ def estimate(
     model = surface.lower()
     known: Known = {}
     whole = predict(model, options, known=known)
-    once, copies = _counted(model, options, whole, limits)
+    expected = foreseen(model, options, whole, limits)
     sizes: list[tuple[str, int, bool]] = []
     refused: dict[Issue, list[str]] = {}
-    accepted = False
+    accepted, certain = False, expected.certain
     for fmt in formats:
         try:
             size = plan_model(model, options, fmt, encode, limits, known=known).stored
@@ -73,47 +76,18 @@ def estimate(
             if not isinstance(error, TooLarge):
                 continue
             size = predict(*carried(model, options, fmt), shared=shares(fmt, encode), known=known)
-        counts = once if shares(fmt, encode) else copies
-        if counts is not None:
-            size = replace(size, triangles=counts.triangles, quads=counts.quads)
-        exact = counts is not None and fmt.fixed
-        sizes.append((fmt.name, fmt.byte_bound(size, encode), exact))
+        most = fmt.byte_bound(expected.within(size, shared=shares(fmt, encode)), encode)
+        if options.accuracy is not None:
+            certain &= most <= limits.max_bytes
+            most = min(most, limits.max_bytes, options.accuracy.max_bytes or most)
+        sizes.append((fmt.name, most, expected.exact and fmt.fixed))
     return Estimate(
-        copies or Counts(whole.vertices, whole.triangles, whole.quads),
-        copies is not None,
+        expected.copies,
+        expected.exact,
         tuple(sizes),
         tuple(Refusal(tuple(names), issue) for issue, names in refused.items()),
         accepted,
-    )
-
-
-def _counted(
-    model: Model, options: MeshOptions, whole: MeshSize, limits: Limits
-) -> tuple[Counts, Counts] | tuple[None, None]:
-    """Counts of the mesh exactly: of every different model once, and of every copy.
-
-    Not of what is swept along curves, nor of wires with faces: how often these bend is seen only
-    when they are made. Nor of what is too large to be made anyway.
-    """
-    models = model.models if isinstance(model, GroupModel) else (model,)
-    if options.solid_wires or whole.vertices > limits.max_vertices:
-        return None, None
-    found: list[Counts] = []
-    for own in models:
-        if not isinstance(own, PatchModel):
-            return None, None
-        found.append(count(own, options) if options.surface else Counts(0, 0, 0))
-    copies = found
-    if isinstance(model, GroupModel):
-        copies = [found[member.model] for member in model.members]
-    return _added(found), _added(copies)
-
-
-def _added(counts: Sequence[Counts]) -> Counts:
-    return Counts(
-        sum(each.vertices for each in counts),
-        sum(each.triangles for each in counts),
-        sum(each.quads for each in counts),
+        certain or not accepted,
     )
 
 
@@ -127,6 +101,7 @@ def estimate_object(found: Estimate) -> dict[str, object]:
         "bytes": {name: size for name, size, _ in found.sizes},
         "exact_bytes": [name for name, _, exact in found.sizes if exact],
         "accepted": found.accepted,
+        "certain": found.certain,
         "refused": [
             {
                 "formats": list(refusal.formats),

@@ -135,6 +135,22 @@ def test_parts_have_bounds_of_their_own(client: Client) -> None:
     assert min(bounds) > 0
 
 
+def test_a_mesh_by_resolution_has_its_bound(client: Client) -> None:
+    answer = asked(client, resolution=9)
+    bound = answer.json()["report"]["deviation_bound"]
+    assert bound > 0
+    assert float(answer.headers[BOUND_HEADER]) == bound
+    assert asked(client, resolution=36).json()["report"]["deviation_bound"] < bound / 4
+
+
+def test_budgets_alone_take_the_nearest_mesh(client: Client) -> None:
+    few, many = (report(client, max_triangles=most) for most in (40, 400))
+    assert few["triangles"] <= 40 < many["triangles"] <= 400
+    assert many["deviation_bound"] < few["deviation_bound"]
+    small = asked(client, "stl", max_bytes=20_000)
+    assert 10_000 < len(small.content) <= 20_000
+
+
 def test_exact_patches_have_no_bound(client: Client) -> None:
     answer = asked(client, "oogl", oogl="bez")
     assert answer.status_code == 200
@@ -158,6 +174,8 @@ TUBE = {"type": "tube", "curve": {"control_points": [[0, 0, 0], [1, 1, 0]]}, "ra
         ({"relative_tolerance": 1e-30}, "tolerance_too_small", "/relative_tolerance"),
         ({"tolerance": 0.001, "max_triangles": 10}, "too_many_triangles", "/max_triangles"),
         ({"tolerance": 0.001, "max_bytes": 1000}, "too_many_bytes", "/max_bytes"),
+        ({"max_triangles": 1}, "budget_too_small", "/max_triangles"),
+        ({"max_bytes": 100}, "budget_too_small", "/max_bytes"),
         ({"pixel_tolerance": 1}, "missing_field", "/camera"),
     ],
 )

@@ -1,12 +1,14 @@
 """What is estimated is what comes out, or no less; and what is refused is refused for that."""
 
 import json
+from dataclasses import fields
 from typing import Any
 
 import pytest
 
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.adaptive.accuracy import Accuracy, Camera
 from service.engine.options import MeshOptions
 from service.errors import Issue, SurfaceError
 from service.pipeline.estimate import Estimate, estimate, estimate_object
@@ -14,6 +16,7 @@ from service.pipeline.limits import Limits
 from service.pipeline.mesh import PLAIN, render
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
+from tests.certify.surfaces import FAMILIES
 from tests.encoders.glb_reader import read_glb
 
 COUNTS = ("vertices", "triangles", "quads")
@@ -102,6 +105,82 @@ def test_wires_with_faces_are_bounded(wires: Any) -> None:
 def test_forms_of_oogl(form: Any) -> None:
     found = check(find("saddle").surface(), MeshOptions((4, 4)), EncodeOptions(form))
     assert found.accepted
+
+
+TOLERANCES = [
+    Accuracy(tolerance=0.05),
+    Accuracy(relative_tolerance=0.01, two_sided=True),
+    Accuracy(tolerance=0.1, max_triangles=5000, max_bytes=1_000_000),
+    Accuracy(max_triangles=300),
+    Accuracy(max_bytes=30_000),
+    Accuracy(angle_tolerance=0.5),
+    Accuracy(camera=Camera((0, 0, 30), 0.8, 200), pixel_tolerance=1),
+]
+
+
+@pytest.mark.parametrize("accuracy", TOLERANCES, ids=lambda a: next(iter(vars_of(a))))
+def test_tolerances_and_budgets_are_bounded(accuracy: Accuracy) -> None:
+    for example in ("sphere", "torus"):
+        surface, options = find(example).surface(), MeshOptions(accuracy=accuracy)
+        found = estimate(surface, options)
+        assert not found.exact
+        assert found.accepted
+        sizes = {name: size for name, size, _ in found.sizes}
+        for name in ("glb", "json"):
+            content, issues = rendered(surface, options, BY_NAME[name])
+            assert not (issues and found.certain)
+            assert len(content) <= sizes[name]
+            for report in reports(BY_NAME[name], content) if content else ():
+                for count in COUNTS:
+                    assert report[count] <= getattr(found.counts, count)
+
+
+def vars_of(accuracy: Accuracy) -> dict[str, Any]:
+    """What an accuracy states."""
+    return {f.name: v for f in fields(accuracy) if (v := getattr(accuracy, f.name))}
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_no_family_of_surfaces_needs_more_than_was_foreseen(name: str) -> None:
+    surface = FAMILIES[name].surface(1)
+    options = MeshOptions(accuracy=Accuracy(relative_tolerance=0.01), normals=False)
+    found = estimate(surface, options)
+    content, issues = rendered(surface, options, BY_NAME["json"])
+    if issues:
+        assert not found.certain
+        return
+    report = json.loads(content)["report"]
+    assert 2 * report["triangles"] <= found.counts.triangles
+    assert report["vertices"] <= found.counts.vertices
+
+
+def test_what_is_certain_and_what_is_not() -> None:
+    surface = find("sphere").surface()
+
+    def told(**accuracy: Any) -> Estimate:
+        return estimate(surface, MeshOptions(accuracy=Accuracy(**accuracy)))
+
+    assert told(tolerance=0.01).certain
+    assert not told(tolerance=1e-9).certain
+    assert not told(tolerance=0.01, max_triangles=200).certain
+    assert not told(tolerance=0.01, max_bytes=5000).certain
+    assert not told(max_triangles=200).certain
+    assert not told(angle_tolerance=0.1).certain
+    assert told(max_triangles=200).counts.triangles == 200
+    assert dict(sized(told(max_bytes=5000)))["glb"] == 5000
+
+
+def sized(found: Estimate) -> list[tuple[str, int]]:
+    return [(name, size) for name, size, _ in found.sizes]
+
+
+def test_what_no_mesh_by_tolerance_can_have_is_refused_here_too() -> None:
+    options = MeshOptions(accuracy=Accuracy(tolerance=0.1), faces="quads")
+    found = check(find("saddle").surface(), options)
+    assert not found.accepted
+    assert {refusal.issue.code for refusal in found.refusals} == {"conflicting_options"}
+    tube = check(find("trefoil-tube").surface(), MeshOptions(accuracy=Accuracy(tolerance=0.1)))
+    assert {refusal.issue.code for refusal in tube.refusals} == {"not_parametric"}
 
 
 def test_copies_in_a_group_are_counted_each_and_stored_once() -> None:

@@ -25,6 +25,10 @@ REQUESTS: Json = {
         "summary": "More vertices than are answered in any format",
         "value": MESHES["patch"]["value"] | {"resolution": 60_000},
     },
+    "tolerance": {
+        "summary": "By tolerance: no more than this comes out",
+        "value": MESHES["tolerance"]["value"],
+    },
     "tube": {
         "summary": "A tube, whose vertices are counted as many as they may be",
         "value": MESHES["tube"]["value"],
@@ -100,8 +104,9 @@ def estimate_schema() -> Json:
         "exact": {
             "type": "boolean",
             "description": "Whether these three are those of the report. Else they are upper "
-            "bounds: under a tolerance or a budget, of what is swept along a curve, of wires with "
-            "faces, and of what is refused for its vertices.",
+            "bounds: under a tolerance, usually some ten times what comes out, or a budget; of "
+            "what is swept along a curve; of wires with faces; of what is refused for its "
+            "vertices.",
         },
         "bytes": {
             "type": "object",
@@ -119,6 +124,12 @@ def estimate_schema() -> Json:
         "accepted": {
             "type": "boolean",
             "description": "Whether `POST /v1/mesh` would answer this body in one of the formats.",
+        },
+        "certain": {
+            "type": "boolean",
+            "description": "Whether nothing else can be refused. Under a tolerance it is so if the "
+            "bounds above are within all limits; else, and under a budget, a mesh may turn out to "
+            "be too large, or the tolerance too small, when it is made.",
         },
         "refused": {
             "type": "array",
