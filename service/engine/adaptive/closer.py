@@ -6,6 +6,8 @@ its edges, and each piece is certified against the triangle that it is nearest t
 As the pieces shrink, what is proved of them comes down to their distances from those triangles.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
@@ -57,12 +59,13 @@ def looked_closer(
         whole = (places.max(axis=1) <= (first + 1) * SPAN).all(axis=1)
         even = (QUARTERS.reshape(12, 3) @ places % 2 == 0).all(axis=(1, 2))
         fails[part[~(whole & even)]] = True
-        open_ = ~fails[part]
-        places, part = places[open_], part[open_]
-        face, host, base = face[open_], host[open_], base[open_]
+        places, face, host, base, part = _those(~fails[part], places, face, host, base, part)
         places = (QUARTERS[np.newaxis] @ places[:, np.newaxis] // 2).reshape(-1, 3, 2)
         face, host, base, part = (np.repeat(values, 4) for values in (face, host, base, part))
         host, away = _nearest(task, triangles, outline, positions, (face, places, host, base))
+        # What is too far away already, at some point, needs no proof.
+        fails[part[away > task.goal.tolerance]] = True
+        places, face, host, base, part = _those(~fails[part], places, face, host, base, part)
         parts = Parts(
             face,
             places,
@@ -74,15 +77,15 @@ def looked_closer(
         found = certify(task.ground, task.faces, parts, positions, task.goal)
         passed = found.deviation <= found.allowed
         np.maximum.at(deviation, part[passed], found.deviation[passed])
-        fails[part[away > found.allowed]] = True
-        left = ~passed & ~fails[part]
-        places, face, host, base, part = (
-            values[left] for values in (places, face, host, base, part)
-        )
+        places, face, host, base, part = _those(~passed, places, face, host, base, part)
         if not len(part):
             break
     fails[part] = True
     return deviation, ~fails
+
+
+def _those(here: Bools, *columns: Ints) -> Iterator[Ints]:
+    return (column[here] for column in columns)
 
 
 def _nearest(

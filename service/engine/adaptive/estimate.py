@@ -27,6 +27,9 @@ NEARLY = 1.0 - 1e-9
 TWIST = 0.25
 """Share of the difference between the heights of opposite sides that counts as deviation."""
 
+SKEW = 0.25
+"""Share of a cell's skewness that its longer side gains when the direction of a cut is chosen."""
+
 LENGTH = 1e-3
 """Of the allowed deviation, how much a direction gains by its length: it breaks ties."""
 
@@ -102,7 +105,6 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, grain: FloatArray)
     bend_u = np.maximum.reduce([np.abs(heights[k]) for k in (0, 1, 4)])
     bend_v = np.maximum.reduce([np.abs(heights[k]) for k in (2, 3, 5)])
     along_u, along_v = (b - a + c - d) * 0.5, (d - a + c - b) * 0.5
-    long_u, long_v = length(along_u), length(along_v)
     fails = best > SHARE * allowed
     rest = np.flatnonzero(~fails)
     if len(rest):
@@ -113,9 +115,8 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, grain: FloatArray)
         chosen = rest[over]
         fails[chosen] = True
         bend_u[chosen], bend_v[chosen] = more[1][over], more[2][over]
-    finite = np.where(allowed < np.inf, allowed, 0.0)  # 0: where no deviation is too large
-    tie = LENGTH * finite / np.maximum(long_u + long_v, np.finfo(float).tiny)
-    v_first = bend_u + tie * long_u < (bend_v + tie * long_v) * NEARLY
+    skew = dot(a - b + c - d, normal)
+    v_first = across_v((bend_u, bend_v), (length(along_u), length(along_v)), skew, allowed)
     if goal.angle < np.pi:
         turn = turning(at, goal.angle, grain)
         here = turn.exceeds & ~fails
@@ -127,12 +128,37 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, grain: FloatArray)
             dot(along_u, along_v),
             dot(along_v, along_v),
             dot((left + right) * 0.5 - middle, normal),
-            dot(a - b + c - d, normal) * 0.125,
+            skew * 0.125,
             dot((low + high) * 0.5 - middle, normal),
             allowed,
         ]
     )
     return Verdict(fails, v_first, is_rising, form)
+
+
+def across_v(
+    bends: tuple[FloatArray, FloatArray],
+    lengths: tuple[FloatArray, FloatArray],
+    skew: FloatArray,
+    allowed: FloatArray,
+) -> Bools:
+    """Whether cells are to be cut across v, not across u: in the direction that bends more.
+
+    Of the height that a cell has because its corners are not in a plane, half is gone whichever way
+    it is cut: that speaks for the longer side, and so does, a little, what is allowed.
+
+    Parameters
+    ----------
+    bends, lengths : tuple of ndarray of float64, shape (m,)
+        Along u and along v.
+    skew : ndarray of float64, shape (m,)
+        (S_00 − S_10 + S_11 − S_01) · n.
+    """
+    finite = np.where(allowed < np.inf, allowed, 0.0)  # 0: where no deviation is too large
+    tie = LENGTH * finite + SKEW * np.abs(skew)
+    tie /= np.maximum(lengths[0] + lengths[1], np.finfo(float).tiny)
+    chosen: Bools = bends[0] + tie * lengths[0] < (bends[1] + tie * lengths[1]) * NEARLY
+    return chosen
 
 
 @dataclass(frozen=True, eq=False, slots=True)

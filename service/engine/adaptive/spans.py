@@ -14,10 +14,10 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.boxes import Cells, Leaves
 from service.engine.adaptive.estimate import (
-    LENGTH,
     NEARLY,
     SHARE,
     Planes,
+    across_v,
     allowed_at,
     remainder,
     two_planes,
@@ -203,18 +203,18 @@ def _examined(task: Task, cells: Cells) -> tuple[Leaves, tuple[Cells, Cells]]:
     worse = ~fails & (best + rest[0] > SHARE * allowed)
     fails |= worse
     bends = np.where(worse, rest[1:], bends)
-    long_u, long_v = (look.pieces.worst(length(_chord(look, axis)[1])) for axis in (0, 1))
-    tie = LENGTH * allowed / np.maximum(long_u + long_v, np.finfo(float).tiny)
-    along_v = bends[0] + tie * long_u < (bends[1] + tie * long_v) * NEARLY
+    lengths = tuple(look.pieces.worst(length(_chord(look, axis)[1])) for axis in (0, 1))
     a, b, c, d = look.corner
     step_u, step_v = (b - a + c - d) * 0.5, (d - a + c - b) * 0.5
+    skew = dot(a - b + c - d, look.normal)
+    along_v = across_v((bends[0], bends[1]), (lengths[0], lengths[1]), skew, allowed)
     form = np.stack(
         [
             dot(step_u, step_u),
             dot(step_u, step_v),
             dot(step_v, step_v),
             bends[0],
-            dot(a - b + c - d, look.normal) * 0.125,
+            skew * 0.125,
             bends[1],
             allowed,
         ]
