@@ -123,13 +123,14 @@ def certify(
     pieces = clipped(faces, parts.face, corners)
     right, order = _right_angles(pieces.corners)
     shares = images(pieces, corners) if goal.two_sided else None
+    columns = np.ascontiguousarray(positions.T)
     near, away, astray = np.empty((3, len(pieces.part)))
     for nets, here in ground.by_group(pieces.patch):
         for form, rows in _forms(nets, pieces, right, here):
             for chunk in chunks(len(rows), _room(nets), CHUNK):
                 some = rows[chunk]
                 patch, turn = pieces.patch[some], order[:, np.newaxis, some]
-                seen = _seen(ground, nets, (patch, pieces.part[some]), parts, positions)
+                seen = _seen(ground, nets, (patch, pieces.part[some]), parts, columns)
                 places = np.take_along_axis(pieces.places[..., some], turn, axis=0)
                 net = nets.take(ground.row[patch])
                 if form == "near":
@@ -165,12 +166,12 @@ def _forms(nets: Nets, pieces: Pieces, right: Bools, here: Ints) -> Iterator[tup
 
 
 def _seen(
-    ground: Ground, nets: Nets, which: tuple[Ints, Ints], parts: Parts, positions: FloatArray
+    ground: Ground, nets: Nets, which: tuple[Ints, Ints], parts: Parts, columns: FloatArray
 ) -> Local:
-    """Pieces, given by their patches and parts, seen from their hosts."""
+    """Pieces, given by their patches and parts, seen from their hosts; positions are (3, V)."""
     patch, part = which
     host, beyond = (ids[part].T for ids in (parts.host, parts.across))
-    vertices, across = (np.stack([positions[row].T for row in ids]) for ids in (host, beyond))
+    vertices, across = (columns.take(ids, axis=1).swapaxes(0, 1) for ids in (host, beyond))
     return local(ground, nets, patch, vertices, (across, beyond >= 0))
 
 
