@@ -95,34 +95,63 @@ def mesh_to_surface(
 ) -> float:
     """Largest distance found from a point of the triangles (T, 3, 3) to the surface.
 
-    Points of the triangles stand at their barycentric multiples of 1/`inner`. The nearest point of
-    the surface is looked for about the nearest samples of every sheet, in ever smaller steps: what
-    is found may be too large by the square of the last step.
+    Points of the triangles stand at their barycentric multiples of 1/`inner`. From the nearest
+    samples of every sheet one descends to the nearest point; it may be another one that is nearest
+    of all, then what is found is too large.
     """
     steps = [(i, j) for i in range(inner + 1) for j in range(inner + 1 - i)]
     weights = np.array([(inner - i - j, i, j) for i, j in steps]) / inner
-    best = np.full(len(corners) * len(weights), np.inf)
-    for sheet in sheets:
-        points = np.einsum("wk,tki->twi", weights, corners - sheet.origin).reshape(-1, 3)
-        np.minimum(best, _to_sheet(sheet, points, count), out=best)
+    points = np.einsum("wk,tki->twi", weights, corners).reshape(-1, 3)
+    best = np.full(len(points), np.inf)
+    trees = [(sheet, sheet.samples(count)) for sheet in sheets]
+    for start, steps_down in ((0, 6), (1, 10), (2, 10), (4, 20)):
+        # All at first, then again those that are farthest, from other samples.
+        rows = np.flatnonzero(best >= best.max() / 2) if start else np.arange(len(points))
+        for sheet, places in trees:
+            found = _descended(sheet, places, points[rows] - sheet.origin, start, steps_down)
+            best[rows] = np.minimum(best[rows], found)
     return float(best.max())
 
 
-def _to_sheet(sheet: Sheet, points: Array, count: int, starts: int = 3) -> Array:
-    """Distances (m,) from points to a sheet, never too small but for rounding."""
-    places = sheet.samples(count)
-    _, rows = cKDTree(sheet.at(places)).query(points, k=starts)
-    best = np.full(len(points), np.inf)
-    offsets = np.stack(np.meshgrid(*[np.linspace(-1, 1, 5)] * 2), axis=-1).reshape(-1, 2)
-    for start in range(starts):
-        at = places[rows[:, start]]
-        reach = sheet.step(count)
-        for _ in range(8):
-            around = sheet.inside((at[:, np.newaxis] + offsets * reach).reshape(-1, 2))
-            apart = sheet.at(around).reshape(len(points), -1, 3) - points[:, np.newaxis]
-            square = np.einsum("mki,mki->mk", apart, apart)
-            nearest = square.argmin(axis=1)
-            at = around.reshape(len(points), -1, 2)[np.arange(len(points)), nearest]
-            np.minimum(best, np.sqrt(square[np.arange(len(points)), nearest]), out=best)
-            reach = reach * 0.4
-    return best
+def _descended(sheet: Sheet, places: Array, points: Array, start: int, steps: int) -> Array:
+    """Distances (m,) to a sheet, by steps of Gauss and Newton from the start-th nearest sample.
+
+    Slopes are differences; a step that leads further away is halved and tried again.
+    """
+    _, rows = cKDTree(sheet.at(places)).query(points, k=[start + 1])
+    at, size = places[rows[:, 0]], sheet.step(len(places))
+    apart = sheet.at(at) - points
+    best = (apart * apart).sum(axis=1)
+    scale = np.ones((len(points), 1))
+    for _ in range(steps):
+        slopes = []
+        for axis in range(2):
+            small = np.zeros(2)
+            small[axis] = 1e-6 * size[axis]
+            there = sheet.inside(at + small)
+            there = np.where(there == at, sheet.inside(at - small), there)
+            length = (there - at).sum(axis=1, keepdims=True)
+            slopes.append((sheet.at(there) - points - apart) / np.where(length == 0, 1, length))
+        step = _solved(slopes, apart)
+        new = sheet.inside(at - scale * step)
+        moved = sheet.at(new) - points
+        square = (moved * moved).sum(axis=1)
+        nearer = square < best
+        best = np.where(nearer, square, best)
+        at = np.where(nearer[:, np.newaxis], new, at)
+        apart = np.where(nearer[:, np.newaxis], moved, apart)
+        scale = np.where(nearer[:, np.newaxis], 1.0, scale / 4)
+    distances: Array = np.sqrt(best)
+    return distances
+
+
+def _solved(slopes: Sequence[Array], apart: Array) -> Array:
+    """The step (m, 2) that makes Σ step · slope as near as can be to what is apart."""
+    (a, b), c = slopes, apart
+    e, f, g = ((x * y).sum(axis=1) for x, y in ((a, a), (a, b), (b, b)))
+    p, q = ((x * c).sum(axis=1) for x in (a, b))
+    # A little more on the diagonal, for partials that vanish or run along each other.
+    e, g = e * (1 + 1e-9) + 1e-300, g * (1 + 1e-9) + 1e-300
+    area = e * g - f * f
+    step: Array = np.stack([g * p - f * q, e * q - f * p], axis=1) / area[:, np.newaxis]
+    return step
