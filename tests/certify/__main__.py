@@ -26,6 +26,9 @@ from tests.certify.surfaces import FAMILIES
 
 JOINT_TOLERANCES = 3e-1, 3e-2, 3e-3
 RESOLUTIONS = (1, 1), (4, 4), (3, 7), (16, 2), (12, 12)
+PATIENCE = 60
+"""Seconds for one task."""
+
 TWO_SIDED_EVERY, BINARY_EVERY = 6, 2
 
 
@@ -60,15 +63,24 @@ Task: TypeAlias = Case | tuple[str, int, float]
 
 
 def work(task: Task) -> Verdict | Joint:
-    """One mesh, or one model."""
-    if isinstance(task, Case):
-        return judge(task)
-    return judge_group(*task[1:]) if task[0] == "groups" else judge_model(*task)
+    """One mesh, one model or one group; after a while there is none."""
+    signal.alarm(PATIENCE)
+    try:
+        if isinstance(task, Case):
+            return judge(task)
+        return judge_group(*task[1:]) if task[0] == "groups" else judge_model(*task)
+    finally:
+        signal.alarm(0)
+
+
+def _too_long(_signal: int, _frame: object) -> None:
+    raise TimeoutError(f"more than {PATIENCE} s")
 
 
 def _quiet() -> None:
-    """Leaves Ctrl-C to the parent."""
+    """Leaves Ctrl-C to the parent, takes the alarm."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGALRM, _too_long)
     pin_blas()
 
 

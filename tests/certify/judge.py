@@ -86,7 +86,7 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
     if case.resolution is not None:
         return verdict
     _count(verdict, mesh, lines=family.lines)
-    if family.flat and verdict.triangles != 2:
+    if family.flat and not case.two_sided and verdict.triangles != 2:
         verdict.wrong.append(f"{verdict.triangles} triangles where two are enough")
     return verdict
 
