@@ -48,7 +48,8 @@ def _json(content: bytes, diagonal: int) -> Written:
         rows = _triangles(document.get("attribute_faces", document["faces"]), diagonal)
         places = np.array(document["uvs"], dtype=float)[rows]
     parts = {part["name"]: (part["faces"][0], part["faces"][1]) for part in document["parts"]}
-    bounds = {p["name"]: p["deviation_bound"] for p in document["parts"] if "deviation_bound" in p}
+    stated = document["report"].get("parts", [])
+    bounds = {part["name"]: part["deviation_bound"] for part in stated}
     vertices = np.array(document["vertices"], dtype=float).reshape(-1, 3)
     return Written(vertices, faces, document["report"], places, parts, bounds)
 

@@ -22,6 +22,10 @@ WORST = 12
 """Samples about which more are taken."""
 
 ROUNDS = 4
+
+AGAIN = 128
+"""Points whose distance to the surface is looked for again at a time."""
+
 ROUNDING = 64 * 2.0**-53
 """Rounding of an evaluated point, in units of the size of what is evaluated, and generously."""
 
@@ -96,30 +100,57 @@ def mesh_to_surface(
     """Largest distance found from a point of the triangles (T, 3, 3) to the surface.
 
     Points of the triangles stand at their barycentric multiples of 1/`inner`. From the nearest
-    samples of every sheet one descends to the nearest point; it may be another one that is nearest
-    of all, then what is found is too large.
+    sample of every sheet one descends to the nearest point. What is found may be too large, so
+    where it is largest one looks again, among many more samples and in steps of all sizes, until
+    the largest of all is one that was looked at twice.
     """
     steps = [(i, j) for i in range(inner + 1) for j in range(inner + 1 - i)]
     weights = np.array([(inner - i - j, i, j) for i, j in steps]) / inner
     points = np.einsum("wk,tki->twi", weights, corners).reshape(-1, 3)
     best = np.full(len(points), np.inf)
-    trees = [(sheet, sheet.samples(count)) for sheet in sheets]
-    for start, steps_down in ((0, 6), (1, 10), (2, 10), (4, 20)):
-        # All at first, then again those that are farthest, from other samples.
-        rows = np.flatnonzero(best >= best.max() / 2) if start else np.arange(len(points))
-        for sheet, places in trees:
-            found = _descended(sheet, places, points[rows] - sheet.origin, start, steps_down)
+    for sheet in sheets:
+        found = _descended(sheet, sheet.samples(count), points - sheet.origin)
+        np.minimum(best, found, out=best)
+    order = np.argsort(-best, kind="stable")
+    fine = [(sheet, sheet.samples(16 * count)) for sheet in sheets]
+    trees = [cKDTree(sheet.at(places)) for sheet, places in fine]
+    largest = 0.0
+    for start in range(0, len(order), AGAIN):
+        rows = order[start : start + AGAIN]
+        if best[rows[0]] <= largest:
+            break
+        for (sheet, places), tree in zip(fine, trees, strict=True):
+            found = _searched(sheet, places, tree, points[rows] - sheet.origin)
             best[rows] = np.minimum(best[rows], found)
-    return float(best.max())
+        largest = max(largest, float(best[rows].max()))
+    return largest
 
 
-def _descended(sheet: Sheet, places: Array, points: Array, start: int, steps: int) -> Array:
-    """Distances (m,) to a sheet, by steps of Gauss and Newton from the start-th nearest sample.
+def _searched(sheet: Sheet, places: Array, tree: cKDTree, points: Array) -> Array:
+    """Distances (m,) to a sheet, about the nearest samples in steps that become ever smaller."""
+    offsets = np.stack(np.meshgrid(*[np.linspace(-1, 1, 5)] * 2), axis=-1).reshape(-1, 2)
+    _, nearest = tree.query(points, k=2)
+    best = np.full(len(points), np.inf)
+    for start in nearest.T:
+        at, reach = places[start], sheet.step(len(places))
+        for _ in range(10):
+            around = sheet.inside((at[:, np.newaxis] + offsets * reach).reshape(-1, 2))
+            apart = sheet.at(around).reshape(len(points), -1, 3) - points[:, np.newaxis]
+            square = (apart * apart).sum(axis=2)
+            row = square.argmin(axis=1)
+            at = around.reshape(len(points), -1, 2)[np.arange(len(points)), row]
+            np.minimum(best, np.sqrt(square.min(axis=1)), out=best)
+            reach = reach / 2
+    return best
+
+
+def _descended(sheet: Sheet, places: Array, points: Array, steps: int = 6) -> Array:
+    """Distances (m,) to a sheet, by steps of Gauss and Newton from the nearest sample.
 
     Slopes are differences; a step that leads further away is halved and tried again.
     """
-    _, rows = cKDTree(sheet.at(places)).query(points, k=[start + 1])
-    at, size = places[rows[:, 0]], sheet.step(len(places))
+    _, rows = cKDTree(sheet.at(places)).query(points)
+    at, size = places[rows], sheet.step(len(places))
     apart = sheet.at(at) - points
     best = (apart * apart).sum(axis=1)
     scale = np.ones((len(points), 1))
