@@ -108,13 +108,13 @@ def diagonal_of(surface: Any) -> float:
 def _measure(verdict: Verdict, surface: Any, mesh: Written, samples: tuple[int, int]) -> None:
     """Deviations against what is promised, and promises against what was asked for."""
     sheets = sheets_of(surface)
-    verdict.bound = mesh.report.get("deviation_bound", np.nan)
-    if not verdict.bound <= verdict.tolerance:
-        verdict.wrong.append(f"bound {verdict.bound} above tolerance {verdict.tolerance}")
     if not len(mesh.faces):
         if verdict.tolerance > 0 and verdict.case.resolution is None:
             verdict.wrong.append("no triangles")
         return
+    verdict.bound = mesh.report.get("deviation_bound", np.nan)
+    if not verdict.bound <= verdict.tolerance:
+        verdict.wrong.append(f"bound {verdict.bound} above tolerance {verdict.tolerance}")
     count = int(np.clip(4 * len(mesh.faces), *samples))
     found = surface_to_mesh(sheets, mesh.corners, count)
     verdict.deviation = max(verdict.deviation, found.distance)

@@ -27,8 +27,8 @@ MODERATE, WILD = 0.1, 0.35
 class Family:
     """Surfaces of one kind.
 
-    `count` of them are looked at in all. `lines` says that some are lines or points, where
-    triangles without area are right; `flat` that two triangles are enough.
+    `count` of them are looked at in all. `lines` says that there is no area at all, where triangles
+    without any are right; `flat` that two triangles are enough.
     """
 
     make: Callable[[Random], Surface]
@@ -251,16 +251,13 @@ def _cusped(rng: Random) -> Surface:
 
 
 def _lines(rng: Random) -> Surface:
-    """No surface at all: a curve, twice, or a point."""
+    """No surface at all: a line, or a curve."""
     p, q = _degrees(rng, 4)
     net = strewn(rng, p + 1, q + 1, WILD)
-    kind = rng.integers(3)
-    if kind == 0:
+    if rng.integers(2):
         net[..., 1:] = net[..., :1] * rng.uniform(-1, 1, 2)
-    elif kind == 1:
-        net[:] = net[:, :1]
     else:
-        net[:] = net[0, 0]
+        net[:] = net[:, :1]
     return BezierSurface(net)
 
 
@@ -360,7 +357,7 @@ FAMILIES: Mapping[str, Family] = MappingProxyType(
         "almost degenerate": Family(_almost, 40),
         "folded": Family(_folded, 30),
         "cusped": Family(_cusped, 40),
-        "lines and points": Family(_lines, 10, lines=True),
+        "lines and curves": Family(_lines, 10, lines=True),
         "quadrics": Family(_quadric, 30),
         "flat": Family(_flat, 20, flat=True),
         "flat B-splines": Family(_level, 10, flat=True),

@@ -101,88 +101,89 @@ def mesh_to_surface(
 
     Points of the triangles stand at their barycentric multiples of 1/`inner`. From the nearest
     sample of every sheet one descends to the nearest point. What is found may be too large, so
-    where it is largest one looks again, among many more samples and in steps of all sizes, until
-    the largest of all is one that was looked at twice.
+    where it is largest one begins again at the nearest of many more samples, until the largest of
+    all is one that was looked at twice.
     """
     steps = [(i, j) for i in range(inner + 1) for j in range(inner + 1 - i)]
     weights = np.array([(inner - i - j, i, j) for i, j in steps]) / inner
     points = np.einsum("wk,tki->twi", weights, corners).reshape(-1, 3)
     best = np.full(len(points), np.inf)
     for sheet in sheets:
-        found = _descended(sheet, sheet.samples(count), points - sheet.origin)
+        found = _descended(sheet, *_seeds(sheet, count), points - sheet.origin, starts=1)
         np.minimum(best, found, out=best)
     order = np.argsort(-best, kind="stable")
-    fine = [(sheet, sheet.samples(16 * count)) for sheet in sheets]
-    trees = [cKDTree(sheet.at(places)) for sheet, places in fine]
+    many = [(sheet, *_seeds(sheet, 16 * count)) for sheet in sheets]
     largest = 0.0
     for start in range(0, len(order), AGAIN):
         rows = order[start : start + AGAIN]
         if best[rows[0]] <= largest:
             break
-        for (sheet, places), tree in zip(fine, trees, strict=True):
-            found = _searched(sheet, places, tree, points[rows] - sheet.origin)
+        for sheet, places, tree in many:
+            found = _descended(sheet, places, tree, points[rows] - sheet.origin, starts=4)
             best[rows] = np.minimum(best[rows], found)
         largest = max(largest, float(best[rows].max()))
     return largest
 
 
-def _searched(sheet: Sheet, places: Array, tree: cKDTree, points: Array) -> Array:
-    """Distances (m,) to a sheet, about the nearest samples in steps that become ever smaller."""
-    offsets = np.stack(np.meshgrid(*[np.linspace(-1, 1, 5)] * 2), axis=-1).reshape(-1, 2)
-    _, nearest = tree.query(points, k=2)
-    best = np.full(len(points), np.inf)
-    for start in nearest.T:
-        at, reach = places[start], sheet.step(len(places))
-        for _ in range(10):
-            around = sheet.inside((at[:, np.newaxis] + offsets * reach).reshape(-1, 2))
-            apart = sheet.at(around).reshape(len(points), -1, 3) - points[:, np.newaxis]
-            square = (apart * apart).sum(axis=2)
-            row = square.argmin(axis=1)
-            at = around.reshape(len(points), -1, 2)[np.arange(len(points)), row]
-            np.minimum(best, np.sqrt(square.min(axis=1)), out=best)
-            reach = reach / 2
-    return best
+def _seeds(sheet: Sheet, count: int) -> tuple[Array, cKDTree]:
+    """Samples, and where they are."""
+    places = sheet.samples(count)
+    return places, cKDTree(sheet.at(places))
 
 
-def _descended(sheet: Sheet, places: Array, points: Array, steps: int = 6) -> Array:
-    """Distances (m,) to a sheet, by steps of Gauss and Newton from the nearest sample.
+def _descended(
+    sheet: Sheet, places: Array, tree: cKDTree, points: Array, *, starts: int, steps: int = 8
+) -> Array:
+    """Distances (m,) to a sheet, by steps of Gauss and Newton from the nearest samples.
 
-    Slopes are differences; a step that leads further away is halved and tried again.
+    Slopes are differences. Beside the step itself those along u, along v and along the third side
+    of a triangle are tried, for the nearest point may be on the border; a step that leads further
+    away is shortened.
     """
-    _, rows = cKDTree(sheet.at(places)).query(points)
-    at, size = places[rows], sheet.step(len(places))
+    _, rows = tree.query(points, k=list(range(1, starts + 1)))
+    at = places[rows.T.ravel()]
+    points = np.tile(points, (starts, 1))
+    size = 1e-6 * sheet.step(len(places))
     apart = sheet.at(at) - points
     best = (apart * apart).sum(axis=1)
     scale = np.ones((len(points), 1))
     for _ in range(steps):
-        slopes = []
-        for axis in range(2):
-            small = np.zeros(2)
-            small[axis] = 1e-6 * size[axis]
-            there = sheet.inside(at + small)
-            there = np.where(there == at, sheet.inside(at - small), there)
-            length = (there - at).sum(axis=1, keepdims=True)
-            slopes.append((sheet.at(there) - points - apart) / np.where(length == 0, 1, length))
-        step = _solved(slopes, apart)
-        new = sheet.inside(at - scale * step)
-        moved = sheet.at(new) - points
-        square = (moved * moved).sum(axis=1)
-        nearer = square < best
-        best = np.where(nearer, square, best)
-        at = np.where(nearer[:, np.newaxis], new, at)
-        apart = np.where(nearer[:, np.newaxis], moved, apart)
-        scale = np.where(nearer[:, np.newaxis], 1.0, scale / 4)
-    distances: Array = np.sqrt(best)
+        a, b = (_slope(sheet, at, apart + points, size, axis) for axis in range(2))
+        for step in _steps(a, b, apart):
+            new = sheet.inside(at - scale * step)
+            moved = sheet.at(new) - points
+            square = (moved * moved).sum(axis=1)
+            nearer = square < best
+            best = np.where(nearer, square, best)
+            at = np.where(nearer[:, np.newaxis], new, at)
+            apart = np.where(nearer[:, np.newaxis], moved, apart)
+        scale = np.where(nearer[:, np.newaxis], 1.0, scale / 2)
+    distances: Array = np.sqrt(best).reshape(starts, -1).min(axis=0)
     return distances
 
 
-def _solved(slopes: Sequence[Array], apart: Array) -> Array:
-    """The step (m, 2) that makes Σ step · slope as near as can be to what is apart."""
-    (a, b), c = slopes, apart
+def _slope(sheet: Sheet, at: Array, here: Array, size: Array, axis: int) -> Array:
+    """The partial along one parameter, from a difference into the domain."""
+    small = np.where(np.arange(2) == axis, size, 0.0)
+    there = sheet.inside(at + small)
+    stayed = np.abs(there - at)[:, axis, np.newaxis] < size[axis] / 2
+    there = sheet.inside(np.where(stayed, at - small, there))
+    length = (there - at)[:, axis, np.newaxis]
+    return (sheet.at(there) - here) / np.where(length == 0, 1.0, length)
+
+
+def _steps(a: Array, b: Array, apart: Array) -> list[Array]:
+    """Steps (m, 2) that make what is apart small, to first order: freely and along three lines."""
     e, f, g = ((x * y).sum(axis=1) for x, y in ((a, a), (a, b), (b, b)))
-    p, q = ((x * c).sum(axis=1) for x in (a, b))
+    p, q = ((x * apart).sum(axis=1) for x in (a, b))
     # A little more on the diagonal, for partials that vanish or run along each other.
     e, g = e * (1 + 1e-9) + 1e-300, g * (1 + 1e-9) + 1e-300
-    area = e * g - f * f
-    step: Array = np.stack([g * p - f * q, e * q - f * p], axis=1) / area[:, np.newaxis]
-    return step
+    zero = np.zeros_like(p)
+    area, across = e * g - f * f, e + g - 2 * f + 1e-300
+    found = [
+        ((g * p - f * q) / area, (e * q - f * p) / area),
+        (p / e, zero),
+        (zero, q / g),
+        ((p - q) / across, (q - p) / across),
+    ]
+    return [np.stack(step, axis=1) for step in found]

@@ -40,7 +40,11 @@ class Sheet(Protocol):
         ...
 
     def samples(self, count: int) -> Array:
-        """About so many places (m, 2), those on the border and on knot lines among them."""
+        """About twice so many places (m, 2).
+
+        As many at equal distances in the domain, those on the border and on knot lines among them,
+        as at about equal distances in space.
+        """
         ...
 
     def inside(self, places: Array) -> Array:
@@ -81,7 +85,9 @@ class TensorSheet:
         fine = [_divided(breaks, 4 * each) for breaks in self.breaks]
         ends = [breaks[[0, -1]] for breaks in self.breaks]
         grids = [lines, [fine[0], ends[1]], [ends[0], fine[1]]]
-        return np.concatenate([_grid(u, v) for u, v in grids])
+        coarse = [_divided(breaks, max(1, each // 6)) for breaks in self.breaks]
+        even = _evened(self, _halves(coarse[0], coarse[1]), count // 2)
+        return np.concatenate([*(_grid(u, v) for u, v in grids), even])
 
     def _each(self, count: int) -> int:
         spans = (len(self.breaks[0]) - 1) * (len(self.breaks[1]) - 1)
@@ -114,7 +120,9 @@ class TriangleSheet:
         t = np.linspace(0.0, 1.0, 4 * n + 1)
         zero = np.zeros_like(t)
         sides = [(zero, t), (t, zero), (t, 1 - t)]
-        return np.concatenate([inner, *(np.stack(side, axis=1) for side in sides)])
+        corners = np.array([[[0.0, 0], [1, 0], [0, 1]]])
+        even = _evened(self, corners, count // 2)
+        return np.concatenate([inner, *(np.stack(side, axis=1) for side in sides), even])
 
     def _divisions(self, count: int) -> int:
         return max(4, int(np.sqrt(2 * count)))
@@ -163,6 +171,60 @@ def _divided(breaks: Array, each: int) -> Array:
 
 def _grid(u: Array, v: Array) -> Array:
     return np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def _halves(u: Array, v: Array) -> Array:
+    """Every cell of a grid as two triangles of places, (T, 3, 2)."""
+    cells = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
+    a, b, c, d = cells[:-1, :-1], cells[1:, :-1], cells[1:, 1:], cells[:-1, 1:]
+    both = [np.stack(three, axis=2).reshape(-1, 3, 2) for three in ((a, b, c), (a, c, d))]
+    return np.concatenate(both)
+
+
+def _evened(sheet: Sheet, cells: Array, count: int) -> Array:
+    """Centres of so many triangles of places (T, 3, 2) that are about equally large in space.
+
+    The largest are halved, across the side that is longest, by way of its middle; so is what bulges
+    between short sides.
+    """
+    sizes, sides = _sizes(sheet, cells)
+    while len(cells) < count:
+        order = np.argsort(-sizes, kind="stable")
+        chosen = order[: max(1, min(len(cells) // 4, count - len(cells)))]
+        rows, begin = np.arange(len(chosen)), sides[chosen]
+        end = (begin + 1) % 3
+        halves = [cells[chosen], cells[chosen]]
+        middle = (halves[0][rows, begin] + halves[0][rows, end]) / 2
+        halves[0][rows, end] = halves[1][rows, begin] = middle
+        new = np.concatenate(halves)
+        rest = np.setdiff1d(np.arange(len(cells)), chosen, assume_unique=True)
+        found = _sizes(sheet, new)
+        cells = np.concatenate([cells[rest], new])
+        sizes, sides = (
+            np.concatenate([old[rest], more])
+            for old, more in zip((sizes, sides), found, strict=True)
+        )
+    centres: Array = cells.mean(axis=1)
+    return centres
+
+
+def _sizes(sheet: Sheet, cells: Array) -> tuple[Array, NDArray[np.intp]]:
+    """How large triangles of places are in space, and the number of their longest side."""
+    following = cells[:, [1, 2, 0]]
+    middles = (cells + following) / 2
+    places = np.concatenate([cells, middles, cells.mean(axis=1, keepdims=True)], axis=1)
+    points = sheet.at(places.reshape(-1, 2)).reshape(-1, 7, 3)
+    corners, between, centre = points[:, :3], points[:, 3:6], points[:, 6:]
+    lengths = _norm(between - corners) + _norm(points[:, [1, 2, 0]] - between)
+    lengths += 1e-9 * _norm(following - cells)  # where all is one point
+    return np.maximum(lengths.max(axis=1), 2 * _norm(centre - between).max(axis=1)), (
+        lengths.argmax(axis=1)
+    )
+
+
+def _norm(vectors: Array) -> Array:
+    lengths: Array = np.sqrt((vectors * vectors).sum(axis=-1))
+    return lengths
 
 
 def bernstein(degree: int) -> Basis:
