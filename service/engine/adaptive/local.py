@@ -18,6 +18,9 @@ from service.engine.adaptive.rounding import UNIT, roundings, stored
 DIRECT = 8
 """Degree p + q up to which the nets of triangles are computed as such."""
 
+FAR = 2.0**300
+"""Distance, in units of a piece, beyond which neighbours and eyes are not reckoned with."""
+
 DOUBTFUL = 1 / 8
 """Share of a bound that may come of reducing degrees before the nets are looked at themselves."""
 
@@ -96,7 +99,9 @@ class Local:
 
     def distances(self, piece: "Piece", eye: FloatArray) -> FloatArray:
         """Lower bounds of the distances between the pieces and the eye, by boxes about nets."""
-        seen = self.hosts.framed((eye[:, np.newaxis] - self.middle) / self.unit)
+        # From the nearest place in a box about the piece it is not further than from the eye.
+        away = np.clip(eye[:, np.newaxis] - self.middle, -FAR * self.unit, FAR * self.unit)
+        seen = self.hosts.framed(away / self.unit)
         points = projected(piece.net)
         gap = np.maximum(points.min(axis=0) - seen, seen - points.max(axis=0))
         gap = np.maximum(gap, 0.0)
@@ -217,6 +222,8 @@ def local(
     own = vertices - middle
     size = np.maximum(ground.sizes[patch], np.abs(own).max(axis=(0, 1)))
     unit = _unit(size)
-    hosts = hosts_of(own / unit, (across - middle) / unit, joined)
+    gone = across - middle
+    joined = joined & (np.abs(gone).max(axis=1) <= FAR * unit)
+    hosts = hosts_of(own / unit, np.where(joined[:, np.newaxis], gone, own) / unit, joined)
     slack = stored(np.abs(vertices).max(axis=(0, 1))) + ground.lowering
     return Local(nets.degree, hosts, middle, unit, slack)

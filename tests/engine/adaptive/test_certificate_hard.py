@@ -8,6 +8,7 @@ from hypothesis.extra import numpy as arrays
 
 from service.engine.adaptive.certificate import Parts, certify
 from service.engine.adaptive.faces import SPAN
+from service.engine.adaptive.goal import Goal, View
 from service.engine.adaptive.ground import Ground
 from service.surface.bezier import BezierSurface
 from tests import strategies
@@ -125,3 +126,23 @@ def test_the_least_weights_are_not_lost() -> None:
             places, corners, beyond = divided(divisions(4), divisions(4))
             positions = evaluated(ground, faces, places)
             checked(ground, faces, parts_of(places, corners, beyond), positions)
+
+
+def test_numbers_of_all_sizes_at_once() -> None:
+    """A speck beside something huge, and an eye that is further away than squares can tell."""
+    rng = np.random.default_rng(34)
+    ground, faces = (
+        Ground.of(BezierSurface(1e-300 * rng.normal(size=(4, 4, 3))).lower()),
+        one_face(),
+    )
+    places, corners, beyond = divided(divisions(2), divisions(2))
+    positions = evaluated(ground, faces, places)
+    positions[8] = 3e38
+    goal = Goal(np.inf, two_sided=True, view=View(np.full(3, -3e38), 1e-3, 0.0))
+    with np.errstate(all="raise", under="ignore"):
+        bounds = certify(ground, faces, parts_of(places, corners, beyond), positions, goal)
+    huge = (corners == 8).any(axis=1)
+    assert (bounds.deviation[~huge] < 1e-299).all()
+    assert (bounds.deviation <= 4e38).all()
+    assert (bounds.allowed[~huge] > 1e-300).all()
+    assert (bounds.allowed <= 6e35).all()
