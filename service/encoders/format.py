@@ -74,7 +74,8 @@ class Format(FileFormat):
     others get groups flattened to one mesh. `carries` are the kinds of channels that it can hold;
     others are left out. A `single` format that has no place for an origin is not `local`: its
     positions are rounded in model coordinates. `fixed` means that faces take so many bytes each and
-    nothing else takes any, so that the bound is exact where their number is.
+    nothing else takes any, so that the bound is exact where their number is. A format that writes
+    fewer digits than positions have has `coarseness`: how far from its place it may put a vertex.
     """
 
     quads: bool
@@ -86,6 +87,7 @@ class Format(FileFormat):
     encode_scene: Callable[[Scene, EncodeOptions], bytes] | None = None
     local: bool = True
     fixed: bool = False
+    coarseness: Callable[[Mesh, EncodeOptions], float] | None = None
 
     def write(self, made: Mesh | Scene, options: EncodeOptions) -> bytes:
         """The file of a mesh, or of a scene: as one mesh where the format has no nodes."""

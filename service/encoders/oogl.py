@@ -23,14 +23,16 @@ Geomview manual, "OOGL File Formats": LIST, QUAD, MESH, OFF, SKEL.
 """
 
 from collections.abc import Iterator
+from decimal import Decimal
 from itertools import chain
+from math import hypot
 
 import numpy as np
 
 from service.bases.arrays import IndexArray, RealArray
 from service.encoders.colors import with_opacity
 from service.encoders.content import absolute, drawn
-from service.encoders.format import EncodeOptions, MeshSize
+from service.encoders.format import EncodeOptions, MeshSize, OoglForm
 from service.encoders.text import (
     FLOAT32_CHARS,
     FLOAT64_CHARS,
@@ -57,7 +59,7 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
     UnsupportedByFormat
         If the form asked for cannot hold this mesh.
     """
-    form = options.oogl or ("cquad" if mesh.grids else "off")
+    form = _form(mesh, options)
     if form == "bez":
         raise _unsupported("The exact form is made of Bézier patches, not of a mesh.", form)
     if form != "off" and not mesh.grids:
@@ -99,6 +101,23 @@ def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
     }
     form = bounds[options.oogl] if options.oogl else max(bounds["cquad"], bounds["off"])
     return 64 + 3 * index + form + _overlay_bound(size)
+
+
+def coarseness(mesh: Mesh, options: EncodeOptions) -> float:
+    """How far from its place a vertex may be in the file: six digits lose half of the last one.
+
+    In a coordinate that begins with the digit of 10^e that is 10^(e−5) / 2.
+    """
+    if _form(mesh, options) != "cquad":
+        return 0.0
+    bounds = zip(mesh.report.bounds_min, mesh.report.bounds_max, strict=True)
+    largest = [Decimal(max(-low, high)) for low, high in bounds]
+    return hypot(*(5.0 * 10.0 ** (x.adjusted() - 6) if x > 0 else 0.0 for x in largest))
+
+
+def _form(mesh: Mesh, options: EncodeOptions) -> OoglForm:
+    """The form asked for, or what a mesh is written in if none is."""
+    return options.oogl or ("cquad" if mesh.grids else "off")
 
 
 def skeleton(overlay: Overlay, mesh: Mesh | None = None) -> bytes:

@@ -65,6 +65,7 @@ FORMATS: tuple[Format, ...] = (
         byte_bound=oogl.byte_bound,
         encode_exact=encode_patches,
         carries=frozenset({"colors", "uvs"}),
+        coarseness=oogl.coarseness,
     ),
     Format(
         name="stl",

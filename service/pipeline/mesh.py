@@ -3,10 +3,13 @@
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+import numpy as np
+
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.aims import diagonal_of, stated
 from service.engine.build import build, build_scene, lines_of
+from service.engine.deviation.bound import largest
 from service.engine.mesh import Mesh, MeshReport
 from service.engine.models import NOT_PATCHES, carrying
 from service.engine.options import MeshOptions
@@ -90,7 +93,7 @@ class Work:
         content = self._written(made)
         if accuracy is not None:
             check_content(content, accuracy)
-        return Answer(content, made.report)
+        return Answer(content, self._reported(made))
 
     def made(self) -> Mesh | Scene:
         """The mesh, or the scene where the format has nodes."""
@@ -113,6 +116,16 @@ class Work:
 
     def _written(self, made: Mesh | Scene) -> bytes:
         return self.fmt.write(made, self.encode)
+
+    def _reported(self, made: Mesh | Scene) -> MeshReport:
+        """The report on the file: its bound is that of the vertices as they are written."""
+        report = made.report
+        if report.deviation_bound is None or isinstance(made, Scene) or not self.fmt.coarseness:
+            return report
+        moved = self.fmt.coarseness(made, self.encode)
+        if not moved:
+            return report
+        return replace(report, deviation_bound=largest(np.array([report.deviation_bound + moved])))
 
 
 def plan(

@@ -29,6 +29,8 @@ from service.surface.lowered import PatchModel
 from service.surface.sweeps import TubeSurface
 from service.surface.triangle import TriangleSurface
 from tests.examples import patches_of
+from tests.oracles.deviation import surface_to_mesh
+from tests.oracles.sheets import sheets_of
 from tests.strategies import (
     Array,
     cube,
@@ -317,3 +319,29 @@ def test_methods_are_for_patches() -> None:
             plan(surface, MeshOptions((2, 2), method="de_casteljau"), BY_NAME["glb"])
         issue = caught.value.issues[0]
         assert (issue.code, issue.pointer) == ("not_parametric", "/method")
+
+
+def test_the_bound_of_a_file_of_six_digits_holds_for_what_is_written() -> None:
+    # So small beside its distance from zero that six digits move vertices further than it bends.
+    net = np.array([[[i, j, i * j % 3] for j in range(3)] for i in range(3)], dtype=float)
+    surface = BezierSurface(net * 0.01 + [123.0, -9.9999, 1234.5])
+    options = MeshOptions(resolution=(16, 16), faces="quads", normals=False, uvs=False)
+    bounds: dict[OoglForm | None, float] = {}
+    files: dict[OoglForm | None, bytes] = {}
+    forms: list[OoglForm | None] = [None, "cquad", "mesh", "off"]
+    for form in forms:
+        answer = plan(surface, options, BY_NAME["oogl"], EncodeOptions(form)).answer()
+        assert answer.report is not None
+        assert answer.report.deviation_bound is not None
+        bounds[form], files[form] = answer.report.deviation_bound, answer.content
+    exact = mesh(surface.lower(), options, BY_NAME["oogl"]).report.deviation_bound
+    assert bounds["mesh"] == bounds["off"] == exact
+    assert files[None] == files["cquad"]
+    assert bounds[None] == bounds["cquad"]
+    lines = [line.split() for line in files["cquad"].decode("ascii").splitlines()]
+    points = np.array([[float(x) for x in line[:3]] for line in lines if len(line) == 7])
+    quads = points.reshape(-1, 4, 3)
+    for halves in ([0, 1, 2], [0, 2, 3]), ([1, 2, 3], [1, 3, 0]):
+        written = np.concatenate([quads[:, half] for half in halves])
+        found = surface_to_mesh(sheets_of(surface), written).distance
+        assert bounds["off"] < found <= bounds["cquad"] < 3 * found
