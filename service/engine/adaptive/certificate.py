@@ -33,6 +33,7 @@ of third order, and so is what neighbours add.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -40,13 +41,16 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.chunks import chunks
 from service.engine.adaptive.clip import Pieces, clipped, images
-from service.engine.adaptive.faces import Faces
+from service.engine.adaptive.faces import SPAN, Faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground, Nets
 from service.engine.adaptive.local import DIRECT, Local, box_order, local
 
 CHUNK = 1 << 17
 """Numbers of the nets that are worked on at a time: all that is made of them stays in the cache."""
+
+BLOCK = 1 << 16
+"""Pieces that there are at a time, unless one part alone has more."""
 
 Form: TypeAlias = Literal["halves", "triangles", "near"]
 """Halves of boxes, any triangles, or triangles of patches of high degree."""
@@ -76,6 +80,11 @@ class Parts:
     host: Ints
     across: Ints
     own: Bools | None = None
+
+    def take(self, rows: slice) -> "Parts":
+        """A run of the parts."""
+        own = None if self.own is None else self.own[rows]
+        return Parts(self.face[rows], self.corners[rows], self.host[rows], self.across[rows], own)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -119,12 +128,35 @@ def certify(
     goal : Goal
         Whether the mesh is to be bounded too, and where the eye is.
     """
+    found = np.zeros((3, len(parts.face)))
+    columns = np.ascontiguousarray(positions.T)
+    for block in _blocks(parts):
+        found[:, block] = _measured(ground, faces, parts.take(block), columns, goal)
+    deviation, distance, mesh = found
+    return Bounds(deviation, mesh if goal.two_sided else None, goal.allowed(distance))
+
+
+def _blocks(parts: Parts) -> Iterator[slice]:
+    """Runs of parts that have few pieces together; or a single one that has many."""
+    low, high = parts.corners.min(axis=1), parts.corners.max(axis=1)
+    block = np.cumsum(((high - low) // SPAN + 1).prod(axis=1)) // BLOCK
+    begins = np.flatnonzero(np.diff(block, prepend=-1))
+    for begin, end in pairwise([*begins.tolist(), len(block)]):
+        yield slice(begin, end)
+
+
+def _measured(
+    ground: Ground, faces: Faces, parts: Parts, columns: FloatArray, goal: Goal
+) -> FloatArray:
+    """Deviation, distance from the eye, and deviation of the mesh, (3, m); 0 if not asked for.
+
+    The positions are (3, V).
+    """
     corners = np.moveaxis(parts.corners, 0, -1)
     pieces = clipped(faces, parts.face, corners)
     right, order = _right_angles(pieces.corners)
     shares = images(pieces, corners) if goal.two_sided else None
-    columns = np.ascontiguousarray(positions.T)
-    near, away, astray = np.empty((3, len(pieces.part)))
+    away, near, astray = found = np.zeros((3, len(pieces.part)))
     for nets, here in ground.by_group(pieces.patch):
         for form, rows in _forms(nets, pieces, right, here):
             for chunk in chunks(len(rows), _room(nets), CHUNK):
@@ -143,17 +175,15 @@ def certify(
                 if shares is not None:
                     turned = np.take_along_axis(shares[..., some], turn, axis=0)
                     astray[some] = seen.restored(piece.straying(seen.hosts.at(turned)))
-    count = len(parts.face)
-    deviation = _joined(np.maximum, away, pieces.part, count)
-    distance = np.zeros(count)
-    if goal.view is not None:
-        distance = _joined(np.minimum, near, pieces.part, count)
-    mesh = None
-    if goal.two_sided:
-        mesh = _joined(np.maximum, astray, pieces.part, count)
-        if parts.own is not None:
-            mesh = np.where(parts.own, mesh, 0.0)
-    return Bounds(deviation, mesh, goal.allowed(distance))
+    if parts.own is not None:
+        astray[~parts.own[pieces.part]] = 0.0
+    choices = np.maximum, np.minimum, np.maximum
+    return np.stack(
+        [
+            _joined(choose, values, pieces.part, len(parts.face))
+            for choose, values in zip(choices, found, strict=True)
+        ]
+    )
 
 
 def _forms(nets: Nets, pieces: Pieces, right: Bools, here: Ints) -> Iterator[tuple[Form, Ints]]:

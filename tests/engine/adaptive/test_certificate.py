@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from service.engine.adaptive.certificate import certify
+from service.engine.adaptive import certificate
+from service.engine.adaptive.certificate import Parts, certify
 from service.engine.adaptive.goal import Goal, View
 from service.engine.adaptive.ground import Ground
 from service.surface.batches import TensorPatches, TrianglePatches
@@ -183,7 +184,9 @@ def test_triangular_patches_to_their_tip() -> None:
         checked(ground, faces, parts, evaluated(ground, faces, places))
 
 
-def test_bounds_do_not_depend_on_what_is_certified_beside_them() -> None:
+def test_bounds_do_not_depend_on_what_is_certified_beside_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     rng = np.random.default_rng(20)
     ground = Ground.of(model_of(TensorPatches(rng.normal(size=(1, 4, 4, 3)))))
     faces = one_face()
@@ -197,6 +200,18 @@ def test_bounds_do_not_depend_on_what_is_certified_beside_them() -> None:
             ground, faces, parts_of(places, corners[some], beyond[some]), positions, GOAL
         )
         np.testing.assert_array_equal(apart.deviation, together[some])
+    monkeypatch.setattr(certificate, "CHUNK", 1 << 12)
+    monkeypatch.setattr(certificate, "BLOCK", 100)
+    by_blocks = certify(ground, faces, parts, positions, GOAL).deviation
+    np.testing.assert_array_equal(by_blocks, together)
+
+
+def test_no_parts_have_no_bounds() -> None:
+    ground = Ground.of(BezierSurface(sheet(np.random.default_rng(24), 3, 3, 0.1)).lower())
+    none = np.empty((0, 3), dtype=np.intp)
+    parts = Parts(none[:, 0], np.empty((0, 3, 2), dtype=np.intp), none, none)
+    bounds = certify(ground, one_face(), parts, np.zeros((1, 3)), replace(GOAL, two_sided=True))
+    assert bounds.passed.shape == bounds.deviation.shape == (0,)
 
 
 def test_the_goal_grows_with_the_least_distance_from_the_eye() -> None:
