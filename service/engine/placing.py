@@ -1,5 +1,7 @@
 """What a placement does to distances: how much it stretches them, and what is rounded."""
 
+from math import hypot
+
 import numpy as np
 
 from service.bases.arrays import FloatArray
@@ -34,8 +36,8 @@ def placing_error(matrix: FloatArray | None, low: FloatArray, high: FloatArray) 
     """How far the copy of a point between these bounds may be from its exact place."""
     if matrix is None:
         return 0.0
-    reach = float(np.linalg.norm(np.maximum(np.abs(low), np.abs(high))))
-    shift = float(np.linalg.norm(matrix[:3, 3]))
+    reach = hypot(*np.maximum(np.abs(low), np.abs(high)).tolist())
+    shift = hypot(*matrix[:3, 3].tolist())
     return PLACED * scalings(matrix)[1] * reach + MOVED * shift
 
 
@@ -49,4 +51,4 @@ def single_error(low: FloatArray, high: FloatArray, origin: FloatArray) -> float
     each = near * float(SINGLE.eps) / 2 + float(SINGLE.smallest_subnormal)
     if origin.any():
         each = each + (np.maximum(np.abs(low), np.abs(high)) + np.abs(origin)) * 2.0**-52
-    return float(np.linalg.norm(each)) * (1 + 2.0**-40)
+    return hypot(*each.tolist()) * (1 + 2.0**-40)

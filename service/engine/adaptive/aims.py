@@ -6,7 +6,7 @@ is asked for the least (ε − δ)/S of them.
 """
 
 from dataclasses import replace
-from math import inf, tan
+from math import hypot, inf, tan
 
 import numpy as np
 
@@ -24,6 +24,10 @@ STATED = (
     "max_bytes",
 )  # fmt: skip
 """Options by which a mesh can be asked for, the first of them first."""
+
+ANYTHING = 4.0
+"""Where no distance is asked for, it is this part of the diagonal: nothing is so far from anything
+of the model."""
 
 NEAR = 1e-3
 """Nearest distance to the eye that counts, as a part of the model's diagonal: what is nearer fills
@@ -57,7 +61,7 @@ def box(model: Model) -> tuple[FloatArray, FloatArray]:
 def diagonal_of(model: Model) -> float:
     """Diagonal of that box."""
     low, high = box(model)
-    return float(np.linalg.norm(high - low))
+    return hypot(*(high - low).tolist())
 
 
 def goal_of(accuracy: Accuracy, model: Model) -> Goal:
@@ -67,7 +71,9 @@ def goal_of(accuracy: Accuracy, model: Model) -> Goal:
     by the number of its lines.
     """
     diagonal = diagonal_of(model)
-    tolerance = inf if accuracy.tolerance is None else accuracy.tolerance
+    tolerance = ANYTHING * diagonal or inf
+    if accuracy.tolerance is not None:
+        tolerance = accuracy.tolerance
     if accuracy.relative_tolerance is not None:
         tolerance = accuracy.relative_tolerance * diagonal
     view = None
@@ -161,7 +167,15 @@ def for_border(goal: Goal, taken: float, bounds: tuple[FloatArray, FloatArray]) 
 def _distance(eye: FloatArray, bounds: tuple[FloatArray, FloatArray]) -> float:
     """Distance from the eye to a box."""
     outside = np.maximum(np.maximum(bounds[0] - eye, eye - bounds[1]), 0.0)
-    return float(np.linalg.norm(outside))
+    return hypot(*outside.tolist())
+
+
+def within_reach(goal: Goal, diagonal: float) -> Goal:
+    """The goal, its tolerance no larger than what comes to the same for a model of this diagonal.
+
+    All edges are nearer to their chords than this, so that they are divided as before.
+    """
+    return replace(goal, tolerance=min(goal.tolerance, ANYTHING * diagonal or inf))
 
 
 def lessened(tolerance: float, taken: float) -> float:

@@ -14,10 +14,12 @@ from math import inf
 from service.bases.arrays import FloatArray
 from service.engine.adaptive.aims import (
     box,
+    diagonal_of,
     each_alone,
     for_border,
     goals_of_models,
     in_place,
+    within_reach,
 )
 from service.engine.adaptive.assemble import Divided, assemble
 from service.engine.adaptive.border import divide_border
@@ -72,6 +74,7 @@ class Meshing:
         """
         model, storage, origin = self.model, self.storage, self._origin
         goal = in_place(goal, None, model.bounds, slack(origin, *model.bounds))
+        goal = within_reach(goal, diagonal_of(model))
         rounding = storage.rounding(origin, *model.bounds)
         check_goal(goal, floor(self._ground, rounding))
         edges = for_border(goal, rounding, model.bounds)

@@ -1,6 +1,7 @@
 """How a format stores positions: what is certified is what is written."""
 
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 
@@ -58,4 +59,4 @@ def slack(origin: FloatArray, low: FloatArray, high: FloatArray) -> float:
     """What adding the origin may be wrong by: half a unit in the last place of each coordinate."""
     if not origin.any():
         return 0.0
-    return EPS * float(np.linalg.norm(np.maximum(np.abs(low), np.abs(high))))
+    return EPS * hypot(*np.maximum(np.abs(low), np.abs(high)).tolist())
