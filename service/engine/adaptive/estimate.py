@@ -15,16 +15,13 @@ from service.engine.adaptive.halving import nine, points, quadratic
 from service.engine.adaptive.turning import turning
 from service.engine.adaptive.vectors import Vectors, cross, dot, length
 
-SHARE = 0.95
-"""Share of the allowed deviation that an estimate may take up."""
-
 THIN = 1e-9
 """A triangle has no plane if its area is below this share of its longest side's square."""
 
 NEARLY = 1.0 - 1e-9
 """What is not less by this factor is equal: rounding must not tell symmetric cells apart."""
 
-TWIST = 0.25
+TWIST = 0.1
 """Share of the difference between the heights of opposite sides that counts as deviation."""
 
 SKEW = 0.25
@@ -105,13 +102,13 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, grain: FloatArray)
     bend_u = np.maximum.reduce([np.abs(heights[k]) for k in (0, 1, 4)])
     bend_v = np.maximum.reduce([np.abs(heights[k]) for k in (2, 3, 5)])
     along_u, along_v = (b - a + c - d) * 0.5, (d - a + c - b) * 0.5
-    fails = best > SHARE * allowed
+    fails = best > allowed
     rest = np.flatnonzero(~fails)
     if len(rest):
         normals = np.where(is_rising, rising, falling)[..., rest]
         places = np.stack([np.stack([place[:, rest] for place in row]) for row in at])
         more = remainder(nets[..., rest], places, normals, flat[rest], goal.two_sided)
-        over = best[rest] + more[0] > SHARE * allowed[rest]
+        over = best[rest] + more[0] > allowed[rest]
         chosen = rest[over]
         fails[chosen] = True
         bend_u[chosen], bend_v[chosen] = more[1][over], more[2][over]

@@ -15,7 +15,6 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.boxes import Cells, Leaves
 from service.engine.adaptive.estimate import (
     NEARLY,
-    SHARE,
     Planes,
     across_v,
     allowed_at,
@@ -196,11 +195,11 @@ def _examined(task: Task, cells: Cells) -> tuple[Leaves, tuple[Cells, Cells]]:
     best = np.where(rising, heights[0], heights[1])
     allowed = _allowed(task, look.pieces)
     bends = np.stack([_bend(look, axis) for axis in (0, 1)])
-    fails = best > SHARE * allowed
+    fails = best > allowed
     if task.goal.angle < np.pi:
         fails |= _turned(look, task.goal.angle)
     rest = _left(task, look, np.where(rising, planes.rising, planes.falling), ~fails)
-    worse = ~fails & (best + rest[0] > SHARE * allowed)
+    worse = ~fails & (best + rest[0] > allowed)
     fails |= worse
     bends = np.where(worse, rest[1:], bends)
     lengths = tuple(look.pieces.worst(length(_chord(look, axis)[1])) for axis in (0, 1))

@@ -52,7 +52,7 @@ class Task:
         points of the triangle's net compared with the triangle.
         """
         costs = [
-            6 * (p + 1) * (q + 1) * (p + q + 2) + 30 * (p + q + 1) * (p + q + 2)
+            10 * (p + 1) * (q + 1) * (p + q + 2) + 30 * (p + q + 1) * (p + q + 2)
             for p, q in (nets.degree for nets in self.ground.groups)
         ]
         counts = np.bincount(self.ground.group[self.faces.first[face]], minlength=len(costs))

@@ -27,7 +27,7 @@ class Triangles:
         The triangle to which the surface over this one falls: itself, unless two of its vertices
         are one; then one beside it, or −1 if the whole face has none.
     beside : ndarray of int, shape (T, 3)
-        The triangle beyond edge k, k+1 in the mesh, if there is one and only one, or else −1;
+        The triangle beyond edge k, k+1 in the same face, if there is just one, or else −1;
     across : ndarray of int, shape (T, 3)
         the vertex opposite to the edge there.
     bare : ndarray of int, shape (Y,)
@@ -70,7 +70,7 @@ def triangulated(outline: Outline, leaves: Leaves, positions: FloatArray) -> Tri
         ends = vertex.ravel()[edges], np.roll(vertex, -1, axis=1).ravel()[edges]
         open_ = (ends[0] != ends[1]) & ~np.isin(keys[edges], keys[np.repeat(~vanished, 3)])
         bare = np.unique(leaf[edges[open_] // 3])
-    beside, across, crowd = _neighbours(vertex, ~vanished)
+    beside, across, crowd = _neighbours(vertex, ~vanished, outline.face[corners[:, 0]])
     crossed = _crossed(corners, crowd) if len(crowd) else np.empty((0, 2), dtype=np.intp)
     return Triangles(corners, leaf, segment, base, host, beside, across, bare, crossed)
 
@@ -174,22 +174,35 @@ def _foster(there: Ints, back: Ints, leaf: Ints, host: Ints) -> None:
             host[waiting] = offered
 
 
-def _neighbours(vertex: Ints, kept: Bools) -> tuple[Ints, Ints, Ints]:
-    """Triangles beside edges, their vertices across, and edges (triangle · 3 + k) of too many."""
+def _neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, Ints]:
+    """Triangles beside edges, their vertices across, and edges (triangle · 3 + k) of too many.
+
+    What is beside a face is not seen from it: its triangles must not depend on its company.
+    """
     beside, across = np.full((2, vertex.size), -1)
     edges = np.flatnonzero(np.repeat(kept, 3))
-    keys = _pairs(vertex)[edges]
-    order = np.argsort(keys, kind="stable")
-    keys, edges = keys[order], edges[order]
-    first = np.flatnonzero(np.append(True, keys[1:] != keys[:-1]))
-    count = np.diff(np.append(first, len(keys)))
+    keys, owner = _pairs(vertex)[edges], np.repeat(face, 3)[edges]
+    # One face after another first, for the second sort keeps what is equal in order.
+    order = np.argsort(owner, kind="stable")
+    order = order[np.argsort(keys[order], kind="stable")]
+    keys, owner, edges = keys[order], owner[order], edges[order]
+    together = _runs(keys)[1]
+    crowd = np.repeat(together, together) > 2
+    first, count = _runs(keys, owner)
     two = first[count == 2]
     one, other = edges[two], edges[two + 1]
     opposite = np.roll(vertex, 1, axis=1).ravel()
     across[one], across[other] = opposite[other], opposite[one]
     beside[one], beside[other] = other // 3, one // 3
-    crowd = np.repeat(count > 2, count)
     return beside.reshape(vertex.shape), across.reshape(vertex.shape), edges[crowd]
+
+
+def _runs(*columns: Ints) -> tuple[Ints, Ints]:
+    """Where runs of equal rows begin, and how long they are."""
+    new = np.ones(len(columns[0]), dtype=bool)
+    new[1:] = np.logical_or.reduce([column[1:] != column[:-1] for column in columns])
+    first = np.flatnonzero(new)
+    return first, np.diff(np.append(first, len(new)))
 
 
 def _crossed(corners: Ints, crowd: Ints) -> Ints:
