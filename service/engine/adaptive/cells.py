@@ -17,18 +17,13 @@ from service.engine.adaptive.ground import Nets
 from service.engine.adaptive.halving import halves, over
 from service.engine.adaptive.spans import flattened
 from service.engine.adaptive.task import Task
+from service.engine.adaptive.turning import scale
 
 BLOCK = 1 << 18
 """Numbers in the nets that are worked on at a time, about."""
 
 OVERHEAD = 20
 """Multiplications for every number of a net, beside those that halving takes."""
-
-GRAIN = 1 / 16
-"""What is shorter than this share of the tolerance is not cut for the sake of its normals."""
-
-FINEST = 1 / 1024
-"""Nor is what is shorter than this share of its patch."""
 
 
 def divided(task: Task, start: Cells) -> Leaves:
@@ -77,8 +72,7 @@ def _divided(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
             net = np.concatenate([own for _, own in parts], axis=3)
         task.budget.spend(net.size * (sum(degrees) + OVERHEAD))
         sizes = task.ground.sizes[task.patch_of(cells)]
-        grain = np.minimum(task.goal.tolerance * GRAIN, sizes * FINEST)
-        verdict = judged(net, task.goal, task.eye_of(cells), grain)
+        verdict = judged(net, task.goal, task.eye_of(cells), scale(cells.box / SPAN, sizes))
         done = np.flatnonzero(~verdict.fails)
         yield Leaves(cells, verdict.along_v, verdict.rising, verdict.form).take(done)
         leaves += len(done)

@@ -12,7 +12,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.halving import nine, points, quadratic
-from service.engine.adaptive.turning import turning
+from service.engine.adaptive.turning import Scale, level, turning
 from service.engine.adaptive.vectors import Vectors, cross, dot, length
 
 THIN = 1e-9
@@ -55,7 +55,7 @@ class Verdict:
     form: FloatArray
 
 
-def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, grain: FloatArray) -> Verdict:
+def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale) -> Verdict:
     """Verdict on cells of one span.
 
     Parameters
@@ -64,11 +64,12 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, grain: FloatArray)
         p, q ≥ 2.
     eye : ndarray of float64, shape (3, m), or None
         Of the goal's view, in the coordinates of each net.
-    grain : ndarray of float64, shape (m,)
-        What is shorter is not cut for the sake of its normals.
+    scale : Scale
+        What is too small is not cut for the sake of its normals.
     """
-    allowed = allowed_at(nets, goal, eye)
     at = nine(nets)
+    size = np.maximum(length(at[2][2] - at[0][0]), length(at[0][2] - at[2][0]))
+    allowed = np.minimum(allowed_at(nets, goal, eye), level(goal.angle, size, scale))
     low, right, high, left, middle = at[1][0], at[2][1], at[1][2], at[0][1], at[1][1]
     corners = at[0][0], at[2][0], at[2][2], at[0][2]
     planes = two_planes(*corners)
@@ -115,7 +116,7 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, grain: FloatArray)
     skew = dot(a - b + c - d, normal)
     v_first = across_v((bend_u, bend_v), (length(along_u), length(along_v)), skew, allowed)
     if goal.angle < np.pi:
-        turn = turning(at, goal.angle, grain)
+        turn = turning(at, goal.angle, scale)
         here = turn.exceeds & ~fails
         fails |= here
         v_first = np.where(here, turn.along_v, v_first)

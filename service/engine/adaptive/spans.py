@@ -7,7 +7,6 @@ costs as much as it has spans, and nothing between the spans' corners is missed.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import cos
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from service.engine.adaptive.estimate import (
 from service.engine.adaptive.faces import SPAN
 from service.engine.adaptive.halving import nine, over
 from service.engine.adaptive.task import Task
+from service.engine.adaptive.turning import FINEST, chord_of, level, normals
 from service.engine.adaptive.vectors import Vectors, cross, dot, length
 
 BLOCK = 1 << 14
@@ -193,7 +193,9 @@ def _examined(task: Task, cells: Cells) -> tuple[Leaves, tuple[Cells, Cells]]:
     planes = look.planes
     rising = np.where(planes.worse == 0, heights[0] < heights[1] * NEARLY, planes.worse < 0)
     best = np.where(rising, heights[0], heights[1])
-    allowed = _allowed(task, look.pieces)
+    a, b, c, d = look.corner
+    size = np.maximum(length(c - a), length(d - b))
+    allowed = np.minimum(_allowed(task, look.pieces), level(task.goal.angle, size))
     bends = np.stack([_bend(look, axis) for axis in (0, 1)])
     fails = best > allowed
     if task.goal.angle < np.pi:
@@ -203,7 +205,6 @@ def _examined(task: Task, cells: Cells) -> tuple[Leaves, tuple[Cells, Cells]]:
     fails |= worse
     bends = np.where(worse, rest[1:], bends)
     lengths = tuple(look.pieces.worst(length(_chord(look, axis)[1])) for axis in (0, 1))
-    a, b, c, d = look.corner
     step_u, step_v = (b - a + c - d) * 0.5, (d - a + c - b) * 0.5
     skew = dot(a - b + c - d, look.normal)
     along_v = across_v((bends[0], bends[1]), (lengths[0], lengths[1]), skew, allowed)
@@ -220,7 +221,17 @@ def _examined(task: Task, cells: Cells) -> tuple[Leaves, tuple[Cells, Cells]]:
     )
     leaves = Leaves(cells, along_v, rising, form).take(np.flatnonzero(~fails))
     cut = np.flatnonzero(fails)
-    return leaves, cells.take(cut).halved(along_v[cut])
+    return leaves, cells.take(cut).halved(_crosswise(cells, along_v)[cut])
+
+
+def _crosswise(cells: Cells, along_v: Bools) -> Bools:
+    """The directions of cuts, at knots where cells are as thin as any within one span.
+
+    Normals that turn however thin the cell is, as at a crease along it, leave it to its spans.
+    """
+    thin = cells.box[1::2] - cells.box[::2] <= SPAN * FINEST
+    directions: Bools = np.where(thin[0] | thin[1], thin[0], along_v)
+    return directions
 
 
 def _heights(look: _Look, rising: bool) -> FloatArray:
@@ -269,11 +280,16 @@ def _bend(look: _Look, axis: int) -> FloatArray:
 
 
 def _turned(look: _Look, angle: float) -> Bools:
-    """Cells that have a piece whose normal is further than half the angle from their own."""
-    points = look.points
-    across = unit(cross(points[2, 1] - points[0, 1], points[1, 2] - points[1, 0]))
-    away = np.abs(dot(across, look.normal[:, look.pieces.cell])) < cos(angle / 2.0)
-    turned: Bools = np.logical_or.reduceat(away, look.pieces.start)
+    """Cells with a normal in one of their pieces that is more than half the angle from their own.
+
+    So no two of them are further apart than the angle.
+    """
+    points, own = look.points, look.normal[:, look.pieces.cell]
+    found = normals([list(row) for row in points])
+    apart = np.maximum.reduce(
+        [np.where(dot(n, n) == 0.0, 0.0, length(n - own)) for row in found for n in row]
+    )
+    turned: Bools = look.pieces.worst(apart) > chord_of(angle / 2.0)
     return turned
 
 

@@ -1,52 +1,138 @@
-"""How far normals turn within a cell."""
+"""How far normals turn within a cell, and whether cutting it would make them turn less.
 
+Where the surface is smooth, each half of a small cell has half of its turn. At a fold, a cusp or a
+crease inside a patch, one of the halves has as much as the whole, however small the cell: there no
+cutting helps. So a cell may always be cut while it is a large part of its patch, so that nothing
+is taken for a crease that is only narrow, and later only where it does help.
+"""
+
+from collections.abc import Iterable
 from dataclasses import dataclass
-from math import cos
+from math import pi, sin, tan
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
 from service.engine.adaptive.vectors import Vectors, cross, dot, length
 
-NONE = 1e-9
-"""Partials whose angle has a sine below this have no normal (at a pole, or along a cusp)."""
+NONE = 1e-7
+"""Partials whose angle has a sine below this have no normal (at a pole, or along a cusp); nor has
+one that is shorter than this share of the longest in the cell."""
+
+ROUGH = 1 / 32
+"""A cell is cut without asking while it is longer than this share of its patch."""
+
+FINEST = 1 / 1024
+"""It is not cut for its normals' sake once it is shorter than this,"""
+
+GRAIN = 1 / 1024
+"""or than this share of the patch's size."""
+
+FALLING = 0.8
+"""What must be left of a turn, at most, in each half of a cell, if halving is to help."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Scale:
+    """How large m cells are.
+
+    Attributes
+    ----------
+    shares : ndarray of float64, shape (2, m)
+        Of the knot span, along u and v.
+    grain : ndarray of float64, shape (m,)
+        Lengths in space below which no cell is cut for its normals' sake.
+    """
+
+    shares: FloatArray
+    grain: FloatArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Turning:
-    """Cells in which normals turn too far, and the direction in which they turn more."""
+    """Cells that are to be cut since normals turn too far, and the direction that helps more."""
 
     exceeds: Bools
     along_v: Bools
 
 
-def turning(at: list[list[Vectors]], angle: float, grain: FloatArray) -> Turning:
-    """Normals of the biquadratic surfaces through nine points of cells, compared in pairs.
+def scale(box: FloatArray, size: FloatArray) -> Scale:
+    """The scale of cells with boxes (4, m) in spans, in patches of these sizes (m,)."""
+    return Scale(box[1::2] - box[::2], size * GRAIN)
 
-    A direction in which the cell is no longer than `grain` is not held against it: at a crease no
-    cell is small enough.
+
+def turning(at: list[list[Vectors]], angle: float, scale: Scale) -> Turning:
+    """Normals of the biquadratic surfaces through nine points of cells, compared in pairs."""
+    most = chord_of(angle)
+    found = normals(at)
+    lines = found, [list(line) for line in zip(*found, strict=True)]
+    halves = [_most((line[k], line[k + 1]) for line in own for k in (0, 1)) for own in lines[::-1]]
+    wholes = [
+        np.maximum(_most((line[0], line[2]) for line in own), half)
+        for own, half in zip(lines[::-1], halves, strict=True)
+    ]
+    longs = (
+        np.maximum.reduce([length(b[j] - a[j]) for j in range(3) for a, b in (at[:2], at[1:])]),
+        np.maximum.reduce([length(a[k + 1] - a[k]) for a in at for k in (0, 1)]),
+    )
+    may = [
+        (2.0 * long > scale.grain)
+        & ((share > ROUGH) | (half <= FALLING * whole) & (share > FINEST))
+        for long, share, half, whole in zip(longs, scale.shares, halves, wholes, strict=True)
+    ]
+    corners = found[0][0], found[2][2], found[2][0], found[0][2]
+    across = _most((corners[:2], corners[2:]))
+    helps = _most((corner, found[1][1]) for corner in corners) <= FALLING * across
+    helps |= np.maximum(*scale.shares) > ROUGH
+    exceeds = (may[0] | may[1]) & helps & (across > most)
+    exceeds |= may[0] & (wholes[0] > most) | may[1] & (wholes[1] > most)
+    gains = [np.where(own, whole, -1.0) for own, whole in zip(may, wholes, strict=True)]
+    return Turning(exceeds, gains[0] < gains[1] * (1.0 - 1e-9))
+
+
+def level(angle: float, size: FloatArray, scale: Scale | None = None) -> FloatArray:
+    """Heights above chords of this size, shape (m,), for which normals have to turn further.
+
+    What begins and ends on a chord of the length d, and is nowhere steeper against it than α/2,
+    stays below d tan(α/2) / 2. Heights are known of the whole net of a cell, normals in some
+    places only: so what lies between those is not missed. Of cells that are too small nothing is
+    asked.
     """
-    slopes_u = [_slopes(at[0][j], at[1][j], at[2][j]) for j in range(3)]
+    if angle >= pi:
+        return np.full(size.shape, np.inf)
+    most = size * (0.5 * tan(angle / 2.0))
+    if scale is None:
+        return most
+    small = (np.minimum(*scale.shares) <= ROUGH) | (size <= scale.grain)
+    return np.where(small, np.inf, most)
+
+
+def normals(at: list[list[Vectors]]) -> list[list[Vectors]]:
+    """Unit normals in nine places of biquadratic surfaces through them; zero where there is none.
+
+    A normal that is missing at the end of a line (at a pole) is taken to be on from the middle as
+    the other end is from there.
+    """
+    slopes_u = list(zip(*(_slopes(at[0][j], at[1][j], at[2][j]) for j in range(3)), strict=True))
     slopes_v = [_slopes(at[i][0], at[i][1], at[i][2]) for i in range(3)]
-    normals = [[_normal(slopes_u[j][i], slopes_v[i][j]) for j in range(3)] for i in range(3)]
+    real_u, real_v = (
+        NONE * np.maximum.reduce([length(own) for row in slopes for own in row])
+        for slopes in (slopes_u, slopes_v)
+    )
+    found = [
+        [_normal(slopes_u[i][j], slopes_v[i][j], real_u, real_v) for j in range(3)]
+        for i in range(3)
+    ]
     for j in range(3):
-        line = [normals[i][j] for i in range(3)]
-        normals[0][j], normals[2][j] = _ends(*line)
+        found[0][j], found[2][j] = _ends(*(found[i][j] for i in range(3)))
     for i in range(3):
-        normals[i][0], normals[i][2] = _ends(*normals[i])
-    turn_u = np.maximum.reduce(
-        [_turn(normals[i][j], normals[k][j]) for j in range(3) for i, k in ((0, 1), (1, 2), (0, 2))]
-    )
-    turn_v = np.maximum.reduce(
-        [_turn(normals[i][j], normals[i][k]) for i in range(3) for j, k in ((0, 1), (1, 2), (0, 2))]
-    )
-    across = np.maximum(_turn(normals[0][0], normals[2][2]), _turn(normals[2][0], normals[0][2]))
-    long_u = np.maximum(length(at[2][0] - at[0][0]), length(at[2][2] - at[0][2]))
-    long_v = np.maximum(length(at[0][2] - at[0][0]), length(at[2][2] - at[2][0]))
-    turn_u, turn_v = np.where(long_u > grain, turn_u, 0.0), np.where(long_v > grain, turn_v, 0.0)
-    across = np.where(np.minimum(long_u, long_v) > grain, across, 0.0)
-    most = np.maximum(np.maximum(turn_u, turn_v), across)
-    return Turning(most > 1.0 - cos(angle), turn_u < turn_v * (1.0 - 1e-9))
+        found[i][0], found[i][2] = _ends(*found[i])
+    return found
+
+
+def chord_of(angle: float) -> float:
+    """How far apart unit vectors at an angle are."""
+    return 2.0 * sin(min(angle, pi) / 2.0)
 
 
 def _slopes(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors, Vectors]:
@@ -54,16 +140,16 @@ def _slopes(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors, Vecto
     return 4.0 * b - 3.0 * a - c, c - a, a + 3.0 * c - 4.0 * b
 
 
-def _normal(u: Vectors, v: Vectors) -> Vectors:
+def _normal(u: Vectors, v: Vectors, real_u: FloatArray, real_v: FloatArray) -> Vectors:
     """Unit normal; zero where there is none."""
     normal = cross(u, v)
-    size = length(normal)
-    some = size > NONE * length(u) * length(v)
+    size, long_u, long_v = length(normal), length(u), length(v)
+    some = (size > NONE * long_u * long_v) & (long_u > real_u) & (long_v > real_v)
     return normal * (some / np.where(some, size, 1.0))
 
 
 def _ends(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors]:
-    """Unit normals at both ends of a line; where one is missing (at a pole), b turned once more."""
+    """Unit normals at both ends of a line; where one is missing, b turned once more."""
     share = 2.0 * dot(a, b), 2.0 * dot(c, b)
     return (
         np.where(dot(a, a) == 0.0, share[1] * b - c, a),
@@ -71,7 +157,12 @@ def _ends(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors]:
     )
 
 
-def _turn(a: Vectors, b: Vectors) -> FloatArray:
-    """1 − cos of the angle between unit normals; 0 where one is missing."""
+def _most(pairs: Iterable[tuple[Vectors, Vectors]]) -> FloatArray:
+    """How far apart the unit normals of pairs are at most; 0 where one is missing."""
+    most: FloatArray = np.maximum.reduce([_apart(a, b) for a, b in pairs])
+    return most
+
+
+def _apart(a: Vectors, b: Vectors) -> FloatArray:
     missing = (dot(a, a) == 0.0) | (dot(b, b) == 0.0)
-    return np.where(missing, 0.0, 1.0 - dot(a, b))
+    return np.where(missing, 0.0, length(a - b))
