@@ -8,10 +8,7 @@ from typing import TypeAlias
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.budget import Attempt, nearest_within
 from service.errors import InvalidRequest, Issue, TooLarge
-from service.pipeline.certified import Made
-
-Make: TypeAlias = Callable[[Accuracy, float], Made]
-"""The mesh that meets a tolerance in model units, within the limits of an accuracy."""
+from service.pipeline.certified import Made, Make
 
 Write: TypeAlias = Callable[[Made], bytes]
 

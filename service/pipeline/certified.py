@@ -1,7 +1,7 @@
 """Meshes by tolerance: how large they may become, and what came out."""
 
 from dataclasses import replace
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.adaptive.accuracy import Accuracy
@@ -22,45 +22,61 @@ TRIANGLE = 5_000
 Made: TypeAlias = Mesh | Scene
 
 
+class Make(Protocol):
+    """What makes the mesh that an accuracy asks for, or one by another tolerance."""
+
+    def __call__(self, accuracy: Accuracy, tolerance: float | None = None) -> Made:
+        """The mesh; `tolerance`, in model units, takes the place of the one that was stated."""
+        ...
+
+
 def most_triangles(limits: Limits) -> int:
     """Triangles that are made at most, whatever is asked for."""
     # A closed surface has two triangles a vertex, an open one fewer.
     return min(2 * limits.max_vertices, limits.max_multiplications // TRIANGLE)
 
 
-def certified(
-    model: PatchModel | GroupModel,
-    options: MeshOptions,
-    accuracy: Accuracy,
-    fmt: Format,
-    limits: Limits,
-    *,
-    tolerance: float | None = None,
-) -> Made:
-    """The mesh that is as near to the model as it was asked for, as the format stores it.
+class Certifier:
+    """What makes the meshes of a model, as a format stores them; what they have in common once.
 
-    A `tolerance`, in model units, takes the place of the one that was stated.
-
-    Raises
-    ------
-    InvalidRequest, TooLarge
-        With pointers to the option that asked for it.
+    Parameters
+    ----------
+    model : PatchModel or GroupModel
+    options : MeshOptions
+    fmt : Format
+    limits : Limits
     """
-    most, limit = most_triangles(limits), stated(accuracy)
-    if accuracy.max_triangles is not None and accuracy.max_triangles < most:
-        most, limit = accuracy.max_triangles, "/max_triangles"
-    storage = Storage(fmt.single, fmt.local)
-    maker = meshing(model, options, storage, nodes=fmt.encode_scene is not None)
-    goal = goal_of(accuracy, model)
-    if tolerance is not None:
-        goal = replace(goal, tolerance=tolerance)
-    try:
-        return maker.made(goal, most, limits.max_multiplications)
-    except TooLarge as error:
-        raise TooLarge(*(_limited(issue, limit, most) for issue in error.issues)) from None
-    except InvalidRequest as error:
-        issues = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
-        raise InvalidRequest(*issues) from None
+
+    def __init__(
+        self, model: PatchModel | GroupModel, options: MeshOptions, fmt: Format, limits: Limits
+    ) -> None:
+        storage = Storage(fmt.single, fmt.local)
+        self._model, self._limits = model, limits
+        self._meshing = meshing(model, options, storage, nodes=fmt.encode_scene is not None)
+
+    def made(self, accuracy: Accuracy, tolerance: float | None = None) -> Made:
+        """The mesh that is as near to the model as it was asked for.
+
+        A `tolerance`, in model units, takes the place of the one that was stated.
+
+        Raises
+        ------
+        InvalidRequest, TooLarge
+            With pointers to the option that asked for it.
+        """
+        most, limit = most_triangles(self._limits), stated(accuracy)
+        if accuracy.max_triangles is not None and accuracy.max_triangles < most:
+            most, limit = accuracy.max_triangles, "/max_triangles"
+        goal = goal_of(accuracy, self._model)
+        if tolerance is not None:
+            goal = replace(goal, tolerance=tolerance)
+        try:
+            return self._meshing.made(goal, most, self._limits.max_multiplications)
+        except TooLarge as error:
+            raise TooLarge(*(_limited(issue, limit, most) for issue in error.issues)) from None
+        except InvalidRequest as error:
+            issues = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
+            raise InvalidRequest(*issues) from None
 
 
 def _limited(issue: Issue, limit: str, most: int) -> Issue:

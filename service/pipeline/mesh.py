@@ -7,7 +7,7 @@ import numpy as np
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.adaptive.accuracy import Accuracy
-from service.engine.adaptive.aims import diagonal_of, stated
+from service.engine.adaptive.aims import diagonal_of
 from service.engine.build import build, build_scene, lines_of
 from service.engine.deviation.bound import largest
 from service.engine.mesh import Mesh, MeshReport
@@ -16,7 +16,7 @@ from service.engine.options import MeshOptions
 from service.engine.scene import Scene, about_zero
 from service.errors import InvalidRequest
 from service.pipeline.budget import within_budget
-from service.pipeline.certified import certified, check_content, check_made
+from service.pipeline.certified import Certifier, Make, check_content, check_made
 from service.pipeline.checks import (
     check_accuracy,
     check_bytes,
@@ -87,8 +87,8 @@ class Work:
         accuracy = self.options.accuracy
         if accuracy is not None and accuracy.budgeted:
             finest = (FINEST_SINGLE if self.fmt.single else FINEST) * diagonal_of(self.model)
-            made, content = within_budget(self._certified, self._written, accuracy, finest)
-            return Answer(content, made.report)
+            made, content = within_budget(self._certifier(), self._written, accuracy, finest)
+            return Answer(content, self._reported(made))
         made = self.made()
         content = self._written(made)
         if accuracy is not None:
@@ -99,20 +99,23 @@ class Work:
         """The mesh, or the scene where the format has nodes."""
         accuracy = self.options.accuracy
         if accuracy is not None:
-            return self._certified(accuracy)
+            return self._certifier()(accuracy)
         if isinstance(self.model, GroupModel) and self.fmt.encode_scene is not None:
             return build_scene(self.model, self.options, single=self.fmt.single)
         return mesh(self.model, self.options, self.fmt)
 
-    def _certified(self, accuracy: Accuracy, tolerance: float | None = None) -> Mesh | Scene:
-        """The mesh by tolerance, the stated one or another."""
+    def _certifier(self) -> Make:
+        """What makes the mesh by tolerance, the stated one or another."""
         if isinstance(self.model, SweepModel):
-            raise InvalidRequest(replace(NOT_PATCHES, pointer=stated(accuracy)))
-        made = certified(
-            self.model, self.options, accuracy, self.fmt, self.limits, tolerance=tolerance
-        )
-        check_made(made, self.stored, accuracy, self.limits, (self.fmt, self.encode))
-        return made
+            raise InvalidRequest(NOT_PATCHES)  # refused when it was planned
+        certifier = Certifier(self.model, self.options, self.fmt, self.limits)
+
+        def make(accuracy: Accuracy, tolerance: float | None = None) -> Mesh | Scene:
+            made = certifier.made(accuracy, tolerance)
+            check_made(made, self.stored, accuracy, self.limits, (self.fmt, self.encode))
+            return made
+
+        return make
 
     def _written(self, made: Mesh | Scene) -> bytes:
         return self.fmt.write(made, self.encode)

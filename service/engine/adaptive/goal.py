@@ -34,7 +34,7 @@ class Goal:
     Attributes
     ----------
     tolerance : float
-        Model units; infinite where only angles or pixels count.
+        Model units; where only angles or pixels count, more than any mesh of the model strays.
     angle : float
         Radians between normals of neighbouring vertices; infinite where none was stated.
     two_sided : bool
