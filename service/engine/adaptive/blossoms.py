@@ -159,8 +159,3 @@ def _halved(p: int, q: int) -> tuple[tuple[tuple[Place, float], ...], ...]:
                     terms.append(((b, c), ways / comb(p + q, p)))
         made.append(tuple(terms))
     return tuple(made)
-
-
-def most_terms(p: int, q: int) -> int:
-    """Terms of the longest sum in `triangle_nets` and `half_nets`."""
-    return max(*map(len, _dealt(p, q)[0]), *map(len, _halved(p, q)))

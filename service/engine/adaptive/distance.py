@@ -49,19 +49,15 @@ class Reach:
     height: FloatArray
     fold: FloatArray
 
-    def bound(self, height: FloatArray, off: FloatArray | float = 0.0) -> FloatArray:
-        """The bound above, if heights are known to be at most so much.
-
-        `off`: the surface is no further than this in the plane, and `height` says how far across
-        it, from another one that has the net.
-        """
+    def bound(self, height: FloatArray) -> FloatArray:
+        """The bound above, if heights are known to be at most so much."""
         known = np.minimum(self.height, height)
         squared = known * known
         own = np.sqrt(squared + self.flat)
         lens = np.sqrt(squared + self.flat_lens)
         own = np.minimum(own, np.sqrt(self.whole))
         lens = np.minimum(lens, np.sqrt(self.whole_lens))
-        bound: FloatArray = np.minimum(own, lens + self.fold) + off
+        bound: FloatArray = np.minimum(own, lens + self.fold)
         return bound
 
 

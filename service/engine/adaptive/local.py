@@ -49,6 +49,11 @@ class Local:
     unit: FloatArray
     slack: FloatArray
 
+    @property
+    def rounding(self) -> float:
+        """What rounding may do to a point, and to distances, in these units."""
+        return UNIT * roundings(*self.degree)
+
     def over(self, nets: FloatArray, places: FloatArray, *, halves: bool) -> "Piece":
         """The surface over triangles of parameters.
 
@@ -63,8 +68,8 @@ class Local:
         framed = self.hosts.framed(_scaled(nets, 1.0 / self.unit))
         u, v = places[:, 0], places[:, 1]
         if halves:
-            return Piece(half_nets(box_nets(framed, (u[0], u[1]), (v[0], v[2]))))
-        return Piece(triangle_nets(framed, [*u], [*v]))
+            return Piece(half_nets(box_nets(framed, (u[0], u[1]), (v[0], v[2]))), self.rounding)
+        return Piece(triangle_nets(framed, [*u], [*v]), self.rounding)
 
     def near(self, nets: FloatArray, patch: Ints, sizes: FloatArray, places: FloatArray) -> "Piece":
         """The surface of patches of high degree, of such sizes, over triangles in `box_order`."""
@@ -79,7 +84,7 @@ class Local:
         )
         gap = found.gap[found.box] * share
         net = triangle_nets(framed, *inner)
-        bound = Piece(net).deviation(self.hosts) + gap
+        bound = Piece(net, self.rounding).deviation(self.hosts) + gap
         # What hardly bends has all of its net near the host, though not near a cubic one.
         rows = np.flatnonzero(gap > bound * DOUBTFUL)
         whole = np.full(len(bound), np.inf)
@@ -89,11 +94,11 @@ class Local:
             x, y, h = _columns(projected(hull.reshape(-1, *hull.shape[2:])))
             furthest = reach(x, y, h, hosts)
             whole[rows] = furthest.bound(furthest.height)
-        return Piece(net, gap, whole)
+        return Piece(net, self.rounding, gap, whole)
 
     def restored(self, bound: FloatArray) -> FloatArray:
         """A bound in model units, all rounding included."""
-        safe = bound + self.hosts.tilt + UNIT * roundings(*self.degree)
+        safe = bound + self.hosts.tilt + self.rounding
         bounds: FloatArray = safe * self.unit + self.slack
         return bounds
 
@@ -107,7 +112,7 @@ class Local:
         gap = np.maximum(gap, 0.0)
         length = np.sqrt(gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2])
         # Far from the middle the eye's own coordinates are rounded.
-        length = length * (1.0 - 2.0**-40) - piece.gap - UNIT * roundings(*self.degree)
+        length = length * (1.0 - 2.0**-40) - piece.gap - self.rounding
         least: FloatArray = np.maximum(length * self.unit - self.slack, 0.0)
         return least
 
@@ -120,6 +125,8 @@ class Piece:
     ----------
     net : ndarray of float64, shape (N, D, m)
         A triangular net.
+    rounding : float
+        What its points may be off by.
     gap : ndarray of float64, shape (m,), or 0
         How far its surface is from the one meant.
     whole : ndarray of float64, shape (m,), or infinite
@@ -127,16 +134,29 @@ class Piece:
     """
 
     net: FloatArray
+    rounding: float
     gap: FloatArray | float = 0.0
     whole: FloatArray | float = inf
 
     def deviation(self, hosts: Hosts) -> FloatArray:
         """Bounds of the distances from the surface to hosts and their neighbours."""
         x, y, h = _columns(projected(self.net))
-        rise = highest(np.ascontiguousarray(self.net[:, 2]), degree_of(len(h)))
-        bound = reach(x, y, h, hosts).bound(rise / _lightest(self.net)) + self.gap
+        rise = self._divided(highest(np.ascontiguousarray(self.net[:, 2]), degree_of(len(h))))
+        bound = reach(x, y, h, hosts).bound(rise) + self.gap
         nearest: FloatArray = np.minimum(bound, self.whole)
         return nearest
+
+    def _divided(self, numerator: FloatArray) -> FloatArray:
+        """Bounds of quotients, of bounds of numerators; weights that differ magnify rounding.
+
+        A point of a numerator is right to what its own weight times a point is, hence to the
+        heaviest; the least of the weights divides it. Three coordinates make this twice as much.
+        """
+        if self.net.shape[1] == 3:
+            return numerator
+        least, most = (choose(self.net[:, 3], axis=0) for choose in (np.min, np.max))
+        quotient: FloatArray = (numerator + 2 * self.rounding * most) / least
+        return quotient
 
     def straying(self, images: FloatArray) -> FloatArray:
         """Bounds of |S − A| for A affine with these images (3, 2, m) of the corners, in the plane.
@@ -162,7 +182,7 @@ class Piece:
                     made[number] += key[corner] / (degree + 1) * gone[row]
         columns = _columns(made)
         rises = [highest(column, degree + 1) for column in columns]
-        part = np.sqrt(sum(rise * rise for rise in rises)) / _lightest(made)
+        part = self._divided(np.sqrt(sum(rise * rise for rise in rises)))
         x, y, h = _columns(projected(made))
         whole = np.sqrt((x * x + y * y + h * h).max(axis=0))
         bound: FloatArray = np.minimum(part, whole) + self.gap
@@ -198,11 +218,6 @@ def _columns(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Coordinates of points (N, 3 or 4, m), (N, m) each."""
     x, y, h = (np.ascontiguousarray(points[:, axis]) for axis in range(3))
     return x, y, h
-
-
-def _lightest(net: FloatArray) -> FloatArray | float:
-    """The least weight of each net."""
-    return net[:, 3].min(axis=0) if net.shape[1] == 4 else 1.0
 
 
 def local(

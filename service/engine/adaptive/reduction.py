@@ -29,9 +29,10 @@ from service.engine.adaptive.blossoms import blossoms
 LOW = 3
 """Degree to which nets are reduced."""
 
-SHIFT = 2.0**-42
-"""How far the surface of a reduced net goes while a parameter changes by a rounding, 2^-53, where
-no coordinate is above 4 and no weight more than another; in proportion to what they are else."""
+SHIFT = 2.0**-40
+"""What rounding may do to these differences: to points, 4 · 600 u at degree 64, to sums of a few
+more, and to parameters within a box, at 2^-53 of which a cubic surface goes 2^-44 at most where no
+coordinate is above 4. Where weights differ, in proportion to what they do."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -9,7 +9,8 @@ vertices of hosts; hence no difference of two points is longer than 2√3 < 4.
     P − M, times its weight                                2
     three a level where a row of a triangle is raised      3 max(p, q)
     two a level of the blossom, (1 − t) a + t b            2 (p + q); 1 − t is exact
-    its share, and adding up (p+1)(q+1) terms at most      2 + (p+1)(q+1)
+    its share, and adding up (p+1)(q+1) terms at most      2 + (p+1)(q+1); where degrees are
+                                                           reduced, p + q + 4 are enough
     w a, subtracted; a product and two sums of the frame   5; the frame itself is right to 8 u
 
 roundings, r in all. Only combinations with factors that are not negative are made of the points, so
