@@ -3,8 +3,8 @@
 Triangles, time and kept promises at the same deflection. Open CASCADE meshes with a linear
 deflection equal to the tolerance and an angular one of 0.5 rad, in a process of its own; the two
 take turns. Its time is that of the mesher alone, ours that from patches to the mesh in memory. How
-far each mesh truly is from its surface is found by sampling. The uniform grid is the smallest with
-so many divisions in both directions whose own certified bound meets the tolerance.
+far each mesh truly is from its surface is found by sampling. The uniform grid is the smallest whose
+own certified bound meets the tolerance.
 
     python -m tests.benchmarks.open_cascade PYTHON
 
@@ -26,9 +26,11 @@ import numpy as np
 
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.build import build
+from service.engine.deviation.bends import blocks_along, grid_bends
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.settings import pin_blas
+from service.surface.batches import TensorPatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
@@ -42,8 +44,8 @@ Occ: TypeAlias = Callable[[Surface, float], tuple[Array, float]]
 WORKER = Path(__file__).with_name("open_cascade_worker.py")
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 ROUNDS = 3
-MOST = 1 << 20
-"""Triangles at which the search for a uniform grid gives up."""
+SHAPES = (1, 1), (2, 1), (1, 2), (4, 1), (1, 4), (8, 1), (1, 8)
+"""Divisions along u and v of uniform grids, up to a factor."""
 
 HEADER = (
     f"{'surfaces':22}{'tolerance':>10}{'ours':>8}{'OCC':>8}{'ratio':>7}{'ms':>8}{'OCC':>8}"
@@ -72,7 +74,7 @@ class Line:
     triangles: tuple[int, int]
     seconds: tuple[float, float]
     found: tuple[float, float]
-    uniform: int | None
+    uniform: int
 
 
 @contextmanager
@@ -119,27 +121,34 @@ def ours(model: PatchModel, tolerance: float) -> tuple[Mesh, float]:
     return mesh, time.process_time() - start
 
 
-def uniform(model: PatchModel, tolerance: float) -> int | None:
-    """Triangles of the smallest uniform grid whose certified bound meets the tolerance."""
+def uniform(model: PatchModel, tolerance: float) -> int:
+    """Triangles of the smallest uniform grid whose certified bound meets the tolerance.
 
-    def triangles(divisions: int) -> int:
-        return 2 * divisions * divisions * model.patch_count
+    As many divisions along u as along v, or twice, four times, eight times as many.
+    """
+    (batch,) = model.batches
+    assert isinstance(batch, TensorPatches)
+    return min(_uniform(batch, tolerance, shape) for shape in SHAPES)
 
-    def meets(divisions: int) -> bool:
-        options = MeshOptions(resolution=(divisions, divisions), normals=False)
-        bound = build(model, options, single=False).report.deviation_bound
-        return bound is not None and bound <= tolerance
+
+def _uniform(batch: TensorPatches, tolerance: float, shape: tuple[int, int]) -> int:
+    """The same for multiples of one pair of divisions."""
+
+    def meets(times: int) -> bool:
+        divisions = times * shape[0], times * shape[1]
+        p, q = batch.degree
+        blocks = blocks_along(divisions[0], p), blocks_along(divisions[1], q)
+        bends = grid_bends(batch, divisions, blocks)
+        return float(bends.deviations(1 / divisions[0], 1 / divisions[1]).max()) <= tolerance
 
     high = 1
-    while triangles(high) <= MOST and not meets(high):
+    while not meets(high):
         high *= 2
-    if triangles(high) > MOST:
-        return None
     low = high // 2
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (low, middle) if meets(middle) else (middle, high)
-    return triangles(high)
+    return 2 * high * high * shape[0] * shape[1] * batch.count
 
 
 def measured(surface: Surface, relative: float, occ: Occ) -> Line:
@@ -169,16 +178,15 @@ def row(title: str, relative: float, lines: list[Line]) -> str:
     """Medians over a group, the worst deviations, and how many are over the tolerance."""
     mine, its = (median(line.triangles[k] for line in lines) for k in range(2))
     slow, fast = (1e3 * median(line.seconds[k] for line in lines) for k in range(2))
-    grids = [line.uniform for line in lines if line.uniform is not None]
-    grid = f"{median(grids):9.0f}" if grids else f"{'> 1e6':>9}"
-    ratios = [line.triangles[0] / (line.uniform or MOST) for line in lines]
+    grid = median(line.uniform for line in lines)
+    ratios = [line.triangles[0] / line.uniform for line in lines]
     return (
         f"{title:22}{relative:10g}{mine:8.0f}{its:8.0f}"
         f"{median(line.triangles[0] / line.triangles[1] for line in lines):7.2f}"
         f"{slow:8.1f}{fast:8.1f}{median(line.seconds[0] / line.seconds[1] for line in lines):7.2f}"
         f"{max(line.found[0] for line in lines):11.3f}{max(line.found[1] for line in lines):7.2f}"
         f"{sum(line.found[0] > 1 for line in lines):6}{sum(line.found[1] > 1 for line in lines):5}"
-        f"{grid}{median(ratios):7.2f}"
+        f"{grid:9.0f}{median(ratios):7.2f}"
     )
 
 

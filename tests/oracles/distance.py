@@ -2,7 +2,7 @@
 
 The guess looks at a few triangles near each point. It is never too small, so wherever it is small
 enough, nothing remains to be shown. The largest of the guesses are then replaced by the true
-distances, to all triangles whose boxes are no further away than the guess, until the largest true
+distances, to all triangles that lie in balls no further away than the guess, until the largest true
 distance exceeds every guess that is left.
 """
 
@@ -18,9 +18,6 @@ Index: TypeAlias = NDArray[np.intp]
 
 NEAREST = 3
 """Triangles that a guess looks at."""
-
-BLOCK = 1 << 21
-"""Pairs of points and triangles that are looked at in one go."""
 
 FLAT = 1e-10
 """Triangles of less height for their length are their three sides."""
@@ -66,10 +63,12 @@ class Soup:
     corners: Array
     tree: cKDTree = field(init=False)
     owner: Index = field(init=False)
+    balls: list[tuple[cKDTree, Index, float]] = field(init=False)
 
     def __post_init__(self) -> None:
         places, self.owner = _spread(self.corners)
         self.tree = cKDTree(places)
+        self.balls = _balls(self.corners)
 
     def guess(self, points: Array) -> Array:
         """Distances (m,) that may be too large, never too small."""
@@ -99,21 +98,26 @@ class Soup:
         return found, largest
 
     def _true(self, points: Array, guesses: Array) -> Array:
-        """The least of the distances to all triangles whose boxes are within the guess."""
-        low, high = self.corners.min(axis=1), self.corners.max(axis=1)
-        size = max(1, BLOCK // len(low))
+        """The least of the distances to all triangles in balls that are within the guess."""
         found = guesses.copy()
-        for start in range(0, len(points), size):
-            block = slice(start, start + size)
-            outside = np.zeros((len(points[block]), len(low)))
-            for axis in range(3):
-                x = points[block, axis, np.newaxis]
-                gap = np.maximum(np.maximum(low[:, axis] - x, x - high[:, axis]), 0.0)
-                outside += gap * gap
-            rows, triangles = np.nonzero(outside < found[block, np.newaxis] ** 2)
-            pairs = to_triangles(points[block][rows], self.corners[triangles])
-            np.minimum.at(found, rows + start, pairs)
+        for tree, triangles, radius in self.balls:
+            reach = guesses * (1 + 1e-9) + radius
+            near = tree.query_ball_point(points, reach, return_sorted=False)
+            counts = np.array([len(rows) for rows in near])
+            if counts.any():
+                rows = np.repeat(np.arange(len(points)), counts)
+                chosen = triangles[np.concatenate([np.array(r, dtype=np.intp) for r in near])]
+                np.minimum.at(found, rows, to_triangles(points[rows], self.corners[chosen]))
         return found
+
+
+def _balls(corners: Array) -> list[tuple[cKDTree, Index, float]]:
+    """Middles of the triangles' boxes, by size: a tree, the triangles in it, the largest radius."""
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    middles, radii = (low + high) / 2, np.sqrt(_dot(high - low, high - low)) / 2
+    size = np.frexp(radii)[1]
+    groups = [np.flatnonzero(size == k) for k in np.unique(size)]
+    return [(cKDTree(middles[g]), g, float(radii[g].max()) * (1 + 1e-9)) for g in groups]
 
 
 def _spread(corners: Array) -> tuple[Array, Index]:

@@ -40,10 +40,10 @@ class Sheet(Protocol):
         ...
 
     def samples(self, count: int) -> Array:
-        """About twice so many places (m, 2).
+        """So many places (m, 2) and some more.
 
-        As many at equal distances in the domain, those on the border and on knot lines among them,
-        as at about equal distances in space.
+        At equal distances in the domain, those on the border and on knot lines among them, and a
+        quarter as many at about equal distances in space.
         """
         ...
 
@@ -86,7 +86,7 @@ class TensorSheet:
         ends = [breaks[[0, -1]] for breaks in self.breaks]
         grids = [lines, [fine[0], ends[1]], [ends[0], fine[1]]]
         coarse = [_divided(breaks, max(1, each // 6)) for breaks in self.breaks]
-        even = _evened(self, _halves(coarse[0], coarse[1]), count // 2)
+        even = _evened(self, _halves(coarse[0], coarse[1]), count // 4)
         return np.concatenate([*(_grid(u, v) for u, v in grids), even])
 
     def _each(self, count: int) -> int:
@@ -121,7 +121,7 @@ class TriangleSheet:
         zero = np.zeros_like(t)
         sides = [(zero, t), (t, zero), (t, 1 - t)]
         corners = np.array([[[0.0, 0], [1, 0], [0, 1]]])
-        even = _evened(self, corners, count // 2)
+        even = _evened(self, corners, count // 4)
         return np.concatenate([inner, *(np.stack(side, axis=1) for side in sides), even])
 
     def _divisions(self, count: int) -> int:
