@@ -44,7 +44,8 @@ from service.engine.adaptive.clip import Pieces, clipped, images
 from service.engine.adaptive.faces import SPAN, Faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground, Nets
-from service.engine.adaptive.local import DIRECT, Local, box_order, local
+from service.engine.adaptive.local import Local, box_order, local
+from service.engine.adaptive.reduction import DIRECT
 
 CHUNK = 1 << 17
 """Numbers of the nets that are worked on at a time: all that is made of them stays in the cache."""

@@ -15,9 +15,6 @@ from service.engine.adaptive.hosts import Hosts, hosts_of
 from service.engine.adaptive.reduction import order_of, over_boxes
 from service.engine.adaptive.rounding import UNIT, roundings, stored
 
-DIRECT = 8
-"""Degree p + q up to which the nets of triangles are computed as such."""
-
 FAR = 2.0**300
 """Distance, in units of a piece, beyond which neighbours and eyes are not reckoned with."""
 

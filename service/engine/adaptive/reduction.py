@@ -26,6 +26,9 @@ from service.bases.bernstein import bernstein, elevation
 from service.bases.cache import PLANS
 from service.engine.adaptive.blossoms import blossoms
 
+DIRECT = 8
+"""Degree p + q up to which the nets of triangles are computed as such, and nothing is reduced."""
+
 LOW = 3
 """Degree to which nets are reduced."""
 

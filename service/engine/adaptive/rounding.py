@@ -33,6 +33,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
+from service.engine.adaptive.reduction import DIRECT, SHIFT
 from service.errors import InvalidRequest, Issue
 
 UNIT = 2.0**-53
@@ -63,7 +64,10 @@ def floor(ground: Ground, step: float = 0.0) -> float:
         sizes = ground.sizes[nets.patches]
         far = sizes + np.abs(ground.middles[:, nets.patches]).max(axis=0)
         # Units are powers of two, up to twice the size.
-        slack = 4 * UNIT * roundings(*nets.degree) * sizes + stored(far)
+        share = 2 * UNIT * roundings(*nets.degree)
+        if sum(nets.degree) > DIRECT:
+            share += SHIFT
+        slack = 2 * share * sizes + stored(far)
         least = max(least, float(slack.max()))
     return 4 * (least + ground.lowering) + 2 * step
 

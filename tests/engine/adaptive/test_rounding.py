@@ -125,10 +125,12 @@ def test_frames_are_orthonormal_and_hosts_lie_in_them() -> None:
     assert hosts.tilt.max() < 16 * UNIT
 
 
-def test_below_the_floor_a_tolerance_is_refused() -> None:
+@pytest.mark.parametrize("degree", [3, 9])
+def test_below_the_floor_a_tolerance_is_refused(degree: int) -> None:
     # So flat that even the least tolerance needs few triangles.
-    x, y = np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="ij")
-    height = 1e-10 * np.random.default_rng(3).normal(size=(4, 4))
+    side = np.linspace(0, 3, degree + 1)
+    x, y = np.meshgrid(side, side, indexing="ij")
+    height = 1e-10 * np.random.default_rng(3).normal(size=x.shape)
     ground = Ground.of(BezierSurface(np.stack([x, y, height], axis=-1)).lower())
     least = floor(ground)
     assert 1e-14 < least < 1e-10
