@@ -65,10 +65,11 @@ def triangulated(outline: Outline, leaves: Leaves, positions: FloatArray) -> Tri
     if vanished.any():
         there, back = _edges(corners)
         _foster(there, back, leaf, host)
-        edges = np.flatnonzero(np.repeat(vanished, 3) & ~np.isin(back, there))
+        edges = np.flatnonzero(np.repeat(vanished, 3))
+        edges = edges[~_among(back[edges], there)]
         keys = _pairs(vertex)
         ends = vertex.ravel()[edges], np.roll(vertex, -1, axis=1).ravel()[edges]
-        open_ = (ends[0] != ends[1]) & ~np.isin(keys[edges], keys[np.repeat(~vanished, 3)])
+        open_ = (ends[0] != ends[1]) & ~_among(keys[edges], keys[np.repeat(~vanished, 3)])
         bare = np.unique(leaf[edges[open_] // 3])
     beside, across, crowd = _neighbours(vertex, ~vanished, outline.face[corners[:, 0]])
     crossed = _crossed(corners, crowd) if len(crowd) else np.empty((0, 2), dtype=np.intp)
@@ -149,6 +150,14 @@ def _edges(corners: Ints) -> tuple[Ints, Ints]:
     return (begin * many + end).ravel(), (end * many + begin).ravel()
 
 
+def _among(values: Ints, others: Ints) -> Bools:
+    """Which values are among so many others that NumPy's `isin`, which hashes them, takes long."""
+    known = np.sort(others)
+    place = np.searchsorted(known, values).clip(max=len(known) - 1)
+    among: Bools = known[place] == values if len(known) else np.zeros(len(values), dtype=bool)
+    return among
+
+
 def _pairs(vertex: Ints) -> Ints:
     """Numbers of the edges of triangles (T, 3), the same in both directions: (3 T,)."""
     low, high = vertex, np.roll(vertex, -1, axis=1)
@@ -208,5 +217,5 @@ def _runs(*columns: Ints) -> tuple[Ints, Ints]:
 def _crossed(corners: Ints, crowd: Ints) -> Ints:
     """Of edges with more than two triangles, those that run through the inside of a face."""
     there, back = _edges(corners)
-    inside = crowd[np.isin(back[crowd], there)]
+    inside = crowd[_among(back[crowd], there)]
     return np.stack([inside // 3, inside % 3], axis=1)
