@@ -5,10 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.adaptive.beside import Beside
 from service.engine.adaptive.chains import find_chains
 from service.engine.adaptive.division import divide
 from service.engine.adaptive.faces import SPAN, Faces
 from service.engine.adaptive.goal import Goal
+from service.engine.adaptive.ground import Ground
 from service.engine.stitch import Seams
 from service.surface.sides import BEGINS
 
@@ -38,7 +40,9 @@ class Border:
     collapsed: Bools
 
 
-def divide_border(faces: Faces, seams: Seams, goal: Goal, most: int) -> Border:
+def divide_border(
+    faces: Faces, seams: Seams, goal: Goal, most: int, ground: Ground | None = None
+) -> Border:
     """Divides the sides of all faces; what sides have in common is divided once.
 
     Parameters
@@ -47,6 +51,8 @@ def divide_border(faces: Faces, seams: Seams, goal: Goal, most: int) -> Border:
         Of the model that the faces are of, in its own coordinates.
     most : int
         Triangles that are allowed.
+    ground : Ground, optional
+        The patches, without which normals do not matter, whatever the goal's angle.
 
     Raises
     ------
@@ -56,7 +62,10 @@ def divide_border(faces: Faces, seams: Seams, goal: Goal, most: int) -> Border:
         `too_many_triangles`, as soon as the sides alone need more.
     """
     chains = find_chains(faces, seams)
-    division = divide(chains, seams, goal, len(faces.first), most)
+    beside = None
+    if ground is not None and goal.angle < np.pi:
+        beside = Beside.of(ground, faces, chains, goal.angle)
+    division = divide(chains, seams, goal, len(faces.first), most, beside=beside)
     begin, _, spans = faces.sides()
     collapsed = seams.collapsed[begin, np.arange(4)]
     poles = seams.corner[begin, BEGINS][collapsed]

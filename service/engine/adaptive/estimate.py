@@ -116,7 +116,7 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale) -> V
     skew = dot(a - b + c - d, normal)
     v_first = across_v((bend_u, bend_v), (length(along_u), length(along_v)), skew, allowed)
     if goal.angle < np.pi:
-        turn = turning(at, goal.angle, scale)
+        turn = turning(at, goal.angle, scale, nets)
         here = turn.exceeds & ~fails
         fails |= here
         v_first = np.where(here, turn.along_v, v_first)

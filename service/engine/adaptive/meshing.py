@@ -78,7 +78,7 @@ class Meshing:
         rounding = storage.rounding(origin, *model.bounds)
         check_goal(goal, floor(self._ground, rounding))
         edges = for_border(goal, rounding, model.bounds)
-        border = divide_border(self._faces, self._seams, edges, most)
+        border = divide_border(self._faces, self._seams, edges, most, self._ground)
         overlays = draw_lines(model, border, self.options, storage, origin)
         if not self.options.surface:
             return only_lines(model, self.options, overlays, origin, storage.dtype)

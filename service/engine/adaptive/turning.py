@@ -8,11 +8,13 @@ is taken for a crease that is only narrow, and later only where it does help.
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import combinations
 from math import pi, sin, tan
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
+from service.engine.adaptive.halving import points
 from service.engine.adaptive.vectors import Vectors, cross, dot, length
 
 NONE = 1e-7
@@ -30,6 +32,15 @@ GRAIN = 1 / 1024
 
 FALLING = 0.8
 """What must be left of a turn, at most, in each half of a cell, if halving is to help."""
+
+CORNERS = ((0, 0), (0, 2), (2, 0), (2, 2))
+
+ACROSS = tuple(
+    (one, other)
+    for one, other in combinations([(i, j) for i in range(3) for j in range(3)], 2)
+    if one[0] != other[0] and one[1] != other[1]
+)
+"""Pairs of places that are not on a line along u or v."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,10 +72,21 @@ def scale(box: FloatArray, size: FloatArray) -> Scale:
     return Scale(box[1::2] - box[::2], size * GRAIN)
 
 
-def turning(at: list[list[Vectors]], angle: float, scale: Scale) -> Turning:
-    """Normals of the biquadratic surfaces through nine points of cells, compared in pairs."""
+def turning(
+    at: list[list[Vectors]], angle: float, scale: Scale, nets: FloatArray | None = None
+) -> Turning:
+    """Normals of cells in nine places, compared in pairs.
+
+    Parameters
+    ----------
+    at : nine points of cells
+    angle : float
+    scale : Scale
+    nets : ndarray of float64, shape (p+1, q+1, D, m), optional
+        Of the same cells.
+    """
     most = chord_of(angle)
-    found = normals(at)
+    found = normals(at, nets)
     lines = found, [list(line) for line in zip(*found, strict=True)]
     halves = [_most((line[k], line[k + 1]) for line in own for k in (0, 1)) for own in lines[::-1]]
     wholes = [
@@ -80,9 +102,8 @@ def turning(at: list[list[Vectors]], angle: float, scale: Scale) -> Turning:
         & ((share > ROUGH) | (half <= FALLING * whole) & (share > FINEST))
         for long, share, half, whole in zip(longs, scale.shares, halves, wholes, strict=True)
     ]
-    corners = found[0][0], found[2][2], found[2][0], found[0][2]
-    across = _most((corners[:2], corners[2:]))
-    helps = _most((corner, found[1][1]) for corner in corners) <= FALLING * across
+    across = _most((found[i][j], found[k][m]) for (i, j), (k, m) in ACROSS)
+    helps = _most((found[i][j], found[1][1]) for i, j in CORNERS) <= FALLING * across
     helps |= np.maximum(*scale.shares) > ROUGH
     exceeds = (may[0] | may[1]) & helps & (across > most)
     exceeds |= may[0] & (wholes[0] > most) | may[1] & (wholes[1] > most)
@@ -107,26 +128,27 @@ def level(angle: float, size: FloatArray, scale: Scale | None = None) -> FloatAr
     return np.where(small, np.inf, most)
 
 
-def normals(at: list[list[Vectors]]) -> list[list[Vectors]]:
+def normals(at: list[list[Vectors]], nets: FloatArray | None = None) -> list[list[Vectors]]:
     """Unit normals in nine places of biquadratic surfaces through them; zero where there is none.
 
-    A normal that is missing at the end of a line (at a pole) is taken to be on from the middle as
-    the other end is from there.
+    With nets, those at the corners are the surface's own. One that is missing at the end of a line
+    (at a pole) is taken to be on from the middle as the other end is from there.
     """
-    slopes_u = list(zip(*(_slopes(at[0][j], at[1][j], at[2][j]) for j in range(3)), strict=True))
+    slopes_u = [_slopes(at[0][j], at[1][j], at[2][j]) for j in range(3)]
     slopes_v = [_slopes(at[i][0], at[i][1], at[i][2]) for i in range(3)]
+    slopes = [[(slopes_u[j][i], slopes_v[i][j]) for j in range(3)] for i in range(3)]
     real_u, real_v = (
-        NONE * np.maximum.reduce([length(own) for row in slopes for own in row])
-        for slopes in (slopes_u, slopes_v)
+        NONE * np.maximum.reduce([length(own) for line in every for own in line])
+        for every in (slopes_u, slopes_v)
     )
-    found = [
-        [_normal(slopes_u[i][j], slopes_v[i][j], real_u, real_v) for j in range(3)]
-        for i in range(3)
-    ]
+    if nets is not None:
+        for i, j in CORNERS:
+            slopes[i][j] = _legs(nets, i == 2, j == 2)
+    found = [[_normal(*own, real_u, real_v) for own in row] for row in slopes]
     for j in range(3):
-        found[0][j], found[2][j] = _ends(*(found[i][j] for i in range(3)))
+        found[0][j], found[2][j] = ends(*(found[i][j] for i in range(3)))
     for i in range(3):
-        found[i][0], found[i][2] = _ends(*found[i])
+        found[i][0], found[i][2] = ends(*found[i])
     return found
 
 
@@ -135,9 +157,33 @@ def chord_of(angle: float) -> float:
     return 2.0 * sin(min(angle, pi) / 2.0)
 
 
+def ends(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors]:
+    """Unit normals at both ends of a line; where one is missing, b turned once more."""
+    share = 2.0 * dot(a, b), 2.0 * dot(c, b)
+    return (
+        np.where(dot(a, a) == 0.0, share[1] * b - c, a),
+        np.where(dot(c, c) == 0.0, share[0] * b - a, c),
+    )
+
+
+def apart(a: Vectors, b: Vectors) -> FloatArray:
+    """How far apart unit normals are; 0 where one is missing."""
+    missing = (dot(a, a) == 0.0) | (dot(b, b) == 0.0)
+    return np.where(missing, 0.0, length(a - b))
+
+
 def _slopes(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors, Vectors]:
     """Derivatives at 0, ½ and 1 of a quadratic curve through three points."""
     return 4.0 * b - 3.0 * a - c, c - a, a + 3.0 * c - 4.0 * b
+
+
+def _legs(nets: FloatArray, far_u: bool, far_v: bool) -> tuple[Vectors, Vectors]:
+    """Directions of the derivatives at a corner of nets (p+1, q+1, D, m)."""
+    p, q = len(nets) - 1, nets.shape[1] - 1
+    rows, columns = (p, p - 1) if far_u else (0, 1), (q, q - 1) if far_v else (0, 1)
+    near = points(nets[np.ix_(rows, columns)])
+    along_u, along_v = near[1, 0] - near[0, 0], near[0, 1] - near[0, 0]
+    return along_u * (-p if far_u else p), along_v * (-q if far_v else q)
 
 
 def _normal(u: Vectors, v: Vectors, real_u: FloatArray, real_v: FloatArray) -> Vectors:
@@ -148,21 +194,7 @@ def _normal(u: Vectors, v: Vectors, real_u: FloatArray, real_v: FloatArray) -> V
     return normal * (some / np.where(some, size, 1.0))
 
 
-def _ends(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors]:
-    """Unit normals at both ends of a line; where one is missing, b turned once more."""
-    share = 2.0 * dot(a, b), 2.0 * dot(c, b)
-    return (
-        np.where(dot(a, a) == 0.0, share[1] * b - c, a),
-        np.where(dot(c, c) == 0.0, share[0] * b - a, c),
-    )
-
-
 def _most(pairs: Iterable[tuple[Vectors, Vectors]]) -> FloatArray:
     """How far apart the unit normals of pairs are at most; 0 where one is missing."""
-    most: FloatArray = np.maximum.reduce([_apart(a, b) for a, b in pairs])
+    most: FloatArray = np.maximum.reduce([apart(a, b) for a, b in pairs])
     return most
-
-
-def _apart(a: Vectors, b: Vectors) -> FloatArray:
-    missing = (dot(a, a) == 0.0) | (dot(b, b) == 0.0)
-    return np.where(missing, 0.0, length(a - b))
