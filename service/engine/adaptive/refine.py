@@ -1,6 +1,6 @@
 """Triangulations that are near enough, proved triangle by triangle.
 
-    cells → outlines → triangles → certificate → cut what fails, and again
+    cells → outlines → triangles → certificate, a closer look → cut what fails, and again
 
 **Why this ends.** Let ε be the tolerance (the least that is allowed anywhere). Every round in which
 anything fails cuts a leaf in two, or halves the height of a strip twice. There are finitely many
@@ -9,7 +9,8 @@ boxes of places and finitely many heights, so the rounds end, with a mesh or wit
 
 1. A leaf that is cut is not small. If the net of a leaf is within ε of every one of its points,
    then all its triangles pass: each has a vertex of the leaf, which is on the surface over it, so
-   all of the triangle's net is within ε of its host. The cut is in the direction in which the
+   all of the triangle's net is within ε of its host; one whose host is beside it shares that one's
+   vertex. The cut is in the direction in which the
    surface bends more, with a bonus for the longer one: as a leaf becomes short in one direction it
    stops to bend in it, and the other has its turn. So lengths in both directions go to 0.
 2. The strip over a segment of the border, as it becomes flat, has nets that contract into the hull
