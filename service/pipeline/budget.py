@@ -7,16 +7,23 @@ from typing import TypeAlias
 
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.budget import Attempt, nearest_within
+from service.engine.adaptive.limits import Effort
 from service.errors import InvalidRequest, Issue, TooLarge
 from service.pipeline.certified import Made, Make
 
 Write: TypeAlias = Callable[[Made], bytes]
 
+ATTEMPTS = 3
+"""Meshes as costly as can be that a search may make; nearly all that it makes cost less."""
 
-def within_budget(make: Make, write: Write, accuracy: Accuracy, least: float) -> tuple[Made, bytes]:
+
+def within_budget(
+    make: Make, write: Write, accuracy: Accuracy, least: float, effort: Effort
+) -> tuple[Made, bytes]:
     """The mesh of the least certified deviation that the budget allows, and its file.
 
-    A finer tolerance than `least`, in model units, is not tried.
+    A finer tolerance than `least`, in model units, is not tried. Of the `effort`, all of which the
+    search may take, a mesh takes a third at most: one more budget that is kept to.
 
     Raises
     ------
@@ -25,15 +32,26 @@ def within_budget(make: Make, write: Write, accuracy: Accuracy, least: float) ->
     TooLarge
         If even the coarsest mesh is beyond what is computed at all.
     """
+    most = effort.whole / ATTEMPTS
+
+    def tried(allowed: Accuracy, tolerance: float) -> Attempt[tuple[Made, bytes]]:
+        before = effort.spent
+        made = make(allowed, tolerance)
+        content = write(made)
+        cost = _cost(made, content, accuracy)
+        taken = (effort.spent - before) / most
+        return Attempt(max(cost, taken), made.report.deviation_bound or 0.0, (made, content))
+
     # The coarsest is made whatever the budget, to say what it would need.
-    coarsest = _made(make, write, replace(accuracy, max_triangles=None), accuracy, inf)
+    coarsest = tried(replace(accuracy, max_triangles=None), inf)
     made, content = coarsest.result
     _check("/max_triangles", "triangles", made.report.triangles, accuracy.max_triangles)
     _check("/max_bytes", "bytes", len(content), accuracy.max_bytes)
 
     def attempt(tolerance: float) -> Attempt[tuple[Made, bytes]] | None:
+        effort.allow(most)
         try:
-            return _made(make, write, accuracy, accuracy, tolerance)
+            return tried(accuracy, tolerance)
         except TooLarge:
             return None
         except InvalidRequest as error:
@@ -45,21 +63,10 @@ def within_budget(make: Make, write: Write, accuracy: Accuracy, least: float) ->
     return nearest_within(attempt, coarsest, least).result
 
 
-def _made(
-    make: Make, write: Write, allowed: Accuracy, budget: Accuracy, tolerance: float
-) -> Attempt[tuple[Made, bytes]]:
-    """What one tolerance comes to, in shares of the budget."""
-    made = make(allowed, tolerance)
-    content = write(made)
-    shares = [
-        count / most
-        for count, most in (
-            (made.report.triangles, budget.max_triangles),
-            (len(content), budget.max_bytes),
-        )
-        if most is not None
-    ]
-    return Attempt(max(shares), made.report.deviation_bound or 0.0, (made, content))
+def _cost(made: Made, content: bytes, budget: Accuracy) -> float:
+    """The larger share of what a budget allows."""
+    counts = (made.report.triangles, budget.max_triangles), (len(content), budget.max_bytes)
+    return max(count / most for count, most in counts if most is not None)
 
 
 def _check(where: str, unit: str, least: int, most: int | None) -> None:

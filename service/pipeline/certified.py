@@ -6,6 +6,7 @@ from typing import Protocol, TypeAlias
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.aims import goal_of, stated
+from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
 from service.engine.mesh import Mesh
@@ -39,19 +40,27 @@ def most_triangles(limits: Limits) -> int:
 class Certifier:
     """What makes the meshes of a model, as a format stores them; what they have in common once.
 
+    All of them together may take so much `effort`.
+
     Parameters
     ----------
     model : PatchModel or GroupModel
     options : MeshOptions
     fmt : Format
     limits : Limits
+    effort : Effort
     """
 
     def __init__(
-        self, model: PatchModel | GroupModel, options: MeshOptions, fmt: Format, limits: Limits
+        self,
+        model: PatchModel | GroupModel,
+        options: MeshOptions,
+        fmt: Format,
+        limits: Limits,
+        effort: Effort,
     ) -> None:
         storage = Storage(fmt.single, fmt.local)
-        self._model, self._limits = model, limits
+        self._model, self._limits, self._effort = model, limits, effort
         self._meshing = meshing(model, options, storage, nodes=fmt.encode_scene is not None)
 
     def made(self, accuracy: Accuracy, tolerance: float | None = None) -> Made:
@@ -71,12 +80,14 @@ class Certifier:
         if tolerance is not None:
             goal = replace(goal, tolerance=tolerance)
         try:
-            return self._meshing.made(goal, most, self._limits.max_multiplications)
+            made = self._meshing.made(goal, most, self._effort)
         except TooLarge as error:
             raise TooLarge(*(_limited(issue, limit, most) for issue in error.issues)) from None
         except InvalidRequest as error:
             issues = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
             raise InvalidRequest(*issues) from None
+        self._effort.spent += TRIANGLE * made.report.triangles
+        return made
 
 
 def _limited(issue: Issue, limit: str, most: int) -> Issue:

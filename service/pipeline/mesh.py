@@ -8,6 +8,7 @@ import numpy as np
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.aims import diagonal_of
+from service.engine.adaptive.limits import Effort
 from service.engine.build import build, build_scene, lines_of
 from service.engine.deviation.bound import largest
 from service.engine.mesh import Mesh, MeshReport
@@ -33,6 +34,9 @@ from service.surface.lowered import GroupModel, Model
 from service.surface.sweep_model import SweepModel
 
 PLAIN = EncodeOptions()
+
+SEARCH = 2
+"""How much more than one mesh the search for the one that keeps to a budget may take."""
 
 FINEST, FINEST_SINGLE = 2.0**-38, 2.0**-20
 """Parts of the model's diagonal that no budget goes below: some times what rounding takes."""
@@ -87,7 +91,9 @@ class Work:
         accuracy = self.options.accuracy
         if accuracy is not None and accuracy.budgeted:
             finest = (FINEST_SINGLE if self.fmt.single else FINEST) * diagonal_of(self.model)
-            made, content = within_budget(self._certifier(), self._written, accuracy, finest)
+            effort = Effort(SEARCH * self.limits.max_multiplications)
+            make = self._certifier(effort)
+            made, content = within_budget(make, self._written, accuracy, finest, effort)
             return Answer(content, self._reported(made))
         made = self.made()
         content = self._written(made)
@@ -99,16 +105,16 @@ class Work:
         """The mesh, or the scene where the format has nodes."""
         accuracy = self.options.accuracy
         if accuracy is not None:
-            return self._certifier()(accuracy)
+            return self._certifier(Effort(self.limits.max_multiplications))(accuracy)
         if isinstance(self.model, GroupModel) and self.fmt.encode_scene is not None:
             return build_scene(self.model, self.options, single=self.fmt.single)
         return mesh(self.model, self.options, self.fmt)
 
-    def _certifier(self) -> Make:
+    def _certifier(self, effort: Effort) -> Make:
         """What makes the mesh by tolerance, the stated one or another."""
         if isinstance(self.model, SweepModel):
             raise InvalidRequest(NOT_PATCHES)  # refused when it was planned
-        certifier = Certifier(self.model, self.options, self.fmt, self.limits)
+        certifier = Certifier(self.model, self.options, self.fmt, self.limits, effort)
 
         def make(accuracy: Accuracy, tolerance: float | None = None) -> Mesh | Scene:
             made = certifier.made(accuracy, tolerance)

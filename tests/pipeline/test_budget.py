@@ -1,17 +1,24 @@
 """Meshes by a budget: the nearest that so many triangles, or bytes, allow."""
 
 import re
+from functools import partial
 
 import numpy as np
 import pytest
 
+from service.encoders.format import EncodeOptions
 from service.encoders.registry import FORMATS
 from service.engine.adaptive.accuracy import Accuracy
+from service.engine.adaptive.limits import Effort
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
+from service.pipeline.budget import within_budget
+from service.pipeline.certified import Certifier
+from service.pipeline.limits import DEFAULT_LIMITS
 from service.pipeline.mesh import Answer, plan
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES
+from tests.examples import patches_of
 
 FORMAT = {fmt.name: fmt for fmt in FORMATS}
 
@@ -99,3 +106,16 @@ def test_what_is_swept_along_a_curve_has_no_budget() -> None:
         answered("trefoil-tube", Accuracy(max_triangles=1000))
     assert refused.value.issues[0].code == "not_parametric"
     assert refused.value.issues[0].pointer == "/max_triangles"
+
+
+def test_a_search_takes_no_more_than_a_request_may() -> None:
+    """A budget beyond what can be computed: the nearest mesh that can be."""
+    fmt, accuracy = FORMAT["json"], Accuracy(max_triangles=1_000_000)
+    effort = Effort(whole=1e8)
+    options = MeshOptions(accuracy=accuracy)
+    certifier = Certifier(patches_of("saddle"), options, fmt, DEFAULT_LIMITS, effort)
+    written = partial(fmt.write, options=EncodeOptions())
+    made, _ = within_budget(certifier.made, written, accuracy, 1e-12, effort)
+    assert 300 < made.report.triangles < 3000
+    # What is in hand when it runs out is finished; nothing is begun.
+    assert 3e7 < effort.spent < 1.1e8

@@ -1,31 +1,51 @@
 """When dividing has to stop: too deep, too many, too costly."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 
 from service.errors import InvalidRequest, Issue, TooLarge
 
 
 @dataclass(slots=True)
-class Budget:
-    """What may be spent: triangles, and numbers that are worked on. The second runs down."""
+class Effort:
+    """Multiplications, about: how many one request may take, and how many it has taken.
 
-    triangles: float = inf
-    work: float = inf
+    Of several meshes none takes what is in `reserve` for the next.
+    """
+
+    whole: float = inf
+    spent: float = 0.0
+    reserve: float = 0.0
 
     def spend(self, work: float) -> None:
-        """Take work from the budget, or refuse."""
-        self.work -= work
-        if self.work < 0:
+        """Take work, or refuse."""
+        self.spent += work
+        if self.spent > self.whole - self.reserve:
             raise TooLarge(
                 Issue(
                     "too_costly",
                     "So fine a mesh takes more work than this service gives to one request.",
                     "/tolerance",
-                    "more than the limit",
+                    f"more than {self.whole:.3g} multiplications",
                     "a greater tolerance",
                 )
             )
+
+    def allow(self, work: float) -> None:
+        """Reserve all but so much of what is left."""
+        self.reserve = max(self.whole - self.spent - work, 0.0)
+
+
+@dataclass(slots=True)
+class Budget:
+    """What may be spent: triangles, and work."""
+
+    triangles: float = inf
+    effort: Effort = field(default_factory=Effort)
+
+    def spend(self, work: float) -> None:
+        """Take work from the budget, or refuse."""
+        self.effort.spend(work)
 
     def count(self, triangles: int) -> None:
         """Refuse what is certain to have so many triangles, if they are too many."""

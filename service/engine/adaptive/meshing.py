@@ -9,7 +9,6 @@
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
-from math import inf
 
 from service.bases.arrays import FloatArray
 from service.engine.adaptive.aims import (
@@ -26,6 +25,7 @@ from service.engine.adaptive.border import divide_border
 from service.engine.adaptive.faces import Faces, find_faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
+from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.lines import draw_lines
 from service.engine.adaptive.refine import triangulate
 from service.engine.adaptive.rounding import check_goal, floor
@@ -53,7 +53,7 @@ class Meshing:
     options: MeshOptions
     storage: Storage
 
-    def made(self, goal: Goal, most: int, work: float = inf) -> Mesh:
+    def made(self, goal: Goal, most: int, effort: Effort | None = None) -> Mesh:
         """The mesh that meets a goal.
 
         Parameters
@@ -62,8 +62,8 @@ class Meshing:
             In the coordinates of the model.
         most : int
             Triangles that are allowed.
-        work : float
-            Multiplications that dividing may take.
+        effort : Effort, optional
+            What dividing may take, of all that is made with it.
 
         Raises
         ------
@@ -83,7 +83,7 @@ class Meshing:
         if not self.options.surface:
             return only_lines(model, self.options, overlays, origin, storage.dtype)
         made = triangulate(
-            self._ground, self._faces, border, goal, stored=self._stored, most=most, work=work
+            self._ground, self._faces, border, goal, stored=self._stored, most=most, effort=effort
         )
         return assemble(Divided(model, self._faces, made, storage, origin), self.options, overlays)
 
@@ -135,7 +135,7 @@ class GroupMeshing:
             if isinstance(model, PatchModel)
         ]
 
-    def made(self, goal: Goal, most: int, work: float = inf) -> Mesh | Scene:
+    def made(self, goal: Goal, most: int, effort: Effort | None = None) -> Mesh | Scene:
         """The scene, or the mesh, that meets a goal; raises what a `Meshing` raises."""
         group, low, high = self._group, *box(self._group)
         # In one mesh the copies are placed first, and rounded then.
@@ -146,7 +146,7 @@ class GroupMeshing:
         copies = Counter(member.model for member in group.members)
         meshes = []
         for number, (model, own) in enumerate(zip(self._models, goals, strict=True)):
-            mesh = model.made(own, most // copies[number], work)
+            mesh = model.made(own, most // copies[number], effort)
             most -= len(mesh.triangles) * copies[number]
             meshes.append(mesh)
         scene = arranged(group, tuple(meshes))

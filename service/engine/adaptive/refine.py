@@ -23,7 +23,6 @@ boxes of places and finitely many heights, so the rounds end, with a mesh or wit
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf
 
 import numpy as np
 
@@ -36,7 +35,7 @@ from service.engine.adaptive.closer import looked_closer
 from service.engine.adaptive.faces import Faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
-from service.engine.adaptive.limits import Budget
+from service.engine.adaptive.limits import Budget, Effort
 from service.engine.adaptive.outlines import Outline, outlined
 from service.engine.adaptive.task import Task
 from service.engine.adaptive.triangles import Triangles, triangulated
@@ -62,7 +61,7 @@ def triangulate(
     *,
     stored: Store,
     most: int,
-    work: float = inf,
+    effort: Effort | None = None,
 ) -> Triangulation:
     """The mesh of all faces, every triangle of which meets the goal.
 
@@ -72,8 +71,8 @@ def triangulate(
         What a format makes of positions (V, 3), as float64 again.
     most : int
         Triangles that are allowed.
-    work : float
-        Multiplications that it may take, about.
+    effort : Effort, optional
+        What it may take, and what it took.
 
     Raises
     ------
@@ -82,7 +81,7 @@ def triangulate(
     InvalidRequest
         `tolerance_too_small` if places are not fine enough.
     """
-    task = Task(ground, faces, goal, Budget(most, work))
+    task = Task(ground, faces, goal, Budget(most, effort or Effort()))
     leaves = divided(task, whole(faces))
     halvings = np.zeros(len(border.at), dtype=np.intp)
     done: _Certified | None = None

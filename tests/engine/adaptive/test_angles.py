@@ -11,6 +11,7 @@ from service.engine.adaptive.border import divide_border
 from service.engine.adaptive.faces import SPAN
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
+from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
 from service.engine.mesh import Mesh
@@ -33,7 +34,7 @@ def made(source: str | PatchModel, angle: float, **accuracy: float) -> Mesh:
     model = patches_of(source) if isinstance(source, str) else source
     options = MeshOptions(accuracy=Accuracy(angle_tolerance=angle, **accuracy))  # type: ignore[arg-type]
     goal = goal_of(options.accuracy, model)  # type: ignore[arg-type]
-    mesh = meshing(model, options, Storage(), nodes=False).made(goal, MOST, WORK)
+    mesh = meshing(model, options, Storage(), nodes=False).made(goal, MOST, Effort(WORK))
     assert isinstance(mesh, Mesh)
     return mesh
 
@@ -112,7 +113,7 @@ def test_a_limit_refuses_at_once() -> None:
     goal = Goal(np.inf, 0.01)
     options = MeshOptions(accuracy=Accuracy(angle_tolerance=0.01))
     with pytest.raises(TooLarge):
-        meshing(model, options, Storage(), nodes=False).made(goal, 1000, WORK / 100)
+        meshing(model, options, Storage(), nodes=False).made(goal, 1000, Effort(WORK / 100))
 
 
 def twisted(count: int) -> Array:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from service.engine.adaptive.boxes import Cells
 from service.engine.adaptive.goal import Goal, View
 from service.engine.adaptive.ground import Ground
+from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.refine import triangulate
 from service.errors import InvalidRequest, TooLarge
 from service.surface.bspline import BsplineSurface
@@ -189,7 +190,7 @@ def test_work_is_limited() -> None:
             Goal(0.01),
             stored=lambda x: x,
             most=10**9,
-            work=1e5,
+            effort=Effort(1e5),
         )
     assert refused.value.issues[0].code == "too_costly"
 
