@@ -12,7 +12,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.chains import Chains
 from service.engine.adaptive.faces import SPAN, Faces
 from service.engine.adaptive.ground import Ground
-from service.engine.adaptive.turning import FALLING, FINEST, NONE, ROUGH, apart, chord_of, ends
+from service.engine.adaptive.turning import NONE, apart, chord_of, ends, helpful
 from service.engine.adaptive.vectors import Vectors, cross, length
 
 
@@ -58,10 +58,11 @@ class Beside:
             backward,
         )
 
-    def turned(self, chain: Ints, edge: Ints, at: Ints, size: int) -> Bools:
+    def turned(self, chain: Ints, edge: Ints, at: Ints, size: int, extent: FloatArray) -> Bools:
         """Which parts of edges must be cut, from `at` on and of this size: normals turn too far.
 
-        The rule is that of cells: what is short is cut only where that helps.
+        The rule is that of cells: what is short, in places and in space, is cut only where that
+        helps.
         """
         most, share = chord_of(self.angle), size / SPAN
         found = np.zeros(len(chain), dtype=bool)
@@ -69,7 +70,8 @@ class Beside:
             a, b, c = self._three(run, edge[rows], at[rows], size)
             half = np.maximum(apart(a, b), apart(b, c))
             whole = np.maximum(half, apart(a, c))
-            helps = (share > ROUGH) | (half <= FALLING * whole) & (share > FINEST)
+            patch = self.patch[run] + edge[rows] * self.step[run]
+            helps = helpful((half, whole), share, extent[rows], self.ground.sizes[patch])
             found[rows] |= helps & (whole > most)
         return found
 

@@ -329,7 +329,7 @@ def _judged_parts(curves: _Curves, parts: _Parts, goal: Goal) -> Verdict:
     if curves.beside is None:
         return verdict
     edge, size = parts.row - curves.start[owner], SPAN >> parts.depth
-    turned = curves.beside.turned(curves.chain[owner], edge, parts.at, size)
+    turned = curves.beside.turned(curves.chain[owner], edge, parts.at, size, found.chord)
     return replace(verdict, cut=verdict.cut | turned)
 
 

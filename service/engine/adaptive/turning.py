@@ -21,13 +21,14 @@ NONE = 1e-7
 """Partials whose angle has a sine below this have no normal (at a pole, or along a cusp); nor has
 one that is shorter than this share of the longest in the cell."""
 
-ROUGH = 1 / 32
-"""A cell is cut without asking while it is longer than this share of its patch."""
+ROUGH, WIDE = 1 / 32, 1 / 8
+"""A cell is cut without asking while it is longer than this share of its patch, in parameters or
+in space: where weights differ much, one says little of the other."""
 
 FINEST = 1 / 1024
 """It is not cut for its normals' sake once it is shorter than this,"""
 
-GRAIN = 1 / 1024
+GRAIN = 2.0**-16
 """or than this share of the patch's size."""
 
 FALLING = 0.8
@@ -51,12 +52,12 @@ class Scale:
     ----------
     shares : ndarray of float64, shape (2, m)
         Of the knot span, along u and v.
-    grain : ndarray of float64, shape (m,)
-        Lengths in space below which no cell is cut for its normals' sake.
+    size : ndarray of float64, shape (m,)
+        Of the patch, in space.
     """
 
     shares: FloatArray
-    grain: FloatArray
+    size: FloatArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -69,7 +70,7 @@ class Turning:
 
 def scale(box: FloatArray, size: FloatArray) -> Scale:
     """The scale of cells with boxes (4, m) in spans, in patches of these sizes (m,)."""
-    return Scale(box[1::2] - box[::2], size * GRAIN)
+    return Scale(box[1::2] - box[::2], size)
 
 
 def turning(
@@ -98,17 +99,38 @@ def turning(
         np.maximum.reduce([length(a[k + 1] - a[k]) for a in at for k in (0, 1)]),
     )
     may = [
-        (2.0 * long > scale.grain)
-        & ((share > ROUGH) | (half <= FALLING * whole) & (share > FINEST))
-        for long, share, half, whole in zip(longs, scale.shares, halves, wholes, strict=True)
+        helpful((half, whole), share, 2.0 * long, scale.size)
+        for half, whole, share, long in zip(halves, wholes, scale.shares, longs, strict=True)
     ]
     across = _most((found[i][j], found[k][m]) for (i, j), (k, m) in ACROSS)
     helps = _most((found[i][j], found[1][1]) for i, j in CORNERS) <= FALLING * across
-    helps |= np.maximum(*scale.shares) > ROUGH
-    exceeds = (may[0] | may[1]) & helps & (across > most)
-    exceeds |= may[0] & (wholes[0] > most) | may[1] & (wholes[1] > most)
+    helps |= (np.maximum(*scale.shares) > ROUGH) | (np.maximum(*longs) > WIDE * scale.size)
     gains = [np.where(own, whole, -1.0) for own, whole in zip(may, wholes, strict=True)]
+    exceeds = (gains[0] > most) | (gains[1] > most)
+    # As far as across it turns along u and v together, so half of it along one of them at least.
+    exceeds |= helps & (across > most) & (np.maximum(*gains) > 0.5 * most)
     return Turning(exceeds, gains[0] < gains[1] * (1.0 - 1e-9))
+
+
+def helpful(
+    turn: tuple[FloatArray, FloatArray],
+    share: FloatArray | float,
+    extent: FloatArray,
+    size: FloatArray,
+) -> Bools:
+    """Whether it may help to cut what turns so far in halves and as a whole.
+
+    Parameters
+    ----------
+    share : ndarray of float64, shape (m,)
+        How long it is in parameters,
+    extent, size : ndarray of float64, shape (m,)
+        and in space; and how large the patch is.
+    """
+    half, whole = turn
+    falling = (half <= FALLING * whole) & (share > FINEST)
+    found: Bools = (share > ROUGH) | (extent > WIDE * size) | falling
+    return found & (extent > GRAIN * size)
 
 
 def level(angle: float, size: FloatArray, scale: Scale | None = None) -> FloatArray:
@@ -124,7 +146,7 @@ def level(angle: float, size: FloatArray, scale: Scale | None = None) -> FloatAr
     most = size * (0.5 * tan(angle / 2.0))
     if scale is None:
         return most
-    small = (np.minimum(*scale.shares) <= ROUGH) | (size <= scale.grain)
+    small = (np.minimum(*scale.shares) <= ROUGH) | (size <= scale.size * ROUGH)
     return np.where(small, np.inf, most)
 
 

@@ -36,8 +36,8 @@ def arc(turn: float, radius: float = 1.0) -> list[list[Array]]:
     return nine_of(np.stack([radius * np.sin(u), v, -radius * np.cos(u)], axis=-1))
 
 
-def at_scale(share_u: float, share_v: float, grain: float = 0.0) -> Scale:
-    return Scale(np.array([[share_u], [share_v]]), np.array([grain]))
+def at_scale(share_u: float, share_v: float, size: float = 1e3) -> Scale:
+    return Scale(np.array([[share_u], [share_v]]), np.array([size]))
 
 
 def verdict(found: Turning) -> tuple[bool, bool]:
@@ -88,14 +88,14 @@ def test_a_fold_is_not_cut_for_ever() -> None:
 def test_what_turns_less_by_halves_is_cut_down_to_the_finest() -> None:
     for share, exceeds in ((ROUGH, True), (1.5 * FINEST, True), (FINEST, False)):
         assert verdict(turning(arc(0.6), 0.5, at_scale(share, share)))[0] is exceeds
-    assert verdict(turning(arc(0.6, 1e-3), 0.5, at_scale(1, 1, grain=1.0)))[0] is False
+    assert verdict(turning(arc(0.6, 1e-3), 0.5, at_scale(1, 1, size=1e3)))[0] is False
 
 
 def test_scales_are_shares_of_patches() -> None:
     box = np.array([[0.5], [0.75], [1.0], [1.125]])
     found = scale(box, np.array([1024.0]))
     assert found.shares.tolist() == [[0.25], [0.125]]
-    assert found.grain.tolist() == [1.0]
+    assert found.size.tolist() == [1024.0]
 
 
 @pytest.mark.parametrize("angle", [0.1, 1.0, 3.0])
@@ -143,3 +143,19 @@ def test_spans_end_as_patches_do(spans: tuple[int, int]) -> None:
         for points in (net, np.stack([t, 0 * t, 0 * t], axis=-1)):
             model = BsplineSurface(points, (3, 3), ("clamped", "clamped")).lower()
             assert len(leaves_of(model, Goal(np.inf, 0.3))) < 600
+
+
+def test_what_is_large_in_space_is_cut_though_its_parameters_are_few() -> None:
+    """A fold as before, in a cell that is most of its patch."""
+    u, v = np.meshgrid(HALVES, HALVES, indexing="ij")
+    fold = nine_of(np.stack([(u - 0.3) ** 2, v, 0 * u], axis=-1))
+    assert verdict(turning(fold, 0.5, at_scale(ROUGH, ROUGH, size=1.0)))[0] is True
+    assert verdict(turning(fold, 0.5, at_scale(ROUGH, ROUGH, size=30.0)))[0] is False
+
+
+def test_turns_across_a_narrow_cell_are_not_cut_lengthwise() -> None:
+    """What is too narrow to be cut across is not cut into ever shorter pieces instead."""
+    u, v = np.meshgrid(HALVES, 1e-6 * HALVES, indexing="ij")
+    trough = nine_of(np.stack([u, v, 5e5 * v * v + 0.05 * u * u], axis=-1))
+    found = turning(trough, 0.5, at_scale(1.0, 1.0, size=1.0))
+    assert verdict(found)[0] is False
