@@ -13,6 +13,9 @@ from service.pipeline.certified import Made, Make
 
 Write: TypeAlias = Callable[[Made], bytes]
 
+ANY = 2**62
+"""More triangles than there are."""
+
 ATTEMPTS = 3
 """Meshes as costly as can be that a search may make; nearly all that it makes cost less."""
 
@@ -43,7 +46,8 @@ def within_budget(
         return Attempt(max(cost, taken), made.report.deviation_bound or 0.0, (made, content))
 
     # The coarsest is made whatever the budget, to say what it would need.
-    coarsest = tried(replace(accuracy, max_triangles=None), inf)
+    unlimited = accuracy if accuracy.max_triangles is None else replace(accuracy, max_triangles=ANY)
+    coarsest = tried(unlimited, inf)
     made, content = coarsest.result
     _check("/max_triangles", "triangles", made.report.triangles, accuracy.max_triangles)
     _check("/max_bytes", "bytes", len(content), accuracy.max_bytes)

@@ -108,6 +108,15 @@ def test_what_is_swept_along_a_curve_has_no_budget() -> None:
     assert refused.value.issues[0].pointer == "/max_triangles"
 
 
+@pytest.mark.parametrize("budget", [{"max_triangles": 500}, {"max_bytes": 30_000}])
+def test_a_budget_may_be_bounded_from_both_sides(budget: dict[str, int]) -> None:
+    report = answered("saddle", Accuracy(two_sided=True, **budget)).report
+    assert report is not None
+    assert report.deviation_bound is not None
+    assert report.mesh_deviation_bound is not None
+    assert report.mesh_deviation_bound < 0.1
+
+
 def test_a_search_takes_no_more_than_a_request_may() -> None:
     """A budget beyond what can be computed: the nearest mesh that can be."""
     fmt, accuracy = FORMAT["json"], Accuracy(max_triangles=1_000_000)
