@@ -1,6 +1,7 @@
 """Meshes by a budget: the nearest that so many triangles, or bytes, allow."""
 
 import re
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -108,9 +109,9 @@ def test_what_is_swept_along_a_curve_has_no_budget() -> None:
     assert refused.value.issues[0].pointer == "/max_triangles"
 
 
-@pytest.mark.parametrize("budget", [{"max_triangles": 500}, {"max_bytes": 30_000}])
-def test_a_budget_may_be_bounded_from_both_sides(budget: dict[str, int]) -> None:
-    report = answered("saddle", Accuracy(two_sided=True, **budget)).report
+@pytest.mark.parametrize("budget", [Accuracy(max_triangles=500), Accuracy(max_bytes=30_000)])
+def test_a_budget_may_be_bounded_from_both_sides(budget: Accuracy) -> None:
+    report = answered("saddle", replace(budget, two_sided=True)).report
     assert report is not None
     assert report.deviation_bound is not None
     assert report.mesh_deviation_bound is not None

@@ -313,3 +313,13 @@ def test_without_welding_every_patch_has_its_own_vertices() -> None:
     assert joined.deviation_bound == apart.deviation_bound
     assert apart.vertices > joined.vertices
     assert apart.boundary_edges > joined.boundary_edges
+
+
+def test_a_camera_far_away_asks_for_no_more_than_it_sees() -> None:
+    """Although so near to it as no part of the surface is nothing would be precise enough."""
+    camera = Camera((1e5, 0.0, 0.0), 0.8, 1080)
+    made = plan(
+        BezierSurface(WAVES), by(camera=camera, pixel_tolerance=1e-3), BY_NAME["glb"]
+    ).made()
+    assert made.report.deviation_bound is not None
+    assert 0.01 < made.report.deviation_bound < 0.1

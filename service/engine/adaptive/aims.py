@@ -145,7 +145,7 @@ def without(goal: Goal, taken: float, bounds: tuple[FloatArray, FloatArray]) -> 
         return goal
     tolerance, view = lessened(goal.tolerance, taken), goal.view
     if view is not None:
-        nearest = view.rate * max(view.near, _distance(view.eye, bounds))
+        nearest = view.rate * max(view.near, nearest_to_eye(view, bounds))
         view = replace(view, rate=view.rate * (lessened(nearest, taken) / nearest))
     return replace(goal, tolerance=tolerance, view=view)
 
@@ -164,9 +164,11 @@ def for_border(goal: Goal, taken: float, bounds: tuple[FloatArray, FloatArray]) 
     return lessened_goal if tight else goal
 
 
-def _distance(eye: FloatArray, bounds: tuple[FloatArray, FloatArray]) -> float:
-    """Distance from the eye to a box."""
-    outside = np.maximum(np.maximum(bounds[0] - eye, eye - bounds[1]), 0.0)
+def nearest_to_eye(view: View | None, bounds: tuple[FloatArray, FloatArray]) -> float:
+    """Distance from the eye to a box; 0 without an eye."""
+    if view is None:
+        return 0.0
+    outside = np.maximum(np.maximum(bounds[0] - view.eye, view.eye - bounds[1]), 0.0)
     return hypot(*outside.tolist())
 
 

@@ -73,7 +73,7 @@ def looked_closer(
             triangles.across[host],
             np.zeros(len(face), dtype=bool),
         )
-        task.budget.spend(task.certifying(face))
+        task.budget.spend(task.certifying(face, places))
         found = certify(task.ground, task.faces, parts, positions, task.goal)
         passed = found.deviation <= found.allowed
         np.maximum.at(deviation, part[passed], found.deviation[passed])

@@ -18,6 +18,7 @@ from service.engine.adaptive.aims import (
     for_border,
     goals_of_models,
     in_place,
+    nearest_to_eye,
     within_reach,
 )
 from service.engine.adaptive.assemble import Divided, assemble
@@ -76,7 +77,8 @@ class Meshing:
         goal = in_place(goal, None, model.bounds, slack(origin, *model.bounds))
         goal = within_reach(goal, diagonal_of(model))
         rounding = storage.rounding(origin, *model.bounds)
-        check_goal(goal, floor(self._ground, rounding))
+        nearest = nearest_to_eye(goal.view, model.bounds)
+        check_goal(goal, floor(self._ground, rounding), nearest)
         edges = for_border(goal, rounding, model.bounds)
         border = divide_border(self._faces, self._seams, edges, most, self._ground)
         overlays = draw_lines(model, border, self.options, storage, origin)

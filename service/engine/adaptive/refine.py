@@ -165,7 +165,7 @@ def _certified(
 
     def bounds(rows: Ints, hosts: Ints, own: Bools) -> Bounds:
         corners = triangles.corners[rows]
-        task.budget.spend(task.certifying(outline.face[corners[:, 0]]))
+        task.budget.spend(task.certifying(outline.face[corners[:, 0]], places[corners]))
         parts = Parts(
             outline.face[corners[:, 0]],
             places[corners],

@@ -72,15 +72,15 @@ def floor(ground: Ground, step: float = 0.0) -> float:
     return 4 * (least + ground.lowering) + 2 * step
 
 
-def check_goal(goal: Goal, least: float) -> None:
-    """Refuses a goal of which rounding takes too much.
+def check_goal(goal: Goal, least: float, nearest: float = 0.0) -> None:
+    """Refuses a goal of which rounding takes too much, nothing being nearer to the eye than that.
 
     Raises
     ------
     InvalidRequest
         `tolerance_too_small`.
     """
-    asked = float(goal.allowed(np.zeros(1))[0])
+    asked = float(goal.allowed(np.array([nearest]))[0])
     if asked < least:
         raise InvalidRequest(
             Issue(

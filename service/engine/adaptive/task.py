@@ -45,8 +45,8 @@ class Task:
         )
         return self.ground.positions(self.patch_at(face, u, v), *inner)
 
-    def certifying(self, face: Ints) -> float:
-        """What certifying triangles of these faces takes, in multiplications, about.
+    def certifying(self, face: Ints, places: Ints) -> float:
+        """What certifying triangles (m, 3, 2) of places of faces takes, in multiplications, about.
 
         A net of (p+1) (q+1) points is blossomed in p + q steps, and each of the (p+q+1) (p+q+2) / 2
         points of the triangle's net compared with the triangle.
@@ -55,7 +55,12 @@ class Task:
             10 * (p + 1) * (q + 1) * (p + q + 2) + 30 * (p + q + 1) * (p + q + 2)
             for p, q in (nets.degree for nets in self.ground.groups)
         ]
-        counts = np.bincount(self.ground.group[self.faces.first[face]], minlength=len(costs))
+        # Half of the patches in the box about each are cut by it, and all that it is long.
+        first, last = places.min(axis=1) // SPAN, -(-places.max(axis=1) // SPAN)
+        long, wide = np.maximum(last - first, 1).T.astype(np.float64)
+        pieces = long * wide / 2 + (long + wide) / 2
+        group = self.ground.group[self.faces.first[face]]
+        counts = np.bincount(group, pieces, minlength=len(costs))
         return float(np.dot(counts, costs))
 
     def eye_of(self, cells: Cells) -> Vectors | None:

@@ -149,6 +149,8 @@ def test_below_the_floor_a_tolerance_is_refused(degree: int) -> None:
     with pytest.raises(InvalidRequest) as caught:
         check_goal(Goal(inf, view=view), least)
     assert caught.value.issues[0].pointer == "/pixel_tolerance"
+    # What is far away is seen from afar, however little is allowed beside the eye.
+    check_goal(Goal(inf, view=view), least, nearest=1e3)
 
 
 def test_points_of_nets_without_weights_are_themselves() -> None:
