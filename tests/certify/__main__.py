@@ -29,6 +29,9 @@ RESOLUTIONS = (1, 1), (4, 4), (3, 7), (16, 2), (6, 6)
 PATIENCE = 60
 """Seconds for one task."""
 
+MOST = 40
+"""Complaints that are printed at the end."""
+
 TWO_SIDED_EVERY, BINARY_EVERY = 6, 2
 
 
@@ -100,6 +103,8 @@ def main(arguments: list[str]) -> int:
     try:
         for result in pool.imap_unordered(work, tasks, chunksize=4):
             found.append(result)
+            for text in said_of(result):
+                print(f"\r{text}", file=sys.stderr)
             if len(found) % 50 == 0 or len(found) == len(tasks):
                 wrong = sum(bool(each.wrong) for each in found)
                 print(
@@ -133,13 +138,18 @@ def report(found: list[Verdict | Joint]) -> int:
     two = [v for v in verdicts if v.case.two_sided and v.mesh_bound > 0]
     if two:
         tight = max(v.mesh_deviation / v.mesh_bound for v in two)
-        print(
-            f"\n{len(two)} meshes two-sided: found/bound from mesh to surface {tight:.3f} at most"
-        )
-    said = table.complaints([*verdicts, *by_resolution])
-    said += [f"WRONG: {joint}: {text}" for joint in models for text in joint.wrong][:40]
-    print("\n".join(["", *said] if said else ["", "Nothing is wrong."]))
+        print(f"{len(two)} meshes two-sided: found/bound from mesh to surface {tight:.3f} at most")
+    ordered: list[Verdict | Joint] = [*verdicts, *by_resolution, *models]
+    said = [text for each in ordered for text in said_of(each)]
+    rest = [f"… and {len(said) - MOST} more"] if len(said) > MOST else []
+    print("\n".join(["", *said[:MOST], *rest] if said else ["", "Nothing is wrong."]))
     return int(bool(said))
+
+
+def said_of(result: Verdict | Joint) -> list[str]:
+    """What is wrong with a mesh, and which it is."""
+    name = result.case if isinstance(result, Verdict) else result
+    return [f"WRONG: {name}: {text}" for text in result.wrong]
 
 
 if __name__ == "__main__":

@@ -43,10 +43,3 @@ def _row(name: str, found: Sequence[Verdict]) -> str:
         f"{sum(v.missed for v in found):7}{sum(v.bad_triangles for v in found):5}"
         f"{sum(bool(v.wrong) for v in found):6}{sum(v.seconds for v in found):8.1f}"
     )
-
-
-def complaints(verdicts: Iterable[Verdict], most: int = 40) -> list[str]:
-    """What is wrong, case by case."""
-    said = [f"WRONG: {v.case}: {text}" for v in verdicts for text in v.wrong]
-    rest = [f"… and {len(said) - most} more"] if len(said) > most else []
-    return said[:most] + rest

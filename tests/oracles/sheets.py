@@ -184,26 +184,24 @@ def _halves(u: Array, v: Array) -> Array:
 def _evened(sheet: Sheet, cells: Array, count: int) -> Array:
     """Centres of so many triangles of places (T, 3, 2) that are about equally large in space.
 
-    The largest are halved, across the side that is longest, by way of its middle; so is what bulges
-    between short sides.
+    Those that are at least half as large as the largest are halved, across the side that is
+    longest by way of its middle; what bulges between short sides is large as well.
     """
     sizes, sides = _sizes(sheet, cells)
     while len(cells) < count:
-        order = np.argsort(-sizes, kind="stable")
-        chosen = order[: max(1, min(len(cells) // 4, count - len(cells)))]
+        large = sizes >= sizes.max() / 2
+        chosen = np.flatnonzero(large)[: count - len(cells)]
+        large[chosen[-1] + 1 :] = False
         rows, begin = np.arange(len(chosen)), sides[chosen]
         end = (begin + 1) % 3
         halves = [cells[chosen], cells[chosen]]
         middle = (halves[0][rows, begin] + halves[0][rows, end]) / 2
         halves[0][rows, end] = halves[1][rows, begin] = middle
         new = np.concatenate(halves)
-        rest = np.setdiff1d(np.arange(len(cells)), chosen, assume_unique=True)
-        found = _sizes(sheet, new)
-        cells = np.concatenate([cells[rest], new])
-        sizes, sides = (
-            np.concatenate([old[rest], more])
-            for old, more in zip((sizes, sides), found, strict=True)
-        )
+        more_sizes, more_sides = _sizes(sheet, new)
+        cells = np.concatenate([cells[~large], new])
+        sizes = np.concatenate([sizes[~large], more_sizes])
+        sides = np.concatenate([sides[~large], more_sides])
     centres: Array = cells.mean(axis=1)
     return centres
 
