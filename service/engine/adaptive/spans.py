@@ -102,7 +102,12 @@ def flattened(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
     rest: list[Cells] = []
     waiting = [start]
     while waiting:
-        cells = waiting.pop()
+        parts = [waiting.pop()]
+        total = _counts(parts[0]).prod(axis=0).sum()
+        while waiting and (more := total + _counts(waiting[-1]).prod(axis=0).sum()) <= BLOCK:
+            parts.append(waiting.pop())
+            total = more
+        cells = Cells.joined(parts)
         counts = np.cumsum(np.prod(_counts(cells), axis=0))
         fitting = max(1, int(np.searchsorted(counts, BLOCK, side="right")))
         if fitting < len(cells):
