@@ -25,6 +25,9 @@ BLOCK = 1 << 18
 OVERHEAD = 20
 """Multiplications for every number of a net, beside those that halving takes."""
 
+TURNS = 2500
+"""Those that comparing the normals of a cell takes."""
+
 
 def divided(task: Task, start: Cells) -> Leaves:
     """The leaves of cells, cut as often as it takes; `Budget` and `too_deep` tell what it raises.
@@ -70,7 +73,8 @@ def _divided(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
         if len(parts) > 1:
             cells = Cells.joined([own for own, _ in parts])
             net = np.concatenate([own for _, own in parts], axis=3)
-        task.budget.spend(net.size * (sum(degrees) + OVERHEAD))
+        turns = TURNS * len(cells) if task.goal.angle < np.pi else 0
+        task.budget.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
         sizes = task.ground.sizes[task.patch_of(cells)]
         verdict = judged(net, task.goal, task.eye_of(cells), scale(cells.box / SPAN, sizes))
         done = np.flatnonzero(~verdict.fails)

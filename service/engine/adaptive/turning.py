@@ -3,7 +3,7 @@
 Where the surface is smooth, each half of a small cell has half of its turn. At a fold, a cusp or a
 crease inside a patch, one of the halves has as much as the whole, however small the cell: there no
 cutting helps. So a cell may always be cut while it is a large part of its patch, so that nothing
-is taken for a crease that is only narrow, and later only where it does help.
+is taken for a crease that is only narrow, and later only where it does help, or costs little.
 """
 
 from collections.abc import Iterable
@@ -99,8 +99,10 @@ def turning(
         np.maximum.reduce([length(a[k + 1] - a[k]) for a in at for k in (0, 1)]),
     )
     may = [
-        helpful((half, whole), share, 2.0 * long, scale.size)
-        for half, whole, share, long in zip(halves, wholes, scale.shares, longs, strict=True)
+        helpful((half, whole), share, 2.0 * long, scale.size, beside <= most)
+        for half, whole, share, long, beside in zip(
+            halves, wholes, scale.shares, longs, wholes[::-1], strict=True
+        )
     ]
     across = _most((found[i][j], found[k][m]) for (i, j), (k, m) in ACROSS)
     helps = _most((found[i][j], found[1][1]) for i, j in CORNERS) <= FALLING * across
@@ -117,6 +119,7 @@ def helpful(
     share: FloatArray | float,
     extent: FloatArray,
     size: FloatArray,
+    alone: Bools | bool = True,
 ) -> Bools:
     """Whether it may help to cut what turns so far in halves and as a whole.
 
@@ -126,10 +129,13 @@ def helpful(
         How long it is in parameters,
     extent, size : ndarray of float64, shape (m,)
         and in space; and how large the patch is.
+    alone : ndarray of bool, shape (m,)
+        Whether nothing turns too far in the other direction. Then it costs one cell to halve what
+        turns; a fold that is not along either takes twice as many for every halving.
     """
     half, whole = turn
-    falling = (half <= FALLING * whole) & (share > FINEST)
-    found: Bools = (share > ROUGH) | (extent > WIDE * size) | falling
+    cheap = ((half <= FALLING * whole) | alone) & (share > FINEST)
+    found: Bools = (share > ROUGH) | (extent > WIDE * size) | cheap
     return found & (extent > GRAIN * size)
 
 

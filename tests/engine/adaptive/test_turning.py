@@ -76,11 +76,16 @@ def test_a_pole_has_the_normal_that_the_others_lead_to(noise: float) -> None:
         assert 2 * asin(apart / 2) < 0.02
 
 
-def test_a_fold_is_not_cut_for_ever() -> None:
-    """A sheet that is folded back on itself turns by π in one half, however small it is."""
+def fold(skew: float) -> list[list[Array]]:
+    """A sheet folded on itself along u + skew v = 0.3 (1 + skew): it turns by π in one half."""
     u, v = np.meshgrid(HALVES, HALVES, indexing="ij")
-    fold = nine_of(np.stack([(u - 0.3) ** 2, v, 0 * u], axis=-1))
-    large, small = (verdict(turning(fold, 0.5, at_scale(s, s))) for s in (2 * ROUGH, ROUGH))
+    return nine_of(np.stack([(u + skew * v - 0.3 * (1 + skew)) ** 2, v, 0 * u], axis=-1))
+
+
+@pytest.mark.parametrize(("skew", "least"), [(1.0, ROUGH), (0.0, FINEST)])
+def test_a_fold_is_not_cut_for_ever(skew: float, least: float) -> None:
+    """One that is along v takes a cell for every halving, any other one twice as many as before."""
+    large, small = (verdict(turning(fold(skew), 0.5, at_scale(s, s))) for s in (2 * least, least))
     assert large == (True, False)
     assert small[0] is False
 
@@ -118,18 +123,23 @@ def test_what_lies_between_nine_places_is_not_missed() -> None:
     assert len(leaves_of(model_of([net]), Goal(np.inf))) == 1
 
 
-def test_leaves_at_a_cusp_are_not_cut_for_ever() -> None:
-    """The edge (t − c)², (t − c)³ within a patch: leaves there are a 32nd of it, or two."""
-    c, d = 0.4, 0.6
+def edge(c: float) -> tuple[list[float], list[float]]:
+    """Nets of (t − c)² and (t − c)³, of degree 3."""
+    d = 1.0 - c
     square = [c * c, (c * c - 2 * c * d) / 3, (d * d - 2 * c * d) / 3, d * d]
-    cube = [-(c**3), c * c * d, -c * d * d, d**3]
+    return square, [-(c**3), c * c * d, -c * d * d, d**3]
+
+
+def test_leaves_at_a_cusp_are_not_cut_for_ever() -> None:
+    """Along u within a patch, which takes a leaf for every halving."""
+    square, cube = edge(0.4)
     net = np.stack(
         [np.tile([[0.0], [1.0]], 4), np.tile(square, (2, 1)), np.tile(cube, (2, 1))], axis=-1
     )
     leaves = leaves_of(model_of([net]), Goal(np.inf, 0.3))
-    least = (leaves.cells.box[1::2] - leaves.cells.box[::2]).min() / SPAN
     assert len(leaves) < 64
-    assert ROUGH / 2 <= least <= ROUGH
+    least = (leaves.cells.box[1::2] - leaves.cells.box[::2]).min() / SPAN
+    assert FINEST <= least < ROUGH
 
 
 @pytest.mark.parametrize("spans", [(1, 5), (5, 1), (4, 4)])
@@ -147,10 +157,8 @@ def test_spans_end_as_patches_do(spans: tuple[int, int]) -> None:
 
 def test_what_is_large_in_space_is_cut_though_its_parameters_are_few() -> None:
     """A fold as before, in a cell that is most of its patch."""
-    u, v = np.meshgrid(HALVES, HALVES, indexing="ij")
-    fold = nine_of(np.stack([(u - 0.3) ** 2, v, 0 * u], axis=-1))
-    assert verdict(turning(fold, 0.5, at_scale(ROUGH, ROUGH, size=1.0)))[0] is True
-    assert verdict(turning(fold, 0.5, at_scale(ROUGH, ROUGH, size=30.0)))[0] is False
+    assert verdict(turning(fold(1.0), 0.5, at_scale(ROUGH, ROUGH, size=1.0)))[0] is True
+    assert verdict(turning(fold(1.0), 0.5, at_scale(ROUGH, ROUGH, size=50.0)))[0] is False
 
 
 def test_turns_across_a_narrow_cell_are_not_cut_lengthwise() -> None:
