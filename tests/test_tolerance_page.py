@@ -8,8 +8,13 @@ from typing import Any
 import pytest
 
 from service.api.openapi.codes import CODES
+from service.encoders.registry import BY_NAME
+from service.engine.adaptive.accuracy import Accuracy
 from service.engine.extent import FAR
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import plan
 from service.schemas.accuracy import NAMES
+from service.surface.examples import EXAMPLES
 from tests.test_readme import SERVED_AT, run_shell
 from tests.tools import program
 
@@ -34,6 +39,25 @@ def test_codes_are_those_of_the_service() -> None:
 
 def test_the_limit_of_the_local_origin_is_that_of_the_code() -> None:
     assert f"than {FAR:.0f} times its extent" in " ".join(PAGE.split())
+
+
+def row(tolerance: str) -> str:
+    """What the table has of the teapot at this tolerance."""
+    options = MeshOptions(accuracy=Accuracy(tolerance=float(tolerance)))
+    work = plan(EXAMPLES["utah-teapot"].surface(), options, BY_NAME["json"])
+    report = work.made().report
+    cells = (
+        tolerance,
+        f"{report.triangles:,}".replace(",", " "),
+        f"{report.deviation_bound:.3g}",
+        str(report.boundary_edges),
+    )
+    return f"| {' | '.join(cells)} |"
+
+
+@pytest.mark.parametrize("tolerance", ["0.1", "0.01", "0.001"])
+def test_the_teapot_is_as_the_table_has_it(tolerance: str) -> None:
+    assert row(tolerance) in PAGE.splitlines()
 
 
 @pytest.mark.parametrize("command", COMMANDS, ids=[f"{n}" for n in range(len(COMMANDS))])
