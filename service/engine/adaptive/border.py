@@ -5,12 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.beside import Beside
 from service.engine.adaptive.chains import find_chains
 from service.engine.adaptive.division import divide
 from service.engine.adaptive.faces import SPAN, Faces
 from service.engine.adaptive.goal import Goal
-from service.engine.adaptive.ground import Ground
 from service.engine.stitch import Seams
 from service.surface.sides import BEGINS
 
@@ -40,9 +38,7 @@ class Border:
     collapsed: Bools
 
 
-def divide_border(
-    faces: Faces, seams: Seams, goal: Goal, most: int, ground: Ground | None = None
-) -> Border:
+def divide_border(faces: Faces, seams: Seams, goal: Goal, most: int) -> Border:
     """Divides the sides of all faces; what sides have in common is divided once.
 
     Parameters
@@ -51,8 +47,6 @@ def divide_border(
         Of the model that the faces are of, in its own coordinates.
     most : int
         Triangles that are allowed.
-    ground : Ground, optional
-        The patches, without which normals do not matter, whatever the goal's angle.
 
     Raises
     ------
@@ -62,10 +56,7 @@ def divide_border(
         `too_many_triangles`, as soon as the sides alone need more.
     """
     chains = find_chains(faces, seams)
-    beside = None
-    if ground is not None and goal.angle < np.pi:
-        beside = Beside.of(ground, faces, chains, goal.angle)
-    division = divide(chains, seams, goal, len(faces.first), most, beside=beside)
+    division = divide(chains, seams, goal, len(faces.first), most)
     begin, _, spans = faces.sides()
     collapsed = seams.collapsed[begin, np.arange(4)]
     poles = seams.corner[begin, BEGINS][collapsed]

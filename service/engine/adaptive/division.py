@@ -7,7 +7,7 @@ chain turns up, whatever else is divided with it.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 
 import numpy as np
@@ -15,7 +15,6 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.chunks import runs as runs_of
 from service.bases.homogeneous import homogeneous
-from service.engine.adaptive.beside import Beside
 from service.engine.adaptive.chains import Chains
 from service.engine.adaptive.faces import SPAN
 from service.engine.adaptive.goal import Goal
@@ -71,8 +70,6 @@ class _Curves:
     nets : ndarray of float64, shape (N, n+1, 3), or (N, n+1, 4) if homogeneous
     origin, slack : ndarray of float64, shapes (C, 3) and (C,)
         The first points, and what rounding may do to the nets.
-    beside : Beside or None
-        The surface beside them, if its normals matter.
     """
 
     chain: Ints
@@ -82,7 +79,6 @@ class _Curves:
     nets: FloatArray
     origin: FloatArray
     slack: FloatArray
-    beside: Beside | None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -170,15 +166,7 @@ class _Budget:
             )
 
 
-def divide(
-    chains: Chains,
-    seams: Seams,
-    goal: Goal,
-    faces: int,
-    most: int,
-    *,
-    beside: Beside | None = None,
-) -> Division:
+def divide(chains: Chains, seams: Seams, goal: Goal, faces: int, most: int) -> Division:
     """Divides every chain into pieces that may be straight.
 
     Parameters
@@ -187,8 +175,6 @@ def divide(
         How many faces the chains are sides of.
     most : int
         Triangles that are allowed.
-    beside : Beside, optional
-        The surface beside the chains, if its normals matter.
 
     Raises
     ------
@@ -202,7 +188,7 @@ def divide(
     length = chains.length
     every = np.arange(len(length))
     parts = [(every, length * SPAN, np.zeros((len(every), 3)))]
-    parts += [_divided(curves, goal, budget) for curves in _curves(chains, seams, beside)]
+    parts += [_divided(curves, goal, budget) for curves in _curves(chains, seams)]
     chain, at, points = (np.concatenate(found) for found in zip(*parts, strict=True))
     order = np.lexsort((at, chain))
     chain, at = chain[order], at[order]
@@ -283,12 +269,7 @@ def _judged_runs(curves: _Curves, runs: _Runs, goal: Goal) -> Verdict:
         shares = np.stack([first, first + step[run]], axis=1)
     found = shapes(curves.nets[rows], chords[run], shares=shares, tangents=tangents)
     found = found.together(begin)
-    verdict = judged(found, goal, Place(curves.origin[owner], slack), runs.cuts)
-    if curves.beside is None:
-        return verdict
-    edge = rows - curves.start[owner[run]]
-    turned = curves.beside.turned_together(curves.chain[owner[run]], edge, begin)
-    return replace(verdict, cut=verdict.cut | turned)
+    return judged(found, goal, Place(curves.origin[owner], slack), runs.cuts)
 
 
 def _halved(
@@ -325,15 +306,10 @@ def _judged_parts(curves: _Curves, parts: _Parts, goal: Goal) -> Verdict:
     ends = projected(parts.nets[:, [0, -1]], 3)
     tangents = tangents_of(parts.nets, slack) if goal.angle < inf else None
     found = shapes(parts.nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
-    verdict = judged(found, goal, Place(curves.origin[owner], slack), parts.cuts, parts.depth)
-    if curves.beside is None:
-        return verdict
-    edge, size = parts.row - curves.start[owner], SPAN >> parts.depth
-    turned = curves.beside.turned(curves.chain[owner], edge, parts.at, size, found.chord)
-    return replace(verdict, cut=verdict.cut | turned)
+    return judged(found, goal, Place(curves.origin[owner], slack), parts.cuts, parts.depth)
 
 
-def _curves(chains: Chains, seams: Seams, beside: Beside | None) -> Iterator[_Curves]:
+def _curves(chains: Chains, seams: Seams) -> Iterator[_Curves]:
     """All chains, those of one degree together."""
     kind, place = (np.empty(len(seams.users), dtype=np.intp) for _ in range(2))
     for number, group in enumerate(seams.curves):
@@ -364,5 +340,4 @@ def _curves(chains: Chains, seams: Seams, beside: Beside | None) -> Iterator[_Cu
             homogeneous(points, weights),
             origin,
             rounding(size, far, points.shape[1] - 1),
-            beside,
         )

@@ -80,7 +80,7 @@ class Meshing:
         nearest = nearest_to_eye(goal.view, model.bounds)
         check_goal(goal, floor(self._ground, rounding), nearest)
         edges = for_border(goal, rounding, model.bounds)
-        border = divide_border(self._faces, self._seams, edges, most, self._ground)
+        border = divide_border(self._faces, self._seams, edges, most)
         overlays = draw_lines(model, border, self.options, storage, origin)
         if not self.options.surface:
             return only_lines(model, self.options, overlays, origin, storage.dtype)
