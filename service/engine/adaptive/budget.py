@@ -25,7 +25,7 @@ AIM = 1.0 - 2.0**-7
 """Share of the budget that a guess is made for, lest half of the guesses cost too much."""
 
 FALL = 2.0**-12
-"""The largest step towards finer meshes that is taken at once: what costs too much is lost."""
+"""The largest step towards finer meshes that is taken at once."""
 
 
 @dataclass(frozen=True, slots=True)
