@@ -11,11 +11,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.certificate import Parts, certify
+from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.faces import SPAN
-from service.engine.adaptive.outlines import Outline
-from service.engine.adaptive.task import Task
-from service.engine.adaptive.triangles import Triangles
+from service.engine.adaptive.polygons.outlines import Outline
+from service.engine.adaptive.polygons.triangles import Triangles
+from service.engine.adaptive.proof.certificate import Parts, certify
 from service.engine.adaptive.vectors import Vectors, cross, dot
 
 LEVELS = 3

@@ -21,15 +21,15 @@ from service.engine.adaptive.aims import (
     nearest_to_eye,
     within_reach,
 )
-from service.engine.adaptive.assemble import Divided, assemble
-from service.engine.adaptive.border import divide_border
+from service.engine.adaptive.assembly.assemble import Divided, assemble
+from service.engine.adaptive.assembly.lines import draw_lines
+from service.engine.adaptive.borders.border import divide_border
 from service.engine.adaptive.faces import Faces, find_faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.limits import Effort
-from service.engine.adaptive.lines import draw_lines
+from service.engine.adaptive.proof.rounding import check_goal, floor
 from service.engine.adaptive.refine import triangulate
-from service.engine.adaptive.rounding import check_goal, floor
 from service.engine.adaptive.storage import Storage, slack
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions

@@ -27,18 +27,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.border import Border
-from service.engine.adaptive.boxes import Leaves, whole
-from service.engine.adaptive.cells import divided
-from service.engine.adaptive.certificate import Bounds, Parts, certify
+from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.closer import looked_closer
+from service.engine.adaptive.cutting.boxes import Leaves, whole
+from service.engine.adaptive.cutting.cells import divided
+from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.faces import Faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.limits import Budget, Effort
-from service.engine.adaptive.outlines import Outline, outlined
-from service.engine.adaptive.task import Task
-from service.engine.adaptive.triangles import Triangles, triangulated
+from service.engine.adaptive.polygons.outlines import Outline, outlined
+from service.engine.adaptive.polygons.triangles import Triangles, triangulated
+from service.engine.adaptive.proof.certificate import Bounds, Parts, certify
 from service.engine.adaptive.triangulation import Triangulation
 
 Store = Callable[[FloatArray], FloatArray]

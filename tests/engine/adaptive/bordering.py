@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from service.engine.adaptive.border import Border, divide_border
+from service.engine.adaptive.borders.border import Border, divide_border
 from service.engine.adaptive.faces import SPAN, Faces, find_faces
 from service.engine.adaptive.goal import Goal
 from service.engine.stitch import Seams, find_seams

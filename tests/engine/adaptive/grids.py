@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.engine.adaptive.border import Border
+from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.faces import SPAN, Faces, find_faces
 from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.triangulation import Triangulation

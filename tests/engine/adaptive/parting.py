@@ -6,10 +6,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.adaptive.certificate import Bounds, Parts, certify
 from service.engine.adaptive.faces import SPAN, Faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
+from service.engine.adaptive.proof.certificate import Bounds, Parts, certify
 from tests.oracles.distance import to_triangles
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from service.engine.adaptive.border import Border
+from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.faces import SPAN, Faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground

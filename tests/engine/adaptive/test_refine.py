@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.engine.adaptive.boxes import Cells
+from service.engine.adaptive.cutting.boxes import Cells
 from service.engine.adaptive.goal import Goal, View
 from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.limits import Effort

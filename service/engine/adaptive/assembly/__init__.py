@@ -1,0 +1,1 @@
+"""A certified triangulation becomes a mesh: normals, channels, parts, lines."""

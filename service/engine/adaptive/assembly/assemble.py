@@ -1,0 +1,147 @@
+"""A certified triangulation into a mesh: normals, channels, shared vertices, parts, report."""
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, IndexArray, Ints
+from service.engine.adaptive.assembly.samples import Samples, samples_of
+from service.engine.adaptive.assembly.shading import sample_normals, scattered_channels
+from service.engine.adaptive.faces import Faces
+from service.engine.adaptive.storage import Storage, slack
+from service.engine.adaptive.triangulation import Triangulation
+from service.engine.borders import count_borders
+from service.engine.channels import ChannelRows, agreeing, by_kind
+from service.engine.closure import closure
+from service.engine.extent import stored_bounds
+from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
+from service.engine.options import MeshOptions
+from service.engine.vectors import largest_angle
+from service.engine.weld import Welding, count_places, shared_places, weld
+from service.surface.lowered import PatchModel
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Divided:
+    """A model, divided into faces, and these into triangles that are certified."""
+
+    model: PatchModel
+    faces: Faces
+    made: Triangulation
+    storage: Storage
+    origin: FloatArray
+
+
+def assemble(divided: Divided, options: MeshOptions, overlays: tuple[Overlay, ...]) -> Mesh:
+    """The mesh, its triangles part by part.
+
+    Parameters
+    ----------
+    divided : Divided
+    options : MeshOptions
+    overlays : tuple of Overlay
+        Lines beside the faces, as they are stored.
+    """
+    model, made, origin = divided.model, divided.made, divided.origin
+    dtype = divided.storage.dtype
+    samples, corners = samples_of(divided.faces, made)
+    order, parts = _in_parts(divided)
+    corners, bounds = corners[order], made.bounds[order]
+    normals, limits = None, 0
+    angle_matters = options.accuracy is not None and options.accuracy.angle_tolerance is not None
+    if options.normals or angle_matters:
+        normals, limits = sample_normals(model, samples)
+    channels = scattered_channels(model, samples, dtype, uvs=options.uvs)
+    welding = _welded(samples, normals, channels, options)
+    triangles = welding.vertex.astype(np.uint32)[corners]
+    welds = shared_places(welding) if options.weld else None
+    boundary, watertight = count_borders((triangles, _NO_QUADS), welds)
+    positions = divided.storage.written(made.positions, origin)[samples.vertex[welding.samples]]
+    shown = None if normals is None else normals[welding.samples]
+    uvs, colors, attributes = by_kind(tuple(c.take(welding.samples) for c in channels))
+    low, high = stored_bounds(positions, origin)
+    adding = slack(origin, np.array(low), np.array(high))
+    return Mesh(
+        name=model.name,
+        positions=positions,
+        normals=(shown + 0.0).astype(dtype) if shown is not None and options.normals else None,
+        uvs=uvs,
+        triangles=triangles,
+        quads=_NO_QUADS,
+        parts=tuple(_with_bound(part, bounds, adding) for part in parts),
+        grids=(),
+        welds=welds,
+        overlays=overlays,
+        origin=origin,
+        up=model.up,
+        report=MeshReport(
+            vertices=count_places(len(positions), welds),
+            triangles=len(triangles),
+            quads=0,
+            patches=model.patch_count,
+            bounds_min=low,
+            bounds_max=high,
+            watertight=watertight,
+            boundary_edges=boundary,
+            poles_repaired=limits,
+            closure=closure(model),
+            deviation_bound=_largest(bounds, adding),
+            mesh_deviation_bound=(
+                None if made.mesh_bounds is None else _largest(made.mesh_bounds, adding)
+            ),
+            normal_angle=(
+                largest_angle(triangles, shown) if angle_matters and shown is not None else None
+            ),
+        ),
+        colors=colors,
+        attributes=attributes,
+    )
+
+
+_NO_QUADS: IndexArray = np.empty((0, 4), np.uint32)
+_NO_QUADS.flags.writeable = False
+
+
+def _welded(
+    samples: Samples,
+    normals: FloatArray | None,
+    channels: tuple[ChannelRows, ...],
+    options: MeshOptions,
+) -> Welding:
+    """Vertices from samples; the place of a sample is the first one that is the same vertex."""
+    own = np.arange(len(samples.vertex))
+    first = np.zeros(samples.vertex.max(initial=0) + 1, dtype=np.intp)
+    first[samples.vertex[::-1]] = own[::-1]
+    place = first[samples.vertex]
+    alike = agreeing(place, channels) if options.weld and channels else None
+    return weld(place, None, normals, options.crease_angle, options.weld, alike=alike)
+
+
+def _in_parts(divided: Divided) -> tuple[Ints, list[MeshPart]]:
+    """The order of the triangles in which every part is a run of them, and these runs."""
+    model, made = divided.model, divided.made
+    # All patches of a face are pieces of one surface, and in one part.
+    patch = divided.faces.first[made.face[made.triangles[:, 0]]]
+    if model.sequence is not None:
+        position = np.empty(model.patch_count, dtype=np.intp)
+        position[model.sequence] = np.arange(model.patch_count)
+        patch = position[patch]
+    order = np.argsort(patch, kind="stable")
+    ends = [part.first for part in model.parts] + [model.patch_count]
+    rows = np.searchsorted(patch[order], ends).tolist()
+    return order, [
+        MeshPart(part.name, (rows[k], rows[k + 1]), (0, 0)) for k, part in enumerate(model.parts)
+    ]
+
+
+def _with_bound(part: MeshPart, bounds: FloatArray, adding: float) -> MeshPart:
+    run = part.triangles
+    return MeshPart(
+        part.name, run, (0, 0), deviation_bound=_largest(bounds[run[0] : run[1]], adding)
+    )
+
+
+def _largest(bounds: FloatArray, adding: float) -> float | None:
+    """The bound of all triangles together; None where there are none."""
+    return float(bounds.max(initial=-inf)) + adding if len(bounds) else None

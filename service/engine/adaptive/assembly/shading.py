@@ -1,0 +1,96 @@
+"""Normals and channels at samples that lie anywhere, each in its own patch."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.bases.bernstein import bernstein
+from service.bases.chunks import chunks
+from service.bases.triangle import degree_of
+from service.bases.triangle_basis import triangle_bernstein
+from service.engine.adaptive.assembly.samples import Samples
+from service.engine.channels import CHUNK_VALUES, ChannelRows, limits_of
+from service.engine.evaluation.normals import unit_normals
+from service.engine.evaluation.triangle_nets import barycentric_places
+from service.engine.evaluation.triangle_normals import triangle_normals
+from service.engine.scratch import Real
+from service.surface.batches import Patches, TrianglePatches
+from service.surface.lowered import PatchModel
+
+
+def sample_normals(model: PatchModel, samples: Samples) -> tuple[FloatArray, int]:
+    """Unit normals (N, 3) at samples, and how many of them are limits."""
+    normals = np.empty((len(samples.patch), 3))
+    limits = 0
+    for batch, first, rows in by_batch(model, samples.patch):
+        index, u, v = samples.patch[rows] - first, samples.u[rows], samples.v[rows]
+        if isinstance(batch, TrianglePatches):
+            normals[rows], found = triangle_normals(batch, index, u * (1.0 - v), v)
+        else:
+            normals[rows], found = unit_normals(batch, index, u, v)
+        limits += found
+    return normals, limits
+
+
+def scattered_channels(
+    model: PatchModel, samples: Samples, dtype: Real, *, uvs: bool
+) -> tuple[ChannelRows, ...]:
+    """Every channel of the model; with `uvs`, parameters where it has no texture coordinates."""
+    carried = model.batches[0].channels
+    found = [
+        ChannelRows(channel.name, channel.kind, _rows(model, samples, number, dtype))
+        for number, channel in enumerate(carried)
+    ]
+    if uvs and not any(channel.kind == "uvs" for channel in carried):
+        found.append(ChannelRows("uvs", "uvs", _parameters(model, samples).astype(dtype)))
+    return tuple(found)
+
+
+def by_batch(model: PatchModel, patch: Ints) -> Iterator[tuple[Patches, int, Ints]]:
+    """The batches that samples of these patches are in: batch, its first patch, rows (m,)."""
+    first = np.cumsum([0, *(batch.count for batch in model.batches)])
+    owner = np.searchsorted(first, patch, side="right") - 1
+    order = np.argsort(owner, kind="stable")
+    ends = np.searchsorted(owner[order], np.arange(len(model.batches) + 1))
+    for number, batch in enumerate(model.batches):
+        rows = order[ends[number] : ends[number + 1]]
+        if len(rows):
+            yield batch, int(first[number]), rows
+
+
+def _rows(model: PatchModel, samples: Samples, number: int, dtype: Real) -> FloatArray:
+    """Values (N, d) of one channel, computed in float64."""
+    values = np.empty((len(samples.patch), model.batches[0].channels[number].dimension))
+    for batch, first, rows in by_batch(model, samples.patch):
+        nets = batch.channels[number].nets
+        for part in chunks(len(rows), nets[0].size, CHUNK_VALUES):
+            some = rows[part]
+            own, u, v = nets[samples.patch[some] - first], samples.u[some], samples.v[some]
+            if isinstance(batch, TrianglePatches):
+                places = barycentric_places(u * (1.0 - v), v)
+                basis = triangle_bernstein(degree_of(nets.shape[1]), places)
+                values[some] = np.einsum("km,mkd->md", basis, own)
+            else:
+                along_u, along_v = (
+                    bernstein(nets.shape[axis] - 1, t) for axis, t in ((1, u), (2, v))
+                )
+                lines = np.einsum("mi,mijd->mjd", along_u, own)
+                values[some] = np.einsum("mj,mjd->md", along_v, lines)
+    if model.batches[0].channels[number].kind == "colors":
+        np.clip(values, 0.0, 1.0, out=values)
+    # As for points: adding 0.0 turns -0.0 into 0.0.
+    return (values + 0.0).astype(dtype)
+
+
+def _parameters(model: PatchModel, samples: Samples) -> FloatArray:
+    """Parameters (N, 2): in the surface's own domain, or in the patch; of triangles (s, t)."""
+    rows = np.stack([samples.u, samples.v], axis=1)
+    for batch, _, here in by_batch(model, samples.patch):
+        if isinstance(batch, TrianglePatches):
+            rows[here, 0] *= 1.0 - rows[here, 1]
+    if model.domain is not None:
+        for axis, limits in enumerate(limits_of(samples.patch, model.domain)):
+            low, high = limits.T
+            rows[:, axis] = (1.0 - rows[:, axis]) * low + rows[:, axis] * high
+    return rows

@@ -1,0 +1,90 @@
+"""The vertices on the sides of the faces: decided by the edges alone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.adaptive.borders.chains import find_chains
+from service.engine.adaptive.borders.division import divide
+from service.engine.adaptive.faces import SPAN, Faces
+from service.engine.adaptive.goal import Goal
+from service.engine.stitch import Seams
+from service.surface.sides import BEGINS
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Border:
+    """Where every side of every face is divided; sides as in `service.surface.sides`.
+
+    Side s of face f has the vertices `vertex[start[4f+s] : start[4f+s+1]]` at the places
+    `at[…]` along it, rising, in units of the face, both ends among them. A side that is one point
+    has two places, its ends, and the same vertex at both.
+
+    Attributes
+    ----------
+    start : ndarray of int, shape (4F+1,)
+    at, vertex : ndarray of int, shape (M,)
+    points : ndarray of float64, shape (B, 3)
+        The vertices, in model coordinates.
+    collapsed : ndarray of bool, shape (F, 4)
+        Sides that are one point.
+    """
+
+    start: Ints
+    at: Ints
+    vertex: Ints
+    points: FloatArray
+    collapsed: Bools
+
+
+def divide_border(faces: Faces, seams: Seams, goal: Goal, most: int) -> Border:
+    """Divides the sides of all faces; what sides have in common is divided once.
+
+    Parameters
+    ----------
+    seams : Seams
+        Of the model that the faces are of, in its own coordinates.
+    most : int
+        Triangles that are allowed.
+
+    Raises
+    ------
+    InvalidRequest
+        `tolerance_too_small` if rounding leaves no room for it.
+    TooLarge
+        `too_many_triangles`, as soon as the sides alone need more.
+    """
+    chains = find_chains(faces, seams)
+    division = divide(chains, seams, goal, len(faces.first), most)
+    begin, _, spans = faces.sides()
+    collapsed = seams.collapsed[begin, np.arange(4)]
+    poles = seams.corner[begin, BEGINS][collapsed]
+    # Corners come first, as many as are vertices, then what lies between them.
+    knots = division.corner >= 0
+    met = np.concatenate([division.corner[knots], poles])
+    used, number = np.unique(met, return_inverse=True)
+    vertex = np.empty(len(division.at), dtype=np.intp)
+    vertex[knots] = number[: len(met) - len(poles)]
+    vertex[~knots] = len(used) + np.arange(np.count_nonzero(~knots))
+    points = np.concatenate([seams.corner_points[used], division.points[~knots]])
+
+    # Every run has as many vertices as its chain; where runs meet they have the same one.
+    count = np.diff(division.start)[chains.chain]
+    pieces = np.bincount(chains.side, count - 1, minlength=collapsed.size).astype(np.intp)
+    start = np.concatenate([[0], np.cumsum(np.where(collapsed.ravel(), 1, pieces) + 1)])
+    before = np.cumsum(count - 1) - (count - 1)
+    before -= before[np.searchsorted(chains.side, chains.side)]
+    run = np.repeat(np.arange(len(count)), count)
+    k = np.arange(len(run)) - np.repeat(np.cumsum(count) - count, count)
+    chain = chains.chain[run]
+    source = division.start[chain] + np.where(chains.reversed[run], count[run] - 1 - k, k)
+    along = division.at[source]
+    along = np.where(chains.reversed[run], chains.length[chain] * SPAN - along, along)
+    target = start[chains.side[run]] + before[run] + k
+    at, listed = np.zeros(start[-1], dtype=np.intp), np.empty(start[-1], dtype=np.intp)
+    at[target], listed[target] = chains.first[run] * SPAN + along, vertex[source]
+    single = start[:-1][collapsed.ravel()]
+    at[single + 1] = spans[collapsed] * SPAN
+    listed[single] = listed[single + 1] = number[len(met) - len(poles) :]
+    return Border(start.astype(np.intp), at, listed, points, collapsed)

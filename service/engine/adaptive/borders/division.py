@@ -1,0 +1,343 @@
+"""Where chains are divided, by a rule that knows nothing but the chain itself and the goal.
+
+A chain of several edges is tried as one straight segment, then cut at the knot in the middle, and
+so on; an edge is halved. All is done in coordinates about the chain's first point and in its own
+direction, number by number: hence the same places and the same points, bit for bit, wherever the
+chain turns up, whatever else is divided with it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.chunks import runs as runs_of
+from service.bases.homogeneous import homogeneous
+from service.engine.adaptive.borders.chains import Chains
+from service.engine.adaptive.borders.straightness import (
+    Place,
+    Verdict,
+    judged,
+    rounding,
+    shapes,
+    tangents_of,
+)
+from service.engine.adaptive.faces import SPAN
+from service.engine.adaptive.goal import Goal
+from service.engine.chords import halves, projected
+from service.engine.stitch import Seams
+from service.errors import Issue, TooLarge
+
+CHUNK = 1 << 18
+"""Coordinates of nets that are worked on at a time."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Division:
+    """The vertices of chains: of chain c `start[c]` to `start[c+1]`, both ends among them.
+
+    Attributes
+    ----------
+    start : ndarray of int, shape (C+1,)
+    at : ndarray of int, shape (D,)
+        Places along the chain, rising; an edge is SPAN units long.
+    corner : ndarray of int, shape (D,)
+        The corner that the vertex is, or -1 inside an edge.
+    points : ndarray of float64, shape (D, 3)
+        Model coordinates; of no use at corners.
+    """
+
+    start: Ints
+    at: Ints
+    corner: Ints
+    points: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Curves:
+    """Chains of edges of one degree: nets about the first point of the chain, in its direction.
+
+    Attributes
+    ----------
+    chain, uses : ndarray of int, shape (C,)
+        Their numbers among all chains, and how many sides run along each.
+    start : ndarray of int, shape (C+1,)
+        Chain c is the edges (rows of `nets`) `start[c]` to `start[c+1]`.
+    owner : ndarray of int, shape (N,)
+        Which of the chains each edge belongs to.
+    nets : ndarray of float64, shape (N, n+1, 3), or (N, n+1, 4) if homogeneous
+    origin, slack : ndarray of float64, shapes (C, 3) and (C,)
+        The first points, and what rounding may do to the nets.
+    """
+
+    chain: Ints
+    uses: Ints
+    start: Ints
+    owner: Ints
+    nets: FloatArray
+    origin: FloatArray
+    slack: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Runs:
+    """Edges `first` to `last`, the one not included, that `cuts` led to.
+
+    `again` says that they must be cut, whatever they are.
+    """
+
+    first: Ints
+    last: Ints
+    cuts: Ints
+    again: Bools
+
+    def where(self, mask: Bools) -> "_Runs":
+        """Some of them."""
+        return _Runs(self.first[mask], self.last[mask], self.cuts[mask], self.again[mask])
+
+    def halves(self, closed: Bools) -> "_Runs":
+        """All first halves and all second ones, cut at the knot in the middle."""
+        middle = (self.first + self.last) // 2
+        return _Runs(
+            np.concatenate([self.first, middle]),
+            np.concatenate([middle, self.last]),
+            np.tile(self.cuts + 1, 2),
+            np.tile(closed, 2),
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Parts:
+    """Parts of edges (rows) that begin at `at`, all halved `depth` times, with their nets."""
+
+    row: Ints
+    at: Ints
+    cuts: Ints
+    again: Bools
+    depth: int
+    nets: FloatArray
+
+    def take(self, index: Ints) -> "_Parts":
+        """Some of them."""
+        return _Parts(
+            self.row[index],
+            self.at[index],
+            self.cuts[index],
+            self.again[index],
+            self.depth,
+            self.nets[index],
+        )
+
+    def halves(self, closed: Bools) -> "_Parts":
+        """All first halves and all second ones."""
+        return _Parts(
+            np.tile(self.row, 2),
+            np.concatenate([self.at, self.at + (SPAN >> (self.depth + 1))]),
+            np.tile(self.cuts + 1, 2),
+            np.tile(closed, 2),
+            self.depth + 1,
+            np.concatenate(halves(self.nets)),
+        )
+
+
+class _Budget:
+    """Counts pieces, each for every side it lies on, and refuses too many triangles.
+
+    A face of k pieces has at least k − 2 triangles.
+    """
+
+    def __init__(self, faces: int, most: int) -> None:
+        self.count, self.most = -2 * faces, most
+
+    def spend(self, uses: Ints) -> None:
+        """So many pieces more."""
+        self.count += int(uses.sum())
+        if self.count > self.most:
+            raise TooLarge(
+                Issue(
+                    "too_many_triangles",
+                    "To be so near to the surface its mesh would need too many triangles.",
+                    "/tolerance",
+                    f"more than {self.most} triangles",
+                    f"at most {self.most}",
+                )
+            )
+
+
+def divide(chains: Chains, seams: Seams, goal: Goal, faces: int, most: int) -> Division:
+    """Divides every chain into pieces that may be straight.
+
+    Parameters
+    ----------
+    faces : int
+        How many faces the chains are sides of.
+    most : int
+        Triangles that are allowed.
+
+    Raises
+    ------
+    InvalidRequest
+        `tolerance_too_small`.
+    TooLarge
+        `too_many_triangles`, as soon as the sides alone need more.
+    """
+    budget = _Budget(faces, most)
+    budget.spend(chains.uses)
+    length = chains.length
+    every = np.arange(len(length))
+    parts = [(every, length * SPAN, np.zeros((len(every), 3)))]
+    parts += [_divided(curves, goal, budget) for curves in _curves(chains, seams)]
+    chain, at, points = (np.concatenate(found) for found in zip(*parts, strict=True))
+    order = np.lexsort((at, chain))
+    chain, at = chain[order], at[order]
+    knot = chains.start[chain] + chain + at // SPAN
+    start = np.concatenate([[0], np.cumsum(np.bincount(chain, minlength=len(every)))])
+    corner = np.where(at % SPAN == 0, chains.corner[knot], -1)
+    return Division(start.astype(np.intp), at, corner, points[order])
+
+
+def _divided(curves: _Curves, goal: Goal, budget: _Budget) -> tuple[Ints, Ints, FloatArray]:
+    """Chains, places and points of all pieces, in any order."""
+    rows, single = _cut_at_knots(curves, goal, budget)
+    found = [(rows, np.zeros_like(rows), curves.nets[rows, 0])]
+    found += _halved(curves, single, goal, budget)
+    row, at, nets = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    owner = curves.owner[row]
+    points = projected(nets[:, None], 3)[:, 0] + curves.origin[owner]
+    return curves.chain[owner], at + (row - curves.start[owner]) * SPAN, points
+
+
+def _cut_at_knots(curves: _Curves, goal: Goal, budget: _Budget) -> tuple[Ints, _Runs]:
+    """Chains cut at knots until they may be straight or are single edges.
+
+    Returns
+    -------
+    rows : ndarray of int
+        Edges at which straight pieces of several begin.
+    single : _Runs
+        Single edges that are still to be judged.
+    """
+    zero = np.zeros(len(curves.chain), dtype=np.intp)
+    runs = _Runs(curves.start[:-1], curves.start[1:], zero, zero > 0)
+    straight, single = [], []
+    while True:
+        several = runs.last - runs.first > 1
+        single.append(runs.where(~several))
+        runs = runs.where(several)
+        if not len(runs.first):
+            break
+        verdict = _judged_runs(curves, runs, goal)
+        cut = verdict.cut | runs.again
+        straight.append(runs.first[~cut])
+        runs = runs.where(cut)
+        budget.spend(curves.uses[curves.owner[runs.first]])
+        runs = runs.halves(verdict.closed[cut])
+    return (
+        np.concatenate([zero[:0], *straight]),
+        _Runs(
+            np.concatenate([run.first for run in single]),
+            np.concatenate([run.last for run in single]),
+            np.concatenate([run.cuts for run in single]),
+            np.concatenate([run.again for run in single]),
+        ),
+    )
+
+
+def _judged_runs(curves: _Curves, runs: _Runs, goal: Goal) -> Verdict:
+    """Whether runs of edges may be straight: the nets of all their edges against the one chord."""
+    count = runs.last - runs.first
+    begin = np.cumsum(count) - count
+    run = np.repeat(np.arange(len(count)), count)
+    rows = np.arange(len(run)) + (runs.first - begin)[run]
+    owner = curves.owner[runs.first]
+    slack = curves.slack[owner]
+    ends = np.stack([curves.nets[runs.first, 0], curves.nets[runs.last - 1, -1]], axis=1)
+    tangents = None
+    if goal.angle < inf:
+        first, _ = tangents_of(curves.nets[runs.first], slack)
+        _, last = tangents_of(curves.nets[runs.last - 1], slack)
+        tangents = first[run], last[run]
+    chords = projected(ends, 3)
+    shares = None
+    if goal.two_sided:
+        # Spans are of one length: to each its share of the chord.
+        step = (chords[:, 1] - chords[:, 0]) / count[:, None]
+        number = (np.arange(len(run)) - begin[run])[:, None]
+        first = chords[run, 0] + number * step[run]
+        shares = np.stack([first, first + step[run]], axis=1)
+    found = shapes(curves.nets[rows], chords[run], shares=shares, tangents=tangents)
+    found = found.together(begin)
+    return judged(found, goal, Place(curves.origin[owner], slack), runs.cuts)
+
+
+def _halved(
+    curves: _Curves, single: _Runs, goal: Goal, budget: _Budget
+) -> list[tuple[Ints, Ints, FloatArray]]:
+    """Single edges halved until the parts may be straight: rows, places and first points of these.
+
+    One block of parts after the other, the last ones first, so that few wait at a time.
+    """
+    block = max(1, CHUNK // curves.nets[0].size) if len(curves.nets) else 1
+    found: list[tuple[Ints, Ints, FloatArray]] = []
+    waiting = []
+    for begin, end in runs_of(len(single.first), block):
+        row = single.first[begin:end]
+        cuts, again = single.cuts[begin:end], single.again[begin:end]
+        waiting.append(_Parts(row, np.zeros_like(row), cuts, again, 0, curves.nets[row]))
+    while waiting:
+        parts = waiting.pop()
+        verdict = _judged_parts(curves, parts, goal)
+        cut = verdict.cut | parts.again
+        found.append((parts.row[~cut], parts.at[~cut], parts.nets[~cut, 0]))
+        left = np.flatnonzero(cut)
+        budget.spend(curves.uses[curves.owner[parts.row[left]]])
+        for begin, end in runs_of(len(left), max(1, block // 2)):
+            rows = left[begin:end]
+            waiting.append(parts.take(rows).halves(verdict.closed[rows]))
+    return found
+
+
+def _judged_parts(curves: _Curves, parts: _Parts, goal: Goal) -> Verdict:
+    """Whether parts of edges may be straight."""
+    owner = curves.owner[parts.row]
+    slack = curves.slack[owner]
+    ends = projected(parts.nets[:, [0, -1]], 3)
+    tangents = tangents_of(parts.nets, slack) if goal.angle < inf else None
+    found = shapes(parts.nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
+    return judged(found, goal, Place(curves.origin[owner], slack), parts.cuts, parts.depth)
+
+
+def _curves(chains: Chains, seams: Seams) -> Iterator[_Curves]:
+    """All chains, those of one degree together."""
+    kind, place = (np.empty(len(seams.users), dtype=np.intp) for _ in range(2))
+    for number, group in enumerate(seams.curves):
+        kind[group.ids], place[group.ids] = number, np.arange(len(group.ids))
+    kinds = kind[chains.edge]
+    uses, length = chains.uses, chains.length
+    for number, group in enumerate(seams.curves):
+        rows = np.flatnonzero(kinds == number)
+        chain = np.flatnonzero(kinds[chains.start[:-1]] == number)
+        owner = np.repeat(np.arange(len(chain)), length[chain])
+        origin = seams.corner_points[chains.corner[chains.start[chain] + chain]]
+        chosen, turned = place[chains.edge[rows]], chains.backward[rows]
+        points = group.points[chosen]
+        points[turned] = points[turned, ::-1]
+        points -= origin[owner, None]
+        weights = None
+        if group.weights is not None:
+            weights = group.weights[chosen]
+            weights[turned] = weights[turned, ::-1]
+        size = np.zeros(len(chain))
+        np.maximum.at(size, owner, np.abs(points).max(axis=(1, 2)))
+        far = np.abs(origin).max(axis=1) + size
+        yield _Curves(
+            chain,
+            uses[chain],
+            np.concatenate([[0], np.cumsum(length[chain])]).astype(np.intp),
+            owner,
+            homogeneous(points, weights),
+            origin,
+            rounding(size, far, points.shape[1] - 1),
+        )

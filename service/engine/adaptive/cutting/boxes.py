@@ -1,0 +1,95 @@
+"""Cells, boxes of places of a face, and the leaves that are not cut any more."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.adaptive.faces import SPAN, Faces
+from service.engine.adaptive.limits import too_deep
+
+SHORTEST = 16
+"""No cell is shorter than this, in units of the places: a corner may be lifted by a share of it."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Cells:
+    """Boxes of places: `face` (m,) and `box` (4, m), the rows u0, u1, v0, v1."""
+
+    face: Ints
+    box: Ints
+
+    def __len__(self) -> int:
+        return len(self.face)
+
+    def take(self, index: Ints | Bools | slice) -> "Cells":
+        """Some of the cells."""
+        return Cells(self.face[index], self.box[:, index])
+
+    @classmethod
+    def joined(cls, parts: list["Cells"]) -> "Cells":
+        """Cells of several lists."""
+        return cls(
+            np.concatenate([part.face for part in parts]),
+            np.concatenate([part.box for part in parts], axis=1),
+        )
+
+    def halved(self, along_v: Bools) -> tuple["Cells", "Cells"]:
+        """First and second halves, cut across v or else across u, at a knot if there is one."""
+        low = np.where(along_v, self.box[2], self.box[0])
+        high = np.where(along_v, self.box[3], self.box[1])
+        knot = (low // SPAN + high // SPAN) // 2 * SPAN
+        middle = np.where(high - low > SPAN, knot, (low + high) // 2)
+        if (np.minimum(middle - low, high - middle) < SHORTEST).any():
+            raise too_deep()
+        first, second = self.box.copy(), self.box.copy()
+        first[1] = np.where(along_v, first[1], middle)
+        first[3] = np.where(along_v, middle, first[3])
+        second[0] = np.where(along_v, second[0], middle)
+        second[2] = np.where(along_v, middle, second[2])
+        return Cells(self.face, first), Cells(self.face, second)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Leaves:
+    """Cells that are near enough to two triangles.
+
+    Attributes
+    ----------
+    cells : Cells
+    along_v, rising, form :
+        The cut, should it come to one, and more: see `estimate.Verdict`.
+    """
+
+    cells: Cells
+    along_v: Bools
+    rising: Bools
+    form: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.along_v)
+
+    def take(self, index: Ints | Bools) -> "Leaves":
+        """Some of the leaves."""
+        return Leaves(
+            self.cells.take(index), self.along_v[index], self.rising[index], self.form[:, index]
+        )
+
+    @classmethod
+    def joined(cls, parts: list["Leaves"]) -> "Leaves":
+        """Leaves of several lists, in the order of face, u0, v0."""
+        cells = Cells.joined([part.cells for part in parts])
+        order = np.lexsort((cells.box[2], cells.box[0], cells.face))
+        return cls(
+            cells.take(order),
+            np.concatenate([part.along_v for part in parts])[order],
+            np.concatenate([part.rising for part in parts])[order],
+            np.concatenate([part.form for part in parts], axis=1)[:, order],
+        )
+
+
+def whole(faces: Faces) -> Cells:
+    """One cell a face."""
+    none = np.zeros(len(faces.first), dtype=np.intp)
+    high = faces.spans * SPAN
+    return Cells(np.arange(len(faces.first)), np.stack([none, high[:, 0], none, high[:, 1]]))

@@ -1,0 +1,88 @@
+"""Faces cut into cells, until each cell is near enough to two triangles.
+
+A cell is a box of places of a face. It is cut at the middle; where it spans several patches, at
+the knot nearest the middle: so neighbouring patches that are flat stay one cell. What becomes of a
+cell depends on that cell alone.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.engine.adaptive.cutting.boxes import Cells, Leaves
+from service.engine.adaptive.cutting.estimate import judged
+from service.engine.adaptive.cutting.halving import halves, over
+from service.engine.adaptive.cutting.spans import flattened
+from service.engine.adaptive.cutting.task import Task
+from service.engine.adaptive.cutting.turning import scale
+from service.engine.adaptive.faces import SPAN
+from service.engine.adaptive.ground import Nets
+
+BLOCK = 1 << 18
+"""Numbers in the nets that are worked on at a time, about."""
+
+OVERHEAD = 20
+"""Multiplications for every number of a net, beside those that halving takes."""
+
+TURNS = 2500
+"""Those that comparing the normals of a cell takes."""
+
+
+def divided(task: Task, start: Cells) -> Leaves:
+    """The leaves of cells, cut as often as it takes; `Budget` and `too_deep` tell what it raises.
+
+    Parameters
+    ----------
+    start : Cells
+        Faces as a whole, or pieces of them, as cutting makes them.
+
+    Returns
+    -------
+    Leaves
+        In the order of face, u0, v0. The same, bit for bit, whatever other cells there are.
+    """
+    found: list[Leaves] = []
+    several = np.any(start.box[1::2] - start.box[::2] > SPAN, axis=0)
+    if several.any():
+        found, rest = flattened(task, start.take(several))
+        start = Cells.joined([start.take(~several), *rest])
+    for nets, here in task.ground.by_group(task.patch_of(start)):
+        found += _divided(task, start.take(here), nets)
+    return Leaves.joined(found)
+
+
+def _divided(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
+    """Leaves of cells of one span and one degree, deepest first and a block at a time."""
+    degrees = max(nets.degree[0], 2), max(nets.degree[1], 2)
+    numbers = (degrees[0] + 1) * (degrees[1] + 1) * nets.values.shape[2]
+    block = max(16, BLOCK // numbers)
+    waiting: list[tuple[Cells, FloatArray | None]] = [
+        (start.take(slice(k, k + block)), None) for k in reversed(range(0, len(start), block))
+    ]
+    leaves = 0
+    while waiting:
+        cells, net = waiting.pop()
+        if net is None:
+            net = over(nets.take(task.ground.row[task.patch_of(cells)]), cells)
+        parts = [(cells, net)]
+        total = len(cells)
+        while waiting and (more := waiting[-1][1]) is not None and total + more.shape[3] <= block:
+            parts.append((waiting.pop()[0], more))
+            total += more.shape[3]
+        if len(parts) > 1:
+            cells = Cells.joined([own for own, _ in parts])
+            net = np.concatenate([own for _, own in parts], axis=3)
+        turns = TURNS * len(cells) if task.goal.angle < np.pi else 0
+        task.budget.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
+        sizes = task.ground.sizes[task.patch_of(cells)]
+        verdict = judged(net, task.goal, task.eye_of(cells), scale(cells.box / SPAN, sizes))
+        done = np.flatnonzero(~verdict.fails)
+        yield Leaves(cells, verdict.along_v, verdict.rising, verdict.form).take(done)
+        leaves += len(done)
+        task.budget.count(leaves)
+        for axis, along_v in enumerate((False, True)):
+            cut = np.flatnonzero(verdict.fails & (verdict.along_v == along_v))
+            if len(cut):
+                boxes = cells.take(cut).halved(np.full(len(cut), along_v))
+                waiting += zip(boxes, halves(net[..., cut], axis), strict=True)

@@ -1,0 +1,126 @@
+"""Nets of cells: halved, restricted, raised, and looked at in nine places.
+
+Arrays are (p+1, q+1, D, m): the cell is the last axis and every number is computed by itself, so
+that a cell's net has the same bits whatever is computed beside it. D is 3, or 4 where the net is
+homogeneous.
+"""
+
+from functools import lru_cache
+from math import comb
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.engine.adaptive.cutting.boxes import Cells
+from service.engine.adaptive.faces import SPAN
+from service.engine.adaptive.vectors import Vectors
+
+
+def halves(nets: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
+    """Nets over both halves of every cell, divided along u (axis 0) or v (axis 1).
+
+    de Casteljau's algorithm at ½: means of neighbours, means of those means, and so on; the first
+    of each row make the first half, the last ones the second.
+    """
+    rest = np.moveaxis(nets, axis, 0).copy()
+    first, second = np.empty_like(rest), np.empty_like(rest)
+    degree = len(rest) - 1
+    for k in range(degree + 1):
+        first[k], second[degree - k] = rest[0], rest[-1]
+        rest = (rest[:-1] + rest[1:]) * 0.5
+    return np.moveaxis(first, 0, axis), np.moveaxis(second, 0, axis)
+
+
+def restricted(nets: FloatArray, low: FloatArray, high: FloatArray, axis: int) -> FloatArray:
+    """Nets over the intervals [low, high] (m,) of parameters, along u (axis 0) or v (axis 1).
+
+    de Casteljau's algorithm cuts off what is above `high`, then, of what is left, what is below
+    `low`, at (low / high).
+    """
+    rest = np.moveaxis(nets, axis, 0)
+    degree = len(rest) - 1
+    below = np.empty_like(rest)
+    for k in range(degree + 1):
+        below[k] = rest[0]
+        rest = rest[:-1] * (1.0 - high) + rest[1:] * high
+    begin = low / high
+    cut = np.empty_like(rest, shape=below.shape)
+    rest = below
+    for k in range(degree + 1):
+        cut[degree - k] = rest[-1]
+        rest = rest[:-1] * (1.0 - begin) + rest[1:] * begin
+    return np.moveaxis(cut, 0, axis)
+
+
+def raised(nets: FloatArray) -> FloatArray:
+    """The same surfaces with both degrees at least 2.
+
+    P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i
+    """
+    for axis in (0, 1):
+        while nets.shape[axis] < 3:
+            old = np.moveaxis(nets, axis, 0)
+            count = len(old)
+            new = np.empty((count + 1, *old.shape[1:]))
+            new[0], new[-1] = old[0], old[-1]
+            for i in range(1, count):
+                new[i] = (i / count) * old[i - 1] + (1.0 - i / count) * old[i]
+            nets = np.moveaxis(new, 0, axis)
+    return nets
+
+
+def nine(nets: FloatArray) -> list[list[Vectors]]:
+    """Points at u, v ∈ {0, ½, 1}: `nine(nets)[i][j]` is S(i/2, j/2), shape (3, m)."""
+    lines = (nets[0], _middle(nets), nets[-1])
+    places = [[line[0], _middle(line), line[-1]] for line in lines]
+    if nets.shape[2] == 4:
+        places = [[place[:3] / place[3] for place in row] for row in places]
+    return places
+
+
+def points(nets: FloatArray) -> FloatArray:
+    """Control points, weights divided out: shape (p+1, q+1, 3, m)."""
+    return nets if nets.shape[2] == 3 else nets[:, :, :3] / nets[:, :, 3:]
+
+
+def _middle(rows: FloatArray) -> FloatArray:
+    """Value at ½ along the first axis: Σ binom(n, i) / 2^n P_i."""
+    degree = len(rows) - 1
+    if degree > 50:  # A binomial or a sum of them would be rounded.
+        while len(rows) > 1:
+            rows = (rows[:-1] + rows[1:]) * 0.5
+        middle: FloatArray = rows[0]
+        return middle
+    value: FloatArray = rows[0] + rows[-1]
+    for i in range(1, degree):
+        value += comb(degree, i) * rows[i]
+    value *= 0.5**degree
+    return value
+
+
+@lru_cache(maxsize=128)
+def quadratic(degree: int) -> FloatArray:
+    """What the values at 0, ½ and 1 of a quadratic are to its net of a degree n ≥ 2: (n+1, 3).
+
+    As a net of degree 2 they are x_0, 2 x_½ − ½ (x_0 + x_1), x_1. Point i of the net raised to
+    degree n has the shares (n−i)(n−i−1), 2 i (n−i) and i (i−1), over n (n−1).
+    """
+    i = np.arange(degree + 1)[:, np.newaxis]
+    shares = np.concatenate(
+        [(degree - i) * (degree - i - 1), 2 * i * (degree - i), i * (i - 1)], axis=1
+    )
+    values = np.array([[1.0, 0.0, 0.0], [-0.5, 2.0, -0.5], [0.0, 0.0, 1.0]])
+    net: FloatArray = (shares[:, :, np.newaxis] * values).sum(axis=1) / (degree * (degree - 1))
+    net.flags.writeable = False
+    return net
+
+
+def over(nets: FloatArray, cells: Cells) -> FloatArray:
+    """Nets of patches, restricted to cells of one span each; both degrees at least 2."""
+    nets = raised(nets)
+    for axis in (0, 1):
+        low, high = cells.box[2 * axis], cells.box[2 * axis + 1]
+        first = low // SPAN * SPAN
+        if ((low > first) | (high < first + SPAN)).any():
+            nets = restricted(nets, (low - first) / SPAN, (high - first) / SPAN, axis)
+    return nets

@@ -1,0 +1,320 @@
+"""Cells of several knot spans: flat neighbouring patches stay together.
+
+Such a cell is looked at through the nets of its spans, of nine points each and of what is left of
+them without their biquadratic part (see `estimate`). So a level of cells
+costs as much as it has spans, and nothing between the spans' corners is missed.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.adaptive.cutting.boxes import Cells, Leaves
+from service.engine.adaptive.cutting.estimate import (
+    NEARLY,
+    Planes,
+    across_v,
+    allowed_at,
+    remainder,
+    two_planes,
+    unit,
+)
+from service.engine.adaptive.cutting.halving import nine, over
+from service.engine.adaptive.cutting.task import Task
+from service.engine.adaptive.cutting.turning import FINEST, chord_of, level, normals
+from service.engine.adaptive.faces import SPAN
+from service.engine.adaptive.vectors import Vectors, cross, dot, length
+
+BLOCK = 1 << 14
+"""Spans that are looked at together, about."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Pieces:
+    """N pieces of m cells: what each cell has of each of its spans, cell after cell, v fastest.
+
+    Attributes
+    ----------
+    whole, own : Cells
+        The cells, and the pieces as cells of one span.
+    cell : ndarray of int, shape (N,)
+        The cell of each piece.
+    start, end : ndarray of int, shape (m,)
+        The first and the last piece of each cell.
+    width : ndarray of int, shape (m,)
+        How many pieces each cell has along v.
+    first, last : ndarray of int, shape (2, N)
+        The piece at the beginning and at the end of the same line of pieces along u, along v.
+    """
+
+    whole: Cells
+    own: Cells
+    cell: Ints
+    start: Ints
+    end: Ints
+    width: Ints
+    first: Ints
+    last: Ints
+
+    def worst(self, values: FloatArray) -> FloatArray:
+        """The greatest of the values (…, N) in every cell, (…, m)."""
+        greatest: FloatArray = np.maximum.reduceat(values, self.start, axis=-1)
+        return greatest
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Look:
+    """What cells of several spans look like.
+
+    Attributes
+    ----------
+    pieces : _Pieces
+    about : ndarray of float64, shape (3, N)
+        What the nets of the pieces are about, seen from the first patch of the face.
+    points : ndarray of float64, shape (3, 3, 3, N)
+        Points of each piece at the beginning, in the middle and at the end along u and v.
+    x, y : ndarray of float64, shape (3, N)
+        Where they are in the cell, 0 … 1.
+    corner : tuple of ndarray, shape (3, m)
+        Corners of the cells, in the order (0, 0), (1, 0), (1, 1), (0, 1).
+    planes : Planes
+    normal : ndarray of float64, shape (3, m)
+    stray : ndarray of float64, shape (N,)
+        Share of a deviation in any direction that counts, where it is not only heights.
+    """
+
+    pieces: _Pieces
+    about: Vectors
+    points: FloatArray
+    x: FloatArray
+    y: FloatArray
+    corner: tuple[Vectors, Vectors, Vectors, Vectors]
+    planes: Planes
+    normal: Vectors
+    stray: FloatArray
+
+
+def flattened(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
+    """Leaves of several spans, and the cells of one span that are left to be looked at."""
+    leaves: list[Leaves] = []
+    rest: list[Cells] = []
+    waiting = [start]
+    while waiting:
+        parts = [waiting.pop()]
+        total = _counts(parts[0]).prod(axis=0).sum()
+        while waiting and (more := total + _counts(waiting[-1]).prod(axis=0).sum()) <= BLOCK:
+            parts.append(waiting.pop())
+            total = more
+        cells = Cells.joined(parts)
+        counts = np.cumsum(np.prod(_counts(cells), axis=0))
+        fitting = max(1, int(np.searchsorted(counts, BLOCK, side="right")))
+        if fitting < len(cells):
+            waiting.append(cells.take(slice(fitting, None)))
+            cells = cells.take(slice(fitting))
+        found, halves = _examined(task, cells)
+        leaves.append(found)
+        for half in halves:
+            several: Bools = np.prod(_counts(half), axis=0) > 1
+            rest.append(half.take(~several))
+            if several.any():
+                waiting.append(half.take(several))
+    return leaves, rest
+
+
+def _counts(cells: Cells) -> Ints:
+    """Spans that cells have a part of, along u and along v: shape (2, m)."""
+    counts: Ints = -(-cells.box[1::2] // SPAN) - cells.box[::2] // SPAN
+    return counts
+
+
+def _pieces(cells: Cells) -> _Pieces:
+    along_u, along_v = _counts(cells)
+    count = along_u * along_v
+    end = np.cumsum(count)
+    start = end - count
+    cell = np.repeat(np.arange(len(cells)), count)
+    here = np.arange(len(cell))
+    number, width = here - start[cell], along_v[cell]
+    k, l = number // width, number % width  # noqa: E741
+    box = cells.box[:, cell]
+    u, v = (box[0] // SPAN + k) * SPAN, (box[2] // SPAN + l) * SPAN
+    low = np.maximum(box[0], u), np.maximum(box[2], v)
+    high = np.minimum(box[1], u + SPAN), np.minimum(box[3], v + SPAN)
+    own = Cells(cells.face[cell], np.stack([low[0], high[0], low[1], high[1]]))
+    first = np.stack([start[cell] + l, here - l])
+    last = np.stack([(end - along_v)[cell] + l, here - l + width - 1])
+    return _Pieces(cells, own, cell, start, end - 1, along_v, first, last)
+
+
+def _nets(task: Task, pieces: _Pieces, wanted: Ints) -> Iterator[tuple[FloatArray, Ints]]:
+    """Nets of the wanted pieces, a group and a block at a time, and which pieces they are."""
+    patch = task.patch_of(pieces.own)
+    for nets, here in task.ground.by_group(patch[wanted]):
+        block = max(16, BLOCK * 16 // nets.values[..., 0].size)
+        for k in range(0, len(here), block):
+            some = wanted[here[k : k + block]]
+            net = over(nets.take(task.ground.row[patch[some]]), pieces.own.take(some))
+            task.budget.spend(net.size)
+            yield net, some
+
+
+def _looked_at(task: Task, cells: Cells) -> _Look:
+    pieces = _pieces(cells)
+    count = len(pieces.cell)
+    points = np.empty((3, 3, 3, count))
+    for net, here in _nets(task, pieces, np.arange(count)):
+        for i, row in enumerate(nine(net)):
+            for j, place in enumerate(row):
+                points[i, j][:, here] = place
+    middles, first = task.ground.middles, task.faces.first
+    about = middles[:, task.patch_of(pieces.own)] - middles[:, first[pieces.own.face]]
+    points += about
+    corner = (
+        points[0, 0][:, pieces.start],
+        points[2, 0][:, pieces.end - pieces.width + 1],
+        points[2, 2][:, pieces.end],
+        points[0, 2][:, pieces.start + pieces.width - 1],
+    )
+    planes = two_planes(*corner)
+    x, y = (_shares(cells.box[k : k + 2, pieces.cell], pieces.own.box[k : k + 2]) for k in (0, 2))
+    stray = np.where(planes.flat[pieces.cell], 1.0, 0.5 if task.goal.two_sided else 0.0)
+    normal = unit(cross(corner[2] - corner[0], corner[3] - corner[1]))
+    return _Look(pieces, about, points, x, y, corner, planes, normal, stray)
+
+
+def _shares(box: Ints, own: Ints) -> FloatArray:
+    """Where pieces begin, have their middle and end in their cells, 0 … 1: (3, N)."""
+    size = (box[1] - box[0]).astype(np.float64)
+    begin, end = (own[0] - box[0]) / size, (own[1] - box[0]) / size
+    return np.stack([begin, (begin + end) * 0.5, end])
+
+
+def _examined(task: Task, cells: Cells) -> tuple[Leaves, tuple[Cells, Cells]]:
+    """Leaves among the cells, and the halves of the others."""
+    look = _looked_at(task, cells)
+    heights = np.stack([_heights(look, rising) for rising in (True, False)])
+    planes = look.planes
+    rising = np.where(planes.worse == 0, heights[0] < heights[1] * NEARLY, planes.worse < 0)
+    best = np.where(rising, heights[0], heights[1])
+    a, b, c, d = look.corner
+    size = np.maximum(length(c - a), length(d - b))
+    allowed = np.minimum(_allowed(task, look.pieces), level(task.goal.angle, size))
+    bends = np.stack([_bend(look, axis) for axis in (0, 1)])
+    fails = best > allowed
+    if task.goal.angle < np.pi:
+        fails |= _turned(look, task.goal.angle)
+    rest = _left(task, look, np.where(rising, planes.rising, planes.falling), ~fails)
+    worse = ~fails & (best + rest[0] > allowed)
+    fails |= worse
+    bends = np.where(worse, rest[1:], bends)
+    lengths = tuple(look.pieces.worst(length(_chord(look, axis)[1])) for axis in (0, 1))
+    step_u, step_v = (b - a + c - d) * 0.5, (d - a + c - b) * 0.5
+    skew = dot(a - b + c - d, look.normal)
+    along_v = across_v((bends[0], bends[1]), (lengths[0], lengths[1]), skew, allowed)
+    form = np.stack(
+        [
+            dot(step_u, step_u),
+            dot(step_u, step_v),
+            dot(step_v, step_v),
+            bends[0],
+            skew * 0.125,
+            bends[1],
+            allowed,
+        ]
+    )
+    leaves = Leaves(cells, along_v, rising, form).take(np.flatnonzero(~fails))
+    cut = np.flatnonzero(fails)
+    return leaves, cells.take(cut).halved(_crosswise(cells, along_v)[cut])
+
+
+def _crosswise(cells: Cells, along_v: Bools) -> Bools:
+    """The directions of cuts, at knots where cells are as thin as any within one span.
+
+    Normals that turn however thin the cell is, as at a crease along it, leave it to its spans.
+    """
+    thin = cells.box[1::2] - cells.box[::2] <= SPAN * FINEST
+    directions: Bools = np.where(thin[0] | thin[1], thin[0], along_v)
+    return directions
+
+
+def _heights(look: _Look, rising: bool) -> FloatArray:
+    """The greatest height of any of the points over the triangle below it, (m,)."""
+    of = look.pieces.cell
+    normals = look.planes.rising if rising else look.planes.falling
+    lower, upper = normals[0][:, of], normals[1][:, of]
+    a, b, c, d = (vectors[:, of] for vectors in look.corner)
+    base = a if rising else b
+    worst = np.zeros(len(of))
+    some = look.stray.any()
+    for i, x in enumerate(look.x):
+        for j, y in enumerate(look.y):
+            point = look.points[i, j]
+            below = y <= x if rising else x + y <= 1.0
+            high = np.abs(dot(point - base, np.where(below, lower, upper)))
+            if some:
+                # Where the point would be, were the triangle the image of its parameters.
+                if rising:
+                    one, two = a + x * (b - a) + y * (c - b), a + y * (d - a) + x * (c - d)
+                else:
+                    one = a + x * (b - a) + y * (d - a)
+                    two = c + (1.0 - x) * (d - c) + (1.0 - y) * (b - c)
+                away = length(point - np.where(below, one, two))
+                high = np.maximum(np.where(look.stray == 1.0, 0.0, high), look.stray * away)
+            np.maximum(worst, high, out=worst)
+    return look.pieces.worst(worst)
+
+
+def _chord(look: _Look, axis: int) -> tuple[Vectors, Vectors]:
+    """Chords of the cells through the middles of their pieces: begin and step."""
+    points, pieces = look.points, look.pieces
+    ends = (points[0, 1], points[2, 1]) if axis == 0 else (points[1, 0], points[1, 2])
+    begin = ends[0][:, pieces.first[axis]]
+    return begin, ends[1][:, pieces.last[axis]] - begin
+
+
+def _bend(look: _Look, axis: int) -> FloatArray:
+    """How far the middles of the pieces are above chords of their cells, along u or v: (m,)."""
+    begin, chord = _chord(look, axis)
+    away = look.points[1, 1] - (begin + (look.x, look.y)[axis][1] * chord)
+    height = np.abs(dot(away, look.normal[:, look.pieces.cell]))
+    if look.stray.any():
+        height = np.maximum(height, look.stray * length(away))
+    return look.pieces.worst(height)
+
+
+def _turned(look: _Look, angle: float) -> Bools:
+    """Cells with a normal in one of their pieces that is more than half the angle from their own.
+
+    So no two of them are further apart than the angle.
+    """
+    points, own = look.points, look.normal[:, look.pieces.cell]
+    found = normals([list(row) for row in points])
+    apart = np.maximum.reduce(
+        [np.where(dot(n, n) == 0.0, 0.0, length(n - own)) for row in found for n in row]
+    )
+    turned: Bools = look.pieces.worst(apart) > chord_of(angle / 2.0)
+    return turned
+
+
+def _allowed(task: Task, pieces: _Pieces) -> FloatArray:
+    """Deviation allowed to the nearest piece of every cell."""
+    if task.goal.view is None:
+        return np.full(len(pieces.whole), task.goal.tolerance)
+    allowed = np.empty(len(pieces.cell))
+    for net, here in _nets(task, pieces, np.arange(len(pieces.cell))):
+        allowed[here] = allowed_at(net, task.goal, task.eye_of(pieces.own.take(here)))
+    return -pieces.worst(-allowed)
+
+
+def _left(task: Task, look: _Look, normals: FloatArray, wanted: Bools) -> FloatArray:
+    """What `remainder` says of the pieces of wanted cells, the greatest of every cell: (3, m)."""
+    pieces = look.pieces
+    found = np.zeros((3, len(pieces.cell)))
+    for net, here in _nets(task, pieces, np.flatnonzero(wanted[pieces.cell])):
+        cell = pieces.cell[here]
+        at = look.points[..., here] - look.about[:, here]
+        flat = look.planes.flat[cell]
+        found[:, here] = remainder(net, at, normals[..., cell], flat, task.goal.two_sided)
+    return pieces.worst(found)

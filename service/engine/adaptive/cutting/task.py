@@ -1,0 +1,70 @@
+"""What is to be divided, how finely, and at what expense at most."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.adaptive.cutting.boxes import Cells
+from service.engine.adaptive.faces import SPAN, Faces
+from service.engine.adaptive.goal import Goal
+from service.engine.adaptive.ground import Ground
+from service.engine.adaptive.limits import Budget
+from service.engine.adaptive.vectors import Vectors
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Task:
+    """Faces, the patches they are made of, and what is asked of their triangles."""
+
+    ground: Ground
+    faces: Faces
+    goal: Goal
+    budget: Budget
+
+    def patch_of(self, cells: Cells) -> Ints:
+        """The patch in which cells of one span lie."""
+        return self.patch_at(cells.face, cells.box[0], cells.box[2])
+
+    def patch_at(self, face: Ints, u: Ints, v: Ints) -> Ints:
+        """The patch at a place: the upper one on a knot line, if there is one."""
+        faces = self.faces
+        k, l = (  # noqa: E741
+            np.minimum(place // SPAN, faces.spans[face, axis] - 1)
+            for axis, place in enumerate((u, v))
+        )
+        patch: Ints = faces.first[face] + k * faces.stride[face] + l
+        return patch
+
+    def positions(self, face: Ints, u: Ints, v: Ints) -> FloatArray:
+        """Points of the surface at places, shape (m, 3), model coordinates."""
+        ends = self.faces.spans[face].T * SPAN
+        inner = (
+            np.where(place == end, SPAN, place % SPAN) / SPAN
+            for place, end in zip((u, v), ends, strict=True)
+        )
+        return self.ground.positions(self.patch_at(face, u, v), *inner)
+
+    def certifying(self, face: Ints, places: Ints) -> float:
+        """What certifying triangles (m, 3, 2) of places of faces takes, in multiplications, about.
+
+        A net of (p+1) (q+1) points is blossomed in p + q steps, and each of the (p+q+1) (p+q+2) / 2
+        points of the triangle's net compared with the triangle.
+        """
+        costs = [
+            10 * (p + 1) * (q + 1) * (p + q + 2) + 30 * (p + q + 1) * (p + q + 2)
+            for p, q in (nets.degree for nets in self.ground.groups)
+        ]
+        # Half of the patches in the box about each are cut by it, and all that it is long.
+        first, last = places.min(axis=1) // SPAN, -(-places.max(axis=1) // SPAN)
+        long, wide = np.maximum(last - first, 1).T.astype(np.float64)
+        pieces = long * wide / 2 + (long + wide) / 2
+        group = self.ground.group[self.faces.first[face]]
+        counts = np.bincount(group, pieces, minlength=len(costs))
+        return float(np.dot(counts, costs))
+
+    def eye_of(self, cells: Cells) -> Vectors | None:
+        """The eye of the goal's view in the coordinates of the net of each cell of one span."""
+        if self.goal.view is None:
+            return None
+        return self.goal.view.eye[:, np.newaxis] - self.ground.middles[:, self.patch_of(cells)]

@@ -1,0 +1,228 @@
+"""How far normals turn within a cell, and whether cutting it would make them turn less.
+
+Where the surface is smooth, each half of a small cell has half of its turn. At a fold, a cusp or a
+crease inside a patch, one of the halves has as much as the whole, however small the cell: there no
+cutting helps. So a cell may always be cut while it is a large part of its patch, so that nothing
+is taken for a crease that is only narrow, and later only where it does help, or costs little.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import combinations
+from math import pi, sin, tan
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray
+from service.engine.adaptive.cutting.halving import points
+from service.engine.adaptive.vectors import Vectors, cross, dot, length
+
+NONE = 1e-7
+"""Partials whose angle has a sine below this have no normal (at a pole, or along a cusp); nor has
+one that is shorter than this share of the longest in the cell."""
+
+ROUGH, WIDE = 1 / 32, 1 / 8
+"""A cell is cut without asking while it is longer than this share of its patch, in parameters or
+in space: where weights differ much, one says little of the other."""
+
+FINEST = 1 / 1024
+"""It is not cut for its normals' sake once it is shorter than this,"""
+
+GRAIN = 2.0**-16
+"""or than this share of the patch's size."""
+
+FALLING = 0.8
+"""What must be left of a turn, at most, in each half of a cell, if halving is to help."""
+
+CORNERS = ((0, 0), (0, 2), (2, 0), (2, 2))
+
+ACROSS = tuple(
+    (one, other)
+    for one, other in combinations([(i, j) for i in range(3) for j in range(3)], 2)
+    if one[0] != other[0] and one[1] != other[1]
+)
+"""Pairs of places that are not on a line along u or v."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Scale:
+    """How large m cells are.
+
+    Attributes
+    ----------
+    shares : ndarray of float64, shape (2, m)
+        Of the knot span, along u and v.
+    size : ndarray of float64, shape (m,)
+        Of the patch, in space.
+    """
+
+    shares: FloatArray
+    size: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Turning:
+    """Cells that are to be cut since normals turn too far, and the direction that helps more."""
+
+    exceeds: Bools
+    along_v: Bools
+
+
+def scale(box: FloatArray, size: FloatArray) -> Scale:
+    """The scale of cells with boxes (4, m) in spans, in patches of these sizes (m,)."""
+    return Scale(box[1::2] - box[::2], size)
+
+
+def turning(
+    at: list[list[Vectors]], angle: float, scale: Scale, nets: FloatArray | None = None
+) -> Turning:
+    """Normals of cells in nine places, compared in pairs.
+
+    Parameters
+    ----------
+    at : nine points of cells
+    angle : float
+    scale : Scale
+    nets : ndarray of float64, shape (p+1, q+1, D, m), optional
+        Of the same cells.
+    """
+    most = chord_of(angle)
+    found = normals(at, nets)
+    lines = found, [list(line) for line in zip(*found, strict=True)]
+    halves = [_most((line[k], line[k + 1]) for line in own for k in (0, 1)) for own in lines[::-1]]
+    wholes = [
+        np.maximum(_most((line[0], line[2]) for line in own), half)
+        for own, half in zip(lines[::-1], halves, strict=True)
+    ]
+    longs = (
+        np.maximum.reduce([length(b[j] - a[j]) for j in range(3) for a, b in (at[:2], at[1:])]),
+        np.maximum.reduce([length(a[k + 1] - a[k]) for a in at for k in (0, 1)]),
+    )
+    may = [
+        helpful((half, whole), share, 2.0 * long, scale.size, beside <= most)
+        for half, whole, share, long, beside in zip(
+            halves, wholes, scale.shares, longs, wholes[::-1], strict=True
+        )
+    ]
+    across = _most((found[i][j], found[k][m]) for (i, j), (k, m) in ACROSS)
+    helps = _most((found[i][j], found[1][1]) for i, j in CORNERS) <= FALLING * across
+    helps |= (np.maximum(*scale.shares) > ROUGH) | (np.maximum(*longs) > WIDE * scale.size)
+    gains = [np.where(own, whole, -1.0) for own, whole in zip(may, wholes, strict=True)]
+    exceeds = (gains[0] > most) | (gains[1] > most)
+    # As far as across it turns along u and v together, so half of it along one of them at least.
+    exceeds |= helps & (across > most) & (np.maximum(*gains) > 0.5 * most)
+    return Turning(exceeds, gains[0] < gains[1] * (1.0 - 1e-9))
+
+
+def helpful(
+    turn: tuple[FloatArray, FloatArray],
+    share: FloatArray | float,
+    extent: FloatArray,
+    size: FloatArray,
+    alone: Bools | bool = True,
+) -> Bools:
+    """Whether it may help to cut what turns so far in halves and as a whole.
+
+    Parameters
+    ----------
+    share : ndarray of float64, shape (m,)
+        How long it is in parameters,
+    extent, size : ndarray of float64, shape (m,)
+        and in space; and how large the patch is.
+    alone : ndarray of bool, shape (m,)
+        Whether nothing turns too far in the other direction. Then it costs one cell to halve what
+        turns; a fold that is not along either takes twice as many for every halving.
+    """
+    half, whole = turn
+    cheap = ((half <= FALLING * whole) | alone) & (share > FINEST)
+    found: Bools = (share > ROUGH) | (extent > WIDE * size) | cheap
+    return found & (extent > GRAIN * size)
+
+
+def level(angle: float, size: FloatArray, scale: Scale | None = None) -> FloatArray:
+    """Heights above chords of this size, shape (m,), for which normals have to turn further.
+
+    What begins and ends on a chord of the length d, and is nowhere steeper against it than α/2,
+    stays below d tan(α/2) / 2. Heights are known of the whole net of a cell, normals in some
+    places only: so what lies between those is not missed. Of cells that are too small nothing is
+    asked.
+    """
+    if angle >= pi:
+        return np.full(size.shape, np.inf)
+    most = size * (0.5 * tan(angle / 2.0))
+    if scale is None:
+        return most
+    small = (np.minimum(*scale.shares) <= ROUGH) | (size <= scale.size * ROUGH)
+    return np.where(small, np.inf, most)
+
+
+def normals(at: list[list[Vectors]], nets: FloatArray | None = None) -> list[list[Vectors]]:
+    """Unit normals in nine places of biquadratic surfaces through them; zero where there is none.
+
+    With nets, those at the corners are the surface's own. One that is missing at the end of a line
+    (at a pole) is taken to be on from the middle as the other end is from there.
+    """
+    slopes_u = [_slopes(at[0][j], at[1][j], at[2][j]) for j in range(3)]
+    slopes_v = [_slopes(at[i][0], at[i][1], at[i][2]) for i in range(3)]
+    slopes = [[(slopes_u[j][i], slopes_v[i][j]) for j in range(3)] for i in range(3)]
+    real_u, real_v = (
+        NONE * np.maximum.reduce([length(own) for line in every for own in line])
+        for every in (slopes_u, slopes_v)
+    )
+    if nets is not None:
+        for i, j in CORNERS:
+            slopes[i][j] = _legs(nets, i == 2, j == 2)
+    found = [[_normal(*own, real_u, real_v) for own in row] for row in slopes]
+    for j in range(3):
+        found[0][j], found[2][j] = ends(*(found[i][j] for i in range(3)))
+    for i in range(3):
+        found[i][0], found[i][2] = ends(*found[i])
+    return found
+
+
+def chord_of(angle: float) -> float:
+    """How far apart unit vectors at an angle are."""
+    return 2.0 * sin(min(angle, pi) / 2.0)
+
+
+def ends(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors]:
+    """Unit normals at both ends of a line; where one is missing, b turned once more."""
+    share = 2.0 * dot(a, b), 2.0 * dot(c, b)
+    return (
+        np.where(dot(a, a) == 0.0, share[1] * b - c, a),
+        np.where(dot(c, c) == 0.0, share[0] * b - a, c),
+    )
+
+
+def apart(a: Vectors, b: Vectors) -> FloatArray:
+    """How far apart unit normals are; 0 where one is missing."""
+    missing = (dot(a, a) == 0.0) | (dot(b, b) == 0.0)
+    return np.where(missing, 0.0, length(a - b))
+
+
+def _slopes(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Vectors, Vectors]:
+    """Derivatives at 0, ½ and 1 of a quadratic curve through three points."""
+    return 4.0 * b - 3.0 * a - c, c - a, a + 3.0 * c - 4.0 * b
+
+
+def _legs(nets: FloatArray, far_u: bool, far_v: bool) -> tuple[Vectors, Vectors]:
+    """Directions of the derivatives at a corner of nets (p+1, q+1, D, m)."""
+    p, q = len(nets) - 1, nets.shape[1] - 1
+    rows, columns = (p, p - 1) if far_u else (0, 1), (q, q - 1) if far_v else (0, 1)
+    near = points(nets[np.ix_(rows, columns)])
+    along_u, along_v = near[1, 0] - near[0, 0], near[0, 1] - near[0, 0]
+    return along_u * (-p if far_u else p), along_v * (-q if far_v else q)
+
+
+def _normal(u: Vectors, v: Vectors, real_u: FloatArray, real_v: FloatArray) -> Vectors:
+    """Unit normal; zero where there is none."""
+    normal = cross(u, v)
+    size, long_u, long_v = length(normal), length(u), length(v)
+    some = (size > NONE * long_u * long_v) & (long_u > real_u) & (long_v > real_v)
+    return normal * (some / np.where(some, size, 1.0))
+
+
+def _most(pairs: Iterable[tuple[Vectors, Vectors]]) -> FloatArray:
+    """How far apart the unit normals of pairs are at most; 0 where one is missing."""
+    most: FloatArray = np.maximum.reduce([apart(a, b) for a, b in pairs])
+    return most

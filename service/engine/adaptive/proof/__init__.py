@@ -1,0 +1,1 @@
+"""How far the surface can be from a mesh: bounds, proved and rounded upwards."""

@@ -1,0 +1,241 @@
+"""The certificate: a proved bound of the distance from every part of a surface to its mesh.
+
+No point of the surface is further from the mesh than the largest bound of its parts. The proof:
+
+1. **The parts are all of the surface.** They are triangles of places that divide the faces, and
+   places are whole numbers. Cut at knot lines, they still cover every place (`clip`), and each
+   piece is in one Bézier patch, at parameters that float64 holds exactly.
+2. **Over a piece the surface is in the hull of a net.** A polynomial of degree (p, q) is, over a
+   triangle of parameters, a triangular net of degree p + q (`blossoms`): S = Σ B_ijk b_ijk. The
+   Bernstein polynomials are not negative and add up to 1. A rational one is S = Σ B_ijk w_ijk b_ijk
+   / Σ B_ijk w_ijk, a mean of the b_ijk as well, for blossoms of positive weights at parameters in
+   [0, 1] are positive. Where p + q is large, S is near a net of lower degree (`reduction`).
+3. **No point of such a mean is further from its host than the farthest point of the net**, for the
+   distance to a convex set is a convex function. Heights and places in the host's plane may be
+   bounded apart, and the host may be enlarged by what lies beyond its edges (`distance`); heights
+   are bounded by their quadratic part and a remainder (`heights`), rational ones as
+
+       h = Σ B_ijk w_ijk h_ijk / Σ B_ijk w_ijk, the numerator so bounded, over the least w_ijk.
+
+4. **Any triangle of the mesh will do.** Which part is measured against which host is free: the
+   bound is of the distance to that triangle, or to it and its neighbours.
+5. **Rounding** is added, derived in `rounding`. The positions are those that are stored, so their
+   rounding is in the distances themselves.
+
+The other way round, the distance from a point A(x) of a host to the surface is at most |A(x) − S|
+at the place that A takes to it, A being the affine map of the part to its host; S − A is a net
+once more. Cut at knot lines, the images of a part's pieces fill its host (`clip.images`), one
+affine map each.
+
+The bound tends to the truth as parts shrink: quadratic parts are measured exactly, remainders are
+of third order, and so is what neighbours add.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.chunks import chunks
+from service.engine.adaptive.faces import SPAN, Faces
+from service.engine.adaptive.goal import Goal
+from service.engine.adaptive.ground import Ground, Nets
+from service.engine.adaptive.proof.clip import Pieces, clipped, images
+from service.engine.adaptive.proof.local import Local, box_order, local
+from service.engine.adaptive.proof.reduction import DIRECT
+
+CHUNK = 1 << 17
+"""Numbers of the nets that are worked on at a time: all that is made of them stays in the cache."""
+
+BLOCK = 1 << 16
+"""Pieces that there are at a time, unless one part alone has more."""
+
+Form: TypeAlias = Literal["halves", "triangles", "near"]
+"""Halves of boxes, any triangles, or triangles of patches of high degree."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Parts:
+    """m triangles of places, and the triangles of the mesh that their surface is measured against.
+
+    Attributes
+    ----------
+    face : ndarray of int, shape (m,)
+    corners : ndarray of int, shape (m, 3, 2)
+        Places of the face. Neighbouring parts share whole edges.
+    host : ndarray of int, shape (m, 3)
+        The vertices of the triangle of the mesh: those at the corners, in their order, if the part
+        is its own.
+    across : ndarray of int, shape (m, 3)
+        The vertex opposite edge (k, k + 1) of the host in the triangle beyond it; -1 if there is
+        none or it is not known.
+    own : ndarray of bool, shape (m,), or None
+        Whether the host is the image of the part; None if all are.
+    """
+
+    face: Ints
+    corners: Ints
+    host: Ints
+    across: Ints
+    own: Bools | None = None
+
+    def take(self, rows: slice) -> "Parts":
+        """A run of the parts."""
+        own = None if self.own is None else self.own[rows]
+        return Parts(self.face[rows], self.corners[rows], self.host[rows], self.across[rows], own)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Bounds:
+    """What is proved of m parts; see `Triangulation`.
+
+    Attributes
+    ----------
+    deviation : ndarray of float64, shape (m,)
+        No point of the part is further than this from the mesh.
+    mesh : ndarray of float64, shape (m,), or None
+        No point of the host is further than this from the surface; 0 where the part is not its own.
+    allowed : ndarray of float64, shape (m,)
+        What the goal allows so near to the eye.
+    """
+
+    deviation: FloatArray
+    mesh: FloatArray | None
+    allowed: FloatArray
+
+    @property
+    def passed(self) -> Bools:
+        """Which parts meet the goal."""
+        met: Bools = self.deviation <= self.allowed
+        if self.mesh is not None:
+            met &= self.mesh <= 2 * self.allowed
+        return met
+
+
+def certify(
+    ground: Ground, faces: Faces, parts: Parts, positions: FloatArray, goal: Goal
+) -> Bounds:
+    """Bounds of the distances between parts of the surface and the mesh.
+
+    Parameters
+    ----------
+    parts : Parts
+        What the bounds are of. Each has the same bits whatever is beside it.
+    positions : ndarray of float64, shape (V, 3)
+        The vertices as they are stored, in model coordinates.
+    goal : Goal
+        Whether the mesh is to be bounded too, and where the eye is.
+    """
+    found = np.zeros((3, len(parts.face)))
+    columns = np.ascontiguousarray(positions.T)
+    for block in _blocks(parts):
+        found[:, block] = _measured(ground, faces, parts.take(block), columns, goal)
+    deviation, distance, mesh = found
+    return Bounds(deviation, mesh if goal.two_sided else None, goal.allowed(distance))
+
+
+def _blocks(parts: Parts) -> Iterator[slice]:
+    """Runs of parts that have few pieces together; or a single one that has many."""
+    low, high = parts.corners.min(axis=1), parts.corners.max(axis=1)
+    block = np.cumsum(((high - low) // SPAN + 1).prod(axis=1)) // BLOCK
+    begins = np.flatnonzero(np.diff(block, prepend=-1))
+    for begin, end in pairwise([*begins.tolist(), len(block)]):
+        yield slice(begin, end)
+
+
+def _measured(
+    ground: Ground, faces: Faces, parts: Parts, columns: FloatArray, goal: Goal
+) -> FloatArray:
+    """Deviation, distance from the eye, and deviation of the mesh, (3, m); 0 if not asked for.
+
+    The positions are (3, V).
+    """
+    corners = np.moveaxis(parts.corners, 0, -1)
+    pieces = clipped(faces, parts.face, corners)
+    right, order = _right_angles(pieces.corners)
+    shares = images(pieces, corners) if goal.two_sided else None
+    away, near, astray = found = np.zeros((3, len(pieces.part)))
+    for nets, here in ground.by_group(pieces.patch):
+        for form, rows in _forms(nets, pieces, right, here):
+            for chunk in chunks(len(rows), _room(nets), CHUNK):
+                some = rows[chunk]
+                patch, turn = pieces.patch[some], order[:, np.newaxis, some]
+                seen = _seen(ground, nets, (patch, pieces.part[some]), parts, columns)
+                places = np.take_along_axis(pieces.places[..., some], turn, axis=0)
+                net = nets.take(ground.row[patch])
+                if form == "near":
+                    piece = seen.near(net, patch, ground.sizes[patch], places)
+                else:
+                    piece = seen.over(net, places, halves=form == "halves")
+                away[some] = seen.restored(piece.deviation(seen.hosts))
+                if goal.view is not None:
+                    near[some] = seen.distances(piece, goal.view.eye)
+                if shares is not None:
+                    turned = np.take_along_axis(shares[..., some], turn, axis=0)
+                    astray[some] = seen.restored(piece.straying(seen.hosts.at(turned)))
+    if parts.own is not None:
+        astray[~parts.own[pieces.part]] = 0.0
+    choices = np.maximum, np.minimum, np.maximum
+    return np.stack(
+        [
+            _joined(choose, values, pieces.part, len(parts.face))
+            for choose, values in zip(choices, found, strict=True)
+        ]
+    )
+
+
+def _forms(nets: Nets, pieces: Pieces, right: Bools, here: Ints) -> Iterator[tuple[Form, Ints]]:
+    """How pieces over patches of one degree are treated, and which of them so."""
+    if sum(nets.degree) > DIRECT:
+        yield "near", here[box_order(pieces.patch[here], pieces.places[..., here])]
+    else:
+        yield "halves", here[right[here]]
+        yield "triangles", here[~right[here]]
+
+
+def _seen(
+    ground: Ground, nets: Nets, which: tuple[Ints, Ints], parts: Parts, columns: FloatArray
+) -> Local:
+    """Pieces, given by their patches and parts, seen from their hosts; positions are (3, V)."""
+    patch, part = which
+    host, beyond = (ids[part].T for ids in (parts.host, parts.across))
+    vertices, across = (columns.take(ids, axis=1).swapaxes(0, 1) for ids in (host, beyond))
+    return local(ground, nets, patch, vertices, (across, beyond >= 0))
+
+
+def _right_angles(corners: Ints) -> tuple[Bools, Ints]:
+    """Which triangles (3, 2, M) are halves of boxes, and their corners in order (3, M).
+
+    First the corner at the right angle, then the one along u, then the one along v.
+    """
+    u, v = corners[:, 0], corners[:, 1]
+    right = np.zeros(u.shape[1], dtype=bool)
+    order = np.empty(u.shape, dtype=np.intp)
+    order[:] = np.arange(3)[:, np.newaxis]
+    for k in range(3):
+        for one, two in ((k - 2, k - 1), (k - 1, k - 2)):
+            here = (v[k] == v[one]) & (u[k] == u[two])
+            right |= here
+            order[:, here] = np.array([[k], [one % 3], [two % 3]])
+    return right, order
+
+
+def _room(nets: Nets) -> int:
+    """Numbers that are made of one net."""
+    p, q = nets.degree
+    if p + q > DIRECT:
+        return 2 * (p + 1) * (q + 1)
+    return 3 * (p + q + 1) * (p + q + 2)
+
+
+def _joined(choose: np.ufunc, values: FloatArray, part: Ints, count: int) -> FloatArray:
+    """The largest, or the least, value of the pieces of each part; 0 of a part without any."""
+    if len(values) == count:
+        return values
+    begins = np.flatnonzero(np.diff(part, prepend=-1))
+    chosen = np.zeros(count)
+    chosen[part[begins]] = choose.reduceat(values, begins)
+    return chosen

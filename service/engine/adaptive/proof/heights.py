@@ -1,0 +1,90 @@
+"""How high a polynomial over a triangle may rise: its quadratic part exactly, the rest by its hull.
+
+Let h be a triangular net of degree n ≥ 2. With m_k the value half-way along edge k,
+
+    h = Q + R,  Q = 4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0),
+
+and R, which vanishes half-way along the edges, is bounded by its own net, h minus that of Q raised
+to degree n: point (i_0, i_1, i_2) of the latter is 4 Σ_k m_k i_k i_{k+1} / (n (n − 1)).
+
+The greatest value of Q over the triangle has a closed form. Were the m_k the squared sides of a
+triangle, Q would be four times Σ λ_a λ_b |P_a − P_b|² = ρ² − |P(λ) − O|², with O and ρ the middle
+and radius of its circumscribed circle. If that triangle is acute, O is in it and the maximum
+4 ρ² = m_c / sin² C, where m_c is the largest side and C its angle; else, and if there is no such
+triangle, the maximum is the largest of 0 and the m_k. With m_a ≤ m_b ≤ m_c the law of cosines is
+
+    cos² C = (m_a + m_b − m_c)² / (4 m_a m_b), at most 1/4, 0 instead where m_a + m_b ≤ m_c,
+
+so that nothing cancels in 1 − cos² C.
+"""
+
+from functools import lru_cache
+from math import comb
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.engine.adaptive.proof.blossoms import exponents
+
+
+def highest(h: FloatArray, degree: int) -> FloatArray:
+    """A bound of |h| over the triangle, nets (N, m): shape (m,)."""
+    middles = _middles(h, degree)
+    rest = h.copy()
+    for middle, share in zip(middles, _raised(degree), strict=True):
+        rest -= share * middle
+    bound: FloatArray = np.maximum(
+        greatest(middles) + np.maximum(rest.max(axis=0), 0.0),
+        greatest(-middles) - np.minimum(rest.min(axis=0), 0.0),
+    )
+    return bound
+
+
+def greatest(m: FloatArray) -> FloatArray:
+    """max(0, 4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0)) over the triangle; m is (3, m)."""
+    low, high = np.minimum(m[0], m[1]), np.maximum(m[0], m[1])
+    a, c = np.minimum(low, m[2]), np.maximum(high, m[2])
+    b = np.maximum(low, np.minimum(high, m[2]))
+    cosine = np.maximum(a + (b - c), 0.0)
+    acute = cosine > 0
+    share = cosine / np.where(acute, 2.0 * a, 1.0) * (cosine / np.where(acute, 2.0 * b, 1.0))
+    largest: FloatArray = np.maximum(c, 0.0) / (1.0 - share)
+    return largest
+
+
+def _middles(h: FloatArray, degree: int) -> FloatArray:
+    """Values half-way along the edges, (3, m): Σ_i C(n, i) h_i / 2^n."""
+    middles = np.zeros((3, h.shape[1]))
+    for k, row in enumerate(_edges(degree)):
+        for share, point in zip(_halving(degree), row, strict=True):
+            middles[k] += share * h[point]
+    return middles
+
+
+@lru_cache(maxsize=64)
+def _edges(degree: int) -> tuple[tuple[int, ...], ...]:
+    """Points of the net along each edge k, from corner k to the next."""
+    place = {key: number for number, key in enumerate(exponents(degree))}
+    rows = []
+    for k in range(3):
+        keys = []
+        for i in range(degree + 1):
+            key = [0, 0, 0]
+            key[k], key[(k + 1) % 3] = degree - i, i
+            keys.append(place[key[0], key[1], key[2]])
+        rows.append(tuple(keys))
+    return tuple(rows)
+
+
+@lru_cache(maxsize=64)
+def _halving(degree: int) -> tuple[float, ...]:
+    return tuple(comb(degree, i) / 2**degree for i in range(degree + 1))
+
+
+@lru_cache(maxsize=64)
+def _raised(degree: int) -> FloatArray:
+    """Nets of 4 λ_k λ_{k+1} in degree n, shape (3, N, 1)."""
+    net = np.array(exponents(degree), dtype=np.float64).T[:, :, np.newaxis]
+    shares: FloatArray = 4.0 * net * net[[1, 2, 0]] / (degree * (degree - 1))
+    shares.flags.writeable = False
+    return shares

@@ -1,0 +1,241 @@
+"""Pieces of a surface as they look from their hosts: nets in frames, and what is told from them."""
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.triangle import degree_of
+from service.engine.adaptive.ground import Ground, Nets
+from service.engine.adaptive.proof.blossoms import box_nets, exponents, half_nets, triangle_nets
+from service.engine.adaptive.proof.distance import reach
+from service.engine.adaptive.proof.heights import highest
+from service.engine.adaptive.proof.hosts import Hosts, hosts_of
+from service.engine.adaptive.proof.reduction import order_of, over_boxes
+from service.engine.adaptive.proof.rounding import UNIT, roundings, stored
+
+FAR = 2.0**300
+"""Distance, in units of a piece, beyond which neighbours and eyes are not reckoned with."""
+
+DOUBTFUL = 1 / 8
+"""Share of a bound that may come of reducing degrees before the nets are looked at themselves."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Local:
+    """Some pieces over patches of one degree, in the frames of their hosts.
+
+    Units are such that no coordinate about the middle of the patch is above 1: a power of two
+    for each piece. So no digit is lost, and no square.
+
+    Attributes
+    ----------
+    degree : (int, int)
+    hosts : Hosts
+    middle : ndarray of float64, shape (3, m)
+        Of the patches, in model coordinates.
+    unit : ndarray of float64, shape (m,)
+    slack : ndarray of float64, shape (m,)
+        What the roundings of positions and of patches may do. Model units.
+    """
+
+    degree: tuple[int, int]
+    hosts: Hosts
+    middle: FloatArray
+    unit: FloatArray
+    slack: FloatArray
+
+    @property
+    def rounding(self) -> float:
+        """What rounding may do to a point, and to distances, in these units."""
+        return UNIT * roundings(*self.degree)
+
+    def over(self, nets: FloatArray, places: FloatArray, *, halves: bool) -> "Piece":
+        """The surface over triangles of parameters.
+
+        Parameters
+        ----------
+        nets : ndarray of float64, shape (p+1, q+1, D, m)
+            The patches, in model units.
+        places : ndarray of float64, shape (3, 2, m)
+        halves : bool
+            Whether they have a right angle at corner 0, and corner 1 is along u from it.
+        """
+        framed = self.hosts.framed(_scaled(nets, 1.0 / self.unit))
+        u, v = places[:, 0], places[:, 1]
+        if halves:
+            return Piece(half_nets(box_nets(framed, (u[0], u[1]), (v[0], v[2]))), self.rounding)
+        return Piece(triangle_nets(framed, [*u], [*v]), self.rounding)
+
+    def near(self, nets: FloatArray, patch: Ints, sizes: FloatArray, places: FloatArray) -> "Piece":
+        """The surface of patches of high degree, of such sizes, over triangles in `box_order`."""
+        own = _unit(sizes)
+        sides = [(t.min(axis=0), t.max(axis=0)) for t in (places[:, 0], places[:, 1])]
+        found = over_boxes(_scaled(nets, 1.0 / own), patch, *map(np.stack, sides))
+        share = own / self.unit
+        framed = self.hosts.framed(_scaled(found.low[..., found.box], share))
+        inner = (
+            [np.where(b > a, (t - a) / np.where(b > a, b - a, 1.0), 0.0) for t in places[:, axis]]
+            for axis, (a, b) in enumerate(sides)
+        )
+        gap = found.gap[found.box] * share
+        net = triangle_nets(framed, *inner)
+        bound = Piece(net, self.rounding).deviation(self.hosts) + gap
+        # What hardly bends has all of its net near the host, though not near a cubic one.
+        rows = np.flatnonzero(gap > bound * DOUBTFUL)
+        whole = np.full(len(bound), np.inf)
+        if len(rows):
+            hosts = self.hosts.take(rows)
+            hull = hosts.framed(_scaled(found.whole[..., found.box[rows]], share[rows]))
+            x, y, h = _columns(projected(hull.reshape(-1, *hull.shape[2:])))
+            furthest = reach(x, y, h, hosts)
+            whole[rows] = furthest.bound(furthest.height)
+        return Piece(net, self.rounding, gap, whole)
+
+    def restored(self, bound: FloatArray) -> FloatArray:
+        """A bound in model units, all rounding included."""
+        safe = bound + self.hosts.tilt + self.rounding
+        bounds: FloatArray = safe * self.unit + self.slack
+        return bounds
+
+    def distances(self, piece: "Piece", eye: FloatArray) -> FloatArray:
+        """Lower bounds of the distances between the pieces and the eye, by boxes about nets."""
+        # From the nearest place in a box about the piece it is not further than from the eye.
+        away = np.clip(eye[:, np.newaxis] - self.middle, -FAR * self.unit, FAR * self.unit)
+        seen = self.hosts.framed(away / self.unit)
+        points = projected(piece.net)
+        gap = np.maximum(points.min(axis=0) - seen, seen - points.max(axis=0))
+        gap = np.maximum(gap, 0.0)
+        length = np.sqrt(gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2])
+        # Far from the middle the eye's own coordinates are rounded.
+        length = length * (1.0 - 2.0**-40) - piece.gap - self.rounding
+        least: FloatArray = np.maximum(length * self.unit - self.slack, 0.0)
+        return least
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Piece:
+    """The surface over triangles of parameters, or one near it.
+
+    Attributes
+    ----------
+    net : ndarray of float64, shape (N, D, m)
+        A triangular net.
+    rounding : float
+        What its points may be off by.
+    gap : ndarray of float64, shape (m,), or 0
+        How far its surface is from the one meant.
+    whole : ndarray of float64, shape (m,), or infinite
+        A bound that is known already.
+    """
+
+    net: FloatArray
+    rounding: float
+    gap: FloatArray | float = 0.0
+    whole: FloatArray | float = inf
+
+    def deviation(self, hosts: Hosts) -> FloatArray:
+        """Bounds of the distances from the surface to hosts and their neighbours."""
+        x, y, h = _columns(projected(self.net))
+        rise = self._divided(highest(np.ascontiguousarray(self.net[:, 2]), degree_of(len(h))))
+        bound = reach(x, y, h, hosts).bound(rise) + self.gap
+        nearest: FloatArray = np.minimum(bound, self.whole)
+        return nearest
+
+    def _divided(self, numerator: FloatArray) -> FloatArray:
+        """Bounds of quotients, of bounds of numerators; weights that differ magnify rounding.
+
+        A point of a numerator is right to what its own weight times a point is, hence to the
+        heaviest; the least of the weights divides it. Three coordinates make this twice as much.
+        """
+        if self.net.shape[1] == 3:
+            return numerator
+        least, most = (choose(self.net[:, 3], axis=0) for choose in (np.min, np.max))
+        quotient: FloatArray = (numerator + 2 * self.rounding * most) / least
+        return quotient
+
+    def straying(self, images: FloatArray) -> FloatArray:
+        """Bounds of |S − A| for A affine with these images (3, 2, m) of the corners, in the plane.
+
+        S − A = (X − w A) / w, where X − w A is a triangular net of one degree more: to point
+        (i_0, i_1, i_2) of it every corner e with i_e > 0 gives (X − w A_e), of the point with
+        one less of it, in proportion to i_e. The same for w.
+        """
+        degree = degree_of(len(self.net))
+        place = {key: row for row, key in enumerate(exponents(degree))}
+        homogeneous = self.net.shape[1] == 4
+        made = np.zeros((len(exponents(degree + 1)), *self.net.shape[1:]))
+        for corner in range(3):
+            gone = self.net.copy()
+            for axis in range(2):
+                target = images[corner, axis]
+                gone[:, axis] -= self.net[:, 3] * target if homogeneous else target
+            for number, key in enumerate(exponents(degree + 1)):
+                if key[corner]:
+                    less = list(key)
+                    less[corner] -= 1
+                    row = place[less[0], less[1], less[2]]
+                    made[number] += key[corner] / (degree + 1) * gone[row]
+        columns = _columns(made)
+        rises = [highest(column, degree + 1) for column in columns]
+        part = self._divided(np.sqrt(sum(rise * rise for rise in rises)))
+        x, y, h = _columns(projected(made))
+        whole = np.sqrt((x * x + y * y + h * h).max(axis=0))
+        bound: FloatArray = np.minimum(part, whole) + self.gap
+        return bound
+
+
+def box_order(patch: Ints, places: FloatArray) -> Ints:
+    """The order in which `Local.near` wants triangles (3, 2, m)."""
+    return order_of(
+        patch, *(np.stack([t.min(axis=0), t.max(axis=0)]) for t in (places[:, 0], places[:, 1]))
+    )
+
+
+def projected(net: FloatArray) -> FloatArray:
+    """Points (N, 3, m) of nets that may be homogeneous."""
+    return net if net.shape[1] == 3 else net[:, :3] / net[:, 3:]
+
+
+def _unit(sizes: FloatArray) -> FloatArray:
+    """The least powers of two above sizes; 2^-1000 for what is less."""
+    unit: FloatArray = np.ldexp(1.0, np.maximum(np.frexp(sizes)[1], -1000))
+    return unit
+
+
+def _scaled(nets: FloatArray, scale: FloatArray) -> FloatArray:
+    """Nets (…, D, m) times powers of two; their weights remain."""
+    if nets.shape[-2] == 3:
+        return nets * scale
+    return np.concatenate([nets[..., :3, :] * scale, nets[..., 3:, :]], axis=-2)
+
+
+def _columns(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Coordinates of points (N, 3 or 4, m), (N, m) each."""
+    x, y, h = (np.ascontiguousarray(points[:, axis]) for axis in range(3))
+    return x, y, h
+
+
+def local(
+    ground: Ground, nets: Nets, patch: Ints, vertices: FloatArray, beyond: tuple[FloatArray, Bools]
+) -> Local:
+    """Pieces over these patches, of one degree.
+
+    Parameters
+    ----------
+    vertices : ndarray of float64, shape (3, 3, m)
+        Of their hosts.
+    beyond : ndarrays of shapes (3, 3, m) and (3, m)
+        The vertices across their edges, and whether there are any; model coordinates.
+    """
+    across, joined = beyond
+    middle = ground.middles[:, patch]
+    own = vertices - middle
+    size = np.maximum(ground.sizes[patch], np.abs(own).max(axis=(0, 1)))
+    unit = _unit(size)
+    gone = across - middle
+    joined = joined & (np.abs(gone).max(axis=1) <= FAR * unit)
+    hosts = hosts_of(own / unit, np.where(joined[:, np.newaxis], gone, own) / unit, joined)
+    slack = stored(np.abs(vertices).max(axis=(0, 1))) + ground.lowering
+    return Local(nets.degree, hosts, middle, unit, slack)

@@ -1,0 +1,93 @@
+"""What rounding may do to the bounds of the certificate, and the least tolerance it leaves.
+
+u = 2^-53 is what one operation may do, relative to its result. All of a piece happens in units in
+which no coordinate about the middle of the patch is above 1, neither of control points nor of
+vertices of hosts; hence no difference of two points is longer than 2√3 < 4.
+
+**Nets.** On its way from the given control points to a net over a triangle a number meets
+
+    P − M, times its weight                                2
+    three a level where a row of a triangle is raised      3 max(p, q)
+    two a level of the blossom, (1 − t) a + t b            2 (p + q); 1 − t is exact
+    its share, and adding up (p+1)(q+1) terms at most      2 + (p+1)(q+1); where degrees are
+                                                           reduced, p + q + 4 are enough
+    w a, subtracted; a product and two sums of the frame   5; the frame itself is right to 8 u
+
+roundings, r in all. Only combinations with factors that are not negative are made of the points, so
+a coordinate (of a homogeneous point: relative to the weight that it is of) is right to r u times 4,
+and a weight to r u times itself; dividing by it doubles this. A point is right to
+√3 · 2 r · 4 u < 16 r u.
+
+**Distances.** `reach` and `highest` do a few operations more with such coordinates: at most 16 in a
+row, and one a point of an edge where values half-way are added up, p + q + 1. Factors 4/3 of the
+greatest value of Q and 2 of R less Q leave this below 16 (16 + p + q) u. Tents are right to 8 u
+times the length of an edge: see `hosts`.
+
+**Vertices.** X − M is rounded, relative to 1. A position that is stored about an origin, and told
+here as one number, may be off by u |X| in each coordinate; so may the middle of the patch added to
+a point, which is no matter here, for the surface is what the control points say.
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.engine.adaptive.goal import Goal
+from service.engine.adaptive.ground import Ground
+from service.engine.adaptive.proof.reduction import DIRECT, SHIFT
+from service.errors import InvalidRequest, Issue
+
+UNIT = 2.0**-53
+"""Half the distance from 1 to the next number: what one rounding may do."""
+
+
+def roundings(p: int, q: int) -> int:
+    """The sum of all that, in units u, for patches of degree (p, q)."""
+    path = 2 + 3 * max(p, q) + 2 * (p + q) + 2 + (p + 1) * (q + 1) + 13
+    return 16 * path + 16 * (16 + p + q) + 64
+
+
+def stored(far: FloatArray) -> FloatArray:
+    """What vertices with coordinates up to `far` may be off by, shape (m,)."""
+    slack: FloatArray = 4 * UNIT * far
+    return slack
+
+
+def floor(ground: Ground, step: float = 0.0) -> float:
+    """The least tolerance that is worth an attempt, in model units.
+
+    However fine a mesh is, its bounds have all of the above in them, and how far its vertices are
+    from the surface: by their evaluation, which rounds less than the certificate does, and by
+    `step`, what they lose when they are stored. As much again is left for the surface to bend.
+    """
+    least = 0.0
+    for nets in ground.groups:
+        sizes = ground.sizes[nets.patches]
+        far = sizes + np.abs(ground.middles[:, nets.patches]).max(axis=0)
+        # Units are powers of two, up to twice the size.
+        share = 2 * UNIT * roundings(*nets.degree)
+        if sum(nets.degree) > DIRECT:
+            share += SHIFT
+        slack = 2 * share * sizes + stored(far)
+        least = max(least, float(slack.max()))
+    return 4 * (least + ground.lowering) + 2 * step
+
+
+def check_goal(goal: Goal, least: float, nearest: float = 0.0) -> None:
+    """Refuses a goal of which rounding takes too much, nothing being nearer to the eye than that.
+
+    Raises
+    ------
+    InvalidRequest
+        `tolerance_too_small`.
+    """
+    asked = float(goal.allowed(np.array([nearest]))[0])
+    if asked < least:
+        raise InvalidRequest(
+            Issue(
+                "tolerance_too_small",
+                "The numbers of the answer are not so precise.",
+                "/tolerance" if goal.view is None else "/pixel_tolerance",
+                f"{asked:.6g}",
+                f"at least {least:.3g} for this surface in this format",
+            )
+        )

@@ -1,0 +1,286 @@
+"""Triangulations made by hand become meshes, and the same ones that a resolution gives."""
+
+from dataclasses import replace
+from math import acos, pi
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from service.bases.arrays import RealArray
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.adaptive.assembly.assemble import Divided, assemble
+from service.engine.adaptive.assembly.lines import draw_lines
+from service.engine.adaptive.assembly.samples import samples_of
+from service.engine.adaptive.faces import SPAN
+from service.engine.adaptive.storage import Storage
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.surface.batches import TrianglePatches
+from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
+from service.surface.channels import Channels
+from service.surface.lowered import PatchModel
+from service.surface.triangle import TriangleSurface
+from tests.engine.adaptive.grids import regular
+from tests.engine.meshing import check_sound, mesh_of, shape_of
+from tests.examples import patches_of
+from tests.strategies import Array
+
+EXAMPLES = [
+    "utah-teapot", "tveit", "bourke-1111-colors", "heated-panel", "cylinder", "sphere", "torus",
+    "octahedral-sphere", "rounded-box", "bspline-hills", "nurbs-goblet", "bspline-ring",
+]  # fmt: skip
+
+
+def assembled(
+    source: str | PatchModel, divisions: int = 2, storage: Storage | None = None, **options: object
+) -> Mesh:
+    """A regular mesh by the way that adaptive ones take."""
+    model = patches_of(source) if isinstance(source, str) else source
+    wanted, storage = MeshOptions(**options), storage or Storage()  # type: ignore[arg-type]
+    made = regular(model, divisions)
+    origin = storage.origin(*model.bounds)
+    lines = draw_lines(model, made.border, wanted, storage, origin)
+    return assemble(Divided(model, made.faces, made.made, storage, origin), wanted, lines)
+
+
+def corners_of(mesh: Mesh, values: RealArray) -> tuple[Array, Array]:
+    """For each corner of each triangle a point that is its own, and its values."""
+    ends: Array = mesh.positions[mesh.triangles].astype(np.float64)
+    inside = 0.9 * ends + 0.1 * ends.mean(axis=1, keepdims=True)
+    carried: Array = values[mesh.triangles].astype(np.float64)
+    return inside.reshape(-1, 3), carried.reshape(len(inside) * 3, -1)
+
+
+def check_same_corners(mesh: Mesh, other: Mesh, apart: float) -> int:
+    """Wherever both have the same triangle, its corners carry the same; how many corners that is.
+
+    At poles, patterns differ in which of the samples there is the corner of a triangle.
+    """
+    pairs = [(mesh.normals, other.normals), (mesh.uvs, other.uvs), (mesh.colors, other.colors)]
+    pairs += [(values, dict(other.attributes)[name]) for name, values in mesh.attributes]
+    compared = 0
+    for ours, theirs in pairs:
+        assert (ours is None) == (theirs is None)
+        if ours is None or theirs is None:
+            continue
+        (places, values), (known, expected) = corners_of(mesh, ours), corners_of(other, theirs)
+        distance, row = cKDTree(known).query(places)
+        same = distance < 1e-9 * max(1.0, float(np.abs(known).max()))
+        np.testing.assert_allclose(values[same], expected[row[same]], atol=apart)
+        compared = int(same.sum())
+    return compared
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_a_regular_triangulation_is_the_mesh_of_a_resolution(example: str) -> None:
+    ours = assembled(example, uvs=True)
+    theirs = mesh_of(example, resolution=(2, 2), uvs=True)
+    check_sound(ours)
+    batches = patches_of(example).batches
+    # Triangles are divided here as squares of which a side is one point.
+    triangular = [isinstance(batch, TrianglePatches) for batch in batches]
+    if not all(triangular):
+        compared = check_same_corners(ours, theirs, 1e-9)
+        pointed = any(bool(batch.collapsed[:, :3].any()) for batch in batches)
+        every = compared == 3 * len(theirs.triangles) == 3 * len(ours.triangles)
+        assert every or ((pointed or any(triangular)) and compared > 100)
+    assert shape_of(ours).boundary == shape_of(theirs).boundary
+    assert ours.report.watertight == theirs.report.watertight
+    assert ours.report.closure == theirs.report.closure
+    np.testing.assert_allclose(ours.report.bounds_max, theirs.report.bounds_max, atol=0.1)
+
+
+def test_triangles_carry_what_their_places_say() -> None:
+    net = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 1], [1, 1, 0], [0, 2, 0]])
+    heat = np.array([[2.0], [4.0], [8.0]])
+    channels = Channels(colors=np.eye(3), attributes=(("heat", heat),))
+    surface = TriangleSurface(net, channels=channels)
+    model = surface.lower()
+    mesh = assembled(model, 4, uvs=True)
+    assert mesh.uvs is not None
+    assert mesh.colors is not None
+    s, t = mesh.uvs.T
+    np.testing.assert_allclose(mesh.colors, np.stack([1 - s - t, s, t], axis=1), atol=1e-12)
+    expected = 2 * (1 - s - t) + 4 * s + 8 * t
+    np.testing.assert_allclose(dict(mesh.attributes)["heat"][:, 0], expected, atol=1e-12)
+    # x = 2 s, y = 2 t + …: the places are those of the positions.
+    np.testing.assert_allclose(mesh.positions[:, 0], 2 * s, atol=1e-12)
+    np.testing.assert_allclose(mesh.positions[:, 1], 2 * t, atol=1e-12)
+
+
+def roof(degree: int = 2) -> PatchModel:
+    """A roof over [0, 2] × [0, 1] with its ridge at u = 1, a knot of full multiplicity."""
+    u = np.arange(2 * degree + 1) / degree
+    net = np.stack(
+        np.broadcast_arrays(u[:, None], np.array([0.0, 1.0]), 1 - np.abs(u - 1)[:, None]), axis=-1
+    )
+    ends = [0.0] * (degree + 1), [2.0] * (degree + 1)
+    knots = [*ends[0], *([1.0] * degree), *ends[1]]
+    surface = BsplineSurface(net, (degree, 1), (np.array(knots), np.array([0.0, 0, 1, 1])))
+    model = surface.lower()
+    assert isinstance(model, PatchModel)
+    return model
+
+
+def test_a_crease_at_a_knot_line_has_a_normal_on_each_side() -> None:
+    mesh = assembled(roof())
+    assert mesh.normals is not None
+    assert mesh.welds is not None
+    slope = np.sqrt(0.5)
+    for triangle in mesh.triangles:
+        left = mesh.positions[triangle, 0].mean() < 1
+        expected = np.array([-slope if left else slope, 0, slope])
+        np.testing.assert_allclose(mesh.normals[triangle], [expected] * 3, atol=1e-12)
+    on_ridge = mesh.positions[:, 0] == 1
+    assert np.count_nonzero(on_ridge) == 2 * 3
+    assert mesh.report.vertices == len(mesh.positions) - 3
+    assert mesh.report.boundary_edges == 12
+    check_sound(mesh)
+
+
+def test_a_crease_angle_decides_at_knot_lines_too() -> None:
+    mesh = assembled(roof(), crease_angle=pi)
+    assert mesh.normals is not None
+    assert mesh.welds is None
+    on_ridge = mesh.positions[:, 0] == 1
+    np.testing.assert_allclose(mesh.normals[on_ridge], [[0, 0, 1.0]] * 3, atol=1e-12)
+
+
+@pytest.mark.parametrize("skip", [False, True])
+def test_a_corner_is_of_the_patch_into_which_the_triangle_goes(skip: bool) -> None:
+    """A step from the corner towards the middle of the triangle stays in the patch."""
+    model = patches_of("bspline-hills")
+    made = regular(model, 3, skip=skip)
+    samples, corners = samples_of(made.faces, made.made)
+    assert model.domain is not None
+    columns = len(model.domain.v) - 1
+    span = np.stack(np.divmod(samples.patch, columns), axis=1)[corners]
+    own = np.stack([samples.u, samples.v], axis=1)[corners]
+    assert own.min() == 0
+    assert own.max() == 1
+    places = span + own
+    given = np.stack([made.made.u, made.made.v], axis=1)[made.made.triangles] / SPAN
+    np.testing.assert_allclose(places, given, atol=1e-9)
+    middle = places.mean(axis=1, keepdims=True)
+    ahead = places + 1e-3 * (middle - places) - span
+    assert ahead.min() >= -1e-9
+    assert ahead.max() <= 1 + 1e-9
+    np.testing.assert_array_equal(samples.vertex[corners], made.made.vertex[made.made.triangles])
+
+
+def test_parts_are_runs_with_bounds_of_their_own() -> None:
+    model = patches_of("utah-teapot")
+    made = regular(model, 2)
+    mesh = assembled(model)
+    patch = made.made.face[made.made.triangles[:, 0]]
+    sequence = np.arange(model.patch_count) if model.sequence is None else model.sequence
+    found = []
+    for part, own in zip(model.parts, mesh.parts, strict=True):
+        inside = np.isin(patch, sequence[part.first : part.last])
+        first, last = own.triangles
+        assert last - first == np.count_nonzero(inside)
+        assert own.deviation_bound == made.made.bounds[inside].max()
+        corners = made.made.positions[made.made.vertex[made.made.triangles[inside]]]
+        ours = mesh.positions[mesh.triangles[first:last]]
+        order, other = (np.lexsort(c.mean(axis=1).round(9).T) for c in (corners, ours))
+        np.testing.assert_array_equal(corners[order], ours[other])
+        found.append(float(made.made.bounds[inside].max()))
+    assert mesh.report.deviation_bound == max(found)
+    assert len(model.parts) > 1
+
+
+def test_patches_in_a_sequence_are_written_in_it() -> None:
+    model = patches_of("tveit")
+    flat = BezierSurface(np.array([[[9.0, 0, 0], [9, 1, 0]], [[10, 0, 0], [10, 1, 0]]])).lower()
+    assert isinstance(flat, PatchModel)
+    both = replace(
+        model,
+        batches=(*model.batches, *flat.batches),
+        domain=None,
+        sequence=np.array([1, 0]),
+        parts=(replace(model.parts[0], name="second", first=0, last=1),
+               replace(model.parts[0], name="first", first=1, last=2)),
+    )  # fmt: skip
+    mesh = assembled(both)
+    (_, rest) = mesh.parts
+    assert mesh.positions[mesh.triangles[: rest.triangles[0]], 0].min() == 9
+    assert mesh.positions[mesh.triangles[rest.triangles[0] :], 0].max() < 9
+
+
+def test_without_welding_every_patch_has_vertices_of_its_own() -> None:
+    mesh = assembled("bspline-hills", 2, weld=False)
+    model = patches_of("bspline-hills")
+    assert mesh.welds is None
+    assert len(mesh.positions) == model.patch_count * 9
+    assert mesh.report.boundary_edges == model.patch_count * 8
+    assert assembled("bspline-hills", 2).report.vertices < len(mesh.positions)
+
+
+def test_float32_is_about_an_origin_where_the_file_can_tell_it() -> None:
+    net = np.array([[[0.0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]) + 1e5
+    model = BezierSurface(net).lower()
+    assert isinstance(model, PatchModel)
+    local = assembled(model, 3, Storage(single=True, local=True))
+    plain = assembled(model, 3, Storage(single=True))
+    exact = assembled(model, 3)
+    assert local.positions.dtype == plain.positions.dtype == np.float32
+    assert not plain.origin.any()
+    assert local.normals is not None
+    assert local.normals.dtype == np.float32
+    near, far = (np.abs(m.positions + m.origin - exact.positions).max() for m in (local, plain))
+    assert near < 1e-7
+    assert far > 1e-4
+    stored = Storage(single=True, local=True).stored(
+        exact.positions.astype(np.float64), local.origin
+    )
+    np.testing.assert_array_equal(local.positions + local.origin, stored)
+    np.testing.assert_allclose(local.report.bounds_min, [1e5] * 3, rtol=1e-12)
+    # The sum with the origin is rounded, and that is counted.
+    bounds = local.report.deviation_bound, exact.report.deviation_bound
+    assert bounds[0] is not None
+    assert bounds[1] is not None
+    assert 0 < bounds[0] - bounds[1] < 1e-9
+
+
+def test_the_largest_angle_is_measured_where_it_was_asked_for() -> None:
+    accuracy = Accuracy(angle_tolerance=0.5)
+    mesh = assembled("saddle", 3, accuracy=accuracy)
+    assert mesh.normals is not None
+    found = 0.0
+    for triangle in mesh.triangles:
+        a, b, c = mesh.normals[triangle]
+        for one, other in ((a, b), (b, c), (c, a)):
+            found = max(found, acos(min(1.0, float(one @ other))))
+    assert mesh.report.normal_angle == pytest.approx(found, abs=1e-7)
+    bare = assembled("saddle", 3, accuracy=accuracy, normals=False)
+    assert bare.normals is None
+    assert bare.report.normal_angle == mesh.report.normal_angle
+    assert assembled("saddle", 3).report.normal_angle is None
+
+
+def test_lines_go_through_vertices_of_the_mesh() -> None:
+    mesh = assembled("saddle", 4, overlays=("control_net", "boundary"))
+    net, border = mesh.overlays
+    assert net.name == "control_net"
+    ends = border.positions[border.segments]
+    distance, rows = cKDTree(mesh.positions).query(ends.reshape(-1, 3))
+    assert distance.max() == 0
+    drawn = {frozenset(pair) for pair in rows.reshape(-1, 2).tolist()}
+    counts: dict[frozenset[int], int] = {}
+    for a, b, c in mesh.triangles.tolist():
+        for pair in (frozenset((a, b)), frozenset((b, c)), frozenset((c, a))):
+            counts[pair] = counts.get(pair, 0) + 1
+    assert drawn == {pair for pair, count in counts.items() if count == 1}
+    assert len(drawn) == len(border.segments) == 16
+
+
+def test_sides_that_faces_share_are_drawn_once() -> None:
+    mesh = assembled("utah-teapot", 2, overlays=("boundary",))
+    (border,) = mesh.overlays
+    ends = np.sort(border.segments, axis=1)
+    assert len(np.unique(ends, axis=0)) == len(ends)
+    assert (ends[:, 0] != ends[:, 1]).all()
+    theirs = mesh_of("utah-teapot", resolution=(2, 2), overlays=("boundary",)).overlays[0]
+    assert len(theirs.segments) == len(ends)

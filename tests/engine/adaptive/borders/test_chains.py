@@ -1,0 +1,85 @@
+"""Chains: what runs along several sides is one, and has one direction."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.adaptive.borders.chains import Chains, find_chains
+from service.engine.adaptive.faces import find_faces
+from service.engine.stitch import Seams, find_seams
+from service.surface.bspline import BsplineSurface
+from service.surface.lowered import PatchModel
+from tests.strategies import Array, cube, model_of, symmetries, turned
+
+
+def chains_of(model: PatchModel) -> tuple[Chains, Seams]:
+    seams = find_seams(model.batches)
+    return find_chains(find_faces(model, seams), seams), seams
+
+
+def points_of(chains: Chains, seams: Seams, number: int) -> Array:
+    """Control points along a chain."""
+    found = []
+    for row in range(chains.start[number], chains.start[number + 1]):
+        for group in seams.curves:
+            (place,) = np.nonzero(group.ids == chains.edge[row])
+            found += [net[:: -1 if chains.backward[row] else 1] for net in group.points[place]]
+    return np.concatenate(found)
+
+
+@given(st.integers(0, 99), st.integers(5, 9), symmetries)
+@settings(max_examples=30)
+def test_a_turned_spline_has_the_same_chains(seed: int, columns: int, symmetry: int) -> None:
+    """The same control points in the same direction, whichever way the parameters run."""
+    net = np.random.default_rng(seed).integers(-2, 3, (6, columns, 3)).astype(float)
+    one, two = (
+        chains_of(BsplineSurface(points, (2, 2)).lower()) for points in (net, turned(net, symmetry))
+    )
+    found = [
+        sorted(points_of(*each, number).tobytes() for number in range(len(each[0].length)))
+        for each in (one, two)
+    ]
+    assert found[0] == found[1]
+
+
+def test_the_sides_of_a_torus_are_two_chains() -> None:
+    """Each runs along two sides, four edges and more in one."""
+    net = np.random.default_rng(3).uniform(-1, 1, (5, 6, 3))
+    chains, seams = chains_of(BsplineSurface(net, (3, 3), ("periodic", "periodic")).lower())
+    assert sorted(chains.length.tolist()) == [5, 6]
+    assert chains.uses.tolist() == [2, 2]
+    assert chains.side.tolist() == [0, 1, 2, 3]
+    # Closed: it ends in the corner in which it begins.
+    for number in range(2):
+        first = chains.start[number] + number
+        assert chains.corner[first] == chains.corner[first + chains.length[number]]
+        ends = seams.corner_points[chains.corner[first]]
+        np.testing.assert_array_equal(points_of(chains, seams, number)[[0, -1]], [ends, ends])
+
+
+def test_a_moebius_strip_runs_along_its_seam_both_ways() -> None:
+    """One chain, once forwards and once backwards."""
+    angle = np.linspace(0, 2 * np.pi, 9)
+    middle = 3 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    across = np.stack(
+        [np.cos(angle) * np.cos(angle / 2), np.sin(angle) * np.cos(angle / 2), np.sin(angle / 2)],
+        axis=-1,
+    )
+    net = middle[:, None] + np.array([-1, -0.2, 0.1, 0.7])[:, None] * across[:, None]
+    net[-1] = net[0, ::-1]
+    chains, _ = chains_of(BsplineSurface(net, (2, 2)).lower())
+    (seam,) = np.flatnonzero(chains.uses == 2)
+    runs = chains.chain == seam
+    assert chains.length[seam] == 2
+    assert chains.side[runs].tolist() == [0, 1]
+    assert sorted(chains.reversed[runs].tolist()) == [False, True]
+
+
+def test_the_edges_of_a_cube_are_twelve_chains() -> None:
+    """Of one edge each, in the direction of the edge."""
+
+    chains, seams = chains_of(model_of(cube((0, 3, 5, 6, 0, 3))))
+    assert chains.length.tolist() == [1] * 12
+    assert chains.uses.tolist() == [2] * 12
+    assert not chains.backward.any()
+    np.testing.assert_array_equal(chains.reversed, seams.backward.ravel())

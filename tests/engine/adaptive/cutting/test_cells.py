@@ -1,0 +1,129 @@
+"""Cells: cut where the surface bends, in the direction in which it bends, and nowhere else."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.adaptive.cutting.boxes import Cells, Leaves, whole
+from service.engine.adaptive.cutting.cells import divided
+from service.engine.adaptive.cutting.halving import halves, nine, quadratic, raised, restricted
+from service.engine.adaptive.cutting.task import Task
+from service.engine.adaptive.faces import SPAN, find_faces
+from service.engine.adaptive.goal import Goal
+from service.engine.adaptive.ground import Ground
+from service.engine.adaptive.limits import Budget
+from service.engine.stitch import find_seams
+from service.surface.bspline import BsplineSurface
+from service.surface.lowered import PatchModel
+from tests.oracles.exact import exact_net, surface_point
+from tests.strategies import Array, model_of, nets, weighted_nets
+
+
+def task_of(model: PatchModel, goal: Goal) -> Task:
+    faces = find_faces(model, find_seams(model.batches))
+    return Task(Ground.of(model), faces, goal, Budget())
+
+
+def leaves_of(model: PatchModel, goal: Goal) -> Leaves:
+    task = task_of(model, goal)
+    return divided(task, whole(task.faces))
+
+
+def cuts(leaves: Leaves) -> tuple[int, int]:
+    """How many different places along u and along v the leaves begin at."""
+    return len(np.unique(leaves.cells.box[0])), len(np.unique(leaves.cells.box[2]))
+
+
+@given(nets(), st.sampled_from([0, 1]), st.integers(1, 7), st.integers(0, 6))
+@settings(max_examples=20)
+def test_nets_of_pieces_are_the_same_surface(net: Array, axis: int, end: int, begin: int) -> None:
+    """Halved, restricted, raised: against exact points."""
+    last = np.moveaxis(net[None], 0, -1)
+    low, high = min(begin, end - 1) / 8, (end + 1) / 8
+    pieces = [(0.0, 0.5, halves(last, axis)[0]), (0.5, 1.0, halves(last, axis)[1])]
+    pieces.append((low, high, restricted(last, np.array([low]), np.array([high]), axis)))
+    exact = exact_net(net)
+    for start, stop, piece in pieces:
+        assert piece.shape == last.shape
+        for i, row in enumerate(nine(raised(piece))):
+            for j, place in enumerate(row):
+                at = [i / 2, j / 2]
+                at[axis] = start + (stop - start) * at[axis]
+                true = [float(x) for x in surface_point(exact, *map(Fraction, at))]
+                assert place[:, 0] == pytest.approx(true, abs=1e-12 * (1 + np.abs(net).max()))
+
+
+def test_a_quadratic_is_known_by_three_points() -> None:
+    """Whatever the degree its net is raised to."""
+    for degree in (2, 3, 7):
+        net = np.array([1.0, -3.0, 2.0])
+        values = np.array([1.0, (1.0 - 6.0 + 2.0) / 4, 2.0])
+        while len(net) <= degree:
+            n = len(net)
+            share = np.arange(1, n) / n
+            net = np.concatenate([[net[0]], share * net[:-1] + (1 - share) * net[1:], [net[-1]]])
+        assert quadratic(degree) @ values == pytest.approx(net, abs=1e-14)
+
+
+@given(weighted_nets(), st.sampled_from([2.0, 0.3]))
+@settings(max_examples=10)
+def test_leaves_cover_the_face(net: tuple[Array, Array | None], tolerance: float) -> None:
+    """Once, exactly, in order."""
+    points, weights = net
+    leaves = leaves_of(model_of([points], None if weights is None else [weights]), Goal(tolerance))
+    u0, u1, v0, v1 = leaves.cells.box.astype(object)
+    assert sum((u1 - u0) * (v1 - v0)) == SPAN**2
+    order = list(zip(u0, v0, strict=True))
+    assert order == sorted(set(order))
+
+
+def parabola(along: Array) -> Array:
+    """A net (3, n, 3) that is bent along u, a hundredth high, whatever its parameters along v."""
+    u = np.array([0.0, 0.5, 1.0])[:, None] + 0 * along
+    return np.stack([u, along + 0 * u, 0.04 * u * (1 - u) * 2], axis=-1)
+
+
+@pytest.mark.parametrize("along", [[0.0, 1.0], [0.0, 0.1, 0.2, 1.0], [0.0, 0.9, 0.95, 1.0, 1.0]])
+def test_only_what_bends_is_cut(along: list[float]) -> None:
+    """As often as the heights say, h / 4^k, whatever parameters do along the lines."""
+    net = parabola(np.array(along))
+    for halvings in range(5):
+        for share, more in ((1.1, 0), (0.9, 1)):
+            goal = Goal(share * 0.01 * 0.25**halvings)
+            pieces = 2 ** (halvings + more)
+            assert cuts(leaves_of(model_of([net]), goal)) == (pieces, 1)
+            assert cuts(leaves_of(model_of([net.swapaxes(0, 1)]), goal)) == (1, pieces)
+
+
+def test_flat_spans_stay_together() -> None:
+    """Around a bump of four spans, of 60 × 40, and beyond a bend."""
+    u, v = np.meshgrid(np.arange(63.0), np.arange(43.0), indexing="ij")
+    flat = BsplineSurface(np.stack([u, v, 0 * u], -1), (3, 3), ("clamped", "clamped")).lower()
+    assert len(leaves_of(flat, Goal(1e-6))) == 1
+    net = np.stack([u, v, np.where((u == 40) & (v == 11), 3.0, 0.0)], axis=-1)
+    bump = BsplineSurface(net, (3, 3), ("clamped", "clamped")).lower()
+    leaves = leaves_of(bump, Goal(0.01))
+    size = np.prod(leaves.cells.box[1::2] - leaves.cells.box[::2], axis=0, dtype=float)
+    assert len(leaves) < 400
+    assert size.max() > 100.0 * SPAN**2
+
+
+def test_one_span_across_many_is_cut_alone() -> None:
+    """Bent along its one span, straight along its thirty: no knot is cut at."""
+    u, v = np.meshgrid(np.arange(4.0), np.arange(33.0), indexing="ij")
+    net = np.stack([u, v, 0.01 * u * (3 - u)], axis=-1)
+    model = BsplineSurface(net, (3, 3), ("clamped", "clamped")).lower()
+    assert cuts(leaves_of(model, Goal(1.1 * 0.015 / 4**3))) == (8, 1)
+
+
+def test_cells_are_cut_at_knots_first() -> None:
+    """By index, then in the middle."""
+    box = np.array([[0, 0], [5 * SPAN, SPAN], [0, 0], [SPAN, 3 * SPAN]])
+    first, second = Cells(np.array([0, 1]), box).halved(np.array([False, True]))
+    assert first.box.T.tolist() == [[0, 2 * SPAN, 0, SPAN], [0, SPAN, 0, SPAN]]
+    assert second.box.T.tolist() == [[2 * SPAN, 5 * SPAN, 0, SPAN], [0, SPAN, SPAN, 3 * SPAN]]
+    again, _ = first.halved(np.array([True, False]))
+    assert again.box.T.tolist() == [[0, 2 * SPAN, 0, SPAN // 2], [0, SPAN // 2, 0, SPAN]]

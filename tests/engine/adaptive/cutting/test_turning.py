@@ -1,0 +1,169 @@
+"""How far normals turn in cells: against true ones, and where no cutting makes them turn less."""
+
+from math import asin, pi, sin
+
+import numpy as np
+import pytest
+
+from service.engine.adaptive.cutting.turning import (
+    FINEST,
+    ROUGH,
+    Scale,
+    Turning,
+    chord_of,
+    level,
+    normals,
+    scale,
+    turning,
+)
+from service.engine.adaptive.faces import SPAN
+from service.engine.adaptive.goal import Goal
+from service.surface.bspline import BsplineSurface
+from tests.engine.adaptive.cutting.test_cells import leaves_of
+from tests.strategies import Array, model_of
+
+HALVES = np.array([0.0, 0.5, 1.0])
+
+
+def nine_of(surface: Array) -> list[list[Array]]:
+    """Nine places of one cell from an array (3, 3, 3): u, v, coordinate."""
+    return [[surface[i, j][:, None] for j in range(3)] for i in range(3)]
+
+
+def arc(turn: float, radius: float = 1.0) -> list[list[Array]]:
+    """A piece of a cylinder that turns so far along u."""
+    u, v = np.meshgrid(turn * HALVES, HALVES, indexing="ij")
+    return nine_of(np.stack([radius * np.sin(u), v, -radius * np.cos(u)], axis=-1))
+
+
+def at_scale(share_u: float, share_v: float, size: float = 1e3) -> Scale:
+    return Scale(np.array([[share_u], [share_v]]), np.array([size]))
+
+
+def verdict(found: Turning) -> tuple[bool, bool]:
+    return bool(found.exceeds[0]), bool(found.along_v[0])
+
+
+@pytest.mark.parametrize("turn", [0.05, 0.2, 0.6])
+def test_an_arc_turns_by_its_angle(turn: float) -> None:
+    """Along u, or v if it is laid so; nothing is asked across it."""
+    for angle, exceeds in ((0.95 * turn, True), (1.05 * turn, False)):
+        at = arc(turn)
+        assert verdict(turning(at, angle, at_scale(1, 1))) == (exceeds, False)
+        across = [list(row) for row in zip(*at, strict=True)]
+        found = turning(across, angle, at_scale(1, 1))
+        assert verdict(found) == (exceeds, True)
+
+
+def test_normals_are_those_of_the_quadratic_surface() -> None:
+    """z = x² + x y: (−2 x − y, −x, 1), of length one."""
+    x, y = np.meshgrid(HALVES, HALVES, indexing="ij")
+    found = normals(nine_of(np.stack([x, y, x * x + x * y], axis=-1)))
+    for i, j in np.ndindex(3, 3):
+        true = np.array([-2 * x[i, j] - y[i, j], -x[i, j], 1.0])
+        assert found[i][j][:, 0] == pytest.approx(true / np.linalg.norm(true), abs=1e-12)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-15])
+def test_a_pole_has_the_normal_that_the_others_lead_to(noise: float) -> None:
+    """The cap of a sphere; even where the points of the pole differ by their rounding."""
+    u, v = np.meshgrid(0.5 * HALVES, 0.2 * HALVES, indexing="ij")
+    cap = np.stack([np.sin(v) * np.cos(u), np.sin(v) * np.sin(u), np.cos(v)], axis=-1)
+    cap[1, 0, 1] += noise
+    found = normals(nine_of(cap))
+    for i in range(3):
+        apart = np.linalg.norm(np.abs(found[i][0][:, 0]) - [0.0, 0.0, 1.0])
+        assert 2 * asin(apart / 2) < 0.02
+
+
+def fold(skew: float) -> list[list[Array]]:
+    """A sheet folded on itself along u + skew v = 0.3 (1 + skew): it turns by π in one half."""
+    u, v = np.meshgrid(HALVES, HALVES, indexing="ij")
+    return nine_of(np.stack([(u + skew * v - 0.3 * (1 + skew)) ** 2, v, 0 * u], axis=-1))
+
+
+@pytest.mark.parametrize(("skew", "least"), [(1.0, ROUGH), (0.0, FINEST)])
+def test_a_fold_is_not_cut_for_ever(skew: float, least: float) -> None:
+    """One that is along v takes a cell for every halving, any other one twice as many as before."""
+    large, small = (verdict(turning(fold(skew), 0.5, at_scale(s, s))) for s in (2 * least, least))
+    assert large == (True, False)
+    assert small[0] is False
+
+
+def test_what_turns_less_by_halves_is_cut_down_to_the_finest() -> None:
+    for share, exceeds in ((ROUGH, True), (1.5 * FINEST, True), (FINEST, False)):
+        assert verdict(turning(arc(0.6), 0.5, at_scale(share, share)))[0] is exceeds
+    assert verdict(turning(arc(0.6, 1e-3), 0.5, at_scale(1, 1, size=1e3)))[0] is False
+
+
+def test_scales_are_shares_of_patches() -> None:
+    box = np.array([[0.5], [0.75], [1.0], [1.125]])
+    found = scale(box, np.array([1024.0]))
+    assert found.shares.tolist() == [[0.25], [0.125]]
+    assert found.size.tolist() == [1024.0]
+
+
+@pytest.mark.parametrize("angle", [0.1, 1.0, 3.0])
+def test_a_roof_as_high_as_the_level_turns_by_the_angle(angle: float) -> None:
+    height = level(angle, np.array([2.0]))[0]
+    assert 2 * np.arctan(height) == pytest.approx(angle)
+    assert chord_of(angle) == pytest.approx(2 * sin(angle / 2))
+    assert level(pi, np.array([2.0]))[0] == np.inf
+    assert level(angle, np.array([2.0]), at_scale(1, ROUGH))[0] == np.inf
+
+
+def test_what_lies_between_nine_places_is_not_missed() -> None:
+    """A wave of degree 8 that is flat in all nine."""
+    t = np.linspace(0, 1, 9)
+    wave = np.array([0, 0, 0.0, 2.0, 0.0, -2.0, 0, 0, 0])
+    net = np.stack(
+        [np.tile(t[:, None], 2), np.tile([0.0, 1.0], (9, 1)), np.tile(wave[:, None], 2)], axis=-1
+    )
+    assert len(leaves_of(model_of([net]), Goal(np.inf, 0.3))) > 8
+    assert len(leaves_of(model_of([net]), Goal(np.inf))) == 1
+
+
+def edge(c: float) -> tuple[list[float], list[float]]:
+    """Nets of (t − c)² and (t − c)³, of degree 3."""
+    d = 1.0 - c
+    square = [c * c, (c * c - 2 * c * d) / 3, (d * d - 2 * c * d) / 3, d * d]
+    return square, [-(c**3), c * c * d, -c * d * d, d**3]
+
+
+def test_leaves_at_a_cusp_are_not_cut_for_ever() -> None:
+    """Along u within a patch, which takes a leaf for every halving."""
+    square, cube = edge(0.4)
+    net = np.stack(
+        [np.tile([[0.0], [1.0]], 4), np.tile(square, (2, 1)), np.tile(cube, (2, 1))], axis=-1
+    )
+    leaves = leaves_of(model_of([net]), Goal(np.inf, 0.3))
+    assert len(leaves) < 64
+    least = (leaves.cells.box[1::2] - leaves.cells.box[::2]).min() / SPAN
+    assert FINEST <= least < ROUGH
+
+
+@pytest.mark.parametrize("spans", [(1, 5), (5, 1), (4, 4)])
+def test_spans_end_as_patches_do(spans: tuple[int, int]) -> None:
+    """B-splines that turn back along a line of parameters, and that are lines."""
+    shape = tuple(n + 3 for n in spans)
+    u, v = np.meshgrid(*(np.linspace(-1.0, 1.0, n) for n in shape), indexing="ij")
+    for axis, t in enumerate((u, v)):
+        net = np.stack([u, v, np.abs(t) ** 0.1], axis=-1)
+        net[..., axis] = 0.0
+        for points in (net, np.stack([t, 0 * t, 0 * t], axis=-1)):
+            model = BsplineSurface(points, (3, 3), ("clamped", "clamped")).lower()
+            assert len(leaves_of(model, Goal(np.inf, 0.3))) < 600
+
+
+def test_what_is_large_in_space_is_cut_though_its_parameters_are_few() -> None:
+    """A fold as before, in a cell that is most of its patch."""
+    assert verdict(turning(fold(1.0), 0.5, at_scale(ROUGH, ROUGH, size=1.0)))[0] is True
+    assert verdict(turning(fold(1.0), 0.5, at_scale(ROUGH, ROUGH, size=50.0)))[0] is False
+
+
+def test_turns_across_a_narrow_cell_are_not_cut_lengthwise() -> None:
+    """What is too narrow to be cut across is not cut into ever shorter pieces instead."""
+    u, v = np.meshgrid(HALVES, 1e-6 * HALVES, indexing="ij")
+    trough = nine_of(np.stack([u, v, 5e5 * v * v + 0.05 * u * u], axis=-1))
+    found = turning(trough, 0.5, at_scale(1.0, 1.0, size=1.0))
+    assert verdict(found)[0] is False

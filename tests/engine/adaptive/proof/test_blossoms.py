@@ -1,0 +1,92 @@
+"""Nets over boxes and triangles against exact de Casteljau: they are the same surfaces."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from service.engine.adaptive.proof.blossoms import (
+    blossoms,
+    box_nets,
+    exponents,
+    half_nets,
+    mixtures,
+    triangle_nets,
+)
+from tests.oracles import exact, triangles
+
+Array = np.ndarray
+DEGREES = [(1, 1), (1, 4), (3, 3), (2, 3), (5, 2)]
+SIXTH = [Fraction(k, 6) for k in range(7)]
+
+
+def grid(rng: np.random.Generator, count: int) -> Array:
+    """Parameters that are multiples of 1/32."""
+    return rng.integers(0, 33, (count, 1)) / 32
+
+
+def mean(shares: exact.Vector, parameters: Array) -> Fraction:
+    """Σ_k shares_k t_k of parameters (k, 1)."""
+    terms = zip(shares, parameters[:, 0].tolist(), strict=True)
+    return sum((share * Fraction(t) for share, t in terms), Fraction(0))
+
+
+def value(net: Array, u: Fraction, v: Fraction) -> exact.Vector:
+    return exact.surface_point(exact.exact_net(net), u, v)
+
+
+def assert_near(found: exact.Vector, wanted: exact.Vector) -> None:
+    assert max(abs(a - b) for a, b in zip(found, wanted, strict=True)) < Fraction(1, 10**14)
+
+
+@pytest.mark.parametrize(("p", "q"), DEGREES)
+def test_nets_over_triangles_are_the_surface(p: int, q: int) -> None:
+    rng = np.random.default_rng(p * 10 + q)
+    net = rng.normal(size=(p + 1, q + 1, 3))
+    u, v = grid(rng, 3), grid(rng, 3)
+    made = triangle_nets(net[..., np.newaxis], [*u], [*v])[..., 0]
+    oracle = triangles.exact_triangle(made)
+    for place in triangles.places(4):
+        a, b = (
+            sum(
+                (x * Fraction(float(t)) for x, t in zip(place, axis[:, 0], strict=True)),
+                Fraction(0),
+            )
+            for axis in (u, v)
+        )
+        assert_near(triangles.value(oracle, place), value(net, a, b))
+
+
+@pytest.mark.parametrize(("p", "q"), DEGREES)
+def test_nets_over_boxes_are_the_surface_and_so_are_those_of_their_halves(p: int, q: int) -> None:
+    rng = np.random.default_rng(p * 10 + q + 1)
+    net = rng.normal(size=(p + 1, q + 1, 3))
+    u, v = grid(rng, 2), grid(rng, 2)
+    boxes = box_nets(net[..., np.newaxis], (u[0], u[1]), (v[0], v[1]))
+    half = triangles.exact_triangle(half_nets(boxes)[..., 0])
+    (begin_u, end_u), (begin_v, end_v) = (
+        [Fraction(float(t)) for t in axis[:, 0]] for axis in (u, v)
+    )
+    for _, s, t in triangles.places(4):
+        wanted = value(net, begin_u + s * (end_u - begin_u), begin_v + t * (end_v - begin_v))
+        assert_near(value(boxes[..., 0], s, t), wanted)
+        assert_near(triangles.value(half, (1 - s - t, s, t)), wanted)
+
+
+def test_the_order_of_triangular_nets_is_that_of_the_service() -> None:
+    for degree in range(5):
+        assert list(exponents(degree)) == triangles.keys(degree)
+
+
+def test_blossoms_are_symmetric_and_affine_in_each_argument() -> None:
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(4, 3, 1))
+    a, b, c = grid(rng, 3)
+    found = dict(zip(mixtures(3, 3), blossoms(points, [a, b, c])[..., 0], strict=True))
+    turned = dict(zip(mixtures(3, 3), blossoms(points, [c, a, b])[..., 0], strict=True))
+    for (i, j, k), point in found.items():
+        np.testing.assert_allclose(turned[k, i, j], point, rtol=0, atol=1e-14)
+    middle = dict(zip(mixtures(2, 3), blossoms(points, [(a + b) / 2, c])[..., 0], strict=True))
+    np.testing.assert_allclose(
+        middle[1, 2], (found[1, 0, 2] + found[0, 1, 2]) / 2, rtol=0, atol=1e-14
+    )

@@ -1,0 +1,60 @@
+"""Parts cut at knot lines: in one span each, the same edges from both sides, nothing lost."""
+
+from collections import Counter
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.adaptive.faces import SPAN, Faces
+from service.engine.adaptive.proof.clip import clipped
+
+
+def face_of(rows: int, columns: int) -> Faces:
+    return Faces(np.array([5]), np.array([columns + 3]), np.array([[rows, columns]]))
+
+
+def edges_of(corners: np.ndarray) -> Counter[tuple[tuple[int, int], ...]]:
+    """How often each edge is used."""
+    triangles = [[tuple(place) for place in one] for one in np.moveaxis(corners, 2, 0).tolist()]
+    return Counter(tuple(sorted((one[k], one[(k + 1) % 3]))) for one in triangles for k in range(3))
+
+
+@settings(max_examples=30)
+@given(st.integers(1, 4), st.integers(1, 5), st.integers(0, 2**32 - 1))
+def test_pieces_are_in_one_span_and_have_the_border_of_the_face(
+    rows: int, columns: int, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    faces = face_of(rows, columns)
+    size = np.array([rows, columns]) * SPAN
+    # A face divided about a point inside it, places of no particular roundness.
+    inner = rng.integers(1, size)
+    a, b = np.array([0, 0]), np.array([size[0], 0])
+    c, d = size, np.array([0, size[1]])
+    parts = np.array([[a, b, inner], [b, c, inner], [c, d, inner], [d, a, inner]])
+    pieces = clipped(faces, np.zeros(4, dtype=np.intp), np.moveaxis(parts, 0, -1))
+    assert (np.diff(pieces.part) >= 0).all()
+    assert set(pieces.part.tolist()) == {0, 1, 2, 3}
+    assert ((pieces.places >= 0) & (pieces.places <= 1)).all()
+    at = np.stack(np.divmod(pieces.patch - 5, columns + 3)) * SPAN
+    np.testing.assert_array_equal((pieces.places * SPAN).astype(np.int64) + at, pieces.corners)
+    # Every edge inside is used twice; what is left is the border.
+    left = [edge for edge, n in edges_of(pieces.corners).items() if n % 2]
+    for one, other in left:
+        assert any(one[axis] == other[axis] in {0, size[axis]} for axis in range(2))
+    length = sum(abs(p[0] - q[0]) + abs(p[1] - q[1]) for p, q in left)
+    assert length == 2 * size.sum()
+    one, two = (pieces.places[k] - pieces.places[0] for k in (1, 2))
+    area = np.abs(one[0] * two[1] - one[1] * two[0]).sum() / 2
+    np.testing.assert_allclose(area, rows * columns, rtol=1e-8)
+
+
+def test_parts_in_one_span_are_left_alone() -> None:
+    faces = face_of(2, 2)
+    corners = np.array([[[SPAN, SPAN, 2 * SPAN]], [[0, SPAN, SPAN]]])
+    corners = np.moveaxis(corners, 2, 0).copy()
+    pieces = clipped(faces, np.zeros(1, dtype=np.intp), corners)
+    np.testing.assert_array_equal(pieces.corners, corners)
+    assert pieces.patch.tolist() == [5 + 5]
+    np.testing.assert_array_equal(pieces.places[..., 0], [[0, 0], [0, 1], [1, 1]])

@@ -1,0 +1,160 @@
+"""What rounding does stays within what is allowed for, against exact arithmetic; and the floor."""
+
+from dataclasses import replace
+from fractions import Fraction
+from math import inf
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from service.engine.adaptive.goal import Goal, View
+from service.engine.adaptive.ground import Ground
+from service.engine.adaptive.proof.blossoms import box_nets, half_nets, triangle_nets
+from service.engine.adaptive.proof.certificate import certify
+from service.engine.adaptive.proof.heights import greatest
+from service.engine.adaptive.proof.local import local, projected
+from service.engine.adaptive.proof.rounding import UNIT, check_goal, floor, roundings
+from service.errors import InvalidRequest
+from service.surface.batches import TensorPatches, TrianglePatches
+from service.surface.bezier import BezierSurface
+from tests.engine.adaptive.parting import divided, divisions, evaluated, one_face, parts_of
+from tests.engine.adaptive.test_ground import model_of
+from tests.oracles import exact, triangles
+
+Array = NDArray[np.float64]
+
+
+def exact_point(value: exact.Vector) -> exact.Vector:
+    return value if len(value) == 3 else tuple(x / value[3] for x in value[:3])
+
+
+def errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
+    """The largest error of the surfaces of computed nets, in units that are allowed for."""
+    rng = np.random.default_rng(seed)
+    ground = Ground.of(model_of(batch))
+    (nets,) = ground.groups
+    p, q = nets.degree
+    u, v = rng.integers(0, 2**30, (2, 3, 1)) / 2**30
+    weights = None if batch.weights is None else batch.weights[0]
+    middle = [Fraction(float(x)) for x in ground.middles[:, 0]]
+    worst = 0.0
+    for half in (False, True):
+        if half:
+            boxes = box_nets(nets.values, (u[0], u[1]), (v[0], v[2]))
+            made, corners = half_nets(boxes), ([u[0], u[1], u[0]], [v[0], v[0], v[2]])
+        else:
+            made, corners = triangle_nets(nets.values, [*u], [*v]), ([*u], [*v])
+        found = triangles.exact_triangle(made[..., 0])
+        for place in triangles.places(3):
+            a, b = (
+                sum(
+                    (s * Fraction(float(t[0])) for s, t in zip(place, axis, strict=True)),
+                    Fraction(0),
+                )
+                for axis in corners
+            )
+            if isinstance(batch, TensorPatches):
+                wanted = exact.surface_point(exact.exact_net(batch.points[0], weights), a, b)
+            else:
+                s, t = a * (1 - b), b
+                net = triangles.exact_triangle(batch.points[0], weights)
+                wanted = triangles.value(net, (1 - s - t, s, t))
+            point = exact_point(triangles.value(found, place))
+            gap = [x + m - y for x, m, y in zip(point, middle, exact_point(wanted), strict=True)]
+            worst = max(worst, float(sum(x * x for x in gap)) ** 0.5)
+    return worst / (UNIT * roundings(p, q) * float(ground.sizes[0]))
+
+
+@pytest.mark.parametrize("weighted", [False, True])
+@pytest.mark.parametrize(
+    "shape", [(1, 2, 2, 3), (1, 4, 4, 3), (1, 3, 6, 3), (1, 10, 3), (1, 21, 3)]
+)
+def test_nets_are_right_to_what_is_allowed_for(shape: tuple[int, ...], weighted: bool) -> None:
+    rng = np.random.default_rng(len(shape))
+    points = 1e3 + rng.normal(size=shape)
+    weights = 10.0 ** rng.uniform(-7, 0, shape[:-1]) if weighted else None
+    form = TensorPatches if len(shape) == 4 else TrianglePatches
+    error = max(errors(form(points, weights), seed) for seed in range(2))
+    assert 1e-5 < error < 0.2
+
+
+def test_the_closed_form_is_the_greatest_value_of_a_quadratic() -> None:
+    rng = np.random.default_rng(1)
+    grid = triangles.places(40)
+    shares = np.array([[float(x) for x in place] for place in grid])
+    products = 4 * shares * shares[:, [1, 2, 0]]
+    m = np.concatenate(
+        [
+            rng.normal(size=(3, 300)),
+            rng.uniform(0, 1, (3, 300)),
+            1 + 10.0 ** rng.uniform(-16, 0, (3, 300)) * rng.choice([-1, 0, 1], (3, 300)),
+            np.array([[1, 1, 0], [1, 1, 1], [0, 0, 0], [-1, -2, -1], [1, 1, 1e-17], [2, 1, 1]]).T,
+        ],
+        axis=1,
+    )
+    found = greatest(m)
+    seen = np.maximum(products @ m, 0).max(axis=0)
+    assert (found >= seen * (1 - 1e-15)).all()
+    np.testing.assert_allclose(found, seen, rtol=0, atol=2e-3 * np.abs(m).max())
+
+
+def test_frames_are_orthonormal_and_hosts_lie_in_them() -> None:
+    rng = np.random.default_rng(2)
+    vertices = rng.uniform(-1, 1, (3, 3, 400))
+    # Slivers, needles, and what is hardly more than a point.
+    share = rng.uniform(0, 1, 200)
+    for k, size in enumerate((1e-3, 1e-9, 1e-15, 0.0)):
+        thin = slice(50 * k, 50 * k + 50)
+        vertices[2, :, thin] = vertices[0, :, thin] + share[thin] * (
+            vertices[1, :, thin] - vertices[0, :, thin]
+        )
+        vertices[2, :, thin] += size * rng.normal(size=(3, 50))
+        fine = slice(200 + 25 * k, 225 + 25 * k)
+        vertices[1:, :, fine] = vertices[0, :, fine] + size * rng.normal(size=(2, 3, 25))
+    ground = Ground.of(model_of(TensorPatches(rng.uniform(-1, 1, (1, 2, 2, 3)))))
+    none = np.zeros(400, dtype=np.intp)
+    seen = local(
+        ground, ground.groups[0], none, vertices, (vertices, np.zeros((3, 400), dtype=bool))
+    )
+    hosts = seen.hosts
+    for i in range(3):
+        for j in range(3):
+            product = (hosts.axes[i] * hosts.axes[j]).sum(axis=0)
+            np.testing.assert_allclose(product, i == j, rtol=0, atol=8 * UNIT)
+    assert hosts.tilt.max() < 16 * UNIT
+
+
+@pytest.mark.parametrize("degree", [3, 9])
+def test_below_the_floor_a_tolerance_is_refused(degree: int) -> None:
+    # So flat that even the least tolerance needs few triangles.
+    side = np.linspace(0, 3, degree + 1)
+    x, y = np.meshgrid(side, side, indexing="ij")
+    height = 1e-10 * np.random.default_rng(3).normal(size=x.shape)
+    ground = Ground.of(BezierSurface(np.stack([x, y, height], axis=-1)).lower())
+    least = floor(ground)
+    assert 1e-14 < least < 1e-10
+    assert floor(ground, 1e-7) == pytest.approx(least + 2e-7)
+    faces = one_face()
+    places, corners, beyond = divided(divisions(64), divisions(64))
+    goal = Goal(least)
+    check_goal(goal, least)
+    parts = parts_of(places, corners, beyond)
+    assert certify(ground, faces, parts, evaluated(ground, faces, places), goal).passed.all()
+    with pytest.raises(InvalidRequest) as caught:
+        check_goal(replace(goal, tolerance=least / 2), least)
+    (issue,) = caught.value.issues
+    assert (issue.code, issue.pointer) == ("tolerance_too_small", "/tolerance")
+    view = View(np.zeros(3), least / 2, 1.0)
+    with pytest.raises(InvalidRequest) as caught:
+        check_goal(Goal(inf, view=view), least)
+    assert caught.value.issues[0].pointer == "/pixel_tolerance"
+    # What is far away is seen from afar, however little is allowed beside the eye.
+    check_goal(Goal(inf, view=view), least, nearest=1e3)
+
+
+def test_points_of_nets_without_weights_are_themselves() -> None:
+    net = np.random.default_rng(4).normal(size=(6, 4, 5))
+    net[:, 3] = np.exp(net[:, 3])
+    np.testing.assert_allclose(projected(net), net[:, :3] / net[:, 3:], rtol=1e-15)
+    np.testing.assert_array_equal(projected(net[:, :3]), net[:, :3])
