@@ -131,7 +131,9 @@ def _measure(verdict: Verdict, surface: Any, mesh: Written, samples: tuple[int, 
     if verdict.case.two_sided:
         verdict.mesh_bound = mesh.report.get("mesh_deviation_bound", np.nan)
         inner = 4 if len(mesh.faces) < 2000 else 2
-        verdict.mesh_deviation = mesh_to_surface(sheets, mesh.corners, count, inner)
+        verdict.mesh_deviation = mesh_to_surface(
+            sheets, mesh.corners, count, inner, doubt=verdict.mesh_bound
+        )
         if not verdict.mesh_bound <= 2 * verdict.tolerance:
             verdict.wrong.append(f"mesh bound {verdict.mesh_bound} above twice the tolerance")
         if not verdict.mesh_deviation <= verdict.mesh_bound + found.noise:

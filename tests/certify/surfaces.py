@@ -226,7 +226,8 @@ def _folded(rng: Random) -> Surface:
     """Two sides are one: opposite ones, or the two at a corner."""
     p, q = _degrees(rng, 5)
     if rng.integers(2):
-        net = strewn(rng, p + 1, q + 1, WILD)
+        # Of degree 1 it would be there and back the same way: no surface.
+        net = strewn(rng, max(p, 2) + 1, q + 1, WILD)
         net[-1] = net[0]
     else:
         net = strewn(rng, p + 1, p + 1, WILD)

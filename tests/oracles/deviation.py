@@ -7,6 +7,7 @@ of a quarter, about those that are worst.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import TypeAlias
 
 import numpy as np
@@ -22,6 +23,9 @@ WORST = 12
 """Samples about which more are taken."""
 
 ROUNDS = 4
+
+MULTITUDE = 1_000_000
+"""Samples among which the nearest is looked for where there is doubt."""
 
 AGAIN = 128
 """Points whose distance to the surface is looked for again at a time."""
@@ -95,14 +99,18 @@ def seen_deviation(
 
 
 def mesh_to_surface(
-    sheets: Sequence[Sheet], corners: Array, count: int = 4000, inner: int = 4
+    sheets: Sequence[Sheet],
+    corners: Array,
+    count: int = 4000,
+    inner: int = 4,
+    doubt: float = inf,
 ) -> float:
     """Largest distance found from a point of the triangles (T, 3, 3) to the surface.
 
     Points of the triangles stand at their barycentric multiples of 1/`inner`. From the nearest
     sample of every sheet one descends to the nearest point. What is found may be too large, so
     where it is largest one begins again at the nearest of many more samples, until the largest of
-    all is one that was looked at twice.
+    all is one that was looked at twice; and once more, at a multitude, where it is beyond `doubt`.
     """
     steps = [(i, j) for i in range(inner + 1) for j in range(inner + 1 - i)]
     weights = np.array([(inner - i - j, i, j) for i, j in steps]) / inner
@@ -122,6 +130,14 @@ def mesh_to_surface(
             found = _descended(sheet, places, tree, points[rows] - sheet.origin, starts=4)
             best[rows] = np.minimum(best[rows], found)
         largest = max(largest, float(best[rows].max()))
+    rows = np.flatnonzero(best > doubt)
+    if len(rows):
+        for sheet in sheets:
+            found = _descended(
+                sheet, *_seeds(sheet, MULTITUDE), points[rows] - sheet.origin, starts=8
+            )
+            best[rows] = np.minimum(best[rows], found)
+        largest = float(best.max())
     return largest
 
 

@@ -133,9 +133,13 @@ def shapes(
 def judged(found: Shapes, goal: Goal, place: Place, cuts: Ints, halvings: int = 0) -> Verdict:
     """Which pieces are no straight segments.
 
-    A piece is cut that is too far from its chord (twice as far, parameter by parameter, where the
-    goal has two sides) or turns too much; and, the first few times, one
-    that strays too far for its length.
+    A piece is cut that is too far from its chord (parameter by parameter where the goal has two
+    sides) or turns too much; and, the first few times, one that strays too far for its length.
+
+    Parameter by parameter, with D the way from the chord to the curve: on a flat strip beside the
+    piece the affine map onto a triangle (a, c, d) differs from the chord's by the D of its corners.
+    So the net of what is left, a blossom of D less shares of D(c) and D(d), is at most twice as
+    long as that of D: within the two tolerances that are allowed between mesh and surface.
 
     Parameters
     ----------
@@ -150,7 +154,7 @@ def judged(found: Shapes, goal: Goal, place: Place, cuts: Ints, halvings: int = 
     allowed = goal.allowed(_distance_to_boxes(found, goal, place.origin))
     slack = place.slack
     far = (found.net > OF_NET * allowed - slack) | (found.curve > OF_CURVE * allowed - slack)
-    far |= found.apart > 2 * OF_NET * allowed - slack
+    far |= found.apart > OF_NET * allowed - slack
     hopeless = far & (OF_CURVE * allowed <= slack)
     if halvings == DEPTH:
         hopeless = far
