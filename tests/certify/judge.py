@@ -85,7 +85,8 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
         _measure(verdict, surface, read(case.written_as, content, diagonal=1), samples)
     if case.resolution is not None:
         return verdict
-    _count(verdict, mesh, lines=family.lines)
+    rounded = family.thin and case.written_as == "glb"
+    _count(verdict, mesh, lines=family.lines or rounded)
     if family.flat and not case.two_sided and verdict.triangles != 2:
         verdict.wrong.append(f"{verdict.triangles} triangles where two are enough")
     return verdict

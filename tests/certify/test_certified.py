@@ -24,6 +24,24 @@ def test_meshes_are_near_their_surfaces_too_where_that_was_asked_for(family: str
     assert verdict.mesh_bound > 0
 
 
+@pytest.mark.parametrize(
+    ("family", "seed", "relative"),
+    [
+        # Strips whose deviation from their triangles was just beyond what edges had allowed for.
+        ("flat", 18, 1e-1),
+        ("degrees 1 to 8, anywhere", 18, 1e-1),
+        # Strips that fanned from a pole, from which corners are in line.
+        ("triangles", 30, 1e-3),
+    ],
+)
+def test_strips_beside_the_border_pass_and_have_an_area(
+    family: str, seed: int, relative: float
+) -> None:
+    for written_as in ("json", "glb"):
+        verdict = judge(Case(family, seed, relative, True, written_as), SAMPLES)
+        assert verdict.wrong == []
+
+
 def test_a_spike_between_ten_thousand_flat_triangles_is_not_missed() -> None:
     verdict = judge(Case("spikes", 1004, 1e-3), SAMPLES)
     assert verdict.wrong == []

@@ -61,6 +61,8 @@ class Outline:
         those corners, along their sides;
     ends : ndarray of int, shape (2, K)
         a and b;
+    polar : ndarray of bool, shape (2, K)
+        whether a side that is one point ends there;
     turned : ndarray of bool, shape (K,)
         whether (a, b, c), not (a, c, b), is counter-clockwise.
     """
@@ -76,6 +78,7 @@ class Outline:
     segment: Ints
     lifted: Ints
     ends: Ints
+    polar: Bools
     turned: Bools
 
 
@@ -130,6 +133,9 @@ def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Out
     pairs = np.unique(segment * len(first) + sample[corner * count + number])
     segment, lift = pairs // len(first), pairs % len(first)
     entry = sample[4 * count :]
+    pole = np.zeros(len(border.points), dtype=bool)
+    pole[border.vertex[border.start[:-1][border.collapsed.ravel()]]] = True
+    ends = np.stack([segment, segment + 1])
     return Outline(
         face[first],
         u[first],
@@ -141,7 +147,8 @@ def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Out
         plain,
         segment,
         lift,
-        np.stack([entry[segment], entry[segment + 1]]),
+        entry[ends],
+        pole[border.vertex[ends]],
         np.isin(side[segment] % 4, (1, 2)),
     )
 

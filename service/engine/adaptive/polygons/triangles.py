@@ -113,7 +113,8 @@ def _of_strips(outline: Outline) -> _Rows:
     """A fan from a, a triangle on the whole segment, and a fan from b.
 
     The one in the middle has for its tip the last lifted corner in the first half of the segment.
-    Bases are counted among the triangles of strips.
+    Where one end is a pole all of them fan from the other: seen from a pole, lifted corners may be
+    in line. Bases are counted among the triangles of strips.
     """
     segment, lifted = outline.segment, outline.lifted
     count = len(segment)
@@ -130,6 +131,9 @@ def _of_strips(outline: Outline) -> _Rows:
     strip = np.cumsum(new) - 1
     before = np.add.reduceat((far <= 0).astype(np.intp), start)
     tip = start + np.maximum(before - 1, 0)
+    from_pole, to_pole = outline.polar[:, start]
+    last = np.append(start[1:], count) - 1
+    tip = np.where(to_pole & ~from_pole, last, np.where(from_pole & ~to_pole, start, tip))
     pair = np.flatnonzero(~new)
     first = pair <= tip[strip[pair]]
     fans = np.stack(
