@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np  # noqa: F401  (its BLAS must be loaded before it can be told anything)
+from platformdirs import user_data_path
 from threadpoolctl import threadpool_limits
 
 from service.pipeline.limits import Limits
@@ -39,6 +40,17 @@ class Settings:
     """Surfaces evaluated at the same time off the event loop; 0 takes the number of cores."""
     cors_origins: tuple[str, ...] = ("*",)
     """Origins whose pages may read answers; none switches CORS off."""
+    store: str = "memory://"
+    """Where surfaces are kept: a folder, `memory://`, or the address of a bucket, `s3://…`.
+
+    An environment that names none means the user's data folder.
+    """
+    store_quota: int = 10 << 30
+    """Bytes that all stored surfaces may take together; 0 sets no limit."""
+    allow_delete: bool = False
+    """Whether stored surfaces may be deleted over HTTP."""
+    cache_bytes: int = 128 << 20
+    """Encoded answers that are kept in memory, to be sent again; 0 keeps none."""
 
     def __post_init__(self) -> None:
         for name in _RANGES:
@@ -61,8 +73,13 @@ _RANGES = MappingProxyType(
         "max_response_bytes": (1024, 1 << 32),
         "max_points": (1, 1 << 32),
         "threads": (0, 1024),
+        "store_quota": (0, 1 << 50),
+        "cache_bytes": (0, 1 << 40),
     }
 )
+
+
+_SWITCHES = MappingProxyType({"1": True, "true": True, "0": False, "false": False})
 
 
 def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
@@ -86,6 +103,7 @@ def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
             continue
         field = known[variable]
         chosen[field.name] = _parsed(variable, text, field.type)
+    chosen.setdefault("store", str(user_data_path("surface-service", appauthor=False)))
     return Settings(**chosen)
 
 
@@ -112,8 +130,12 @@ def _check_range(place: str, name: str, value: int) -> None:
         raise InvalidSettings(f"{place}: got {value}, needed {low} to {high}.")
 
 
-def _parsed(place: str, text: str, kind: object) -> int | str | tuple[str, ...]:
+def _parsed(place: str, text: str, kind: object) -> bool | int | str | tuple[str, ...]:
     """The value of a text that stands at `place`, a variable or a flag."""
+    if kind is bool:
+        if text.lower() not in _SWITCHES:
+            raise InvalidSettings(f"{place}: got {text!r}, needed true or false.")
+        return _SWITCHES[text.lower()]
     if kind is int:
         try:
             return int(text)

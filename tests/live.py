@@ -7,13 +7,18 @@ from contextlib import contextmanager
 
 import uvicorn
 
+from service.api.app import create_app
+from service.settings import Settings
+
 
 @contextmanager
-def running_service() -> Iterator[str]:
-    """URL of a service that runs in a thread of this process, until the block ends."""
-    config = uvicorn.Config(
-        "service.api.app:create_app", factory=True, host="127.0.0.1", port=0, log_config=None
-    )
+def running_service(settings: Settings | None = None) -> Iterator[str]:
+    """URL of a service that runs in a thread of this process, until the block ends.
+
+    Its surfaces are kept in memory unless the settings say otherwise.
+    """
+    app = create_app(settings or Settings())
+    config = uvicorn.Config(app, host="127.0.0.1", port=0, log_config=None)
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, name="service")
     thread.start()

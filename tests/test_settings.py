@@ -1,7 +1,8 @@
 """Settings from the environment."""
 
 import logging
-from dataclasses import fields
+from dataclasses import fields, replace
+from pathlib import Path
 
 import pytest
 from threadpoolctl import threadpool_info
@@ -11,13 +12,24 @@ from service.settings import InvalidSettings, Settings, from_environment, pin_bl
 
 def test_an_empty_environment_gives_the_defaults() -> None:
     settings = from_environment({"PATH": "/bin"})
-    assert settings == Settings()
+    assert replace(settings, store=Settings().store) == Settings()
     assert settings.workers >= 1
+
+
+def test_surfaces_are_kept_in_the_folder_of_the_user_unless_another_place_is_named() -> None:
+    assert Path(from_environment({}).store).is_absolute()
+    assert from_environment({"SURFACE_STORE": "./data"}).store == "./data"
+
+
+def test_switches_are_words_or_digits() -> None:
+    for text, on in (("1", True), ("true", True), ("False", False), ("0", False)):
+        assert from_environment({"SURFACE_ALLOW_DELETE": text}).allow_delete is on
 
 
 def test_every_setting_has_a_variable() -> None:
     environment = {f"SURFACE_{field.name.upper()}": "1024" for field in fields(Settings)}
-    environment |= {"SURFACE_MAX_DEGREE": "5", "SURFACE_CORS_ORIGINS": "https://a, https://b"}
+    environment |= {"SURFACE_ALLOW_DELETE": "1", "SURFACE_MAX_DEGREE": "5"}
+    environment |= {"SURFACE_CORS_ORIGINS": "https://a, https://b"}
     settings = from_environment(environment)
     assert settings.max_body_bytes == settings.port == settings.threads == settings.workers == 1024
     assert (settings.host, settings.max_degree) == ("1024", 5)
@@ -39,6 +51,8 @@ def test_no_origins_is_a_list_too() -> None:
         ("SURFACE_MAX_DEGREE", "65"),
         ("SURFACE_MAX_BODY_BYTES", "64 MiB"),
         ("SURFACE_BODY_TIMEOUT", "0"),
+        ("SURFACE_STORE", ""),
+        ("SURFACE_ALLOW_DELETE", "yes"),
     ],
 )
 def test_nonsense_stops_the_start_and_is_named(variable: str, text: str) -> None:
@@ -48,7 +62,7 @@ def test_nonsense_stops_the_start_and_is_named(variable: str, text: str) -> None
 
 def test_flags_are_stronger_than_the_environment() -> None:
     settings = from_environment({"SURFACE_PORT": "81", "SURFACE_HOST": "::1"})
-    assert with_flags(settings, {"port": "82"}) == Settings(host="::1", port=82)
+    assert with_flags(settings, {"port": "82"}) == replace(settings, host="::1", port=82)
     assert with_flags(settings, {}) == settings
 
 
@@ -68,7 +82,8 @@ def test_flags_are_checked_as_variables_are(name: str, text: str, message: str) 
 
 def test_unknown_variable_is_reported(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING):
-        assert from_environment({"SURFACE_MAX_VERTICE": "5"}) == Settings()
+        found = from_environment({"SURFACE_MAX_VERTICE": "5"})
+    assert found == from_environment({})
     assert "SURFACE_MAX_VERTICE" in caplog.text
 
 
