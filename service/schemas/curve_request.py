@@ -44,7 +44,7 @@ class CurveOptionFields(StrictModel):
     def _one_of_two(self) -> "CurveOptionFields":
         if {"resolution", "tolerance"} <= self.model_fields_set:
             issue = Issue(
-                "contradiction",
+                "conflicting_options",
                 "The points follow from the resolution or from the tolerance.",
                 got="both",
                 needed="one of resolution and tolerance",

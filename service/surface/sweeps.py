@@ -105,7 +105,7 @@ class RibbonSurface:
         if self.facing is not None and self.camera is not None:
             raise InvalidRequest(
                 Issue(
-                    "contradiction",
+                    "conflicting_options",
                     "A ribbon faces a direction or a point.",
                     "/camera",
                     "both",

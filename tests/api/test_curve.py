@@ -88,7 +88,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     "tiny": ({"curve": QUARTER, "tolerance": 1e-300}, "tolerance_too_small", "/tolerance"),
     "both": (
         {"curve": QUARTER, "resolution": 4, "tolerance": 0.1},
-        "contradiction",
+        "conflicting_options",
         "/tolerance",
     ),
     "flag": ({"curve": QUARTER, "tangents": 1}, "wrong_type", "/tangents"),

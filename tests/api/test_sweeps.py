@@ -47,7 +47,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str, str]] = {
         "null_value",
         "/surface/curve/control_points/1/2",
     ),
-    "both": ({**RIBBON, "facing": [0, 0, 1]}, "contradiction", "/surface/camera"),
+    "both": ({**RIBBON, "facing": [0, 0, 1]}, "conflicting_options", "/surface/camera"),
     "nowhere": (
         {"type": "ribbon", "curve": CURVE, "width": 1, "facing": [0, 0, 0]},
         "wrong_value",

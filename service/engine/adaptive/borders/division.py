@@ -26,9 +26,9 @@ from service.engine.adaptive.borders.straightness import (
 )
 from service.engine.adaptive.faces import SPAN
 from service.engine.adaptive.goal import Goal
+from service.engine.adaptive.limits import Budget
 from service.engine.chords import halves, projected
 from service.engine.stitch import Seams
-from service.errors import Issue, TooLarge
 
 CHUNK = 1 << 18
 """Coordinates of nets that are worked on at a time."""
@@ -142,28 +142,19 @@ class _Parts:
         )
 
 
-class _Budget:
+class _Pieces:
     """Counts pieces, each for every side it lies on, and refuses too many triangles.
 
     A face of k pieces has at least k − 2 triangles.
     """
 
     def __init__(self, faces: int, most: int) -> None:
-        self.count, self.most = -2 * faces, most
+        self.triangles, self.budget = -2 * faces, Budget(most)
 
-    def spend(self, uses: Ints) -> None:
+    def add(self, uses: Ints) -> None:
         """So many pieces more."""
-        self.count += int(uses.sum())
-        if self.count > self.most:
-            raise TooLarge(
-                Issue(
-                    "too_many_triangles",
-                    "To be so near to the surface its mesh would need too many triangles.",
-                    "/tolerance",
-                    f"more than {self.most} triangles",
-                    f"at most {self.most}",
-                )
-            )
+        self.triangles += int(uses.sum())
+        self.budget.count(self.triangles)
 
 
 def divide(chains: Chains, seams: Seams, goal: Goal, faces: int, most: int) -> Division:
@@ -183,12 +174,12 @@ def divide(chains: Chains, seams: Seams, goal: Goal, faces: int, most: int) -> D
     TooLarge
         `too_many_triangles`, as soon as the sides alone need more.
     """
-    budget = _Budget(faces, most)
-    budget.spend(chains.uses)
+    pieces = _Pieces(faces, most)
+    pieces.add(chains.uses)
     length = chains.length
     every = np.arange(len(length))
     parts = [(every, length * SPAN, np.zeros((len(every), 3)))]
-    parts += [_divided(curves, goal, budget) for curves in _curves(chains, seams)]
+    parts += [_divided(curves, goal, pieces) for curves in _curves(chains, seams)]
     chain, at, points = (np.concatenate(found) for found in zip(*parts, strict=True))
     order = np.lexsort((at, chain))
     chain, at = chain[order], at[order]
@@ -198,18 +189,18 @@ def divide(chains: Chains, seams: Seams, goal: Goal, faces: int, most: int) -> D
     return Division(start.astype(np.intp), at, corner, points[order])
 
 
-def _divided(curves: _Curves, goal: Goal, budget: _Budget) -> tuple[Ints, Ints, FloatArray]:
+def _divided(curves: _Curves, goal: Goal, pieces: _Pieces) -> tuple[Ints, Ints, FloatArray]:
     """Chains, places and points of all pieces, in any order."""
-    rows, single = _cut_at_knots(curves, goal, budget)
+    rows, single = _cut_at_knots(curves, goal, pieces)
     found = [(rows, np.zeros_like(rows), curves.nets[rows, 0])]
-    found += _halved(curves, single, goal, budget)
+    found += _halved(curves, single, goal, pieces)
     row, at, nets = (np.concatenate(parts) for parts in zip(*found, strict=True))
     owner = curves.owner[row]
     points = projected(nets[:, None], 3)[:, 0] + curves.origin[owner]
     return curves.chain[owner], at + (row - curves.start[owner]) * SPAN, points
 
 
-def _cut_at_knots(curves: _Curves, goal: Goal, budget: _Budget) -> tuple[Ints, _Runs]:
+def _cut_at_knots(curves: _Curves, goal: Goal, pieces: _Pieces) -> tuple[Ints, _Runs]:
     """Chains cut at knots until they may be straight or are single edges.
 
     Returns
@@ -232,7 +223,7 @@ def _cut_at_knots(curves: _Curves, goal: Goal, budget: _Budget) -> tuple[Ints, _
         cut = verdict.cut | runs.again
         straight.append(runs.first[~cut])
         runs = runs.where(cut)
-        budget.spend(curves.uses[curves.owner[runs.first]])
+        pieces.add(curves.uses[curves.owner[runs.first]])
         runs = runs.halves(verdict.closed[cut])
     return (
         np.concatenate([zero[:0], *straight]),
@@ -273,7 +264,7 @@ def _judged_runs(curves: _Curves, runs: _Runs, goal: Goal) -> Verdict:
 
 
 def _halved(
-    curves: _Curves, single: _Runs, goal: Goal, budget: _Budget
+    curves: _Curves, single: _Runs, goal: Goal, pieces: _Pieces
 ) -> list[tuple[Ints, Ints, FloatArray]]:
     """Single edges halved until the parts may be straight: rows, places and first points of these.
 
@@ -292,7 +283,7 @@ def _halved(
         cut = verdict.cut | parts.again
         found.append((parts.row[~cut], parts.at[~cut], parts.nets[~cut, 0]))
         left = np.flatnonzero(cut)
-        budget.spend(curves.uses[curves.owner[parts.row[left]]])
+        pieces.add(curves.uses[curves.owner[parts.row[left]]])
         for begin, end in runs_of(len(left), max(1, block // 2)):
             rows = left[begin:end]
             waiting.append(parts.take(rows).halves(verdict.closed[rows]))

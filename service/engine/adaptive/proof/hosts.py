@@ -20,6 +20,7 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.adaptive.vectors import cross, dot, length
 
 Direction: TypeAlias = tuple[FloatArray, FloatArray]
 
@@ -135,29 +136,23 @@ def _frame(first: FloatArray, second: FloatArray) -> FloatArray:
     the angle is; where nothing is left any direction will do, for the height that the third vertex
     then has counts as tilt.
     """
-    length = _norm(first)
-    chosen = np.where(length > 0, first, second)
-    length = np.where(length > 0, length, _norm(second))
-    one = chosen / np.where(length > 0, length, 1.0)
-    one[0][length == 0] = 1.0
+    size = length(first)
+    chosen = np.where(size > 0, first, second)
+    size = np.where(size > 0, size, length(second))
+    one = chosen / np.where(size > 0, size, 1.0)
+    one[0][size == 0] = 1.0
     two = second
     for _ in range(2):
-        two = two - _dot(two, one) * one
+        two = two - dot(two, one) * one
     # A second side along the first gives no direction; a coordinate axis does.
-    lost = _norm(two) <= 2.0**-48 * _norm(second)
+    lost = length(two) <= 2.0**-48 * length(second)
     least = np.abs(one).argmin(axis=0)
     other = (np.arange(3)[:, np.newaxis] == least).astype(np.float64)
     for _ in range(2):
-        other = other - _dot(other, one) * one
+        other = other - dot(other, one) * one
     two = np.where(lost, other, two)
-    two = two / _norm(two)
-    three = np.stack(
-        [
-            one[1] * two[2] - one[2] * two[1],
-            one[2] * two[0] - one[0] * two[2],
-            one[0] * two[1] - one[1] * two[0],
-        ]
-    )
+    two = two / length(two)
+    three = cross(one, two)
     return np.stack([one, two, three])
 
 
@@ -217,14 +212,4 @@ def _larger(first: Direction, second: Direction) -> Direction:
 
 
 def _in_frame(side: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    return _dot(side, axes[0]), _dot(side, axes[1]), _dot(side, axes[2])
-
-
-def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Products of vectors along axis 0, in one order."""
-    product: FloatArray = first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
-    return product
-
-
-def _norm(vectors: FloatArray) -> FloatArray:
-    return np.sqrt(_dot(vectors, vectors))
+    return dot(side, axes[0]), dot(side, axes[1]), dot(side, axes[2])
