@@ -1,4 +1,4 @@
-"""Nested lists of numbers to arrays: the only place where that happens.
+"""Nested lists of numbers to arrays: the only place where that happens; arrays are taken as well.
 
 Python's JSON values are checked by type, not by what NumPy can make of them: it would take true
 for 1, "1.5" for 1.5 and null for NaN. The fast path looks at whole levels at once; only when
@@ -17,12 +17,10 @@ from pydantic_core import core_schema
 
 from service.errors import Issue
 from service.schemas.document import DocumentLimits
-from service.schemas.refusals import Path, refusal, wrong_type
+from service.schemas.ndarrays import checked_array
+from service.schemas.refusals import MAX_INDEX, Path, index_too_large, refusal, wrong_type
 
 Array: TypeAlias = NDArray[np.float64] | NDArray[np.int64]
-
-MAX_INDEX = 2**53
-"""Whole numbers beyond it are no index of anything."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,20 +67,22 @@ class NumberGrid:
     def array(self, value: object, limits: DocumentLimits) -> Array:
         """`value` as an array with one axis a level (of rows of triangles one less).
 
-        It is of float64 or int64.
+        It is of float64 or int64. The value is lists in lists, or one array with those axes.
 
         Raises
         ------
         pydantic.ValidationError
             With one detail for each of the first faults.
         """
+        if isinstance(value, np.ndarray):
+            return checked_array(self, value, limits)
         scalars: list[Any] = [value]
         shape: list[int] = []
         for level in range(len(self.levels)):
             if set(map(type, scalars)) != {list}:
                 raise refusal(self._faults(value))
             lengths = set(map(len, scalars))
-            self._check_size(level, sum(map(len, scalars)), max(lengths), limits)
+            self.check_size(level, sum(map(len, scalars)), max(lengths), limits)
             if level == self.ragged:
                 rows = shape.pop()
                 each = [*range(rows, 0, -1)]
@@ -102,6 +102,11 @@ class NumberGrid:
         return np.fromiter(scalars, np.float64, len(scalars)).reshape(shape)
 
     @property
+    def scalar(self) -> str:
+        """What each number must be, in words."""
+        return "a whole number" if self.whole else "a number"
+
+    @property
     def _types(self) -> frozenset[type]:
         return frozenset({int}) if self.whole else frozenset({int, float})
 
@@ -117,7 +122,7 @@ class NumberGrid:
     def _has_other_width(self, level: int, lengths: set[int]) -> bool:
         return self._is_last(level) and self.width is not None and lengths != {self.width}
 
-    def _check_size(self, level: int, total: int, longest: int, limits: DocumentLimits) -> None:
+    def check_size(self, level: int, total: int, longest: int, limits: DocumentLimits) -> None:
         """Refuses what is too large from the lengths alone, before the next level is opened."""
         if level + 1 == self.point_levels and total > limits.max_control_points:
             raise refusal([((), _too_many(total, limits.max_control_points))])
@@ -156,7 +161,7 @@ class NumberGrid:
             # The first list at a level sets the length for all others.
             lengths[level] = len(value)
         elif len(value) != expected:
-            yield path, self._wrong_length(level, len(value), expected)
+            yield path, self.wrong_length(level, len(value), expected)
             return
         if self._is_last(level) and self._all_numbers(value):
             return
@@ -174,11 +179,12 @@ class NumberGrid:
 
     def _scalar_fault(self, value: object, path: Path) -> Iterator[tuple[Path, Issue]]:
         if type(value) not in self._types:
-            yield path, wrong_type(value, "a whole number" if self.whole else "a number")
+            yield path, wrong_type(value, self.scalar)
         elif self.whole and isinstance(value, int) and abs(value) > MAX_INDEX:
             yield path, index_too_large()
 
-    def _wrong_length(self, level: int, got: int, needed: int) -> Issue:
+    def wrong_length(self, level: int, got: int, needed: int) -> Issue:
+        """The issue of a list at a level that is longer or shorter than it must be."""
         what = self.levels[level]
         if self._is_last(level) and self.width is not None:
             return Issue(
@@ -279,12 +285,6 @@ TRIANGLES = NumberGrid(
 )
 MATRIX = NumberGrid(("rows", "numbers"))
 PATCH_NUMBERS = NumberGrid(("patch numbers",), whole=True, point_levels=1)
-
-
-def index_too_large() -> Issue:
-    """The issue of a number beyond `MAX_INDEX`."""
-    message, got = "No list is that long.", "a number beyond 2^53"
-    return Issue("index_out_of_range", message, got=got, needed="an index")
 
 
 def _too_many(got: int, limit: int) -> Issue:

@@ -63,7 +63,7 @@ def _knots(value: object, info: ValidationInfo) -> Knots:
     """One knot vector, by its name or its numbers."""
     if isinstance(value, str):
         return _known(value)
-    if not isinstance(value, list):
+    if not isinstance(value, list | np.ndarray):
         raise refusal([((), wrong_type(value, "a list of knots or a name"))])
     limits = info.context if isinstance(info.context, DocumentLimits) else DocumentLimits()
     return KNOTS.array(value, limits).astype(np.float64, copy=False)

@@ -10,10 +10,10 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 from service.bases.arrays import FloatArray, Ints
 from service.engine.points.places import Query
 from service.errors import Issue
-from service.schemas.arrays import MAX_INDEX, NumberGrid, index_too_large
+from service.schemas.arrays import NumberGrid
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import StrictModel
-from service.schemas.refusals import refusal, validated, wrong_type
+from service.schemas.refusals import MAX_INDEX, index_too_large, refusal, validated, wrong_type
 from service.schemas.request import surface_of
 from service.schemas.surfaces import SurfaceDefinition
 from service.surface import Surface

@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import islice
 from typing import Any, TypeAlias, TypeVar
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
@@ -21,6 +22,9 @@ document has no such level."""
 LISTS_OF_UNIONS = frozenset({"operations"})
 """Fields of a request that hold a list of such."""
 
+MAX_INDEX = 2**53
+"""Whole numbers beyond it are no index of anything."""
+
 _KINDS = {
     type(None): "null",
     bool: "true or false",
@@ -28,6 +32,7 @@ _KINDS = {
     int: "a whole number",
     float: "a number with a fraction or an exponent",
     list: "a list",
+    np.ndarray: "a list",
 }
 
 _WRONG_TYPE = {
@@ -89,6 +94,12 @@ def wrong_type(value: object, needed: str) -> Issue:
     if value is None:
         return Issue("null_value", "null is not a value here.", got="null", needed=needed)
     return Issue("wrong_type", f"This must be {needed}.", got=kind(value), needed=needed)
+
+
+def index_too_large() -> Issue:
+    """The issue of a number beyond `MAX_INDEX`."""
+    message, got = "No list is that long.", "a number beyond 2^53"
+    return Issue("index_out_of_range", message, got=got, needed="an index")
 
 
 def _issue(detail: ErrorDetails) -> Issue:

@@ -24,7 +24,7 @@ def _spread(value: object) -> FloatArray:
     """A number, or a list of them."""
     if type(value) in (int, float):
         return np.array([value], dtype=np.float64)
-    if not isinstance(value, list):
+    if not isinstance(value, list | np.ndarray):
         raise refusal([((), wrong_type(value, "a number or a list of numbers"))])
     return _COEFFICIENTS.array(value, DocumentLimits(max_degree=MAX_DEGREE)).astype(np.float64)
 

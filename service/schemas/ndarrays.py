@@ -1,0 +1,108 @@
+"""NumPy arrays where a document could have lists of numbers: checked by shape and type, not opened.
+
+A net that was read from a file, or from the store, is an array already. It is refused with the
+codes and the pointers that its lists would have got, each fault at the first place that has it.
+"""
+
+from math import prod
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.bases.triangle import degree_or_none, row_starts
+from service.errors import MAX_ISSUES, Issue
+from service.schemas.document import DocumentLimits
+from service.schemas.refusals import MAX_INDEX, Path, index_too_large, refusal, wrong_type
+
+if TYPE_CHECKING:
+    from service.schemas.arrays import Array, NumberGrid
+
+_SCALARS: dict[str, object] = {"b": True, "i": 0, "u": 0, "f": 0.5}
+"""A JSON value of the same kind as the numbers of an array."""
+
+
+def checked_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLimits) -> "Array":
+    """`values` as `grid.array` answers them; not copied where they are so already.
+
+    Parameters
+    ----------
+    grid : NumberGrid
+        Its levels are the axes, but that the rows of triangles are one axis of (n+1)(n+2)/2.
+    values : ndarray of integers, or of floats up to double precision
+        In any order of bytes. Truth values, texts, objects and longer floats are refused.
+    limits : DocumentLimits
+
+    Raises
+    ------
+    pydantic.ValidationError
+        With one detail for each of the first faults.
+    """
+    values = np.asarray(values)
+    one = _SCALARS.get(values.dtype.kind, {})
+    _check_shape(grid, values.shape, one, limits)
+    if values.dtype.kind not in ("iu" if grid.whole else "iuf") or values.dtype.itemsize > 8:
+        raise refusal([((0,) * len(grid.levels), wrong_type(one, grid.scalar))])
+    if grid.whole:
+        outside = (values > MAX_INDEX) | (values < -MAX_INDEX)
+        _refuse(grid, outside, index_too_large())
+        return np.ascontiguousarray(values, dtype=np.int64)
+    if values.dtype.kind == "f":
+        needed = "a finite number"
+        issue = Issue("not_finite", "Every number must be finite.", "", "NaN or Infinity", needed)
+        _refuse(grid, ~np.isfinite(values), issue)
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _check_shape(
+    grid: "NumberGrid", shape: tuple[int, ...], one: object, limits: DocumentLimits
+) -> None:
+    """Refuses, outermost first, what lists of these lengths of numbers like `one` would be."""
+    level = 0
+    for axis in range(len(grid.levels) - (grid.ragged is not None)):
+        first, needed = (0,) * level, f"a list of {grid.levels[level]}"
+        if axis == len(shape):
+            raise refusal([(first, wrong_type(one, needed))])
+        length, total = shape[axis], prod(shape[: axis + 1])
+        if not length:
+            issue = Issue("empty_list", "The list is empty.", "", "an empty list", needed)
+            raise refusal([(first, issue)])
+        if level + 1 == grid.ragged:
+            degree = degree_or_none(length)
+            if degree is None:
+                raise refusal([(first, _no_triangle(length))])
+            grid.check_size(level, prod(shape[:axis]) * (degree + 1), degree + 1, limits)
+            level += 1
+            length = degree + 1
+        grid.check_size(level, total, length, limits)
+        level += 1
+        if level == len(grid.levels) and grid.width not in (None, length):
+            raise refusal([(first, grid.wrong_length(level - 1, length, grid.width or 0))])
+    if len(shape) > axis + 1:
+        raise refusal([((0,) * level, wrong_type([], grid.scalar))])
+
+
+def _refuse(grid: "NumberGrid", wrong: NDArray[np.bool_], issue: Issue) -> None:
+    """Raises the issue at each of the first places where `wrong` holds."""
+    if wrong.any():
+        places = np.argwhere(wrong)[:MAX_ISSUES].tolist()
+        raise refusal((_path(grid, tuple(place), wrong.shape), issue) for place in places)
+
+
+def _path(grid: "NumberGrid", place: tuple[int, ...], shape: tuple[int, ...]) -> Path:
+    """Where in the lists a number is; an entry of a triangle lies in a row."""
+    if grid.ragged is None:
+        return place
+    axis = grid.ragged - 1
+    starts = row_starts(degree_or_none(shape[axis]) or 0)
+    row = int(np.searchsorted(starts, place[axis], side="right")) - 1
+    return (*place[:axis], row, place[axis] - int(starts[row]), *place[axis + 1 :])
+
+
+def _no_triangle(count: int) -> Issue:
+    return Issue(
+        "ragged",
+        "The rows of a triangle shorten by one: n + 1 rows have n + 1, n, … 1 entries.",
+        got=f"{count} entries",
+        needed="3, 6, 10, 15, … entries",
+    )

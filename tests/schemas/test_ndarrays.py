@@ -1,0 +1,181 @@
+"""Arrays where lists could stand: taken and refused as their lists would be."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import orjson
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from service.errors import InvalidRequest
+from service.schemas import arrays
+from service.schemas.arrays import Array, NumberGrid
+from service.schemas.document import DocumentLimits
+from service.schemas.ragged import rows_of
+from service.schemas.refusals import invalid_request
+from service.schemas.request import mesh_request
+from service.surface.group import content_key
+
+GRIDS = (
+    arrays.CONTROL_NET,
+    arrays.NET_WEIGHTS,
+    arrays.KNOTS,
+    arrays.VERTICES,
+    arrays.PATCHES,
+    arrays.TRIANGLE_NET,
+    arrays.TRIANGLE_WEIGHTS,
+    arrays.TRIANGLES,
+    arrays.MATRIX,
+    replace(arrays.PATCH_NUMBERS, point_levels=0),
+)
+DTYPES = ("<f8", ">f8", "<f4", ">f4", "<i8", ">i8", "<i4", "<u8", ">u2", "i1", "?")
+SMALL = DocumentLimits(max_control_points=12, max_degree=3)
+
+
+def in_lists(values: NDArray[Any], grid: NumberGrid) -> Any:
+    """The lists that the array stands for."""
+    if grid.ragged is None or values.ndim < grid.ragged:
+        return values.tolist()
+    if grid.ragged == 2:
+        inner = replace(grid, ragged=1)
+        return [in_lists(each, inner) for each in values]
+    return [row.tolist() for row in rows_of(values)]
+
+
+def outcome(grid: NumberGrid, value: Any) -> Array | tuple[str, str, str]:
+    """The array, or what was wrong first and where."""
+    try:
+        return grid.array(value, SMALL)
+    except ValidationError as error:
+        issue = invalid_request(error).issues[0]
+        return issue.code, issue.pointer, issue.message
+
+
+@given(
+    grid=st.sampled_from(GRIDS),
+    more=st.sampled_from([0, 0, 0, 0, -1, 1]),
+    dtype=st.sampled_from(DTYPES),
+    step=st.sampled_from([1, 1, 2, -1]),
+    data=st.data(),
+)
+def test_as_its_lists(grid: NumberGrid, more: int, dtype: str, step: int, data: Any) -> None:
+    axes = max(len(grid.levels) - (grid.ragged is not None) + more, 1)
+    shape = [data.draw(st.sampled_from([3, 3, 3, 2, 4, 6, 1, 0])) for _ in range(axes)]
+    if grid.ragged is not None and len(shape) >= grid.ragged:
+        shape[grid.ragged - 1] = data.draw(st.sampled_from([3, 3, 6, 10, 1, 15]))
+    numbers = np.arange(np.prod(shape)).reshape(shape)
+    values = (numbers.astype("<f8") / 4 if dtype[1:2] == "f" else numbers).astype(dtype)
+    values = np.repeat(values, abs(step), axis=-1)[..., ::step]
+    expected = outcome(grid, in_lists(values, grid))
+    got = outcome(grid, values)
+    if isinstance(expected, np.ndarray):
+        assert isinstance(got, np.ndarray)
+        assert got.dtype == expected.dtype
+        assert got.dtype.isnative
+        assert got.tolist() == expected.tolist()
+    else:
+        assert got == expected
+
+
+@given(st.sampled_from([10, 15]), st.integers(0, 14), st.sampled_from([np.nan, np.inf, -np.inf]))
+@example(10, 9, np.nan)
+def test_numbers_are_finite(count: int, at: int, wrong: float) -> None:
+    weights = np.ones(count)
+    weights[at % count] = wrong
+    named = [f"/{m}/{j}" for m, row in enumerate(rows_of(weights)) for j in range(len(row))]
+    place = named[at % count]
+    fault = outcome(replace(arrays.TRIANGLE_WEIGHTS, degree_levels=()), weights)
+    assert fault == ("not_finite", place, "Every number must be finite.")
+
+
+def test_every_place_is_told_up_to_twenty() -> None:
+    net = np.zeros((3, 4, 3))
+    net[1, 2, 0] = net[2, 0, 1] = np.nan
+    with pytest.raises(InvalidRequest) as refusal:
+        mesh_request({"surface": {"control_net": net}}, DocumentLimits())
+    assert [issue.pointer for issue in refusal.value.issues] == [
+        "/surface/control_net/1/2/0",
+        "/surface/control_net/2/0/1",
+    ]
+    with pytest.raises(ValidationError) as all_of_them:
+        arrays.CONTROL_NET.array(np.full((5, 5, 3), np.inf), DocumentLimits())
+    assert all_of_them.value.error_count() == 20
+
+
+@pytest.mark.parametrize("index", [2**53 + 1, -(2**53) - 1, np.iinfo(np.int64).min])
+def test_indices_end_where_doubles_skip(index: int) -> None:
+    fault = outcome(arrays.PATCHES, np.array([[[0, 1], [2, index]]]))
+    assert fault == ("index_out_of_range", "/0/1/1", "No list is that long.")
+
+
+@pytest.mark.parametrize("count", [2, 4, 5, 7])
+def test_rows_of_a_triangle_shorten_by_one(count: int) -> None:
+    fault = outcome(arrays.TRIANGLE_NET, np.zeros((count, 3)))
+    assert fault[:2] == ("ragged", "")
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        pytest.param(
+            np.zeros((2, 2, 3), dtype=np.longdouble),
+            marks=pytest.mark.skipif(np.dtype("g").itemsize == 8, reason="they are doubles here"),
+        ),
+        np.zeros((2, 2, 3), dtype=complex),
+        np.zeros((2, 2, 3), dtype=object),
+        np.full((2, 2, 3), "1"),
+        np.zeros((2, 2, 3), dtype="datetime64[s]"),
+        np.zeros((2, 2, 3), dtype=[("x", "f8")]),
+    ],
+    ids=lambda values: str(values.dtype.kind),
+)
+def test_what_is_no_number_is_refused(values: NDArray[Any]) -> None:
+    fault = outcome(arrays.CONTROL_NET, values)
+    assert fault == ("wrong_type", "/0/0/0", "This must be a number.")
+
+
+@pytest.mark.parametrize(
+    ("fields", "code", "where"),
+    [
+        ({"name": np.zeros(3)}, "wrong_type", "/surface/name"),
+        ({"attributes": np.zeros(3)}, "wrong_type", "/surface/attributes"),
+        ({"type": np.zeros(3)}, "wrong_type", "/surface/type"),
+        ({"up": np.array(0)}, "wrong_value", "/surface/up"),
+        ({"more": np.zeros(3)}, "unknown_field", "/surface/more"),
+        ({"type": "bspline", "degree": np.array([1, 1])}, "wrong_type", "/surface/degree"),
+    ],
+    ids=lambda value: str(value)[:20],
+)
+def test_an_array_elsewhere_is_refused(fields: dict[str, Any], code: str, where: str) -> None:
+    with pytest.raises(InvalidRequest) as refusal:
+        mesh_request({"surface": {"control_net": np.zeros((2, 2, 3))} | fields}, DocumentLimits())
+    issue = refusal.value.issues[0]
+    assert (issue.code, issue.pointer, issue.got) == (code, where, "a list")
+
+
+def test_every_kind_of_surface_takes_arrays() -> None:
+    points = np.array([[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]], dtype=">f4")
+    knots = np.array([0, 0, 1, 1], dtype=np.int32)
+    documents: list[dict[str, Any]] = [
+        {"type": "tube", "curve": {"control_points": points}, "radius": np.array([0.5, 0.25])},
+        {"type": "ribbon", "curve": {"control_points": points, "weights": np.ones(4)},
+         "width": np.array([1]), "camera": np.array([0, 0, 9])},
+        {"type": "bspline", "control_net": points.reshape(2, 2, 3), "degree": 1,
+         "knots": ["clamped", knots], "uvs": np.zeros((1, 1, 2))},
+        {"type": "patches", "vertices": points, "patches": np.array([[[0, 1], [2, 3]]], dtype="u1"),
+         "triangles": np.array([[0, 1, 2]]), "parts": {"a": np.array([1])},
+         "attributes": {"t": np.zeros((4, 1), dtype=np.float32)}},
+    ]  # fmt: skip
+    members = [{"surface": each, "matrix": np.eye(4)} for each in documents]
+    documents.append({"type": "group", "members": members})
+    for document in documents:
+        made = mesh_request({"surface": document}, DocumentLimits()).to_surface()
+        text = orjson.dumps(document, default=lambda array: array.tolist())
+        text = text.replace(b'"triangles":[[0,1,2]]', b'"triangles":[[[0,1],[2]]]')
+        assert content_key(made) == content_key(
+            mesh_request({"surface": orjson.loads(text)}, DocumentLimits()).to_surface()
+        )
