@@ -2,11 +2,11 @@
 
 import base64
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler, SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
@@ -27,15 +27,21 @@ CHROMIUM_FLAGS = (
 )
 
 
-class _QuietHandler(SimpleHTTPRequestHandler):
+class QuietHandler(SimpleHTTPRequestHandler):
+    """Files of a folder."""
+
     def log_message(self, format: str, *args: Any) -> None:
         """Nobody wants to read every request."""
 
 
-@contextmanager
-def serve_folder(folder: Path) -> Iterator[str]:
+def serve_folder(folder: Path) -> AbstractContextManager[str]:
     """URL at which the files of `folder` are served, on a free port of this machine."""
-    handler = partial(_QuietHandler, directory=str(folder))
+    return serve(partial(QuietHandler, directory=str(folder)))
+
+
+@contextmanager
+def serve(handler: Callable[..., BaseHTTPRequestHandler]) -> Iterator[str]:
+    """URL at which this handler answers, on a free port of this machine."""
     with ThreadingHTTPServer(("127.0.0.1", 0), handler) as httpd:
         thread = threading.Thread(target=httpd.serve_forever, name="pages")
         thread.start()

@@ -1,0 +1,89 @@
+"""Pages as front ends write them, at an origin of their own, and what their libraries then hold.
+
+`docs/browser.md` has a page for three.js, for model-viewer and for Babylon.js. Here they are taken
+from there, given the address of a model, and opened in the browser.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
+from io import BytesIO
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from playwright.sync_api import Browser
+
+from tests.web.browser import FOLDER, QuietHandler, Stage, open_page, serve
+
+PAGE = Path(__file__).parents[2] / "docs" / "browser.md"
+HELD = FOLDER / "held.js"
+# Of each library, the file that its page names.
+LIBRARIES = {
+    "three": "three.module.js",
+    "model-viewer": "model-viewer.min.js",
+    "babylon": "babylon.js",
+}
+MODEL = re.compile(r"http://127\.0\.0\.1:8000/v1/surfaces/[\w-]+/mesh\.glb[^'\"]*")
+
+
+def blocks(language: str) -> list[str]:
+    """The blocks of code of the documentation's page that are in this language."""
+    text = PAGE.read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+
+
+def client(library: str, model: str) -> str:
+    """The documentation's page for this library, of another model (its URL; a `data:` one too)."""
+    (page,) = (block for block in blocks("html") if LIBRARIES[library] in block)
+    page, replaced = MODEL.subn(lambda _: model, page)
+    assert replaced == 1
+    return page
+
+
+class _SiteHandler(QuietHandler):
+    """Answers the pages of a site, and for the rest files."""
+
+    def __init__(self, *args: Any, pages: Mapping[str, str], **options: Any) -> None:
+        self.pages = pages
+        super().__init__(*args, **options)
+
+    def send_head(self) -> BytesIO | BinaryIO | None:
+        page = self.pages.get(self.path)
+        if page is None:
+            return super().send_head()
+        content = page.encode()
+        self.send_response(200)
+        self.send_header("Content-Type", "text/html; charset=utf-8")
+        self.send_header("Content-Length", str(len(content)))
+        self.end_headers()
+        return BytesIO(content)
+
+
+@contextmanager
+def site(pages: Mapping[str, str]) -> Iterator[str]:
+    """Origin that serves these pages by their paths, beside `/node_modules/…`.
+
+    Pages may be added to the mapping as long as the site stands.
+    """
+    with serve(partial(_SiteHandler, pages=pages, directory=str(FOLDER))) as origin:
+        yield origin
+
+
+def open_client(browser: Browser, url: str) -> Stage:
+    """A new page at `url`, opened; `held` can be asked about it."""
+    stage = open_page(browser)
+    stage.page.add_init_script(path=HELD)
+    stage.page.goto(url)
+    return stage
+
+
+def held(stage: Stage) -> list[dict[str, Any]]:
+    """The meshes that the library of this page holds, as soon as it holds any.
+
+    Of each `name`, `triangles` (indices, three a triangle), and rows of `positions`, `normals` and
+    `colors` (as the shader gets them: linear), in the world of glTF: right-handed, y up.
+    """
+    stage.page.wait_for_function("window.held().length > 0")
+    found: list[dict[str, Any]] = stage.page.evaluate("window.held()")
+    return found

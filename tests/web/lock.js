@@ -1,0 +1,9 @@
+// Of the lock file only what pins: the addresses at which packages ask for money are left out.
+
+import { readFileSync, writeFileSync } from 'node:fs';
+
+const LOCK = new URL('package-lock.json', import.meta.url);
+
+const lock = JSON.parse(readFileSync(LOCK, 'utf-8'));
+Object.values(lock.packages).forEach((entry) => { delete entry.funding; });
+writeFileSync(LOCK, `${JSON.stringify(lock, null, 2)}\n`);
