@@ -62,6 +62,18 @@ class TooLarge(SurfaceError):
     """The result would exceed a limit; known from the request's shapes, before any allocation."""
 
 
+class StoreFull(SurfaceError):
+    """There is no room to keep another surface."""
+
+
+class StoreFailed(SurfaceError):
+    """The place where surfaces are kept does not do what it should; the log says why."""
+
+
+class DamagedObject(SurfaceError):
+    """What is kept under an id is not what was stored under it."""
+
+
 class BadAddress(Exception):
     """The address of a service is none."""
 

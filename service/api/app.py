@@ -3,6 +3,7 @@
 `uvicorn service.api.app:create_app --factory` serves it.
 """
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -16,7 +17,9 @@ from service import __version__
 from service.api import catalogue, convert, curve, docs, estimate, mesh, points, problems
 from service.api.answers import BOUND_HEADER, json_response
 from service.api.openapi.document import document
-from service.settings import Settings, from_environment, pin_blas
+from service.settings import InvalidSettings, Settings, from_environment, pin_blas
+from service.storage.address import InvalidStore, open_store
+from service.storage.store import SurfaceStore
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
@@ -35,6 +38,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.settings = settings or from_environment()
     app.state.limiter = CapacityLimiter(app.state.settings.workers)
     app.state.turn = Lock()
+    app.state.store = _store(app.state.settings)
     app.state.ready = True
     app.openapi = document  # type: ignore[method-assign]
     _add_routes(app)
@@ -68,12 +72,22 @@ def _add_routes(app: FastAPI) -> None:
     app.add_route("/", docs.home)
 
 
+def _store(settings: Settings) -> SurfaceStore:
+    """Where surfaces are kept; a place that is none must stop the start."""
+    try:
+        return open_store(settings.store, settings.store_quota)
+    except InvalidStore as error:
+        raise InvalidSettings(f"SURFACE_STORE: {error}") from None
+
+
 async def _openapi(_: Request) -> Response:
     return json_response(document())
 
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    """Says that the service is draining as soon as it is asked to stop."""
+    """Looks through the store while requests are answered; says so when asked to stop."""
+    preparing = asyncio.create_task(app.state.store.prepare())
     yield
     app.state.ready = False
+    preparing.cancel()

@@ -13,9 +13,12 @@ from starlette.responses import Response
 
 from service.api.answers import HEADERS, json_response
 from service.errors import (
+    DamagedObject,
     InvalidRequest,
     Issue,
     MalformedJson,
+    StoreFailed,
+    StoreFull,
     SurfaceError,
     TooLarge,
     UnknownSurface,
@@ -56,9 +59,9 @@ class UnsupportedMediaType(SurfaceError):
 class Problem:
     """What a class of errors is over HTTP.
 
-    `title` is the status's phrase in RFC 9110; `code` is stable and for programs. `place` is where
-    its issues lie: in the body (a JSON pointer), in the path or the query (a parameter), or in a
-    header.
+    `title` is the status's phrase in RFC 9110 (507: RFC 4918); `code` is stable and for programs.
+    `place` is where its issues lie: in the body (a JSON pointer), in the path or the query (a
+    parameter), or in a header.
     """
 
     status: int
@@ -120,6 +123,24 @@ PROBLEMS: dict[type[SurfaceError], Problem] = {
         "Unprocessable Content",
         "result_too_large",
         "The result would be larger than is allowed; nothing was computed.",
+    ),
+    DamagedObject: Problem(
+        500,
+        "Internal Server Error",
+        "damaged_object",
+        "What is kept under this id is damaged, and is not given out. Storing it again mends it.",
+    ),
+    StoreFailed: Problem(
+        503,
+        "Service Unavailable",
+        "store_unavailable",
+        "The place where surfaces are kept does not work at the moment. It has been logged.",
+    ),
+    StoreFull: Problem(
+        507,
+        "Insufficient Storage",
+        "store_full",
+        "There is no room for another surface; nothing was stored.",
     ),
 }
 

@@ -26,7 +26,7 @@ def subclasses(cls: type[SurfaceError]) -> Iterator[type[SurfaceError]]:
 
 def test_every_error_has_a_status() -> None:
     for cls in subclasses(SurfaceError):
-        assert 400 <= problem_of(cls(Issue("code", "text"))).status < 500
+        assert 400 <= problem_of(cls(Issue("code", "text"))).status < 600
     assert set(PROBLEMS) <= set(subclasses(SurfaceError))
 
 

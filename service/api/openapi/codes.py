@@ -72,6 +72,9 @@ CODES: Mapping[str, str] = MappingProxyType(
         "too_many_bytes": "an answer of more bytes than are sent",
         "too_costly": "work of more than some seconds",
         "unsupported_by_format": "quads, lines or wires where the format has none",
+        # Where surfaces are kept.
+        "store_full": "more bytes than the service may still keep",
+        "disk_full": "the disk of the service is full",
         # The request around the body.
         "unknown_surface": "no surface has this id",
         "unknown_suffix": "no format has this suffix",

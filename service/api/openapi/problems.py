@@ -15,7 +15,7 @@ from service.api.problems import MEDIA_TYPE, Place, problem_document, problem_of
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions
 from service.engine.points.places import Query
-from service.errors import SurfaceError
+from service.errors import DamagedObject, StoreFailed, SurfaceError
 from service.pipeline.conversion import converted
 from service.pipeline.mesh import render
 from service.pipeline.points import plan_points
@@ -23,6 +23,8 @@ from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.query import options_from_text
 from service.schemas.request import mesh_request
 from service.settings import Settings
+from service.storage.failures import disk_full
+from service.storage.usage import no_room
 from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import Split
 from service.surface.examples import find
@@ -102,6 +104,12 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
                 lambda: options_from_text([("resolution", "0"), ("weld", "1")]), "parameter"
             ),
             "quads": lambda: _refused(_render("stl", MeshOptions(faces="quads")), "parameter"),
+        },
+        "DamagedObject": {"hash": lambda: _raised(DamagedObject())},
+        "StoreFailed": {"bucket": lambda: _raised(StoreFailed())},
+        "StoreFull": {
+            "quota": lambda: _raised(no_room(left=3_000, growth=14_000)),
+            "disk": lambda: _raised(disk_full()),
         },
         "InternalError": {"ours": lambda: problem_document(problems.INTERNAL_ERROR)},
     }

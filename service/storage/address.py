@@ -1,0 +1,101 @@
+"""From the address of a store to the store."""
+
+import re
+import tempfile
+from datetime import timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import unquote, urlsplit
+
+from anyio import CapacityLimiter
+from obstore.exceptions import BaseError
+from obstore.store import LocalStore, MemoryStore, from_url
+
+from service.storage.failures import DISK_FULL, reason_of
+from service.storage.keys import SURFACES
+from service.storage.places import STAGING, Bucket, Folder
+from service.storage.store import SurfaceStore
+
+if TYPE_CHECKING:
+    from obstore.store import ClientConfig, RetryConfig
+
+BUCKETS = ("s3", "gs", "az")
+"""Schemes of stores elsewhere: Amazon S3 and whatever speaks like it, Google, Azure."""
+
+_SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):")
+
+# A client waits for the answer: a store that does not answer soon has failed.
+_CLIENT: "ClientConfig" = {"connect_timeout": "5s", "timeout": "30s"}
+_RETRIES: "RetryConfig" = {"max_retries": 3, "retry_timeout": timedelta(seconds=30)}
+
+
+class InvalidStore(ValueError):
+    """The address of a store is none, or nothing can be kept there."""
+
+
+def open_store(address: str, quota: int) -> SurfaceStore:
+    """The store at an address.
+
+    Parameters
+    ----------
+    address : str
+        A folder, which is made if it is not there, or `file:///folder`; `memory://`, which is gone
+        with the process; or a bucket, `s3://bucket/prefix`, its region, keys and endpoint being
+        those of the environment (AWS_REGION, AWS_ACCESS_KEY_ID, …).
+    quota : int
+        Bytes that all objects may take together; 0 sets no limit.
+
+    Raises
+    ------
+    InvalidStore
+    """
+    scheme = _SCHEME.match(address)
+    if scheme is None:
+        return SurfaceStore(_folder(Path(address)), quota)
+    name = scheme[1].lower()
+    if name == "file":
+        return SurfaceStore(_folder(_path_of(address)), quota)
+    if name == "memory":
+        if urlsplit(address)[1:] != ("", "", "", ""):
+            raise InvalidStore(f"got {address!r}, needed memory:// and no more.")
+        return SurfaceStore(Bucket(MemoryStore()), quota)
+    if name in BUCKETS:
+        return SurfaceStore(_bucket(address), quota)
+    known = ", ".join(f"{each}://" for each in ("file", "memory", *BUCKETS))
+    raise InvalidStore(f"got {address!r}, needed a folder, or an address that begins with {known}.")
+
+
+def _path_of(address: str) -> Path:
+    """The folder that a `file://` address names (RFC 8089)."""
+    parts = urlsplit(address)
+    path = unquote(parts.path)
+    if parts.netloc not in ("", "localhost") or not path.startswith("/") or parts.query:
+        raise InvalidStore(f"got {address!r}, needed file:// and the whole path of a folder.")
+    return Path(path)
+
+
+def _folder(path: Path) -> Folder:
+    """A folder that has been written to."""
+    try:
+        root = path.expanduser().absolute()
+        for name in (SURFACES, STAGING):
+            (root / name).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=root / STAGING):
+            pass
+    except OSError as error:
+        # With a full disk the service still answers whatever is there.
+        if error.errno not in DISK_FULL:
+            text = f"surfaces cannot be kept in the folder {str(path)!r}: {reason_of(error)}."
+            raise InvalidStore(text) from None
+    except (RuntimeError, ValueError) as error:  # no home; a null character
+        raise InvalidStore(f"got {str(path)!r}, needed a folder: {error}.") from None
+    return Folder(LocalStore(root), root, CapacityLimiter(1))
+
+
+def _bucket(address: str) -> Bucket:
+    """A bucket; whether it can be reached is seen when it is used."""
+    try:
+        return Bucket(from_url(address, client_options=_CLIENT, retry_config=_RETRIES))
+    except (BaseError, ValueError, TypeError) as error:
+        reason = str(error).partition("\n")[0]
+        raise InvalidStore(f"got {address!r}, needed the address of a bucket: {reason}.") from None

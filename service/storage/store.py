@@ -1,0 +1,173 @@
+"""Surfaces under their hashes: stored whole, checked whenever they are read."""
+
+import asyncio
+import hashlib
+import logging
+import time
+from contextlib import suppress
+from weakref import WeakValueDictionary
+
+import obstore
+from anyio import CapacityLimiter, Lock, to_thread
+
+from service.errors import DamagedObject, Issue, StoreFailed, SurfaceError, UnknownSurface
+from service.storage.failures import failures
+from service.storage.keys import SURFACES, is_id, key_of
+from service.storage.places import Bucket
+from service.storage.usage import Usage
+
+AT_ONCE = 16
+"""Objects read or written at the same time: each is held in memory, and takes a thread."""
+
+INLINE = 1 << 18
+"""Bytes that the event loop has the time to hash."""
+
+DEADLINE = 1.0
+"""Seconds within which a store answers that is well."""
+
+REMEMBERED = 5.0
+"""Seconds for which it is known whether the store is well: whoever asks, it is asked no oftener."""
+
+_log = logging.getLogger(__name__)
+
+
+class SurfaceStore:
+    """Contents by the SHA-256 that is their name.
+
+    Several processes may share one place: what they write under one name is the same, so that it
+    does not matter whose comes last.
+    """
+
+    def __init__(self, place: Bucket, quota: int) -> None:
+        self._place = place
+        self._usage = Usage(quota, self._listed)
+        self._limiter = CapacityLimiter(AT_ONCE)
+        self._writing: WeakValueDictionary[str, Lock] = WeakValueDictionary()
+        self._asking = Lock()
+        self._asked: tuple[float, bool] | None = None
+
+    async def put(self, id: str, content: bytes) -> bool:
+        """Stores a content, and returns whether it was not there; it lasts once this returns.
+
+        A damaged object is written anew. What is there already needs no room.
+
+        Raises
+        ------
+        StoreFull
+            Nothing was stored.
+        StoreFailed
+        ValueError
+            The id is not the hash of the content.
+        """
+        key = key_of(id)
+        if await _hash(content) != id:
+            raise ValueError("the id is not the hash of the content")
+        lock = self._writing.setdefault(id, Lock())  # two tasks that store the same: one writes
+        async with lock:
+            before = await self._size(key)
+            if before == len(content):
+                with suppress(DamagedObject):
+                    await self.get(id)
+                    return False
+            async with self._usage.room(len(content) - (before or 0)), self._limiter:
+                with failures(f"storing {key}"):
+                    await self._place.write(key, content)
+        return True
+
+    async def get(self, id: str) -> bytes:
+        """The content that was stored under this id, never another.
+
+        Raises
+        ------
+        UnknownSurface
+        DamagedObject, StoreFailed
+            The log says more.
+        """
+        if not is_id(id):
+            raise _unknown()
+        key = key_of(id)
+        async with self._limiter:
+            content = await self._read(key)
+            hash = await _hash(content)
+        if hash != id:
+            _log.error("%s is damaged: %d bytes of another hash", key, len(content))
+            raise DamagedObject
+        return content
+
+    async def has(self, id: str) -> bool:
+        """Whether there is something under this id; it is not read."""
+        return is_id(id) and await self._size(key_of(id)) is not None
+
+    async def delete(self, id: str) -> bool:
+        """Removes what is stored under this id, whole or damaged; whether there was anything."""
+        if not is_id(id):
+            return False
+        key = key_of(id)
+        size = await self._size(key)
+        if size is None:
+            return False
+        async with self._limiter:
+            with failures(f"deleting {key}"):
+                try:
+                    await obstore.delete_async(self._place.objects, key)
+                except FileNotFoundError:
+                    return False
+        self._usage.add(-size)
+        return True
+
+    async def answers(self) -> bool:
+        """Whether the store is well: a cheap question with a deadline, asked every 5 s at most."""
+        async with self._asking:
+            if self._asked is None or time.monotonic() - self._asked[0] > REMEMBERED:
+                self._asked = (time.monotonic(), await self._answers())
+            return self._asked[1]
+
+    async def prepare(self) -> None:
+        """Counts what there is and removes what killed processes left; requests need not wait."""
+        with suppress(SurfaceError):  # the log says why, and the first to store counts again
+            with failures("sweeping"):
+                await self._place.sweep()
+            await self._usage.counted()
+
+    async def _answers(self) -> bool:
+        try:
+            with failures("asking whether the store answers"):
+                await asyncio.wait_for(self._place.touch(), DEADLINE)
+        except StoreFailed:
+            return False
+        return True
+
+    async def _size(self, key: str) -> int | None:
+        """Bytes of an object; None if there is none."""
+        async with self._limiter:
+            with failures(f"looking for {key}"):
+                try:
+                    return (await obstore.head_async(self._place.objects, key))["size"]
+                except FileNotFoundError:
+                    return None
+
+    async def _read(self, key: str) -> bytes:
+        with failures(f"reading {key}"):
+            try:
+                found = await obstore.get_async(self._place.objects, key)
+                return bytes(await found.bytes_async())
+            except FileNotFoundError:
+                raise _unknown() from None
+
+    async def _listed(self) -> int:
+        """Bytes of all objects."""
+        total = 0
+        with failures("counting surfaces"):
+            async for some in obstore.list(self._place.objects, SURFACES, chunk_size=1000):
+                total += sum(each["size"] for each in some)
+        return total
+
+
+async def _hash(content: bytes) -> str:
+    if len(content) <= INLINE:
+        return hashlib.sha256(content).hexdigest()
+    return await to_thread.run_sync(lambda: hashlib.sha256(content).hexdigest())
+
+
+def _unknown() -> UnknownSurface:
+    return UnknownSurface(Issue("unknown_surface", "No surface is kept under this id."))

@@ -1,0 +1,125 @@
+"""What a store promises, in memory and in a folder."""
+
+import asyncio
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.errors import UnknownSurface
+from service.storage.keys import key_of
+from service.storage.store import INLINE, SurfaceStore
+from tests.storage.places import KINDS, id_of, on, store_of
+
+CONTENTS = st.binary(max_size=2)
+NAMES = [
+    "",
+    "../../etc/passwd",
+    "a" * 63,
+    "a" * 65,
+    "A" * 64,
+    "g" * 64,
+    "٠" * 64,  # digits, but not those of hexadecimal numbers
+    "a" * 64 + "\n",
+    "../" + "a" * 61,
+    "a" * 32 + "/" + "a" * 31,
+    "a" * 62 + "#1",
+    "a" * 63 + "\0",
+]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("size", [0, 1, INLINE + 1])
+def test_what_was_stored_comes_back(kind: str, size: int, tmp_path: Path) -> None:
+    content = bytes(index % 251 for index in range(size))
+    id = id_of(content)
+
+    async def work(store: SurfaceStore) -> None:
+        assert not await store.has(id)
+        assert await store.put(id, content)
+        assert not await store.put(id, content)
+        assert await store.has(id)
+        assert await store.get(id) == content
+        assert await store.delete(id)
+        assert not await store.delete(id)
+        assert not await store.has(id)
+        with pytest.raises(UnknownSurface):
+            await store.get(id)
+
+    on(store_of(kind, tmp_path), work)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_store_is_a_dictionary(kind: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Whatever is done to a store and to a dictionary, they agree."""
+
+    @settings(max_examples=25)
+    @given(st.lists(st.tuples(st.sampled_from(["put", "delete", "has"]), CONTENTS), max_size=20))
+    def agree(steps: list[tuple[str, bytes]]) -> None:
+        async def work(store: SurfaceStore) -> None:
+            model: dict[str, bytes] = {}
+            for step, content in steps:
+                id = id_of(content)
+                if step == "put":
+                    assert await store.put(id, content) is (id not in model)
+                    model[id] = content
+                elif step == "delete":
+                    assert await store.delete(id) is (model.pop(id, None) is not None)
+                assert await store.has(id) is (id in model)
+            for id, content in model.items():
+                assert await store.get(id) == content
+
+        on(store_of(kind, tmp_path_factory.mktemp("store")), work)
+
+    agree()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", NAMES)
+def test_other_names_lead_nowhere(kind: str, name: str, tmp_path: Path) -> None:
+    async def work(store: SurfaceStore) -> None:
+        assert not await store.has(name)
+        assert not await store.delete(name)
+        with pytest.raises(UnknownSurface):
+            await store.get(name)
+        with pytest.raises(ValueError, match="64 hexadecimal digits"):
+            await store.put(name, b"content")
+
+    on(store_of(kind, tmp_path / "store"), work)
+
+
+@given(st.text("0aAf/.", min_size=63, max_size=65) | st.text("0af", min_size=64, max_size=64))
+def test_only_ids_become_keys(name: str) -> None:
+    if len(name) == 64 and set(name) <= set("0123456789abcdef"):
+        assert key_of(name).split("/") == ["surfaces", name[:2], name]
+    else:
+        with pytest.raises(ValueError, match="64 hexadecimal digits"):
+            key_of(name)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_content_goes_under_its_own_hash_only(kind: str, tmp_path: Path) -> None:
+    async def work(store: SurfaceStore) -> None:
+        with pytest.raises(ValueError, match="not the hash"):
+            await store.put(id_of(b"one"), b"other")
+        assert not await store.has(id_of(b"one"))
+
+    on(store_of(kind, tmp_path), work)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_of_many_who_store_the_same_one_is_the_first(kind: str, tmp_path: Path) -> None:
+    content = b"the same" * 1000
+
+    async def work(store: SurfaceStore) -> None:
+        stored = await asyncio.gather(*(store.put(id_of(content), content) for _ in range(50)))
+        assert sorted(stored) == [False] * 49 + [True]
+        assert await store.get(id_of(content)) == content
+
+    on(store_of(kind, tmp_path), work)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_store_that_is_well_says_so(kind: str, tmp_path: Path) -> None:
+    assert on(store_of(kind, tmp_path), lambda store: store.answers())
