@@ -155,7 +155,7 @@ def test_examples_of_conversions_are_true(client: Client) -> None:
 
 def test_operations_are_described_and_their_examples_taken() -> None:
     schemas = DOCUMENT["components"]["schemas"]
-    items = schemas["ConvertRequest"]["properties"]["operations"]["items"]["oneOf"]
+    items = schemas["OperationDefinition"]["oneOf"]
     surface = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]}
     for reference in items:
         fields = schemas[reference["$ref"].rpartition("/")[2]]["properties"]

@@ -18,6 +18,7 @@ from service.api.openapi.operations import get_operation
 from service.api.openapi.points import points_schema, post_points
 from service.api.openapi.problems import responses
 from service.api.openapi.schemas import Json, ref, schemas
+from service.api.openapi.shapes import with_named_unions, with_tuples
 
 _DESCRIPTION = """\
 Parametric surfaces in, meshes out: post a control net, get vertices and faces.
@@ -47,7 +48,7 @@ _TAGS = [
 @cache
 def document() -> Json:
     """The whole document, OpenAPI 3.1."""
-    return {
+    whole: Json = {
         "openapi": "3.1.0",
         "info": {
             "title": "Surface Service",
@@ -57,16 +58,19 @@ def document() -> Json:
         "tags": _TAGS,
         "paths": _paths(),
         "components": {
-            "schemas": schemas()
-            | {
-                "Points": points_schema(),
-                "Curve": curve_schema(),
-                "Estimate": estimate_schema(),
-            },
+            "schemas": with_named_unions(
+                schemas()
+                | {
+                    "Points": points_schema(),
+                    "Curve": curve_schema(),
+                    "Estimate": estimate_schema(),
+                }
+            ),
             "responses": responses(),
             "examples": meshes(),
         },
     }
+    return whole | {key: with_tuples(whole[key]) for key in ("paths", "components")}
 
 
 def _paths() -> Json:

@@ -6,6 +6,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue, models_jso
 from pydantic_core import core_schema
 
 from service.api.problems import INTERNAL_ERROR, METHOD_NOT_ALLOWED, NOT_FOUND, PROBLEMS
+from service.encoders.registry import FORMATS
 from service.errors import MAX_ISSUES
 from service.schemas.convert import ConvertRequest
 from service.schemas.curve_request import CurveRequest
@@ -265,7 +266,7 @@ _MESH = _object(
     description="A mesh as JSON.",
 )
 
-_ERROR = _object(
+_ISSUE = _object(
     {
         "code": _text(
             "What is wrong, stable, for programs; the list stands at the head of this document. "
@@ -300,7 +301,7 @@ _PROBLEM = _object(
         "errors": {
             "type": "array",
             "maxItems": MAX_ISSUES,
-            "items": ref("Error"),
+            "items": ref("Issue"),
             "description": f"What is wrong, place by place; at most {MAX_ISSUES} of them.",
         },
     },
@@ -325,11 +326,10 @@ _SUMMARY = _object(
         "links": _object(
             {
                 "self": _text("Address of the definition."),
-                "mesh": {
-                    "type": "object",
-                    "additionalProperties": {"type": "string"},
-                    "description": "Address of the mesh by suffix; options are added as a query.",
-                },
+                "mesh": _object(
+                    {fmt.suffix: _text(f"{fmt.title}.") for fmt in FORMATS},
+                    description="Address of the mesh by suffix; options are added as a query.",
+                ),
             },
             description="Addresses, without the host.",
         ),
@@ -357,7 +357,7 @@ ANSWERS: dict[str, Json] = {
     "Mesh": _MESH,
     "MeshReport": _REPORT,
     "Problem": _PROBLEM,
-    "Error": _ERROR,
+    "Issue": _ISSUE,
     "SurfaceSummary": _SUMMARY,
     "SurfaceList": _object(
         {"surfaces": _list("SurfaceSummary", "One entry a surface.")},
@@ -365,18 +365,8 @@ ANSWERS: dict[str, Json] = {
     ),
     "SurfaceDocument": _object(
         {
-            "surface": {
-                "oneOf": [
-                    ref("BezierDefinition"),
-                    ref("BsplineDefinition"),
-                    ref("PatchesDefinition"),
-                    ref("TriangleDefinition"),
-                    ref("TubeDefinition"),
-                    ref("RibbonDefinition"),
-                    ref("GroupDefinition"),
-                ],
-                "description": "The definition, as a request would give it.",
-            }
+            "surface": ref("SurfaceDefinition")
+            | {"description": "The definition, as a request would give it."}
         },
         description="A surface alone: a body for the other calls, to which options may be added.",
     ),
