@@ -109,7 +109,7 @@ def test_every_field_of_a_request_is_described() -> None:
 
 
 def test_every_media_type_is_listed() -> None:
-    for path in ("/v1/mesh", "/v1/surfaces/{example}/mesh.{suffix}"):
+    for path in ("/v1/mesh", "/v1/surfaces/{id}/mesh.{suffix}"):
         for operation in DOCUMENT["paths"][path].values():
             assert set(operation["responses"]["200"]["content"]) == {f.media_type for f in FORMATS}
 

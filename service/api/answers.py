@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal
 
 import orjson
 from starlette.responses import Response
@@ -21,6 +21,9 @@ POST_HEADERS = HEADERS | {"Vary": "Accept"}
 
 BOUND_HEADER = "Surface-Deviation-Bound"
 """Header of every mesh whose distance from the surface is certified, whatever its format."""
+
+VERTICES_HEADER, TRIANGLES_HEADER = "Surface-Vertices", "Surface-Triangles"
+"""Headers of every mesh: the counts of its report."""
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 
@@ -66,6 +69,14 @@ def file_response(
     """A file; with a name to save it under, unless it is JSON for a program."""
     named = dict(headers)
     if fmt.name != "json":
-        stem = _UNSAFE.sub("-", name).strip("-.") or "surface"
-        named["Content-Disposition"] = f'attachment; filename="{stem}.{fmt.suffix}"'
+        named["Content-Disposition"] = disposition("attachment", name, fmt)
     return ChunkedResponse(content, 200, named, fmt.media_type)
+
+
+def disposition(kind: Literal["inline", "attachment"], name: str, fmt: FileFormat) -> str:
+    """A name to save a file under (RFC 6266), of harmless characters.
+
+    A browser shows what it can show of what is `inline`, and saves the rest under this name.
+    """
+    stem = _UNSAFE.sub("-", name).strip("-.") or "surface"
+    return f'{kind}; filename="{stem}.{fmt.suffix}"'

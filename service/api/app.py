@@ -9,13 +9,27 @@ from contextlib import asynccontextmanager
 
 from anyio import CapacityLimiter, Lock
 from fastapi import FastAPI
-from starlette.middleware.cors import CORSMiddleware
 from starlette.requests import Request
 from starlette.responses import Response
+from starlette.types import ASGIApp
 
 from service import __version__
-from service.api import catalogue, convert, curve, docs, estimate, mesh, points, problems
-from service.api.answers import BOUND_HEADER, json_response
+from service.api import (
+    catalogue,
+    convert,
+    curve,
+    docs,
+    estimate,
+    mesh,
+    mesh_by_url,
+    points,
+    problems,
+)
+from service.api.answers import json_response
+from service.api.caching.answers import AnswerCache
+from service.api.caching.flights import Flights
+from service.api.caching.front import Front
+from service.api.cors import CrossOrigin, Origins
 from service.api.openapi.document import document
 from service.settings import InvalidSettings, Settings, from_environment, pin_blas
 from service.storage.address import InvalidStore, open_store
@@ -43,14 +57,22 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.openapi = document  # type: ignore[method-assign]
     _add_routes(app)
     problems.install(app)
-    if app.state.settings.cors_origins:
-        app.add_middleware(
-            CORSMiddleware,
-            allow_origins=app.state.settings.cors_origins,
-            allow_methods=["GET", "HEAD", "POST"],
-            expose_headers=["Content-Disposition", BOUND_HEADER],
-        )
+    _add_front(app)
     return app
+
+
+def _add_front(app: FastAPI) -> None:
+    """Puts what answers before all else around the application, its handler of errors included."""
+    inner = app.build_middleware_stack
+    app.state.origins = Origins(app.state.settings.cors_origins)
+    app.state.answers = AnswerCache(app.state.settings.cache_bytes)
+    app.state.flights = Flights()
+
+    def outer() -> ASGIApp:
+        reachable = CrossOrigin(inner(), app.state.origins)
+        return Front(reachable, app.state.answers, app.state.origins)
+
+    app.build_middleware_stack = outer  # type: ignore[method-assign]
 
 
 def _add_routes(app: FastAPI) -> None:
@@ -60,8 +82,8 @@ def _add_routes(app: FastAPI) -> None:
     app.add_route("/v1/convert", convert.post_convert, methods=["POST"])
     app.add_route("/v1/curve", curve.post_curve, methods=["POST"])
     app.add_route("/v1/surfaces", catalogue.list_surfaces)
-    app.add_route("/v1/surfaces/{example}", catalogue.get_surface)
-    app.add_route("/v1/surfaces/{example}/mesh.{suffix}", mesh.get_example_mesh)
+    app.add_route("/v1/surfaces/{id}", catalogue.get_surface)
+    app.add_route("/v1/surfaces/{id}/mesh.{suffix}", mesh_by_url.get_mesh)
     app.add_route("/v1/formats", catalogue.list_formats)
     app.add_route("/health", catalogue.health)
     app.add_route("/health/live", catalogue.live)

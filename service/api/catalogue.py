@@ -24,9 +24,9 @@ async def list_surfaces(request: Request) -> Response:
 
 
 async def get_surface(request: Request) -> Response:
-    """GET /v1/surfaces/{example}: the definition, as a body for POST /v1/mesh."""
+    """GET /v1/surfaces/{id}: the definition, as a body for POST /v1/mesh."""
     no_parameters(request.query_params)
-    example = named_example(request.path_params["example"])
+    example = named_example(request.path_params["id"])
     return json_response({"surface": definition(example.surface())})
 
 

@@ -1,11 +1,11 @@
 """Which format to answer in: `?format=`, a suffix, or `Accept` (RFC 9110, section 12.5.1)."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
 from service.api.problems import InvalidQuery, NotAcceptable, UnknownSuffix
+from service.api.weights import weighted
 from service.encoders.format import FileFormat, Format
 from service.encoders.registry import BY_NAME, BY_SUFFIX
 from service.errors import Issue
@@ -14,9 +14,6 @@ DEFAULT = "json"
 """Name of the format that is written where the client has no preference."""
 
 AnyFormat = TypeVar("AnyFormat", bound=FileFormat)
-
-_MAX_RANGES = 100
-_QUALITY = re.compile(r"(?:0(?:\.\d{0,3})?|1(?:\.0{0,3})?)", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,14 +119,7 @@ def by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFormat:
 def _ranges(header: str) -> list[_Range]:
     """The media ranges of a header; what is malformed matches nothing."""
     ranges: list[_Range] = []
-    for item in header.lower().split(",")[:_MAX_RANGES]:
-        media_range, *parameters = (part.strip() for part in item.split(";"))
+    for media_range, quality in weighted(header):
         main, _, sub = media_range.partition("/")
-        quality = 1.0
-        for parameter in parameters:
-            name, _, value = parameter.partition("=")
-            if name.strip() == "q":
-                text = value.strip()
-                quality = float(text) if _QUALITY.fullmatch(text) else 0.0
         ranges.append(_Range(main, sub, quality))
     return ranges

@@ -16,12 +16,12 @@ def named_example(name: str) -> Example:
     Raises
     ------
     UnknownSurface
-        If there is none; its pointer is `/example`, the parameter.
+        If there is none; its pointer is `/id`, the parameter.
     """
     try:
         return find(name)
     except UnknownSurface as error:
-        raise error.within("/example") from None
+        raise error.within("/id") from None
 
 
 def only_format(query: Iterable[tuple[str, str]], formats: Sequence[AnyFormat]) -> AnyFormat | None:

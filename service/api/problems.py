@@ -28,6 +28,9 @@ from service.errors import (
 
 MEDIA_TYPE = "application/problem+json"
 
+PROBLEM_HEADERS = HEADERS | {"Cache-Control": "no-store"}
+"""A refusal is of one moment: what is unknown, too large or broken now may not be so later."""
+
 Place: TypeAlias = Literal["pointer", "parameter", "header"]
 
 
@@ -40,7 +43,11 @@ class UnknownSuffix(SurfaceError):
 
 
 class NotAcceptable(SurfaceError):
-    """No format that the client accepts is written here."""
+    """Nothing that the client accepts is written here."""
+
+
+class EngineGone(SurfaceError):
+    """The numbers that are meant are those of another version."""
 
 
 class BodyTooSlow(SurfaceError):
@@ -83,11 +90,18 @@ PROBLEMS: dict[type[SurfaceError], Problem] = {
         406,
         "Not Acceptable",
         "not_acceptable",
-        "No format that you accept is written here.",
+        "Nothing that you accept is written here.",
         "header",
     ),
     BodyTooSlow: Problem(
         408, "Request Timeout", "body_too_slow", "The body did not arrive in time."
+    ),
+    EngineGone: Problem(
+        410,
+        "Gone",
+        "engine_gone",
+        "The address names a version of the numbers that is not computed here.",
+        "parameter",
     ),
     BodyTooLarge: Problem(
         413, "Content Too Large", "body_too_large", "The body has too many bytes."
@@ -195,7 +209,7 @@ def problem_response(
 ) -> Response:
     """An answer that is a problem."""
     content = problem_document(problem, issues, place)
-    return json_response(content, problem.status, HEADERS | (headers or {}), MEDIA_TYPE)
+    return json_response(content, problem.status, PROBLEM_HEADERS | (headers or {}), MEDIA_TYPE)
 
 
 def problem_of(error: SurfaceError) -> Problem:

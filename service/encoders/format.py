@@ -1,7 +1,7 @@
 """What a format is: a name, a media type, a suffix, what it can hold, and a function to bytes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal, TypeAlias
 
 from service.engine.mesh import Mesh, Overlay
@@ -76,6 +76,7 @@ class Format(FileFormat):
     positions are rounded in model coordinates. `fixed` means that faces take so many bytes each and
     nothing else takes any, so that the bound is exact where their number is. A format that writes
     fewer digits than positions have has `coarseness`: how far from its place it may put a vertex.
+    `reads` names the fields of `EncodeOptions` that concern the format.
     """
 
     quads: bool
@@ -88,6 +89,13 @@ class Format(FileFormat):
     local: bool = True
     fixed: bool = False
     coarseness: Callable[[Mesh, EncodeOptions], float] | None = None
+    reads: frozenset[str] = frozenset()
+
+    @property
+    def ignored(self) -> frozenset[str]:
+        """Names of the options that change nothing here, whatever they say."""
+        unread = frozenset(field.name for field in fields(EncodeOptions)) - self.reads
+        return unread if "uvs" in self.carries else unread | {"uvs"}
 
     def write(self, made: Mesh | Scene, options: EncodeOptions) -> bytes:
         """The file of a mesh, or of a scene: as one mesh where the format has no nodes."""

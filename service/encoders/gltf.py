@@ -20,7 +20,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service import __version__
 from service.bases.arrays import Bools, IndexArray
 from service.encoders.colors import translucent
 from service.encoders.content import REPORT_PART, drawn, refuse_quads, report_object
@@ -31,7 +30,8 @@ from service.engine.light import linear
 from service.engine.mesh import Mesh, MeshPart, Overlay
 from service.surface.lowered import Color
 
-GENERATOR = f"Surface Service {__version__}"
+GENERATOR = "Surface Service"
+"""Without a version: a release changes no bytes that the version of the numbers does not change."""
 
 LINES, TRIANGLES = 1, 4
 """Primitive modes (3.7.2.1)."""

@@ -66,6 +66,7 @@ FORMATS: tuple[Format, ...] = (
         encode_exact=encode_patches,
         carries=frozenset({"colors", "uvs"}),
         coarseness=oogl.coarseness,
+        reads=frozenset({"oogl"}),
     ),
     Format(
         name="stl",

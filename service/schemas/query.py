@@ -27,7 +27,7 @@ _FLAG_NAMES = frozenset(
 _NUMBER_NAMES = frozenset(
     {"crease_angle", "tolerance", "relative_tolerance", "angle_tolerance", "wire_width"}
 )
-_WHOLE_NAMES = frozenset({"wire_sides", "max_triangles", "max_bytes"})
+_WHOLE_NAMES = frozenset({"wire_sides", "max_triangles", "max_bytes", "engine"})
 _PAIR_NAMES = frozenset({"resolution", "isocurves"})
 LIST_NAMES = _PAIR_NAMES | {"overlays"}
 """Options that may be lists."""
@@ -44,6 +44,11 @@ def options_from_text(pairs: Iterable[tuple[str, str]]) -> MeshOptionFields:
     InvalidRequest
         With pointers `/name of the option`.
     """
+    return mesh_options(option_values(pairs))
+
+
+def option_values(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
+    """The values of options of a mesh, as `values_from_text`; what only a body has is refused."""
     values = values_from_text(pairs)
     seen = [
         Issue(
@@ -58,7 +63,7 @@ def options_from_text(pairs: Iterable[tuple[str, str]]) -> MeshOptionFields:
     ]
     if seen:
         raise InvalidRequest(*seen)
-    return mesh_options(values)
+    return values
 
 
 def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:

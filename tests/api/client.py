@@ -33,6 +33,10 @@ class Client:
     def get(self, url: str, headers: Mapping[str, str] | None = None) -> httpx.Response:
         return self.request("GET", url, headers=headers)
 
+    def raw(self, url: str, headers: Mapping[str, str] | None = None) -> httpx.Response:
+        """The answer to a GET, its body as it was sent: no coding undone, none asked for."""
+        return self._portal.call(self._raw, url, headers)
+
     def post(
         self, url: str, document: Any, headers: Mapping[str, str] | None = None
     ) -> httpx.Response:
@@ -52,6 +56,18 @@ class Client:
             transport=self._transport, base_url="http://service"
         ) as client:
             return await client.request(method, url, content=content, headers=headers)
+
+    async def _raw(self, url: str, headers: Mapping[str, str] | None) -> httpx.Response:
+        async with httpx.AsyncClient(
+            transport=self._transport, base_url="http://service"
+        ) as client:
+            client.headers.pop("Accept-Encoding")
+            async with client.stream("GET", url, headers=headers) as answer:
+                body = b"".join([chunk async for chunk in answer.aiter_raw()])
+        coded = [pair for pair in answer.headers.multi_items() if pair[0] != "content-encoding"]
+        whole = httpx.Response(answer.status_code, headers=coded, content=body)
+        whole.headers = answer.headers
+        return whole
 
 
 @contextmanager

@@ -188,7 +188,7 @@ def test_preflight_of_a_posted_net(client: Client) -> None:
         "Access-Control-Request-Headers": "content-type",
     }
     answer = client.request("OPTIONS", "/v1/mesh", headers=asked)
-    assert answer.status_code == 200
+    assert answer.status_code == 204
     assert answer.headers["access-control-allow-origin"] == "*"
     assert "POST" in answer.headers["access-control-allow-methods"]
 

@@ -13,7 +13,7 @@ from service.api.openapi.convert import post_convert
 from service.api.openapi.curve import curve_schema, post_curve
 from service.api.openapi.estimate import estimate_schema, post_estimate
 from service.api.openapi.examples import meshes
-from service.api.openapi.mesh import EXAMPLE_PARAMETER, get_mesh, post_mesh
+from service.api.openapi.mesh import ID_PARAMETER, get_mesh, post_mesh
 from service.api.openapi.operations import get_operation
 from service.api.openapi.points import points_schema, post_points
 from service.api.openapi.problems import responses
@@ -85,7 +85,7 @@ def _paths() -> Json:
                 "listSurfaces", "catalogue", "The built-in surfaces", "SurfaceList", "InvalidQuery"
             )
         },
-        "/v1/surfaces/{example}": {
+        "/v1/surfaces/{id}": {
             "get": get_operation(
                 "getSurface",
                 "catalogue",
@@ -94,9 +94,9 @@ def _paths() -> Json:
                 "UnknownSurface",
                 "InvalidQuery",
             )
-            | {"parameters": [EXAMPLE_PARAMETER]}
+            | {"parameters": [ID_PARAMETER]}
         },
-        "/v1/surfaces/{example}/mesh.{suffix}": {"get": get_mesh()},
+        "/v1/surfaces/{id}/mesh.{suffix}": {"get": get_mesh()},
         "/v1/formats": {
             "get": get_operation(
                 "listFormats", "catalogue", "The formats written here", "FormatList", "InvalidQuery"

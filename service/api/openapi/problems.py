@@ -8,11 +8,13 @@ import numpy as np
 
 from service.api import problems
 from service.api.body import body_too_large, body_too_slow, check_media_type
+from service.api.mesh_by_url import check_codings, check_engine
 from service.api.negotiation import by_accept, by_suffix
 from service.api.openapi.schemas import Json, ref
 from service.api.parameters import named_example, only_format
 from service.api.problems import MEDIA_TYPE, Place, problem_document, problem_of
 from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.mesh import ENGINE
 from service.engine.options import MeshOptions
 from service.engine.points.places import Query
 from service.errors import DamagedObject, StoreFailed, SurfaceError
@@ -20,7 +22,7 @@ from service.pipeline.conversion import converted
 from service.pipeline.mesh import render
 from service.pipeline.points import plan_points
 from service.schemas.document import DocumentLimits, parse_document
-from service.schemas.query import options_from_text
+from service.schemas.mesh_query import mesh_query
 from service.schemas.request import mesh_request
 from service.settings import Settings
 from service.storage.failures import disk_full
@@ -85,6 +87,10 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
         },
         "MethodNotAllowed": {"method": lambda: problem_document(problems.METHOD_NOT_ALLOWED)},
         "NotAcceptable": {"pictures": lambda: _refused(lambda: by_accept("image/png", FORMATS))},
+        "CodingNotAcceptable": {
+            "coding": lambda: _refused(lambda: check_codings(b"br, identity;q=0")),
+        },
+        "EngineGone": {"numbers": lambda: _refused(lambda: check_engine(ENGINE + 1))},
         "BodyTooSlow": {"stalled": lambda: _raised(body_too_slow(0, _SETTINGS))},
         "BodyTooLarge": {"body": lambda: _raised(body_too_large(_SETTINGS))},
         "UnsupportedMediaType": {"form": lambda: _refused(lambda: check_media_type("text/plain"))},
@@ -101,7 +107,7 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
         },
         "InvalidQuery": {
             "options": lambda: _refused(
-                lambda: options_from_text([("resolution", "0"), ("weld", "1")]), "parameter"
+                lambda: mesh_query([("resolution", "0"), ("weld", "1")]), "parameter"
             ),
             "quads": lambda: _refused(_render("stl", MeshOptions(faces="quads")), "parameter"),
         },

@@ -10,7 +10,7 @@ from service.encoders.registry import FORMATS
 from service.errors import MAX_ISSUES
 from service.schemas.convert import ConvertRequest
 from service.schemas.curve_request import CurveRequest
-from service.schemas.options import MeshOptionFields
+from service.schemas.mesh_query import MeshQuery
 from service.schemas.points import PointsRequest
 from service.schemas.query import LIST_NAMES
 from service.schemas.request import MeshRequest
@@ -46,8 +46,8 @@ def schemas() -> dict[str, Json]:
 
 
 def option_parameters() -> list[Json]:
-    """The options of a mesh as query parameters, lists comma-separated."""
-    properties = MeshOptionFields.model_json_schema(schema_generator=_WithoutNull)["properties"]
+    """The options of a mesh and the engine as query parameters, lists comma-separated."""
+    properties = MeshQuery.model_json_schema(schema_generator=_WithoutNull)["properties"]
     parameters = []
     for name, schema in properties.items():
         content = {key: value for key, value in schema.items() if key not in _PARAMETER_KEYS}

@@ -1,0 +1,148 @@
+"""One file under one address, as it is sent: its bytes in each coding, heads made beforehand."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from starlette.types import Message
+
+from service.api.caching.codings import CODINGS, Coding
+from service.api.caching.tags import entity_tag
+
+RawHeaders: TypeAlias = tuple[tuple[bytes, bytes], ...]
+
+FOR_EVER = "public, max-age=31536000, immutable"
+"""Of addresses that will never stand for anything else: a hash, and the version of the numbers."""
+
+FOR_AN_HOUR = "public, max-age=3600, must-revalidate"
+
+HIT = b"cache;desc=hit"
+"""The Server-Timing of what was not computed for this request."""
+
+ENTRY_BYTES, VARIANT_BYTES = 3000, 4500
+"""What Python needs for an entry and for each of its codings, beside the bytes themselves."""
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """What an address stands for, known before anything is computed.
+
+    Attributes
+    ----------
+    address : str
+        The canonical address, the path that the service is mounted at included.
+    surface : str
+        The id in it.
+    content : str
+        A name of the bytes: other bytes have another.
+    for_ever : bool
+        Whether the id is a hash, so that the canonical address never stands for other bytes.
+    """
+
+    address: str
+    surface: str
+    content: str
+    for_ever: bool
+
+    def tag(self, coding: Coding) -> bytes:
+        """The entity tag of the bytes in a coding."""
+        return entity_tag(self.content, coding)
+
+    def unchanged(self, coding: Coding, *, pinned: bool, timing: bytes = HIT) -> RawHeaders:
+        """The headers of a 304; `pinned` where the address that was asked for names the engine."""
+        lasting = FOR_EVER if self.for_ever and pinned else FOR_AN_HOUR
+        return (
+            (b"etag", self.tag(coding)),
+            (b"cache-control", lasting.encode()),
+            (b"vary", b"Accept-Encoding"),
+            (b"server-timing", timing),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """The bytes in one coding; [False] of a pair is for addresses that do not name the engine."""
+
+    coding: Coding
+    body: bytes
+    tag: bytes
+    full: tuple[Message, Message]
+    unchanged: tuple[Message, Message]
+
+
+class Entry:
+    """The file, and how it was sent so far.
+
+    Parameters
+    ----------
+    described : Mapping
+        Headers of the file, whatever its coding.
+    always : RawHeaders
+        Headers that only answers from the cache need here: all others get them later.
+    """
+
+    __slots__ = ("_always", "_described", "aliases", "plain", "size", "subject", "variants")
+
+    def __init__(
+        self,
+        subject: Subject,
+        plain: bytes,
+        described: Mapping[str, str],
+        always: RawHeaders = (),
+    ) -> None:
+        link = f'<{subject.address}>; rel="canonical"'
+        headers = {**described, "Link": link, "Accept-Ranges": "none"}
+        self.subject = subject
+        self.plain = plain
+        self._described = tuple((k.lower().encode(), v.encode()) for k, v in headers.items())
+        self._always = always
+        self.variants: dict[Coding, Variant] = {}
+        self.aliases: list[tuple[str, bytes]] = []
+        self.size = ENTRY_BYTES + sum(len(k) + len(v) for k, v in self._described)
+        self.add("identity", plain)
+
+    def headers(
+        self, variant: Variant, *, pinned: bool, timing: bytes
+    ) -> tuple[tuple[bytes, bytes], ...]:
+        """The headers of the answer that brings the bytes."""
+        return self._full(variant.coding, len(variant.body), pinned, timing)
+
+    def add(self, coding: Coding, body: bytes | None) -> Variant:
+        """Takes the bytes in one more coding; None if it does not pay, and they go as they are."""
+        if body is None:
+            variant = self.variants["identity"]
+        else:
+            variant = Variant(
+                coding,
+                body,
+                self.subject.tag(coding),
+                self._messages(200, [self._full(coding, len(body), p, HIT) for p in _PINNED]),
+                self._messages(304, [self.subject.unchanged(coding, pinned=p) for p in _PINNED]),
+            )
+            self.size += len(body) + VARIANT_BYTES
+        self.variants[coding] = variant
+        return variant
+
+    @property
+    def largest(self) -> int:
+        """What the entry takes at most, once it is there in all codings."""
+        return self.size + (len(CODINGS) - 1) * (len(self.plain) + VARIANT_BYTES)
+
+    def _full(self, coding: Coding, length: int, pinned: bool, timing: bytes) -> RawHeaders:
+        coded = () if coding == "identity" else ((b"content-encoding", coding.encode()),)
+        return (
+            *self._described,
+            *coded,
+            (b"content-length", str(length).encode()),
+            *self.subject.unchanged(coding, pinned=pinned, timing=timing),
+        )
+
+    def _messages(self, status: int, headers: list[RawHeaders]) -> tuple[Message, Message]:
+        plain, pinned = (
+            {"type": "http.response.start", "status": status, "headers": [*own, *self._always]}
+            for own in headers
+        )
+        return plain, pinned
+
+
+_PINNED = (False, True)

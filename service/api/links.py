@@ -1,0 +1,19 @@
+"""Addresses of surfaces and of their meshes, below the path that the service is mounted at."""
+
+from service.encoders.registry import FORMATS
+from service.engine.mesh import ENGINE
+
+
+def surface_address(root: str, surface: str) -> str:
+    """Where a surface is."""
+    return f"{root}/v1/surfaces/{surface}"
+
+
+def mesh_address(root: str, surface: str, suffix: str, query: str = f"engine={ENGINE}") -> str:
+    """Where a mesh of it is; with no other query, the one of all defaults, in these numbers."""
+    return f"{surface_address(root, surface)}/mesh.{suffix}?{query}"
+
+
+def mesh_links(root: str, surface: str) -> dict[str, str]:
+    """Where its meshes are, by suffix: canonical addresses."""
+    return {fmt.suffix: mesh_address(root, surface, fmt.suffix) for fmt in FORMATS}

@@ -1,0 +1,199 @@
+"""Meshes by URL: what browsers fetch, and everything between them and us may keep."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+from urllib.parse import parse_qsl
+
+from starlette.requests import Request
+from starlette.responses import Response
+
+from service import __version__
+from service.api.answers import HEADERS, ChunkedResponse, disposition
+from service.api.caching.answers import AnswerCache
+from service.api.caching.codings import CODINGS, COMPRESS, Accepted, Coding, accepted, compressed
+from service.api.caching.entries import Entry, RawHeaders, Subject, Variant
+from service.api.caching.flights import Flights
+from service.api.caching.front import held
+from service.api.caching.tags import is_any, listed
+from service.api.links import mesh_address
+from service.api.mesh import answered, planned, report_headers
+from service.api.negotiation import by_suffix
+from service.api.parameters import named_example
+from service.api.problems import EngineGone, NotAcceptable
+from service.api.timing import Timing
+from service.api.work import run
+from service.encoders.format import Format
+from service.engine.mesh import ENGINE
+from service.errors import Issue
+from service.schemas.mesh_query import canonical_query, mesh_query
+from service.settings import Settings
+
+
+class Made(NamedTuple):
+    """An answer, and how long it took to make."""
+
+    entry: Entry
+    timing: Timing
+
+
+async def get_mesh(request: Request) -> Response:
+    """GET /v1/surfaces/{id}/mesh.{suffix}: the options in the query.
+
+    Comes here only if `service.api.caching.front` does not know the answer.
+    """
+    fmt = by_suffix(request.path_params["suffix"])
+    asked = mesh_query(request.query_params.multi_items())
+    pinned = asked.engine is not None
+    check_engine(asked.engine)
+    wanted = check_codings(_header(request, "accept-encoding"))
+    condition = _header(request, "if-none-match")
+    query = canonical_query(asked, fmt.ignored)
+    subject = _subject(request, fmt, query)
+
+    answers: AnswerCache = request.app.state.answers
+    entry = answers.get(subject.address)
+    if entry is not None:
+        answers.counts.hits += 1
+        timing = Timing("cache;desc=hit")
+    else:
+        answers.counts.misses += 1
+        known = _known(subject, wanted, condition)
+        if known is not None:
+            return _unchanged(subject.unchanged(known, pinned=pinned))
+        flights: Flights = request.app.state.flights
+        work = partial(_make, request, subject, fmt, query)
+        made = await flights.join(subject.address, work)
+        entry, timing = made.entry, Timing("cache;desc=miss", made.timing)
+    variant = await _coded(request, entry, wanted, timing)
+    answers.alias(entry, request.scope["path"], request.scope["query_string"], pinned=pinned)
+    if condition is not None:
+        same = held(entry, wanted, condition) or (variant if is_any(condition) else None)
+        if same is not None:
+            return _unchanged(subject.unchanged(same.coding, pinned=pinned))
+    headers = entry.headers(variant, pinned=pinned, timing=str(timing).encode())
+    return _with_headers(ChunkedResponse(variant.body), headers)
+
+
+def check_engine(engine: int | None) -> None:
+    """Refuses another version of the numbers than ours.
+
+    Raises
+    ------
+    EngineGone
+        They cannot be computed here, now or later.
+    """
+    if engine not in (None, ENGINE):
+        raise EngineGone(
+            Issue(
+                "engine_gone",
+                "These numbers are not computed here any more, or not yet.",
+                "/engine",
+                "another version of the numbers",
+                f"engine={ENGINE}, or no engine",
+            )
+        )
+
+
+def check_codings(header: bytes | None) -> Accepted:
+    """What an Accept-Encoding header allows.
+
+    Raises
+    ------
+    NotAcceptable
+        If that is nothing.
+    """
+    wanted = accepted(header)
+    if not wanted.order:
+        raise NotAcceptable(
+            Issue(
+                "not_acceptable",
+                "Every coding that is made here is excluded.",
+                "/Accept-Encoding",
+                "none of the codings made here",
+                "one of " + ", ".join(CODINGS),
+            )
+        )
+    return wanted
+
+
+def _subject(request: Request, fmt: Format, query: str) -> Subject:
+    """What the request asks for; raises `UnknownSurface`."""
+    example = named_example(request.path_params["id"])
+    root = request.scope.get("root_path", "")
+    return Subject(
+        address=mesh_address(root, example.id, fmt.suffix, query),
+        surface=example.id,
+        content=f"{__version__} {example.id} {fmt.suffix} {query}",
+        for_ever=False,
+    )
+
+
+def _known(subject: Subject, wanted: Accepted, condition: bytes | None) -> Coding | None:
+    """The coding in which the client has the answer already, told by its tag alone."""
+    if condition is None:
+        return None
+    tags = listed(condition)
+    return next((coding for coding in wanted.order if subject.tag(coding) in tags), None)
+
+
+async def _make(request: Request, subject: Subject, fmt: Format, query: str) -> Made:
+    """The answer computed, kept if it is not too large, and how long that took.
+
+    Computed from the canonical query: what has one address is one computation.
+    """
+    settings: Settings = request.app.state.settings
+    answers: AnswerCache = request.app.state.answers
+    timing, age = Timing(), answers.age
+    with timing.step("surface"):
+        surface = named_example(subject.surface).surface()
+        options = mesh_query(parse_qsl(query))
+        work = planned(surface, options, fmt, settings)
+    with timing.step("mesh"):
+        answer = await answered(request, work)
+    described = {
+        **HEADERS,
+        "Content-Type": fmt.media_type,
+        "Content-Disposition": disposition("inline", subject.surface, fmt),
+        **report_headers(answer.report),
+    }
+    entry = Entry(subject, answer.content, described, request.app.state.origins.always)
+    answers.put(entry, age)
+    return Made(entry, timing)
+
+
+async def _coded(request: Request, entry: Entry, wanted: Accepted, timing: Timing) -> Variant:
+    """The answer in the coding that the client likes best; what is not kept goes as it is."""
+    answers: AnswerCache = request.app.state.answers
+    coding = wanted.order[0]
+    variant = entry.variants.get(coding)
+    if variant is not None and (wanted.plain or variant.coding == coding):
+        return variant
+    if wanted.plain and not answers.holds(entry):
+        return entry.variants["identity"]
+    compress: Callable[[bytes], bytes | None] = COMPRESS[coding]
+    if wanted.plain:
+        compress = partial(compressed, coding)
+
+    async def work() -> Variant:
+        body = await run(request, partial(compress, entry.plain), in_thread=True)
+        return answers.add(entry, coding, body)
+
+    flights: Flights = request.app.state.flights
+    with timing.step("compress"):
+        return await flights.join((entry.subject.address, coding, wanted.plain), work)
+
+
+def _header(request: Request, name: str) -> bytes | None:
+    """A header, its lines joined."""
+    lines = request.headers.getlist(name)
+    return ", ".join(lines).encode("latin-1") if lines else None
+
+
+def _unchanged(headers: RawHeaders) -> Response:
+    return _with_headers(Response(status_code=304), headers)
+
+
+def _with_headers(response: Response, headers: RawHeaders) -> Response:
+    response.raw_headers = list(headers)
+    return response

@@ -1,0 +1,259 @@
+"""Meshes by URL: canonical addresses, tags, codings, and what may be kept how long."""
+
+import re
+import zlib
+from collections.abc import Callable, Iterator
+
+import pytest
+from backports import zstd
+
+from service.api.app import create_app
+from service.encoders.format import Format
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.mesh import ENGINE
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import render
+from service.settings import Settings
+from service.surface.examples import find
+from tests.api.client import Client, client_of
+
+SADDLE = "/v1/surfaces/saddle/mesh.glb"
+PLAIN = {"Accept-Encoding": "identity"}
+
+
+@pytest.fixture
+def fresh() -> Iterator[Client]:
+    """A client of a service that has answered nothing yet."""
+    with client_of(create_app(Settings())) as client:
+        yield client
+
+
+def canonical(client: Client, address: str) -> str:
+    link = client.get(address, PLAIN).headers["link"]
+    match = re.fullmatch(r'<(\S+)>; rel="canonical"', link)
+    assert match is not None
+    return match[1]
+
+
+@pytest.mark.parametrize(
+    "query",
+    [
+        "resolution=4&uvs=true",
+        "uvs=true&resolution=4,4",
+        f"engine={ENGINE}&weld=true&uvs=true&oogl=bez&resolution=4",
+        f"resolution=4&uvs=true&engine={ENGINE}",
+    ],
+)
+def test_every_spelling_leads_to_one_address(client: Client, query: str) -> None:
+    address = f"{SADDLE}?resolution=4&uvs=true&engine={ENGINE}"
+    assert canonical(client, f"{SADDLE}?{query}") == address
+    one, other = client.get(address), client.get(f"{SADDLE}?{query}")
+    assert one.content == other.content
+    assert one.headers["etag"] == other.headers["etag"]
+
+
+def test_canonical_addresses_stay_below_the_path_the_service_is_mounted_at() -> None:
+    app = create_app(Settings())
+    app.root_path = "/surfaces"
+    with client_of(app) as client:
+        address = canonical(client, f"{SADDLE}?resolution=2")
+    assert address == f"/surfaces{SADDLE}?resolution=2&engine={ENGINE}"
+
+
+@pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
+def test_what_a_format_ignores_changes_neither_bytes_nor_address(
+    client: Client, fmt: Format
+) -> None:
+    address = f"/v1/surfaces/utah-teapot/mesh.{fmt.suffix}?resolution=2"
+    said = {"oogl": "off", "uvs": "true"}
+    for name in fmt.ignored & said.keys():
+        asked = f"{address}&{name}={said[name]}"
+        assert canonical(client, asked) == canonical(client, address)
+        plain, other = (create_app(Settings(cache_bytes=0)) for _ in range(2))
+        with client_of(plain) as one, client_of(other) as two:
+            assert one.get(asked).content == two.get(address).content
+
+
+@pytest.mark.parametrize(
+    ("query", "status", "code"),
+    [
+        (f"engine={ENGINE}", 200, ""),
+        (f"engine={ENGINE - 1}", 410, "engine_gone"),
+        (f"engine={ENGINE + 1}", 410, "engine_gone"),
+        ("engine=", 422, "wrong_type"),
+        ("engine=two", 422, "wrong_type"),
+        ("engine=0", 422, "out_of_range"),
+        (f"engine={ENGINE}&engine={ENGINE}", 422, "repeated_key"),
+        (f"engine={ENGINE}&motor=1", 422, "unknown_field"),
+    ],
+)
+def test_engine_in_the_query(client: Client, query: str, status: int, code: str) -> None:
+    answer = client.get(f"{SADDLE}?resolution=1&{query}")
+    assert answer.status_code == status
+    if status != 200:
+        assert answer.json()["errors"][0]["code"] == code
+        assert answer.headers["cache-control"] == "no-store"
+        assert "etag" not in answer.headers
+
+
+def test_examples_are_kept_for_an_hour(client: Client) -> None:
+    for query in ("resolution=2", f"resolution=2&engine={ENGINE}"):
+        for _ in range(2):
+            headers = client.get(f"{SADDLE}?{query}").headers
+            assert headers["cache-control"] == "public, max-age=3600, must-revalidate"
+            assert headers["vary"] == "Accept-Encoding"
+            assert headers["accept-ranges"] == "none"
+            assert headers["content-disposition"] == 'inline; filename="saddle.glb"'
+
+
+def test_report_headers(client: Client) -> None:
+    address = "/v1/surfaces/sphere/mesh.{}?resolution=3"
+    report = client.get(address.format("json")).json()["report"]
+    definition = client.get("/v1/surfaces/sphere").json()
+    by_url = client.get(address.format("stl"))
+    posted = client.post("/v1/mesh?format=stl", {**definition, "resolution": 3})
+    for headers in (by_url.headers, posted.headers):
+        assert int(headers["surface-vertices"]) == report["vertices"]
+        assert int(headers["surface-triangles"]) == report["triangles"]
+        assert float(headers["surface-deviation-bound"]) > 0
+    exact = client.get("/v1/surfaces/sphere/mesh.oogl?oogl=bez").headers
+    assert not [name for name in exact if name.startswith("surface-")]
+
+
+def test_server_timing_names_steps_and_hits(fresh: Client) -> None:
+    first = fresh.get(SADDLE).headers["server-timing"]
+    assert re.fullmatch(
+        r"cache;desc=miss, surface;dur=[\d.]+, mesh;dur=[\d.]+, compress;dur=[\d.]+", first
+    )
+    assert fresh.get(SADDLE).headers["server-timing"] == "cache;desc=hit"
+    posted = fresh.post("/v1/mesh", fresh.get("/v1/surfaces/saddle").json())
+    timing = posted.headers["server-timing"]
+    assert re.fullmatch(r"read;dur=[\d.]+, parse;dur=[\d.]+, mesh;dur=[\d.]+", timing)
+
+
+def test_codings_hold_the_same_bytes_and_have_tags_of_their_own(fresh: Client) -> None:
+    address = "/v1/surfaces/utah-teapot/mesh.json?resolution=8"
+    wanted = render(find("utah-teapot").surface(), MeshOptions((8, 8)), BY_NAME["json"])
+    tags = set()
+    decoders: dict[str, Callable[[bytes], bytes]] = {
+        "identity": bytes,
+        "gzip": lambda body: zlib.decompress(body, zlib.MAX_WBITS | 16),
+        "zstd": zstd.decompress,
+    }
+    for coding, decoded in decoders.items():
+        for _ in range(2):
+            answer = fresh.raw(address, {"Accept-Encoding": coding})
+            assert answer.headers.get("content-encoding", "identity") == coding
+            assert decoded(answer.content) == wanted
+            assert answer.headers["content-length"] == str(len(answer.content))
+        assert (len(answer.content) < len(wanted) / 3) == (coding != "identity")
+        tags.add(answer.headers["etag"])
+    assert len(tags) == 3
+
+
+def test_small_bodies_are_sent_as_they_are_unless_that_is_refused(fresh: Client) -> None:
+    address = "/v1/surfaces/saddle/mesh.off?resolution=1"
+    for _ in range(2):
+        answer = fresh.raw(address, {"Accept-Encoding": "gzip, zstd"})
+        assert "content-encoding" not in answer.headers
+    forced = fresh.raw(address, {"Accept-Encoding": "gzip, identity;q=0"})
+    assert forced.headers["content-encoding"] == "gzip"
+    assert zlib.decompress(forced.content, zlib.MAX_WBITS | 16) == answer.content
+    again = fresh.raw(address, {"Accept-Encoding": "gzip, zstd"})
+    assert "content-encoding" not in again.headers
+
+
+def test_excluded_codings_are_a_problem(client: Client) -> None:
+    answer = client.get(SADDLE, {"Accept-Encoding": "br, *;q=0"})
+    assert answer.status_code == 406
+    assert answer.json()["errors"][0]["header"] == "Accept-Encoding"
+
+
+@pytest.mark.parametrize("coding", ["identity", "gzip", "zstd"])
+@pytest.mark.parametrize("known", [False, True])
+def test_what_the_client_has_is_not_sent_again(coding: str, known: bool) -> None:
+    address = f"/v1/surfaces/sphere/mesh.json?resolution=6&engine={ENGINE}"
+    headers = {"Accept-Encoding": coding}
+    with client_of(create_app(Settings())) as client:
+        first = client.raw(address, headers)
+    app = create_app(Settings())
+    with client_of(app) as client:
+        if known:
+            client.raw(address, headers)
+        tag = first.headers["etag"]
+        for condition in (tag, f"W/{tag}", f'"other", {tag}'):
+            answer = client.raw(address, {**headers, "If-None-Match": condition})
+            assert answer.status_code == 304
+            assert answer.content == b""
+            for name in ("etag", "cache-control", "vary"):
+                assert answer.headers[name] == first.headers[name]
+            assert answer.headers["server-timing"] == "cache;desc=hit"
+            assert answer.headers["access-control-allow-origin"] == "*"
+            assert "content-length" not in answer.headers
+        assert len(app.state.answers) == known, "answered without computing"
+        changed = client.raw(address, {**headers, "If-None-Match": '"other"'})
+        assert changed.status_code == 200
+        other = client.raw(f"{address}&uvs=true", {**headers, "If-None-Match": tag})
+        assert other.status_code == 200
+
+
+def test_a_tag_of_a_coding_that_is_not_accepted_does_not_count(client: Client) -> None:
+    address = "/v1/surfaces/sphere/mesh.json?resolution=6"
+    tag = client.raw(address, {"Accept-Encoding": "zstd"}).headers["etag"]
+    for _ in range(2):
+        answer = client.raw(address, {"Accept-Encoding": "gzip", "If-None-Match": tag})
+        assert answer.status_code == 200
+
+
+def test_any_tag(fresh: Client) -> None:
+    for _ in range(2):
+        answer = fresh.raw(SADDLE, {"If-None-Match": "*", "Accept-Encoding": "gzip"})
+        assert answer.status_code == 304
+    full = fresh.raw(SADDLE, {"Accept-Encoding": "gzip"})
+    assert answer.headers["etag"] == full.headers["etag"]
+
+
+def test_conditions_do_not_hide_what_is_wrong(fresh: Client) -> None:
+    condition = {"If-None-Match": "*"}
+    assert fresh.get("/v1/surfaces/none/mesh.glb", condition).status_code == 404
+    assert fresh.get(f"{SADDLE}?resolution=0", condition).status_code == 422
+    assert fresh.get(f"{SADDLE}?resolution=9999", condition).status_code == 422
+
+
+def test_head_computes_and_fills_the_cache(fresh: Client) -> None:
+    head = fresh.request("HEAD", SADDLE)
+    assert (head.status_code, head.content) == (200, b"")
+    get = fresh.get(SADDLE)
+    assert get.headers["server-timing"] == "cache;desc=hit"
+    assert get.headers["content-length"] == head.headers["content-length"]
+    again = fresh.request("HEAD", SADDLE)
+    assert again.content == b""
+    assert again.headers == get.headers
+
+
+def test_nothing_is_kept_where_there_is_no_memory_for_it() -> None:
+    app = create_app(Settings(cache_bytes=0))
+    with client_of(app) as client:
+        one, two = client.get(SADDLE), client.get(SADDLE)
+    assert one.content == two.content
+    assert two.headers["server-timing"].startswith("cache;desc=miss")
+    assert (len(app.state.answers), app.state.answers.bytes) == (0, 0)
+    assert app.state.answers.counts.misses == 2
+
+
+def test_failures_are_not_kept(fresh: Client) -> None:
+    address = "/v1/surfaces/utah-teapot/mesh.glb?tolerance=1e-12"
+    for _ in range(2):
+        answer = fresh.get(address)
+        assert answer.status_code == 422
+        assert answer.headers["cache-control"] == "no-store"
+
+
+def test_long_answers_are_sent_whole_from_the_cache(client: Client) -> None:
+    address = "/v1/surfaces/saddle/mesh.glb?resolution=300"
+    wanted = render(find("saddle").surface(), MeshOptions((300, 300)), BY_NAME["glb"])
+    assert len(wanted) > 2 << 20
+    for _ in range(2):
+        answer = client.raw(address, PLAIN)
+        assert answer.content == wanted
+    assert answer.headers["server-timing"] == "cache;desc=hit"

@@ -1,0 +1,198 @@
+"""The query of a mesh's URL: many spellings, one canonical text, and the same options back."""
+
+from math import pi
+from types import NoneType
+from typing import Any, Literal, get_args, get_origin
+from urllib.parse import parse_qsl, quote
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.engine.mesh import ENGINE
+from service.errors import InvalidRequest
+from service.schemas.accuracy import NAMES
+from service.schemas.mesh_query import canonical_query, mesh_query
+from service.schemas.options import MeshOptionFields
+
+FIELDS = MeshOptionFields.model_fields
+
+
+def positive(most: float) -> st.SearchStrategy[float]:
+    return st.floats(0, most, exclude_min=True, allow_subnormal=True)
+
+
+VALUES: dict[str, st.SearchStrategy[Any]] = {
+    "resolution": st.lists(st.integers(1, 65536), min_size=2, max_size=2) | st.just([8, 8]),
+    "tolerance": positive(1e6),
+    "relative_tolerance": positive(1),
+    "angle_tolerance": positive(pi),
+    "max_triangles": st.integers(1, 2**53 - 1),
+    "max_bytes": st.integers(1, 2**53 - 1),
+    "crease_angle": st.floats(0, pi) | st.just(-0.0),
+    "overlays": st.permutations(["control_net", "boundary"]).flatmap(
+        lambda names: st.integers(0, 2).map(lambda n: tuple(names[:n]))
+    ),
+    "isocurves": st.lists(st.integers(0, 1024), min_size=2, max_size=2),
+    "wire_width": positive(1e6),
+    "wire_sides": st.integers(3, 256),
+}
+
+
+def values_of(name: str) -> st.SearchStrategy[Any]:
+    """Values of an option; its default among them."""
+    if name in VALUES:
+        return VALUES[name]
+    field = FIELDS[name]
+    kinds = [kind for kind in get_args(field.annotation) or () if kind is not NoneType]
+    if field.annotation is bool:
+        return st.booleans()
+    if get_origin(field.annotation) is Literal:
+        return st.sampled_from(get_args(field.annotation))
+    return st.sampled_from(get_args(kinds[0]))
+
+
+@st.composite
+def chosen(draw: st.DrawFn) -> dict[str, Any]:
+    """Some options with values that may stand together."""
+    names = draw(st.sets(st.sampled_from(sorted(FIELDS))))
+    values = {name: draw(values_of(name)) for name in sorted(names)}
+    accuracies = [name for name in NAMES if values.get(name)]
+    if accuracies:
+        values.pop("resolution", None)
+    return values
+
+
+@st.composite
+def number(draw: st.DrawFn, value: float) -> str:
+    """One of the many ways to write a number."""
+    exact = format(value, ".25g") if draw(st.booleans()) else repr(value)
+    exact = exact.replace("+", "")
+    plain = "e" not in exact
+    if plain and draw(st.booleans()):
+        exact += "0" if "." in exact else ".0"
+    if plain and draw(st.booleans()):
+        exact += "E0"
+    return "0" + exact if plain and draw(st.booleans()) and exact[0] != "-" else exact
+
+
+@st.composite
+def spelled(draw: st.DrawFn, values: dict[str, Any]) -> str:
+    """One of the many queries that say the same."""
+    pairs: dict[str, str] = {}
+    with_accuracy = any(values.get(name) for name in NAMES)
+    for name, field in FIELDS.items():
+        default = field.get_default(call_default_factory=True)
+        if name not in values and draw(st.booleans()):
+            if default is None or (name == "resolution" and with_accuracy):
+                continue
+            values = {**values, name: default}
+        if name in values:
+            pairs[name] = draw(text(values[name]))
+    if draw(st.booleans()):
+        pairs["engine"] = str(ENGINE)
+    order = draw(st.permutations(sorted(pairs)))
+    return "&".join(f"{quote(name)}={quote(pairs[name])}" for name in order)
+
+
+@st.composite
+def text(draw: st.DrawFn, value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return draw(number(value))
+    if isinstance(value, list | tuple):
+        if len(value) == 2 and value[0] == value[1] and draw(st.booleans()):
+            value = value[:1]
+        return ",".join(map(str, value))
+    return str(value)
+
+
+def options_of(query: str) -> dict[str, Any]:
+    return mesh_query(parse_qsl(query, keep_blank_values=True)).model_dump(exclude={"engine"})
+
+
+@given(chosen())
+def test_reading_the_canonical_query_gives_the_options_back(values: dict[str, Any]) -> None:
+    options = MeshOptionFields(**values)
+    query = canonical_query(options)
+    assert query == quote(query, safe="=&,.-_"), "no escapes, no plus signs"
+    assert query.endswith(f"engine={ENGINE}")
+    assert options_of(query) == options.model_dump()
+    assert canonical_query(mesh_query(parse_qsl(query))) == query
+
+
+@given(st.data())
+def test_every_spelling_has_the_same_canonical_query(data: st.DataObject) -> None:
+    values = data.draw(chosen())
+    query = canonical_query(MeshOptionFields(**values))
+    for _ in range(3):
+        other = data.draw(spelled(values))
+        asked = mesh_query(parse_qsl(other, keep_blank_values=True))
+        assert canonical_query(asked) == query, other
+
+
+@given(chosen(), chosen())
+def test_different_options_have_different_queries(a: dict[str, Any], b: dict[str, Any]) -> None:
+    one, other = MeshOptionFields(**a), MeshOptionFields(**b)
+    assert (canonical_query(one) == canonical_query(other)) == (
+        one.model_dump() == other.model_dump()
+    )
+
+
+@pytest.mark.parametrize(
+    ("query", "canonical"),
+    [
+        ("", ""),
+        ("resolution=16,16&faces=triangles&crease_angle=0.017453292519943295", ""),
+        ("engine=2&weld=false&resolution=8,8", "resolution=8&weld=false&"),
+        ("resolution=16,32", "resolution=16,32&"),
+        ("isocurves=0,2", "isocurves=0,2&"),
+        ("tolerance=0.00001", "tolerance=1e-5&"),
+        ("tolerance=1.50", "tolerance=1.5&"),
+        ("max_bytes=0001000", "max_bytes=1000&"),
+        ("wire_width=2.0", "wire_width=2&"),
+        ("wire_width=1e20", "wire_width=1e20&"),
+        ("crease_angle=-0.0", "crease_angle=0&"),
+        ("overlays=", ""),
+        ("overlays=boundary,control_net", "overlays=boundary,control_net&"),
+        ("overlays=boundary", "overlays=boundary&"),
+    ],
+)
+def test_the_very_letters(query: str, canonical: str) -> None:
+    asked = mesh_query(parse_qsl(query, keep_blank_values=True))
+    assert canonical_query(asked) == f"{canonical}engine={ENGINE}"
+
+
+def test_what_a_format_does_not_read_is_left_out() -> None:
+    asked = mesh_query([("oogl", "bez"), ("uvs", "true"), ("resolution", "4")])
+    assert canonical_query(asked, {"oogl", "uvs"}) == f"resolution=4&engine={ENGINE}"
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("", "wrong_type"),
+        ("two", "wrong_type"),
+        ("2.0", "wrong_type"),
+        ("2,2", "wrong_type"),
+        ("0", "out_of_range"),
+        ("-1", "out_of_range"),
+        ("9" * 15, None),
+        ("9" * 16, "wrong_type"),
+    ],
+)
+def test_an_engine_is_a_whole_number(text: str, code: str | None) -> None:
+    if code is None:
+        assert mesh_query([("engine", text)]).engine == int(text)
+        return
+    with pytest.raises(InvalidRequest) as refused:
+        mesh_query([("engine", text)])
+    (issue,) = refused.value.issues
+    assert (issue.code, issue.pointer) == (code, "/engine")
+
+
+def test_a_camera_has_no_place_in_a_query() -> None:
+    with pytest.raises(InvalidRequest) as refused:
+        mesh_query([("camera", "1"), ("engine", "2")])
+    assert refused.value.issues[0].pointer == "/camera"
