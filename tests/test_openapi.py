@@ -31,7 +31,7 @@ from tests.api.client import Client, client_of
 from tests.api.hostile import HOSTILE, QUERIES
 
 COMMITTED = Path(__file__).parents[1] / "openapi" / "openapi.json"
-UNDOCUMENTED = {"/", "/docs", "/docs/{asset}", "/openapi.json"}
+UNDOCUMENTED = {"/", "/page/{file}", "/docs", "/docs/{asset}", "/openapi.json"}
 DOCUMENT: dict[str, Any] = json.loads(json.dumps(document()))
 
 

@@ -22,6 +22,7 @@ from service.api import (
     estimate,
     mesh,
     mesh_by_url,
+    page,
     points,
     problems,
 )
@@ -91,7 +92,8 @@ def _add_routes(app: FastAPI) -> None:
     app.add_route("/openapi.json", _openapi)
     app.add_route("/docs", docs.page)
     app.add_route("/docs/{asset}", docs.asset)
-    app.add_route("/", docs.home)
+    app.add_route("/", page.home)
+    app.add_route("/page/{file}", page.part)
 
 
 def _store(settings: Settings) -> SurfaceStore:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import FileResponse, HTMLResponse, RedirectResponse, Response
+from starlette.responses import FileResponse, HTMLResponse, Response
 
 from service.api.answers import HEADERS
 
@@ -75,8 +75,3 @@ async def asset(request: Request) -> Response:
     if name not in _MEDIA_TYPES or not file.is_file():
         raise HTTPException(404)
     return FileResponse(file, headers=HEADERS, media_type=_MEDIA_TYPES[name])
-
-
-async def home(request: Request) -> Response:
-    """GET /: the documentation, until there is a page to look at surfaces."""
-    return RedirectResponse(request.scope.get("root_path", "") + "/docs")

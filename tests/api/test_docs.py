@@ -38,8 +38,3 @@ def test_page_without_scripts_says_what_to_run(
 @pytest.mark.parametrize("name", ["..%2f..%2fapp.py", "LICENSE", "swagger-ui.css.map"])
 def test_nothing_else_is_served(client: Client, name: str) -> None:
     assert client.get(f"/docs/{name}").status_code == 404
-
-
-def test_root_leads_to_the_page(client: Client) -> None:
-    answer = client.get("/")
-    assert (answer.status_code, answer.headers["location"]) == (307, "/docs")

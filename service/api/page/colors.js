@@ -1,0 +1,79 @@
+// Colours of what is drawn: the scene in light and dark, and curvature as colour.
+
+/**
+ * @typedef {object} Palette
+ * @property {string} glaze  a surface that has no colour of its own
+ * @property {string} net
+ * @property {string} wires
+ * @property {string} point
+ * @property {string} chosen
+ * @property {string} alarm
+ * @property {number} shadow  opacity of the shadow on the floor
+ */
+
+/** @type {{light: Palette, dark: Palette}} */
+export const PALETTES = {
+  light: { glaze: '#2f7a92', net: '#5b4a36', wires: '#0d2833', point: '#3b2f22', chosen: '#e2711d', alarm: '#c8102e', shadow: 0.26 },
+  dark: { glaze: '#3c8ea8', net: '#d8cdb9', wires: '#04141b', point: '#efe6d6', chosen: '#ffa04d', alarm: '#ff5c6c', shadow: 0.5 },
+};
+
+/** Blue, through a light grey, to orange: told apart by every kind of colour vision, and by
+ *  lightness on both sides of zero. sRGB, from -1 to 1 in equal steps. */
+const DIVERGING = [
+  [0.02, 0.19, 0.38], [0.10, 0.40, 0.66], [0.36, 0.65, 0.83], [0.70, 0.85, 0.93],
+  [0.95, 0.95, 0.93],
+  [0.98, 0.80, 0.60], [0.93, 0.57, 0.25], [0.75, 0.35, 0.05], [0.45, 0.19, 0.02],
+];
+
+/** Share of the vertices whose curvature the range of colours reaches. */
+const WITHIN = 0.95;
+
+/** The colour of a share from -1 to 1, sRGB. @param {number} share @returns {number[]} */
+export function diverging(share) {
+  const at = (Math.min(1, Math.max(-1, share)) + 1) / 2 * (DIVERGING.length - 1);
+  const low = Math.min(DIVERGING.length - 2, Math.floor(at));
+  return DIVERGING[low].map((c, i) => c + (at - low) * (DIVERGING[low + 1][i] - c));
+}
+
+/** Light as the renderer computes with it (IEC 61966-2-1). @param {number} c */
+export function linear(c) {
+  return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
+}
+
+/**
+ * How far the colours reach, on both sides of zero: so far that all but a twentieth of the values
+ * lie within. A few extremes must not leave everything else grey.
+ * @param {ArrayLike<number>[]} all
+ */
+export function rangeOf(all) {
+  const sizes = all.flatMap((values) => Array.from(values, Math.abs)).filter(Number.isFinite);
+  if (sizes.length === 0) return 1;
+  sizes.sort((a, b) => a - b);
+  const most = sizes[Math.floor(WITHIN * (sizes.length - 1))];
+  // What is flat but for rounding is shown as flat.
+  return most > 1e-9 ? most : sizes[sizes.length - 1] || 1;
+}
+
+/**
+ * One linear colour a value, three numbers each.
+ * @param {ArrayLike<number>} values @param {number} range
+ */
+export function curvatureColors(values, range) {
+  const colors = new Float32Array(3 * values.length);
+  for (let i = 0; i < values.length; i += 1) {
+    const value = Number.isFinite(values[i]) ? values[i] / range : 0;
+    diverging(value).forEach((c, k) => { colors[3 * i + k] = linear(c); });
+  }
+  return colors;
+}
+
+/** Paints the scale of the legend. @param {HTMLCanvasElement} canvas */
+export function paintLegend(canvas) {
+  const context = canvas.getContext('2d');
+  if (context === null) return;
+  for (let x = 0; x < canvas.width; x += 1) {
+    const [r, g, b] = diverging(2 * x / (canvas.width - 1) - 1).map((c) => Math.round(255 * c));
+    context.fillStyle = `rgb(${r} ${g} ${b})`;
+    context.fillRect(x, 0, 1, canvas.height);
+  }
+}

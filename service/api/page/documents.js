@@ -1,0 +1,66 @@
+// Documents: trees of JSON that are never changed, only replaced along the path of a change.
+// So the history keeps whole documents, and all of them share what is equal.
+
+/** @typedef {(string | number)[]} Path  keys and indices from the root of a document */
+/** @typedef {{[key: string]: any}} Surface  a surface in the language of requests */
+
+/**
+ * The value at a path, or undefined where there is none.
+ * @param {any} root
+ * @param {Path} path
+ * @returns {any}
+ */
+export function valueAt(root, path) {
+  return path.reduce((value, key) => value?.[key], root);
+}
+
+/**
+ * The document with another value at a path; everything beside the path is shared.
+ * @template T
+ * @param {T} root
+ * @param {Path} path
+ * @param {unknown} value
+ * @returns {T}
+ */
+export function replaced(root, path, value) {
+  if (path.length === 0) return /** @type {T} */ (value);
+  const [key, ...rest] = path;
+  const copy = /** @type {any} */ (Array.isArray(root) ? [...root] : { ...root });
+  copy[key] = replaced(copy[key], rest, value);
+  return copy;
+}
+
+/**
+ * A path as a JSON pointer (RFC 6901).
+ * @param {Path} path
+ */
+export function pointerOf(path) {
+  return path.map((key) => `/${String(key).replaceAll('~', '~0').replaceAll('/', '~1')}`).join('');
+}
+
+/**
+ * A JSON pointer as a path; what looks like an index stays text, since keys are compared as text.
+ * @param {string} pointer
+ * @returns {string[]}
+ */
+export function pathOf(pointer) {
+  const keys = pointer.split('/').slice(1);
+  return keys.map((key) => key.replaceAll('~1', '/').replaceAll('~0', '~'));
+}
+
+/**
+ * What a person pasted or dropped: a surface, or a request that has one in it.
+ * @param {string} text
+ * @returns {Surface}
+ */
+export function surfaceOf(text) {
+  const value = JSON.parse(text);
+  if (value === null || typeof value !== 'object' || Array.isArray(value)) {
+    throw new SyntaxError('This is no surface: an object with a control net is needed.');
+  }
+  const surface = value.surface ?? value;
+  if (surface === null || typeof surface !== 'object' || Array.isArray(surface)) {
+    throw new SyntaxError('What stands under "surface" is no object.');
+  }
+  return surface;
+}

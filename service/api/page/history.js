@@ -1,0 +1,67 @@
+// What was, what is and what will be again: documents, bounded in number.
+
+/** @typedef {import('./documents.js').Surface} Surface */
+
+const MOST = 200;
+
+export class History {
+  /** @param {Surface} first */
+  constructor(first) {
+    this.first = first;
+    this.present = first;
+    /** @type {Surface[]} */
+    this.past = [];
+    /** @type {Surface[]} */
+    this.future = [];
+    /** @type {Surface | null} */
+    this.before = null;
+  }
+
+  get canUndo() { return this.past.length > 0; }
+
+  get canRedo() { return this.future.length > 0; }
+
+  get canReset() { return this.present !== this.first; }
+
+  /** A step that is under way, such as a drag: not remembered until it is kept. @param {Surface} next */
+  preview(next) {
+    this.before ??= this.present;
+    this.present = next;
+  }
+
+  /** Takes back what is under way. */
+  cancel() {
+    this.present = this.before ?? this.present;
+    this.before = null;
+  }
+
+  /** One step of the history, from before anything was under way. @param {Surface} next */
+  keep(next) {
+    const before = this.before ?? this.present;
+    this.before = null;
+    this.present = next;
+    if (next === before) return;
+    this.past = [...this.past, before].slice(-MOST);
+    this.future = [];
+  }
+
+  undo() {
+    this.cancel();
+    const before = this.past.pop();
+    if (before === undefined) return;
+    this.future.push(this.present);
+    this.present = before;
+  }
+
+  redo() {
+    const next = this.future.pop();
+    if (next === undefined) return;
+    this.past.push(this.present);
+    this.present = next;
+  }
+
+  /** Back to the first document, as a step that can be undone. */
+  reset() {
+    this.keep(this.first);
+  }
+}

@@ -1,0 +1,145 @@
+// What can be opened: the examples of the service, a text that is pasted, a file that is dropped.
+
+import { surfaceOf } from './documents.js';
+import { button, element, input, made, write } from './page.js';
+import { examples, store, surfaceById } from './service.js';
+
+/** @typedef {import('./documents.js').Surface} Surface */
+/** @typedef {import('./service.js').Example} Example */
+
+/** What is told of the surface that is open. @typedef {{title: string, description: string, origin: string}} About */
+
+/** Files that the service reads in its own way, by their suffix. */
+const MEDIA_TYPES = new Map([
+  ['npy', 'application/x-npy'], ['bez', 'model/x-oogl'], ['bbp', 'model/x-oogl'],
+  ['oogl', 'model/x-oogl'], ['txt', 'text/x-teapot'],
+]);
+
+export class Library {
+  /** @param {(surface: Surface, about: About) => void} open @param {(error: Error) => void} failed */
+  constructor(open, failed) {
+    this.open = open;
+    this.failed = failed;
+    /** @type {Example[]} */
+    this.examples = [];
+    this.dialog = element('library', HTMLDialogElement);
+    this.current = '';
+    button('open').addEventListener('click', () => this.dialog.showModal());
+    button('paste-open').addEventListener('click', () => this.paste());
+    input('file').addEventListener('change', () => {
+      const [file] = input('file').files ?? [];
+      if (file) void this.file(file);
+      input('file').value = '';
+    });
+    this.watchDrops();
+  }
+
+  /** Lists what the service has built in. */
+  async list() {
+    this.examples = await examples();
+    const items = this.examples.map((example) => {
+      const item = document.createElement('li');
+      const chooser = document.createElement('button');
+      chooser.type = 'button';
+      chooser.dataset.example = example.id;
+      chooser.append(made('strong', example.title), made('span', example.description));
+      chooser.addEventListener('click', () => void this.byId(example.id));
+      item.append(chooser);
+      return item;
+    });
+    element('examples', HTMLElement).replaceChildren(...items);
+  }
+
+  /** Opens an example, or what was stored under an id. @param {string} id */
+  async byId(id) {
+    try {
+      const surface = await surfaceById(id);
+      const example = this.examples.find((known) => known.id === id);
+      this.show(surface, {
+        title: example?.title ?? titleOf(surface),
+        description: example?.description ?? 'A stored surface, opened by its address.',
+        origin: id,
+      });
+    } catch (error) {
+      this.dialog.close();
+      this.failed(/** @type {Error} */ (error));
+    }
+  }
+
+  paste() {
+    const area = element('paste', HTMLTextAreaElement);
+    this.text(area.value, 'pasted');
+  }
+
+  /** @param {string} text @param {string} how */
+  text(text, how) {
+    try {
+      const surface = surfaceOf(text);
+      this.show(surface, {
+        title: titleOf(surface), description: `A surface of yours, ${how}.`, origin: '',
+      });
+    } catch (error) {
+      const place = element('paste-problem', HTMLElement);
+      place.hidden = false;
+      write('paste-problem', `This is no JSON that a surface could be read from. ${/** @type {Error} */ (error).message}`);
+      if (!this.dialog.open) this.dialog.showModal();
+    }
+  }
+
+  /** Reads JSON here; every other file is stored by the service, which tells what it read. @param {File} file */
+  async file(file) {
+    const suffix = file.name.toLowerCase().split('.').pop() ?? '';
+    const mediaType = MEDIA_TYPES.get(suffix);
+    if (mediaType === undefined) {
+      this.text(await file.text(), `from ${file.name}`);
+      return;
+    }
+    try {
+      const { id } = await store(file, mediaType);
+      const surface = await surfaceById(id);
+      this.show(surface, { title: file.name, description: 'A file of yours, read by the service.', origin: id });
+    } catch (error) {
+      this.dialog.close();
+      this.failed(/** @type {Error} */ (error));
+    }
+  }
+
+  /** @param {Surface} surface @param {About} about */
+  show(surface, about) {
+    element('paste-problem', HTMLElement).hidden = true;
+    if (this.dialog.open) this.dialog.close();
+    write('title', about.title);
+    write('description', about.description);
+    document.title = `${about.title} · Surface Service`;
+    document.querySelectorAll('[data-example]').forEach((chooser) => {
+      const isOpen = chooser.getAttribute('data-example') === about.origin;
+      if (isOpen) chooser.setAttribute('aria-current', 'true');
+      else chooser.removeAttribute('aria-current');
+    });
+    this.open(surface, about);
+  }
+
+  watchDrops() {
+    const root = document.documentElement;
+    addEventListener('dragover', (event) => {
+      if (!event.dataTransfer?.types.includes('Files')) return;
+      event.preventDefault();
+      root.dataset.dropping = '';
+    });
+    addEventListener('dragleave', (event) => {
+      if (event.relatedTarget === null) delete root.dataset.dropping;
+    });
+    addEventListener('drop', (event) => {
+      delete root.dataset.dropping;
+      const [file] = event.dataTransfer?.files ?? [];
+      if (!file) return;
+      event.preventDefault();
+      void this.file(file);
+    });
+  }
+}
+
+/** @param {Surface} surface */
+function titleOf(surface) {
+  return typeof surface.name === 'string' && surface.name ? surface.name : 'Untitled surface';
+}

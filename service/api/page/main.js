@@ -1,0 +1,96 @@
+// The editor: opens a surface, asks for its mesh whenever something changes, shows the answer.
+
+import { Library } from './library.js';
+import { MeshRequests } from './mesh-requests.js';
+import { announce, element } from './page.js';
+import { watchPanel } from './panel.js';
+import { watchPointPanel } from './point-panel.js';
+import { hideProblem, showProblem, watchProblems } from './problems.js';
+import { showReadouts, speakReadouts } from './readouts.js';
+import { reportOf } from './report.js';
+import { canDraw } from './scene.js';
+import { mesh, Refusal } from './service.js';
+import { fromQuery, meshOptions } from './settings.js';
+import { watchShare } from './share.js';
+import { State } from './state.js';
+import { watchTheme } from './theme.js';
+import { View } from './view.js';
+
+/** @typedef {import('./service.js').MeshAnswer} MeshAnswer */
+
+const FIRST = 'utah-teapot';
+
+const root = document.documentElement;
+const query = new URLSearchParams(location.search);
+const state = new State(fromQuery(query));
+const view = canDraw() ? new View(state) : null;
+element('no-webgl', HTMLElement).hidden = view !== null;
+
+/** A mesh that is wanted; a coarse one follows the mouse. @typedef {{coarse: boolean}} Wish */
+
+/** How many patches the surface has: what a coarse mesh may divide depends on it. */
+let patches = 1;
+
+/** @type {MeshRequests<Wish, MeshAnswer>} */
+const requests = new MeshRequests({
+  send: ({ coarse }) => mesh({ surface: state.surface, ...meshOptions(state.settings, patches, coarse) }),
+  answered: async ({ content, serverTime, roundTrip }, { coarse }) => {
+    const bytes = content.byteLength;
+    const report = reportOf(content);
+    if (view) await view.take(content, coarse);
+    patches = report.patches;
+    hideProblem();
+    view?.alarm(-1);
+    root.dataset.state = 'busy';
+    showReadouts(report, { bytes, serverTime, roundTrip });
+    if (!coarse) speakReadouts(report);
+  },
+  failed: (error) => fail(error),
+  idle: () => { if (root.dataset.state === 'busy') root.dataset.state = 'ready'; },
+});
+
+/** @param {boolean} coarse */
+function ask(coarse) {
+  root.dataset.state = 'busy';
+  requests.ask({ coarse });
+}
+
+/** @param {Error} error */
+function fail(error) {
+  root.dataset.state = error instanceof Refusal ? 'refused' : 'away';
+  view?.alarm(showProblem(error, state));
+}
+
+/** What the mesh depends on, of all that is set. */
+const wanted = () => JSON.stringify(meshOptions(state.settings, 1, false));
+let asked = wanted();
+
+state.listen((change) => {
+  if (change === 'chosen') return;
+  if (change === 'settings') {
+    if (wanted() === asked) return;
+    asked = wanted();
+  }
+  if (change === 'opened') {
+    requests.forget();
+    hideProblem();
+  }
+  ask(change === 'moving');
+});
+
+watchTheme(() => view?.dress());
+watchPanel(state);
+watchPointPanel(state);
+watchProblems(state, () => ask(false));
+
+const library = new Library((surface, { origin, title }) => {
+  state.open(surface, origin);
+  announce(`${title} is open`);
+}, fail);
+
+async function start() {
+  await Promise.all([library.list(), watchShare(state, fail)]);
+  await library.byId(query.get('surface') ?? FIRST);
+}
+
+start().catch(fail);

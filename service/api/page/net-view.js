@@ -1,0 +1,177 @@
+// The control net as it is drawn: lines and points, those behind the surface faint.
+
+import {
+  Box3, BufferAttribute, BufferGeometry, CanvasTexture, Group, LineBasicMaterial, LineSegments,
+  Matrix4, Points, PointsMaterial, Vector3,
+} from './three.js';
+import { pointAt } from './net.js';
+
+/** @typedef {import('./colors.js').Palette} Palette */
+/** @typedef {import('./documents.js').Surface} Surface */
+/** @typedef {import('./net.js').Net} Net */
+/** @typedef {import('./scene.js').Stage} Stage */
+
+const SIZE = 7.5;
+const MANY = 1500;
+/** How near to a point the mouse must be to take it, in CSS pixels; a finger is less exact. */
+const REACH = { mouse: 11, touch: 24 };
+/** Of points that are equally near to the mouse the front one counts: pixels for a depth of 1. */
+const BEHIND = 14;
+
+export class NetView {
+  /** @param {Stage} stage */
+  constructor(stage) {
+    this.stage = stage;
+    this.group = new Group();
+    this.places = new BufferAttribute(new Float32Array(0), 3);
+    this.joins = new BufferAttribute(new Uint32Array(0), 1);
+    const dot = dotTexture();
+    const lines = { transparent: true };
+    const points = { transparent: true, sizeAttenuation: false, size: SIZE, map: dot, alphaTest: 0.01 };
+    this.lines = [
+      new LineBasicMaterial({ ...lines, opacity: 0.13, depthTest: false, depthWrite: false }),
+      nearer(new LineBasicMaterial({ ...lines, opacity: 0.6, depthWrite: false })),
+    ];
+    this.points = [
+      new PointsMaterial({ ...points, opacity: 0.22, depthTest: false, depthWrite: false }),
+      nearer(new PointsMaterial({ ...points, depthWrite: false })),
+    ];
+    this.mark = new PointsMaterial({ ...points, size: 1.75 * SIZE, depthTest: false });
+    this.marked = new Points(new BufferGeometry(), this.mark);
+    this.marked.renderOrder = 5;
+    this.hovered = new PointsMaterial({ ...points, size: 1.45 * SIZE, depthTest: false });
+    this.under = new Points(new BufferGeometry(), this.hovered);
+    this.under.renderOrder = 4;
+    this.geometry = new BufferGeometry();
+    this.wires = new BufferGeometry();
+    this.lines.forEach((material, i) => this.add(new LineSegments(this.wires, material), 1 + i));
+    this.points.forEach((material, i) => this.add(new Points(this.geometry, material), 2 + i));
+    [this.marked, this.under].forEach((points_) => { points_.frustumCulled = false; });
+    this.group.add(this.marked, this.under);
+    stage.scene.add(this.group);
+  }
+
+  /** @param {any} object @param {number} order */
+  add(object, order) {
+    object.frustumCulled = false;
+    object.renderOrder = order;
+    this.group.add(object);
+  }
+
+  /** Draws the net of a document. @param {Net} net @param {Surface} surface */
+  take(net, surface) {
+    this.matrices = net.frames.map((frame) => new Matrix4().set(
+      .../** @type {[number, number, number, number, number, number, number, number, number, number, number, number, number, number, number, number]} */ (frame),
+    ));
+    const { matrices } = this;
+    const at = new Vector3();
+    const sameCount = this.places.count === net.handles.length;
+    const numbers = sameCount ? this.places.array : new Float32Array(3 * net.handles.length);
+    net.handles.forEach((handle, i) => {
+      const [x, y, z = 0] = pointAt(surface, handle);
+      at.set(x, y, z).applyMatrix4(matrices[handle.frame]).toArray(numbers, 3 * i);
+    });
+    const sameJoins = sameCount && this.joins.count === 2 * net.edges.length;
+    if (!sameCount) this.places = new BufferAttribute(/** @type {Float32Array} */ (numbers), 3);
+    this.places.needsUpdate = true;
+    if (!sameJoins) this.joins = new BufferAttribute(Uint32Array.from(net.edges.flat()), 1);
+    if (!sameJoins || !sameCount) this.rebuild();
+    this.stage.draw();
+  }
+
+  rebuild() {
+    const size = this.places.count > MANY ? 0.6 * SIZE : SIZE;
+    this.points.forEach((material) => { material.size = size; });
+    [this.geometry, this.wires].forEach((geometry) => {
+      geometry.dispose();
+      geometry.setAttribute('position', this.places);
+    });
+    this.wires.setIndex(this.joins);
+  }
+
+  /** Shows which point is chosen, and which one the mouse is over; -1 for none. @param {number} chosen @param {number} hovered */
+  highlight(chosen, hovered) {
+    this.single(this.marked, chosen);
+    this.single(this.under, hovered === chosen ? -1 : hovered);
+    this.stage.draw();
+  }
+
+  /** @param {Points} points @param {number} index */
+  single(points, index) {
+    points.visible = index >= 0 && index < this.places.count;
+    if (!points.visible) return;
+    const place = this.at(index).toArray();
+    points.geometry.setAttribute('position', new BufferAttribute(new Float32Array(place), 3));
+  }
+
+  /** Where a control point stands in the scene. @param {number} index */
+  at(index) {
+    return new Vector3().fromBufferAttribute(this.places, index);
+  }
+
+  /** Where a control point is seen: CSS pixels of the canvas, and its depth. @param {number} index */
+  seenAt(index) {
+    const { camera, canvas } = this.stage;
+    const { x, y, z } = this.at(index).project(camera);
+    return { x: (x + 1) / 2 * canvas.clientWidth, y: (1 - y) / 2 * canvas.clientHeight, depth: z };
+  }
+
+  /** The control point at a place of the canvas, or -1. @param {number} x @param {number} y @param {string} pointer */
+  pick(x, y, pointer) {
+    if (!this.group.visible) return -1;
+    const reach = pointer === 'touch' ? REACH.touch : REACH.mouse;
+    let [best, least] = [-1, Infinity];
+    const radius = this.stage.radius();
+    const eye = this.stage.camera.position;
+    for (let i = 0; i < this.places.count; i += 1) {
+      const seen = this.seenAt(i);
+      const away = Math.hypot(seen.x - x, seen.y - y);
+      if (away > reach || seen.depth > 1) continue;
+      const score = away + BEHIND * this.at(i).distanceTo(eye) / radius;
+      if (score < least) [best, least] = [i, score];
+    }
+    return best;
+  }
+
+  /** @param {Palette} palette @param {boolean} alarmed  whether the chosen point is what is wrong */
+  paint(palette, alarmed) {
+    this.lines.forEach((material) => material.color.set(palette.net));
+    this.points.forEach((material) => material.color.set(palette.point));
+    this.mark.color.set(alarmed ? palette.alarm : palette.chosen);
+    this.hovered.color.set(palette.chosen);
+    this.stage.draw();
+  }
+
+  bounds() {
+    const box = new Box3();
+    if (this.group.visible) box.setFromBufferAttribute(this.places);
+    return box;
+  }
+}
+
+/** A round dot with a soft rim. */
+function dotTexture() {
+  const canvas = document.createElement('canvas');
+  canvas.width = 64;
+  canvas.height = 64;
+  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d'));
+  context.fillStyle = '#fff';
+  context.beginPath();
+  context.arc(32, 32, 28, 0, 2 * Math.PI);
+  context.fill();
+  return new CanvasTexture(canvas);
+}
+
+/**
+ * Drawn a little nearer than it is, so that what lies upon the surface is not cut by it.
+ * @template {import('./three.js').Material} M
+ * @param {M} material @returns {M}
+ */
+function nearer(material) {
+  material.onBeforeCompile = (shader) => {
+    const project = '#include <project_vertex>';
+    shader.vertexShader = shader.vertexShader
+      .replace(project, `${project}\n  gl_Position.z -= 0.0012 * gl_Position.w;`);
+  };
+  return material;
+}

@@ -1,0 +1,220 @@
+// The control net of every kind of surface: which control points there are, where each stands in
+// the document, which lines join them, and where their surface is placed in the scene.
+// Numbers only; drawing is done in net-view.js.
+
+import { valueAt, replaced } from './documents.js';
+
+/** @typedef {import('./documents.js').Path} Path */
+/** @typedef {import('./documents.js').Surface} Surface */
+
+/**
+ * One control point.
+ * @typedef {object} Handle
+ * @property {Path} point  where its coordinates stand
+ * @property {Path} weights  where the weights of its net stand, if the net has any
+ * @property {Path} place  its indices in the net, and in the weights
+ * @property {number} frame  number of the placement of its surface
+ */
+
+/**
+ * @typedef {object} Net
+ * @property {Handle[]} handles
+ * @property {[number, number][]} edges  pairs of handles that a line joins
+ * @property {number[][]} frames  placements, 4 × 4 row by row, from the document to the scene
+ */
+
+const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+// Quarter turns about x: glTF, and so the scene, is y-up.
+const Z_TO_Y = [1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1];
+const Y_TO_Z = [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1];
+
+/**
+ * The net of a surface. What cannot be read as one is left out: the server says what is wrong.
+ * @param {Surface} surface
+ * @returns {Net}
+ */
+export function netOf(surface) {
+  /** @type {Net} */
+  const net = { handles: [], edges: [], frames: [] };
+  const upright = surface.up === 'z' ? Z_TO_Y : IDENTITY;
+  if (surface.type !== 'group') {
+    addSurface(net, surface, [], upright);
+    return net;
+  }
+  list(surface.members).forEach((member, index) => {
+    const own = member?.surface ?? {};
+    const turn = turnOf(own.up ?? 'y', surface.up ?? 'y');
+    const matrix = Array.isArray(member?.matrix) ? member.matrix.flat() : IDENTITY;
+    if (matrix.length !== 16) return;
+    addSurface(net, own, ['members', index, 'surface'], product(upright, product(matrix, turn)));
+  });
+  return net;
+}
+
+/**
+ * Coordinates of a control point, of which there are three, or two in a plane curve.
+ * @param {Surface} surface
+ * @param {Handle} handle
+ * @returns {number[]}
+ */
+export function pointAt(surface, handle) {
+  return valueAt(surface, handle.point);
+}
+
+/**
+ * @param {Surface} surface
+ * @param {Handle} handle
+ * @returns {number}
+ */
+export function weightAt(surface, handle) {
+  return valueAt(surface, [...handle.weights, ...handle.place]) ?? 1;
+}
+
+/**
+ * @param {Surface} surface
+ * @param {Handle} handle
+ * @param {number[]} point
+ */
+export function withPoint(surface, handle, point) {
+  const { length } = pointAt(surface, handle);
+  return replaced(surface, handle.point, point.slice(0, length));
+}
+
+/**
+ * With another weight of one point; a net without weights gets them, all others being 1.
+ * @param {Surface} surface
+ * @param {Handle} handle
+ * @param {number} weight
+ */
+export function withWeight(surface, handle, weight) {
+  const weighted = valueAt(surface, handle.weights) === undefined
+    ? replaced(surface, handle.weights, ones(netAt(surface, handle)))
+    : surface;
+  return replaced(weighted, [...handle.weights, ...handle.place], weight);
+}
+
+/** @param {Surface} surface @param {Handle} handle */
+function netAt(surface, handle) {
+  return valueAt(surface, handle.point.slice(0, handle.point.length - handle.place.length));
+}
+
+/** @param {any} net @returns {any} */
+function ones(net) {
+  return isPoint(net) ? 1 : net.map(ones);
+}
+
+/** @param {Net} net @param {Surface} surface @param {Path} base @param {number[]} frame */
+function addSurface(net, surface, base, frame) {
+  const number = net.frames.push(frame) - 1;
+  const add = { net, base, frame: number };
+  if (surface.type === 'patches') addPatches(add, surface);
+  else if (surface.type === 'tube' || surface.type === 'ribbon') addCurve(add, surface.curve ?? {});
+  else addRows(add, surface);
+}
+
+/** @typedef {{net: Net, base: Path, frame: number}} Adding */
+
+/**
+ * Bézier, B-spline and triangular nets: rows of points.
+ * @param {Adding} adding @param {Surface} surface
+ */
+function addRows({ net, base, frame }, surface) {
+  const triangular = surface.type === 'triangle';
+  const [closedU, closedV] = surface.type === 'bspline' ? periodic(surface.knots) : [false, false];
+  const rows = list(surface.control_net).map((row, i) => list(row).map((point, j) => (
+    addHandle(net, point, {
+      point: [...base, 'control_net', i, j], weights: [...base, 'weights'], place: [i, j], frame,
+    })
+  )));
+  const join = joiner(net);
+  rows.forEach((row, i) => row.forEach((handle, j) => {
+    join(handle, row[j + 1] ?? (closedV ? row[0] : -1));
+    join(handle, (rows[i + 1] ?? (closedU ? rows[0] : []))[j]);
+    if (triangular && j > 0) join(handle, rows[i + 1]?.[j - 1]);
+  }));
+}
+
+/** @param {Adding} adding @param {Surface} surface */
+function addPatches({ net, base, frame }, surface) {
+  const vertices = list(surface.vertices).map((point, i) => (
+    addHandle(net, point, {
+      point: [...base, 'vertices', i], weights: [...base, 'weights'], place: [i], frame,
+    })
+  ));
+  const join = joiner(net);
+  const grids = (/** @type {any} */ patches, /** @type {boolean} */ triangular) => (
+    list(patches).forEach((grid) => list(grid).forEach((row, i) => list(row).forEach((index, j) => {
+      join(vertices[index], vertices[row[j + 1]]);
+      join(vertices[index], vertices[grid[i + 1]?.[j]]);
+      if (triangular && j > 0) join(vertices[index], vertices[grid[i + 1]?.[j - 1]]);
+    })))
+  );
+  grids(surface.patches, false);
+  grids(surface.triangles, true);
+}
+
+/** @param {Adding} adding @param {Surface} curve */
+function addCurve({ net, base, frame }, curve) {
+  const points = list(curve.control_points).map((point, i) => (
+    addHandle(net, point, {
+      point: [...base, 'curve', 'control_points', i],
+      weights: [...base, 'curve', 'weights'],
+      place: [i],
+      frame,
+    })
+  ));
+  const join = joiner(net);
+  points.forEach((handle, i) => join(handle, points[i + 1]));
+  if (curve.type === 'bspline' && curve.knots === 'periodic') join(points.at(-1), points[0]);
+}
+
+/** The number of a new handle; -1 where there is no point. @param {Net} net @param {any} point @param {Handle} handle */
+function addHandle(net, point, handle) {
+  return isPoint(point) ? net.handles.push(handle) - 1 : -1;
+}
+
+/**
+ * Joins two handles once, whichever way round; what is no handle is not joined.
+ * @param {Net} net
+ */
+function joiner(net) {
+  const seen = new Set();
+  return (/** @type {number | undefined} */ a, /** @type {number | undefined} */ b) => {
+    if (a === undefined || b === undefined || a < 0 || b < 0 || a === b) return;
+    const key = Math.min(a, b) * net.handles.length + Math.max(a, b);
+    if (seen.has(key)) return;
+    seen.add(key);
+    net.edges.push([a, b]);
+  };
+}
+
+/** @param {any} knots @returns {[boolean, boolean]} */
+function periodic(knots) {
+  const [u, v] = Array.isArray(knots) ? knots : [knots, knots];
+  return [u === 'periodic', v === 'periodic'];
+}
+
+/** @param {any} value @returns {any[]} */
+function list(value) {
+  return Array.isArray(value) ? value : [];
+}
+
+/** @param {any} value */
+function isPoint(value) {
+  return Array.isArray(value) && (value.length === 2 || value.length === 3)
+    && value.every((number) => typeof number === 'number');
+}
+
+/** @param {string} up @param {string} wanted */
+function turnOf(up, wanted) {
+  if (up === wanted) return IDENTITY;
+  return up === 'z' ? Z_TO_Y : Y_TO_Z;
+}
+
+/** The product of two matrices, row by row. @param {number[]} a @param {number[]} b */
+function product(a, b) {
+  return a.map((_, at) => {
+    const [row, column] = [4 * Math.floor(at / 4), at % 4];
+    return [0, 1, 2, 3].reduce((sum, k) => sum + a[row + k] * b[4 * k + column], 0);
+  });
+}

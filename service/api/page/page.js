@@ -1,0 +1,51 @@
+// The elements of the page by their ids, and small things that every panel needs.
+
+/**
+ * @template {HTMLElement} E
+ * @param {string} id @param {new () => E} kind
+ * @returns {E}
+ */
+export function element(id, kind) {
+  const found = document.getElementById(id);
+  if (!(found instanceof kind)) throw new TypeError(`no ${kind.name} is called ${id}`);
+  return found;
+}
+
+/** @param {string} id */
+export const button = (id) => element(id, HTMLButtonElement);
+
+/** @param {string} id */
+export const input = (id) => element(id, HTMLInputElement);
+
+/** @param {string} id @param {string} text */
+export function write(id, text) {
+  const place = element(id, HTMLElement);
+  if (place.textContent !== text) place.textContent = text;
+}
+
+/** The radio buttons of one name. @param {string} name */
+export function radios(name) {
+  return /** @type {HTMLInputElement[]} */ ([...document.querySelectorAll(`input[name="${name}"]`)]);
+}
+
+/** @param {string} name @param {string} value */
+export function check(name, value) {
+  radios(name).forEach((radio) => { radio.checked = radio.value === value; });
+}
+
+/** @param {string} name */
+export function checked(name) {
+  return radios(name).find((radio) => radio.checked)?.value ?? '';
+}
+
+/** A new element that holds a text. @param {string} tag @param {string} text */
+export function made(tag, text) {
+  const fresh = document.createElement(tag);
+  fresh.textContent = text;
+  return fresh;
+}
+
+/** Says something to those who listen to the page instead of looking at it. @param {string} text */
+export function announce(text) {
+  write('status', text);
+}

@@ -1,0 +1,69 @@
+// The settings in the panel and the buttons of the bar: they show the state, and change it.
+
+import { button, check, input, radios, write, element } from './page.js';
+import { relativeTolerance } from './settings.js';
+
+/** @typedef {import('./settings.js').Settings} Settings */
+/** @typedef {import('./state.js').State} State */
+
+/** @param {State} state */
+export function watchPanel(state) {
+  radios('look').forEach((radio) => radio.addEventListener('change', () => {
+    state.set({ look: /** @type {Settings['look']} */ (radio.value) });
+  }));
+  radios('accuracy').forEach((radio) => radio.addEventListener('change', () => {
+    state.set({ accuracy: /** @type {Settings['accuracy']} */ (radio.value) });
+  }));
+  input('show-net').addEventListener('change', (event) => state.set({ net: isOn(event) }));
+  input('show-wires').addEventListener('change', (event) => state.set({ wires: isOn(event) }));
+  input('resolution').addEventListener('input', (event) => state.set({ resolution: valueOf(event) }));
+  input('tolerance').addEventListener('input', (event) => state.set({ tolerance: valueOf(event) }));
+
+  button('undo').addEventListener('click', () => state.undo());
+  button('redo').addEventListener('click', () => state.redo());
+  button('reset').addEventListener('click', () => state.reset());
+  button('help').addEventListener('click', () => element('keys', HTMLDialogElement).showModal());
+  addEventListener('keydown', (event) => {
+    // In a text the same keys undo typing.
+    const typing = event.target instanceof HTMLTextAreaElement;
+    if (typing || event.altKey || !(event.ctrlKey || event.metaKey)) return;
+    const key = event.key.toLowerCase();
+    if (key === 'z' && !event.shiftKey) state.undo();
+    else if ((key === 'z' && event.shiftKey) || key === 'y') state.redo();
+    else return;
+    event.preventDefault();
+  });
+
+  state.listen(() => show(state));
+  show(state);
+}
+
+/** @param {State} state */
+function show({ settings, history }) {
+  check('look', settings.look);
+  check('accuracy', settings.accuracy);
+  input('show-net').checked = settings.net;
+  input('show-wires').checked = settings.wires;
+  input('resolution').value = String(settings.resolution);
+  input('tolerance').value = String(settings.tolerance);
+  write('resolution-value', String(settings.resolution));
+  const share = `${Number((100 * relativeTolerance(settings)).toPrecision(3))} %`;
+  write('tolerance-value', share);
+  input('tolerance').setAttribute('aria-valuetext', share);
+  document.querySelectorAll('.slider[data-for]').forEach((slider) => {
+    /** @type {HTMLElement} */ (slider).hidden = slider.getAttribute('data-for') !== settings.accuracy;
+  });
+  button('undo').disabled = !history.canUndo;
+  button('redo').disabled = !history.canRedo;
+  button('reset').disabled = !history.canReset;
+}
+
+/** @param {Event} event */
+function isOn(event) {
+  return /** @type {HTMLInputElement} */ (event.currentTarget).checked;
+}
+
+/** @param {Event} event */
+function valueOf(event) {
+  return Number(/** @type {HTMLInputElement} */ (event.currentTarget).value);
+}

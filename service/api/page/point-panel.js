@@ -1,0 +1,93 @@
+// The chosen control point in numbers: which one, where it is, what it weighs.
+
+import { weightAt } from './net.js';
+import { announce, button, element, input, write } from './page.js';
+
+/** @typedef {import('./state.js').State} State */
+
+const COORDINATES = /** @type {const} */ (['x', 'y', 'z']);
+
+/** @param {State} state */
+export function watchPointPanel(state) {
+  const number = input('point');
+  number.addEventListener('change', () => {
+    const wanted = Math.round(Number(number.value));
+    const count = state.net.handles.length;
+    state.choose(number.value === '' ? -1 : Math.min(count, Math.max(1, wanted)) - 1);
+    show(state);
+  });
+  button('point-previous').addEventListener('click', () => step(state, -1));
+  button('point-next').addEventListener('click', () => step(state, 1));
+
+  COORDINATES.forEach((name, axis) => {
+    const field = input(name);
+    const move = (/** @type {boolean} */ keep) => {
+      const point = state.point();
+      if (!point || field.value === '' || !Number.isFinite(field.valueAsNumber)) return;
+      state.move(point.map((value, i) => (i === axis ? field.valueAsNumber : value)), keep);
+    };
+    field.addEventListener('input', () => move(false));
+    field.addEventListener('change', () => { move(true); show(state); });
+  });
+
+  const [weight, slider] = [input('weight'), input('weight-slider')];
+  const weigh = (/** @type {number} */ value, /** @type {boolean} */ keep) => {
+    if (Number.isFinite(value)) state.weigh(value, keep);
+  };
+  weight.addEventListener('input', () => weigh(weight.valueAsNumber, false));
+  weight.addEventListener('change', () => { weigh(weight.valueAsNumber, true); show(state); });
+  const sliderWeight = () => Number((2 ** Number(slider.value)).toPrecision(3));
+  slider.addEventListener('input', () => weigh(sliderWeight(), false));
+  slider.addEventListener('change', () => weigh(sliderWeight(), true));
+
+  state.listen((change) => {
+    show(state);
+    if (change === 'chosen' && state.chosen >= 0) announce(spoken(state));
+  });
+  show(state);
+}
+
+/** @param {State} state @param {number} by */
+function step(state, by) {
+  const count = state.net.handles.length;
+  if (count === 0) return;
+  const from = state.chosen < 0 && by < 0 ? 0 : state.chosen;
+  state.choose((from + by + count) % count);
+}
+
+/** @param {State} state */
+function show(state) {
+  const { handle, chosen } = state;
+  const count = state.net.handles.length;
+  write('point-count', `of ${count.toLocaleString('en')}`);
+  const number = input('point');
+  number.max = String(count);
+  number.disabled = count === 0;
+  if (number !== document.activeElement || handle) number.value = handle ? String(chosen + 1) : '';
+  element('point-fields', HTMLFieldSetElement).disabled = !handle;
+  element('point-hint', HTMLElement).hidden = Boolean(handle);
+  const point = state.point() ?? [];
+  COORDINATES.forEach((name, axis) => {
+    input(name).disabled = point[axis] === undefined;
+    put(name, point[axis]);
+  });
+  const weight = handle ? weightAt(state.surface, handle) : undefined;
+  put('weight', weight);
+  const slider = input('weight-slider');
+  if (slider !== document.activeElement) slider.value = String(Math.log2(weight ?? 1));
+  slider.setAttribute('aria-valuetext', weight === undefined ? 'none' : String(weight));
+}
+
+/** What is being typed is left alone. @param {string} id @param {number | undefined} value */
+function put(id, value) {
+  const field = input(id);
+  const text = value === undefined ? '' : String(value);
+  if (field === document.activeElement && field.valueAsNumber === value) return;
+  if (field.value !== text) field.value = text;
+}
+
+/** @param {State} state */
+function spoken(state) {
+  const place = (state.point() ?? []).map((value) => Number(value.toPrecision(4))).join(', ');
+  return `Control point ${state.chosen + 1} of ${state.net.handles.length}, at ${place}`;
+}

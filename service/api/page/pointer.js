@@ -1,0 +1,128 @@
+// The mouse, fingers and keys in the view: choosing control points and moving them. Whatever does
+// not hit a point is left to the camera.
+
+import { Vector2 } from './three.js';
+import { Drag, nudge, settled } from './moves.js';
+
+/** @typedef {import('./net-view.js').NetView} NetView */
+/** @typedef {import('./scene.js').Stage} Stage */
+/** @typedef {import('./state.js').State} State */
+/** @typedef {import('./moves.js').Axis} Axis */
+
+/**
+ * @typedef {object} Controls
+ * @property {() => Axis} axis
+ * @property {(axis: Axis) => void} setAxis
+ * @property {() => void} fit
+ */
+
+const TURN = 0.08;
+const ZOOM = 1.12;
+
+/** @param {Stage} stage @param {NetView} net @param {State} state @param {Controls} controls */
+export function watchPointer(stage, net, state, controls) {
+  const { canvas } = stage;
+  /** @type {Drag | null} */
+  let drag = null;
+  let moved = false;
+
+  const place = (/** @type {PointerEvent} */ event) => {
+    const { left, top, width, height } = canvas.getBoundingClientRect();
+    const [x, y] = [event.clientX - left, event.clientY - top];
+    return { x, y, at: new Vector2(2 * x / width - 1, 1 - 2 * y / height) };
+  };
+
+  const hover = (/** @type {PointerEvent} */ event) => {
+    const { x, y } = place(event);
+    const over = event.pointerType === 'mouse' ? net.pick(x, y, 'mouse') : -1;
+    canvas.dataset.cursor = over >= 0 ? 'point' : '';
+    net.highlight(state.chosen, over);
+  };
+
+  // Before the camera's own controls, which listen at the same canvas.
+  canvas.addEventListener('pointerdown', (event) => {
+    if (event.button !== 0 || drag) return;
+    const { x, y, at } = place(event);
+    const index = net.pick(x, y, event.pointerType);
+    if (index < 0) return;
+    event.stopImmediatePropagation();
+    canvas.setPointerCapture(event.pointerId);
+    canvas.focus();
+    state.choose(index);
+    const point = state.point();
+    if (point === undefined || net.matrices === undefined) return;
+    drag = new Drag(stage, point, net.matrices[state.net.handles[index].frame], at);
+    moved = false;
+    canvas.dataset.cursor = 'drag';
+  }, { capture: true });
+
+  canvas.addEventListener('pointermove', (event) => {
+    if (drag === null) {
+      if (event.buttons === 0) hover(event);
+      return;
+    }
+    event.stopImmediatePropagation();
+    moved = true;
+    state.move(drag.to(place(event).at, controls.axis(), event.shiftKey), false);
+  }, { capture: true });
+
+  const finish = (/** @type {boolean} */ keep) => {
+    if (drag === null) return;
+    drag = null;
+    canvas.dataset.cursor = '';
+    if (!moved) return;
+    if (keep) state.settle();
+    else state.cancel();
+  };
+  canvas.addEventListener('pointerup', () => finish(true));
+  canvas.addEventListener('pointercancel', () => finish(false));
+  canvas.addEventListener('pointerleave', () => {
+    if (drag === null) net.highlight(state.chosen, -1);
+  });
+
+  canvas.addEventListener('keydown', (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (press(event)) event.preventDefault();
+  });
+  canvas.addEventListener('keyup', (event) => {
+    if (event.key.startsWith('Arrow') || event.key.startsWith('Page')) state.settle();
+  });
+  canvas.addEventListener('blur', () => { if (drag === null) state.settle(); });
+
+  /** Whether the key meant something. @param {KeyboardEvent} event @returns {boolean} */
+  function press(event) {
+    const { key } = event;
+    const count = state.net.handles.length;
+    const lower = key.toLowerCase();
+    if (key === 'Escape') {
+      if (drag) finish(false);
+      else state.choose(-1);
+    } else if (key === ']' && count) state.choose((state.chosen + 1) % count);
+    else if (key === '[' && count) state.choose((Math.max(state.chosen, 0) + count - 1) % count);
+    else if (lower === 'f') controls.fit();
+    else if (lower === 'n') state.set({ net: !state.settings.net });
+    else if (lower === 'w') state.set({ wires: !state.settings.wires });
+    else if (lower === 'x' || lower === 'y' || lower === 'z') {
+      controls.setAxis(controls.axis() === lower ? 'free' : lower);
+    } else if (key === '+' || key === '=') stage.zoom(1 / ZOOM);
+    else if (key === '-') stage.zoom(ZOOM);
+    else return step(event);
+    return true;
+  }
+
+  /** Arrow keys: of the chosen point, or of the camera. @param {KeyboardEvent} event */
+  function step({ key, shiftKey }) {
+    const { handle } = state;
+    const point = state.point();
+    if (handle === undefined || point === undefined || net.matrices === undefined) {
+      const turns = { ArrowLeft: [-TURN, 0], ArrowRight: [TURN, 0], ArrowUp: [0, TURN], ArrowDown: [0, -TURN] };
+      const turn = turns[/** @type {keyof typeof turns} */ (key)];
+      if (turn) stage.turn(turn[0], turn[1]);
+      return turn !== undefined;
+    }
+    const way = nudge(stage, net.matrices[handle.frame], key, shiftKey);
+    if (way === null) return false;
+    state.move(point.map((value, i) => (way[i] ? settled(value + way[i], stage) : value)), false);
+    return true;
+  }
+}

@@ -1,0 +1,69 @@
+// What to say when the service refuses, or is not there: what is wrong, where, and what would do.
+
+import { pathOf } from './documents.js';
+import { button, element, made, write } from './page.js';
+import { Refusal } from './service.js';
+
+/** @typedef {import('./net.js').Net} Net */
+/** @typedef {import('./service.js').Issue} Issue */
+/** @typedef {import('./state.js').State} State */
+
+/** How a problem is left: a word in `html[data-state]`, too. @typedef {'refused' | 'away'} Kind */
+
+/** @param {State} state @param {() => void} retry */
+export function watchProblems(state, retry) {
+  button('problem-close').addEventListener('click', hideProblem);
+  button('problem-retry').addEventListener('click', retry);
+  button('problem-undo').addEventListener('click', () => state.undo());
+  button('problem-point').addEventListener('click', () => {
+    state.choose(Number(button('problem-point').dataset.index));
+  });
+}
+
+/** Shows a problem; tells which control point it is about, or -1. @param {Error} error @param {State} state */
+export function showProblem(error, state) {
+  const issues = error instanceof Refusal ? error.issues : [];
+  const refused = error instanceof Refusal;
+  write('problem-title', refused ? 'The service refuses this surface' : 'The service is away');
+  const detail = refused ? error.message
+    : 'Nothing answers at its address. What you have made is kept; it is asked again with your next change.';
+  write('problem-detail', issues.length === 1 ? '' : detail);
+  element('problem-errors', HTMLElement).replaceChildren(...issues.slice(0, 5).map(line));
+  const index = issues.map((issue) => pointNamed(issue, state.net)).find((at) => at >= 0) ?? -1;
+  const point = button('problem-point');
+  point.hidden = index < 0;
+  point.dataset.index = String(index);
+  point.textContent = `Show control point ${index + 1}`;
+  button('problem-undo').hidden = !refused || !state.history.canUndo;
+  button('problem-retry').hidden = refused;
+  element('problem', HTMLElement).hidden = false;
+  return index;
+}
+
+export function hideProblem() {
+  element('problem', HTMLElement).hidden = true;
+}
+
+/** @param {Issue} issue */
+function line(issue) {
+  const item = made('li', `${issue.detail} `);
+  const needs = [issue.got && `Got ${issue.got}`, issue.needed && `needed ${issue.needed}`];
+  const told = needs.filter(Boolean).join(', ');
+  if (told) item.append(`${told}. `);
+  const where = issue.pointer ?? issue.parameter ?? issue.header;
+  if (where) item.append(made('code', where));
+  return item;
+}
+
+/**
+ * The control point that an issue points to: its pointer leads to the point or its weight, or into it.
+ * @param {Issue} issue @param {Net} net
+ */
+function pointNamed(issue, net) {
+  const [root, ...path] = pathOf(issue.pointer ?? '');
+  if (root !== 'surface') return -1;
+  const leads = (/** @type {(string | number)[]} */ to) => (
+    to.length <= path.length && to.every((key, i) => String(key) === path[i])
+  );
+  return net.handles.findIndex(({ point, weights, place }) => leads(point) || leads([...weights, ...place]));
+}

@@ -1,0 +1,51 @@
+// What the service said of the mesh: its size, how far it is from the surface, how long it took.
+
+import { announce, element } from './page.js';
+
+/** @typedef {import('./report.js').Report} Report */
+
+/** @param {Report} report @param {{bytes: number, serverTime: number | null, roundTrip: number}} taken */
+export function showReadouts(report, { bytes, serverTime, roundTrip }) {
+  put('triangles', report.triangles, report.triangles.toLocaleString('en'));
+  put('vertices', report.vertices, report.vertices.toLocaleString('en'));
+  put('bytes', bytes, bytesText(bytes));
+  const bound = report.deviation_bound;
+  put('deviation', bound, bound === null || bound === undefined ? 'not known' : significant(bound));
+  const open = report.boundary_edges;
+  put('closed', open, report.watertight ? 'watertight' : `${open.toLocaleString('en')} open`);
+  put('server-time', serverTime, serverTime === null ? '–' : milliseconds(serverTime));
+  put('round-trip', roundTrip, milliseconds(roundTrip));
+}
+
+/** Tells those who listen. @param {Report} report */
+export function speakReadouts(report) {
+  const bound = report.deviation_bound;
+  const deviation = typeof bound === 'number' ? `, deviation at most ${significant(bound)}` : '';
+  announce(`${report.triangles.toLocaleString('en')} triangles${deviation}`);
+}
+
+/** @param {string} id @param {number | null | undefined} value @param {string} text */
+function put(id, value, text) {
+  const place = element(id, HTMLDataElement);
+  place.value = value === null || value === undefined ? '' : String(value);
+  if (place.textContent !== text) place.textContent = text;
+}
+
+/** Three digits, rounded up: what is said of a bound must still be one. @param {number} value */
+function significant(value) {
+  if (value === 0) return '0';
+  const unit = 10 ** (Math.floor(Math.log10(Math.abs(value))) - 2);
+  const up = Math.ceil(value / unit - 1e-9) * unit;
+  return Number(up.toPrecision(3)).toString().replace('e-', ' × 10^−');
+}
+
+/** @param {number} value */
+function milliseconds(value) {
+  return value < 10 ? `${value.toFixed(1)} ms` : `${Math.round(value).toLocaleString('en')} ms`;
+}
+
+/** @param {number} bytes */
+function bytesText(bytes) {
+  const [unit, size] = bytes < 1e6 ? ['kB', 1e3] : ['MB', 1e6];
+  return `${(bytes / size).toFixed(bytes < 10 * size ? 1 : 0)} ${unit}`;
+}

@@ -1,0 +1,13 @@
+// The report in a GLB: `asset.extras.report` of its JSON, which is the first chunk of the file.
+
+/** @typedef {{vertices: number, triangles: number, patches: number, watertight: boolean, boundary_edges: number, deviation_bound: number | null}} Report */
+
+const HEADER = 12; // magic, version, length
+const CHUNK = 8; // length, type
+
+/** @param {ArrayBuffer} content @returns {Report} */
+export function reportOf(content) {
+  const length = new DataView(content).getUint32(HEADER, true);
+  const text = new TextDecoder().decode(new Uint8Array(content, HEADER + CHUNK, length));
+  return JSON.parse(text).asset.extras.report;
+}

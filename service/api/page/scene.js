@@ -1,0 +1,181 @@
+// The stage: camera, light, floor, and pictures only when something changed.
+
+import {
+  Box3, DirectionalLight, Mesh, NeutralToneMapping, OrbitControls, PerspectiveCamera, PlaneGeometry,
+  PMREMGenerator, RoomEnvironment, Scene, ShadowMaterial, Vector3, VSMShadowMap, WebGLRenderer,
+} from './three.js';
+
+/** @typedef {import('./colors.js').Palette} Palette */
+
+const FIELD_OF_VIEW = 26;
+const FROM = new Vector3(0.42, 0.4, 1).normalize();
+const MARGIN = 1.16;
+
+/** Whether this browser draws in three dimensions at all. */
+export function canDraw() {
+  return document.createElement('canvas').getContext('webgl2') !== null;
+}
+
+export class Stage {
+  /** @param {HTMLCanvasElement} canvas */
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(FIELD_OF_VIEW);
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.renderer.toneMapping = NeutralToneMapping;
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = VSMShadowMap;
+    // Shadows are drawn anew with a new mesh, not with every turn of the camera.
+    this.renderer.shadowMap.autoUpdate = false;
+    this.scene.environment = new PMREMGenerator(this.renderer)
+      .fromScene(new RoomEnvironment(), 0.04).texture;
+    this.scene.environmentIntensity = 0.55;
+    this.key = new DirectionalLight('#fff4e3', 2.3);
+    this.rim = new DirectionalLight('#dfe9ff', 0.7);
+    this.floor = new Mesh(new PlaneGeometry(1, 1), new ShadowMaterial({ color: '#12100c' }));
+    this.addLightAndFloor();
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = !matchMedia('(prefers-reduced-motion: reduce)').matches;
+    this.controls.dampingFactor = 0.14;
+    this.controls.addEventListener('change', () => this.draw());
+    this.box = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
+    this.pending = false;
+    /** @type {(() => void)[]} */
+    this.drawn = [];
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.resize();
+  }
+
+  addLightAndFloor() {
+    const { key, rim, floor } = this;
+    key.castShadow = true;
+    key.shadow.mapSize.set(1024, 1024);
+    key.shadow.radius = 9;
+    key.shadow.blurSamples = 16;
+    floor.rotation.x = -Math.PI / 2;
+    floor.receiveShadow = true;
+    this.scene.add(key, key.target, rim, rim.target, floor);
+  }
+
+  /** Draws with the next frame, once however often it is asked for. */
+  draw() {
+    if (this.pending) return;
+    this.pending = true;
+    requestAnimationFrame(() => {
+      this.pending = false;
+      this.controls.update();
+      this.renderer.render(this.scene, this.camera);
+      this.drawn.forEach((tell) => tell());
+    });
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (width === 0 || height === 0) return;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.setViewOffset(width, height, 0, this.covered() / 2, width, height);
+    this.draw();
+  }
+
+  /** How much of the canvas, from below, other things stand upon: the middle is above them. */
+  covered() {
+    const over = this.canvas.parentElement?.querySelector('[data-covers]');
+    if (!over || getComputedStyle(over).position !== 'absolute') return 0;
+    return this.canvas.getBoundingClientRect().bottom - over.getBoundingClientRect().top;
+  }
+
+  /** Light, shadow and floor for what fills this box. @param {Box3} box */
+  settle(box) {
+    this.box = box;
+    const radius = this.radius();
+    const center = box.getCenter(new Vector3());
+    const place = (/** @type {DirectionalLight} */ light, /** @type {Vector3} */ from) => {
+      light.position.copy(center).addScaledVector(from, 2 * radius);
+      light.target.position.copy(center);
+      light.target.updateMatrixWorld();
+    };
+    place(this.key, new Vector3(-0.9, 1.7, 1.1));
+    place(this.rim, new Vector3(1.6, 0.9, -1.8));
+    this.key.shadow.normalBias = 0.03 * radius;
+    Object.assign(this.key.shadow.camera, {
+      left: -1.6 * radius, right: 1.6 * radius, top: 1.6 * radius, bottom: -1.6 * radius,
+      near: 0.1 * radius, far: 8 * radius,
+    });
+    this.key.shadow.camera.updateProjectionMatrix();
+    this.floor.position.set(center.x, box.min.y - 0.004 * radius, center.z);
+    this.floor.scale.setScalar(40 * radius);
+    this.renderer.shadowMap.needsUpdate = true;
+    this.draw();
+  }
+
+  radius() {
+    return Math.max(1e-6, this.box.getSize(new Vector3()).length() / 2);
+  }
+
+  /**
+   * Looks at the middle of a box from as near as shows all of it: from where the camera is, or,
+   * for something new, slightly from above.
+   * @param {Box3} box @param {boolean} anew
+   */
+  fit(box, anew) {
+    const { camera, controls } = this;
+    const radius = Math.max(1e-6, box.getSize(new Vector3()).length() / 2);
+    const center = box.getCenter(new Vector3());
+    const away = anew ? FROM.clone() : camera.position.clone().sub(controls.target).normalize();
+    camera.position.copy(center).add(away);
+    camera.lookAt(center);
+    camera.updateMatrixWorld();
+    const turn = camera.quaternion.clone().invert();
+    // Slopes of the sides of what is seen, of that part of the canvas that nothing stands upon.
+    const { clientHeight: height } = this.canvas;
+    const wide = camera.aspect * Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
+    const high = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) * (1 - this.covered() / height);
+    const distances = cornersOf(box).map((corner) => {
+      const { x, y, z } = corner.sub(center).applyQuaternion(turn);
+      return z + MARGIN * Math.max(Math.abs(x) / wide, Math.abs(y) / high);
+    });
+    camera.position.copy(center).addScaledVector(away, Math.max(...distances));
+    camera.near = 0.02 * radius;
+    camera.far = 80 * radius;
+    camera.updateProjectionMatrix();
+    controls.target.copy(center);
+    Object.assign(controls, { minDistance: 0.1 * radius, maxDistance: 30 * radius });
+    this.draw();
+  }
+
+  /** Turns the camera about what it looks at. @param {number} right @param {number} up  radians */
+  turn(right, up) {
+    const from = this.camera.position.clone().sub(this.controls.target);
+    const length = from.length();
+    const around = Math.atan2(from.x, from.z) + right;
+    const above = Math.asin(from.y / length) + up;
+    const height = Math.min(1.5, Math.max(-1.5, above));
+    from.set(Math.sin(around) * Math.cos(height), Math.sin(height),
+      Math.cos(around) * Math.cos(height)).multiplyScalar(length);
+    this.camera.position.copy(this.controls.target).add(from);
+    this.draw();
+  }
+
+  /** Nearer or further away. @param {number} factor  of the distance */
+  zoom(factor) {
+    const from = this.camera.position.clone().sub(this.controls.target).multiplyScalar(factor);
+    this.camera.position.copy(this.controls.target).add(from);
+    this.draw();
+  }
+
+  /** @param {Palette} palette */
+  paint(palette) {
+    this.floor.material.opacity = palette.shadow;
+    this.draw();
+  }
+}
+
+/** @param {Box3} box */
+function cornersOf({ min, max }) {
+  return [min.x, max.x].flatMap((x) => [min.y, max.y].flatMap(
+    (y) => [min.z, max.z].map((z) => new Vector3(x, y, z)),
+  ));
+}

@@ -1,0 +1,100 @@
+// What the page asks of the service it came from. Addresses are relative to the page.
+
+/** @typedef {import('./documents.js').Surface} Surface */
+
+/** @typedef {{code: string, detail: string, pointer?: string, parameter?: string, header?: string, got?: string, needed?: string}} Issue */
+/** @typedef {{id: string, title: string, description: string}} Example */
+/** @typedef {{name: string, title: string, media_type: string, suffix: string}} Format */
+/** @typedef {{content: ArrayBuffer, serverTime: number | null, roundTrip: number}} MeshAnswer */
+
+/** The service says no, and why (RFC 9457). */
+export class Refusal extends Error {
+  /** @param {{title?: string, status?: number, code?: string, detail?: string, errors?: Issue[]}} problem */
+  constructor(problem) {
+    super(problem.detail ?? problem.title ?? 'The service refused.');
+    this.title = problem.title ?? 'Refused';
+    this.status = problem.status ?? 0;
+    this.code = problem.code ?? '';
+    /** @type {Issue[]} */
+    this.issues = problem.errors ?? [];
+  }
+}
+
+/** No answer came. */
+export class Away extends Error {}
+
+/** @returns {Promise<Example[]>} */
+export async function examples() {
+  return (await json('v1/surfaces')).surfaces;
+}
+
+/** @returns {Promise<Format[]>} */
+export async function formats() {
+  return (await json('v1/formats')).formats;
+}
+
+/** An example by its name, or a stored surface by its id. @param {string} id @returns {Promise<Surface>} */
+export async function surfaceById(id) {
+  return (await json(`v1/surfaces/${encodeURIComponent(id)}`)).surface;
+}
+
+/**
+ * Stores a surface and tells its id; `body` is JSON, or a file of another media type.
+ * @param {BodyInit} body @param {string} mediaType @returns {Promise<{id: string}>}
+ */
+export async function store(body, mediaType = 'application/json') {
+  return json('v1/surfaces', { method: 'POST', body, headers: { 'Content-Type': mediaType } });
+}
+
+/**
+ * The mesh of a document, and how long it took.
+ * @param {object} request @param {string} mediaType @returns {Promise<MeshAnswer>}
+ */
+export async function mesh(request, mediaType = 'model/gltf-binary') {
+  const began = performance.now();
+  const answer = await ask('v1/mesh', {
+    method: 'POST',
+    body: JSON.stringify(request),
+    headers: { 'Content-Type': 'application/json', Accept: mediaType },
+  });
+  const content = await answer.arrayBuffer();
+  const roundTrip = performance.now() - began;
+  return { content, serverTime: serverTime(answer.headers.get('Server-Timing')), roundTrip };
+}
+
+/** Where something of the service is, with its host. @param {string} path */
+export function addressOf(path) {
+  return new URL(path, document.baseURI).href;
+}
+
+/** @param {string} path @param {RequestInit} [options] @returns {Promise<any>} */
+async function json(path, options) {
+  return (await ask(path, options)).json();
+}
+
+/** @param {string} path @param {RequestInit} [options] */
+async function ask(path, options) {
+  let answer;
+  try {
+    answer = await fetch(addressOf(path), options);
+  } catch {
+    throw new Away('The service does not answer.');
+  }
+  if (answer.ok) return answer;
+  const isProblem = answer.headers.get('Content-Type')?.startsWith('application/problem+json');
+  if (isProblem) throw new Refusal(await answer.json());
+  if (answer.status >= 502) throw new Away('The service does not answer.');
+  throw new Refusal({ title: answer.statusText, status: answer.status });
+}
+
+/**
+ * Milliseconds of a Server-Timing header: of `total`, or of all that it lists.
+ * @param {string | null} header
+ */
+function serverTime(header) {
+  const entries = [...(header ?? '').matchAll(/([\w-]+)[^,]*?;\s*dur=([\d.]+)/g)];
+  if (entries.length === 0) return null;
+  const total = entries.find(([, name]) => name === 'total');
+  if (total) return Number(total[2]);
+  return entries.reduce((sum, [, , milliseconds]) => sum + Number(milliseconds), 0);
+}

@@ -1,0 +1,96 @@
+// How the surface is looked at and divided: what the panel sets and the address bar keeps.
+
+/** @typedef {import('./documents.js').Surface} Surface */
+/** @typedef {'shaded' | 'normals' | 'gaussian' | 'mean'} Look */
+
+/**
+ * @typedef {object} Settings
+ * @property {Look} look
+ * @property {boolean} net
+ * @property {boolean} wires
+ * @property {'resolution' | 'tolerance'} accuracy
+ * @property {number} resolution  divisions of a patch
+ * @property {number} tolerance  logarithm to base 10 of a share of the diagonal
+ */
+
+/** @type {readonly Look[]} */
+export const LOOKS = ['shaded', 'normals', 'gaussian', 'mean'];
+const RESOLUTION = [1, 64];
+const TOLERANCE = [-5, -1];
+
+/** Cells of a mesh that follows a drag: few enough for a mesh and a picture between two frames. */
+const COARSE_CELLS = 6000;
+const COARSEST = 2;
+
+/** @type {Readonly<Settings>} */
+export const DEFAULTS = Object.freeze({
+  look: 'shaded', net: true, wires: false, accuracy: 'resolution', resolution: 16, tolerance: -3,
+});
+
+/** The tolerance itself, in the fewest digits that tell the steps of the slider apart. @param {Settings} settings */
+export function relativeTolerance(settings) {
+  return Number((10 ** settings.tolerance).toPrecision(2));
+}
+
+/**
+ * Options of a mesh request; with `coarse` those of a mesh that follows the mouse.
+ * @param {Settings} settings @param {number} patches @param {boolean} coarse
+ * @returns {{[name: string]: number | boolean}}
+ */
+export function meshOptions(settings, patches, coarse) {
+  const curved = settings.look === 'gaussian' || settings.look === 'mean';
+  /** @type {{[name: string]: number | boolean}} */
+  const extra = curved ? { curvatures: true } : {};
+  if (coarse) {
+    const few = Math.max(COARSEST, Math.floor(Math.sqrt(COARSE_CELLS / Math.max(1, patches))));
+    const most = settings.accuracy === 'resolution' ? settings.resolution : 16;
+    return { resolution: Math.min(most, few), ...extra };
+  }
+  return settings.accuracy === 'resolution'
+    ? { resolution: settings.resolution, ...extra }
+    : { relative_tolerance: relativeTolerance(settings), ...extra };
+}
+
+/** Options as the query of a mesh by its address. @param {Settings} settings @returns {URLSearchParams} */
+export function meshQuery(settings) {
+  const query = new URLSearchParams();
+  if (settings.accuracy === 'resolution') query.set('resolution', String(settings.resolution));
+  else query.set('relative_tolerance', String(relativeTolerance(settings)));
+  return query;
+}
+
+/** Settings as the query of this page, defaults left out. @param {Settings} settings @returns {URLSearchParams} */
+export function toQuery(settings) {
+  const query = meshQuery(settings);
+  if (settings.accuracy === 'resolution' && settings.resolution === DEFAULTS.resolution) {
+    query.delete('resolution');
+  }
+  if (settings.look !== DEFAULTS.look) query.set('look', settings.look);
+  if (!settings.net) query.set('net', '0');
+  if (settings.wires) query.set('wires', '1');
+  return query;
+}
+
+/** Settings from the query of this page; what makes no sense is left as it is by default. @param {URLSearchParams} query @returns {Settings} */
+export function fromQuery(query) {
+  const settings = { ...DEFAULTS };
+  const resolution = Number(query.get('resolution'));
+  if (Number.isInteger(resolution) && resolution > 0) {
+    settings.resolution = within(resolution, RESOLUTION);
+  }
+  const tolerance = Number(query.get('relative_tolerance'));
+  if (tolerance > 0) {
+    settings.accuracy = 'tolerance';
+    settings.tolerance = within(Math.log10(tolerance), TOLERANCE);
+  }
+  const look = LOOKS.find((name) => name === query.get('look'));
+  if (look !== undefined) settings.look = look;
+  settings.net = query.get('net') !== '0';
+  settings.wires = query.get('wires') === '1';
+  return settings;
+}
+
+/** @param {number} value @param {number[]} range */
+function within(value, [low, high]) {
+  return Math.min(high, Math.max(low, value));
+}

@@ -1,0 +1,105 @@
+// Taking the surface along: as a link, as a command, as a snippet, as a file.
+
+import { element, made, write, announce, button } from './page.js';
+import { meshQuery, toQuery, meshOptions } from './settings.js';
+import { addressOf, formats, mesh, store } from './service.js';
+
+/** @typedef {import('./state.js').State} State */
+/** @typedef {import('./service.js').Format} Format */
+
+/** @param {State} state @param {(error: Error) => void} failed */
+export async function watchShare(state, failed) {
+  const copies = { 'copy-link': link, 'copy-curl': curl, 'copy-snippet': snippet };
+  Object.entries(copies).forEach(([id, make]) => button(id).addEventListener('click', async () => {
+    try {
+      await copy(await make(state), /** @type {HTMLElement} */ (button(id)).textContent ?? '');
+    } catch (error) {
+      failed(/** @type {Error} */ (error));
+    }
+  }));
+  const chips = (await formats()).map((format) => chip(format, state, failed));
+  element('formats', HTMLElement).replaceChildren(...chips);
+}
+
+/**
+ * The id under which the service has this document: an example's name while nothing was changed.
+ * @param {State} state
+ */
+async function idOf(state) {
+  if (state.origin && !state.history.canReset) return state.origin;
+  const { id } = await store(JSON.stringify({ surface: state.surface }));
+  return id;
+}
+
+/** An address that opens the same surface in the same way; the address bar has it, too. @param {State} state */
+async function link(state) {
+  const query = new URLSearchParams({ surface: await idOf(state) });
+  toQuery(state.settings).forEach((value, key) => query.set(key, value));
+  const address = addressOf(`?${query}`);
+  history.replaceState(null, '', address);
+  return address;
+}
+
+/** @param {State} state */
+async function meshAddress(state) {
+  return addressOf(`v1/surfaces/${await idOf(state)}/mesh.glb?${meshQuery(state.settings)}`);
+}
+
+/** @param {State} state */
+async function curl(state) {
+  return `curl -o ${fileName(state)}.glb '${await meshAddress(state)}'`;
+}
+
+/** @param {State} state */
+async function snippet(state) {
+  const attributes = `src="${await meshAddress(state)}" camera-controls shadow-intensity="1"`;
+  return `<model-viewer ${attributes} alt="${fileName(state)}"></model-viewer>`;
+}
+
+/** @param {string} text @param {string} what */
+async function copy(text, what) {
+  try {
+    await navigator.clipboard.writeText(text);
+    write('copied', `Copied: ${text}`);
+    announce(`${what}: copied`);
+  } catch {
+    // Without a right to the clipboard, or without https, it is shown to be copied by hand.
+    write('copied', text);
+    announce(`${what}: shown, to be copied`);
+  }
+}
+
+/** A button that downloads one format. @param {Format} format @param {State} state @param {(error: Error) => void} failed */
+function chip(format, state, failed) {
+  const chosen = /** @type {HTMLButtonElement} */ (made('button', `.${format.suffix}`));
+  chosen.type = 'button';
+  chosen.dataset.format = format.suffix;
+  chosen.title = format.title;
+  chosen.setAttribute('aria-label', `${format.title}, .${format.suffix}`);
+  chosen.addEventListener('click', async () => {
+    try {
+      const options = meshOptions(state.settings, 1, false);
+      const { content } = await mesh({ surface: state.surface, ...options }, format.media_type);
+      save(new Blob([content], { type: format.media_type }), `${fileName(state)}.${format.suffix}`);
+      announce(`Downloaded ${format.title}`);
+    } catch (error) {
+      failed(/** @type {Error} */ (error));
+    }
+  });
+  return chosen;
+}
+
+/** @param {Blob} content @param {string} name */
+function save(content, name) {
+  const anchor = document.createElement('a');
+  anchor.href = URL.createObjectURL(content);
+  anchor.download = name;
+  anchor.click();
+  setTimeout(() => URL.revokeObjectURL(anchor.href), 10_000);
+}
+
+/** @param {State} state */
+function fileName(state) {
+  const name = String(state.surface.name ?? 'surface');
+  return name.replace(/[^A-Za-z0-9._-]+/g, '-').replace(/^[-.]+|[-.]+$/g, '') || 'surface';
+}

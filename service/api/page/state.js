@@ -1,0 +1,106 @@
+// The one place that knows what is open, how it is looked at, and which control point is chosen.
+// Everything else listens.
+
+import { History } from './history.js';
+import { netOf, pointAt, withPoint, withWeight } from './net.js';
+import { DEFAULTS } from './settings.js';
+
+/** @typedef {import('./documents.js').Surface} Surface */
+/** @typedef {import('./settings.js').Settings} Settings */
+
+/**
+ * What changed: another document was opened; the document is another, finally or for the moment
+ * of a drag; how it is looked at; which point is chosen.
+ * @typedef {'opened' | 'surface' | 'moving' | 'settings' | 'chosen'} Change
+ */
+
+export class State {
+  /** @param {Settings} settings */
+  constructor(settings = DEFAULTS) {
+    this.settings = settings;
+    this.history = new History({});
+    this.net = netOf({});
+    /** Number of the chosen control point, or -1. */
+    this.chosen = -1;
+    /** Name of the example, or id of the stored surface, as which the document was opened. */
+    this.origin = '';
+    /** @type {((change: Change) => void)[]} */
+    this.listeners = [];
+  }
+
+  get surface() { return this.history.present; }
+
+  /** The chosen control point. */
+  get handle() { return this.net.handles[this.chosen]; }
+
+  /** @param {(change: Change) => void} listener */
+  listen(listener) { this.listeners.push(listener); }
+
+  /** @param {Surface} surface @param {string} origin */
+  open(surface, origin = '') {
+    this.history = new History(surface);
+    this.origin = origin;
+    this.chosen = -1;
+    this.tell('opened');
+  }
+
+  /** @param {Partial<Settings>} changes */
+  set(changes) {
+    this.settings = { ...this.settings, ...changes };
+    this.tell('settings');
+  }
+
+  /** @param {number} index  -1 for none */
+  choose(index) {
+    if (index === this.chosen) return;
+    this.chosen = index;
+    this.tell('chosen');
+  }
+
+  /** Moves the chosen point; `keep` makes it a step of the history. @param {number[]} point @param {boolean} keep */
+  move(point, keep) {
+    if (this.handle) this.change(withPoint(this.surface, this.handle, point), keep);
+  }
+
+  /** @param {number} weight @param {boolean} keep */
+  weigh(weight, keep) {
+    if (this.handle) this.change(withWeight(this.surface, this.handle, weight), keep);
+  }
+
+  /** Keeps what was under way, if anything was. */
+  settle() {
+    if (this.history.before === null) return;
+    this.history.keep(this.surface);
+    this.tell('surface');
+  }
+
+  /** Takes back what is under way. */
+  cancel() {
+    this.history.cancel();
+    this.tell('surface');
+  }
+
+  undo() { this.history.undo(); this.tell('surface'); }
+
+  redo() { this.history.redo(); this.tell('surface'); }
+
+  reset() { this.history.reset(); this.tell('surface'); }
+
+  /** Coordinates of the chosen point. */
+  point() {
+    return this.handle ? pointAt(this.surface, this.handle) : undefined;
+  }
+
+  /** @param {Surface} surface @param {boolean} keep */
+  change(surface, keep) {
+    if (keep) this.history.keep(surface);
+    else this.history.preview(surface);
+    this.tell(keep ? 'surface' : 'moving');
+  }
+
+  /** @param {Change} change */
+  tell(change) {
+    if (change !== 'settings' && change !== 'chosen') this.net = netOf(this.surface);
+    this.listeners.forEach((listener) => listener(change));
+  }
+}

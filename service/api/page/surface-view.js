@@ -1,0 +1,134 @@
+// The surface as the service meshed it: a GLB as three.js reads it, in one of several looks.
+
+import {
+  Box3, BufferAttribute, BufferGeometry, DoubleSide, GLTFLoader, Group, LineBasicMaterial,
+  LineSegments, MeshNormalMaterial, MeshStandardMaterial,
+} from './three.js';
+import { curvatureColors, rangeOf } from './colors.js';
+
+/** @typedef {import('./colors.js').Palette} Palette */
+/** @typedef {import('./settings.js').Look} Look */
+/** @typedef {import('./scene.js').Stage} Stage */
+
+/** What the loader makes of the names of our attributes. */
+const ATTRIBUTES = { gaussian: '_gaussian_curvature', mean: '_mean_curvature' };
+
+/** Faces lie a little deeper than lines upon them. */
+const OFFSET = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
+
+export class SurfaceView {
+  /** @param {Stage} stage */
+  constructor(stage) {
+    this.stage = stage;
+    this.loader = new GLTFLoader();
+    this.model = new Group();
+    /** @type {any[]} */
+    this.meshes = [];
+    this.normals = new MeshNormalMaterial({ side: DoubleSide, ...OFFSET });
+    this.curved = new MeshStandardMaterial({
+      side: DoubleSide, vertexColors: true, roughness: 0.55, ...OFFSET,
+    });
+    this.wire = new LineBasicMaterial({ transparent: true, opacity: 0.42 });
+    /** How far the colours of curvature reach, on both sides of zero. */
+    this.range = 1;
+    stage.scene.add(this.model);
+  }
+
+  /**
+   * Takes a mesh in place of the one before, whose memory is given back.
+   * @param {ArrayBuffer} content
+   */
+  async take(content) {
+    const gltf = await this.loader.parseAsync(content, '');
+    this.forget();
+    this.model = gltf.scene;
+    this.model.updateMatrixWorld(true);
+    this.model.traverse((/** @type {any} */ node) => {
+      if (!node.isMesh) return;
+      node.castShadow = true;
+      node.receiveShadow = true;
+      Object.assign(node.material, { roughness: 0.34, ...OFFSET });
+      node.userData.own = { material: node.material, color: node.geometry.getAttribute('color') };
+      this.meshes.push(node);
+    });
+    this.stage.scene.add(this.model);
+  }
+
+  /** @param {Look} look @param {boolean} wires @param {Palette} palette */
+  dress(look, wires, palette) {
+    this.wire.color.set(palette.wires);
+    const curved = look === 'gaussian' || look === 'mean' ? ATTRIBUTES[look] : null;
+    if (curved) {
+      this.range = rangeOf(this.meshes.map((mesh) => mesh.geometry.getAttribute(curved)?.array ?? []));
+    }
+    this.meshes.forEach((mesh) => {
+      const { own } = mesh.userData;
+      const values = curved && mesh.geometry.getAttribute(curved);
+      if (values) {
+        const colors = curvatureColors(values.array, this.range);
+        mesh.geometry.setAttribute('color', new BufferAttribute(colors, 3));
+        mesh.material = this.curved;
+      } else {
+        if (own.color) mesh.geometry.setAttribute('color', own.color);
+        mesh.material = look === 'normals' ? this.normals : own.material;
+      }
+      // Faces of which no colour was told.
+      const plain = own.material.name === 'surface' && !own.material.vertexColors;
+      if (plain) own.material.color.set(palette.glaze);
+      this.dressWires(mesh, wires);
+    });
+    this.stage.draw();
+  }
+
+  /** @param {any} mesh @param {boolean} wires */
+  dressWires(mesh, wires) {
+    const drawn = mesh.userData.wires;
+    if (drawn) drawn.visible = wires;
+    if (drawn || !wires) return;
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', mesh.geometry.getAttribute('position'));
+    geometry.setIndex(new BufferAttribute(edgesOf(mesh.geometry.index.array), 1));
+    mesh.userData.wires = new LineSegments(geometry, this.wire);
+    mesh.add(mesh.userData.wires);
+  }
+
+  /** Whether the mesh brought curvatures along. */
+  get hasCurvatures() {
+    return this.meshes.some((mesh) => mesh.geometry.getAttribute(ATTRIBUTES.mean));
+  }
+
+  bounds() {
+    return new Box3().setFromObject(this.model, false);
+  }
+
+  forget() {
+    this.stage.scene.remove(this.model);
+    this.meshes.forEach((mesh) => {
+      mesh.geometry.dispose();
+      mesh.userData.own.material.dispose();
+      mesh.userData.wires?.geometry.dispose();
+    });
+    this.meshes = [];
+  }
+}
+
+/** Every edge of some triangles once: pairs of vertices. @param {ArrayLike<number>} triangles */
+function edgesOf(triangles) {
+  let most = 0;
+  for (let i = 0; i < triangles.length; i += 1) most = Math.max(most, triangles[i]);
+  const edges = new Set();
+  for (let i = 0; i < triangles.length; i += 3) {
+    for (let k = 0; k < 3; k += 1) {
+      const [a, b] = [triangles[i + k], triangles[i + ((k + 1) % 3)]];
+      edges.add(Math.min(a, b) * (most + 1) + Math.max(a, b));
+    }
+  }
+  const pairs = new Uint32Array(2 * edges.size);
+  let at = 0;
+  edges.forEach((edge) => {
+    pairs[at] = Math.floor(edge / (most + 1));
+    pairs[at + 1] = edge % (most + 1);
+    at += 2;
+  });
+  return pairs;
+}

@@ -1,0 +1,49 @@
+// Light or dark: as the system says, until the button says otherwise, which is remembered.
+
+import { button } from './page.js';
+
+const KEY = 'surface-theme';
+
+/** @returns {'light' | 'dark'} */
+export function theme() {
+  const chosen = document.documentElement.dataset.theme;
+  if (chosen === 'light' || chosen === 'dark') return chosen;
+  return matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light';
+}
+
+/** @param {() => void} changed */
+export function watchTheme(changed) {
+  const remembered = recall();
+  if (remembered) document.documentElement.dataset.theme = remembered;
+  const toggle = button('theme');
+  const show = () => {
+    toggle.setAttribute('aria-pressed', String(theme() === 'dark'));
+    changed();
+  };
+  toggle.addEventListener('click', () => {
+    const next = theme() === 'dark' ? 'light' : 'dark';
+    document.documentElement.dataset.theme = next;
+    remember(next);
+    show();
+  });
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', show);
+  show();
+}
+
+// A browser may deny a page its storage; then nothing is remembered.
+
+function recall() {
+  try {
+    const value = localStorage.getItem(KEY);
+    return value === 'light' || value === 'dark' ? value : null;
+  } catch {
+    return null;
+  }
+}
+
+/** @param {string} value */
+function remember(value) {
+  try {
+    localStorage.setItem(KEY, value);
+  } catch { /* see above */ }
+}

@@ -1,0 +1,111 @@
+// All that is drawn, following the state: surface, net, marker, legend. Without WebGL there is
+// none of it, and the rest of the page works on.
+
+import { paintLegend, PALETTES } from './colors.js';
+import { NetView } from './net-view.js';
+import { check, checked, element, write } from './page.js';
+import { watchPointer } from './pointer.js';
+import { Stage } from './scene.js';
+import { SurfaceView } from './surface-view.js';
+import { theme } from './theme.js';
+
+/** @typedef {import('./moves.js').Axis} Axis */
+/** @typedef {import('./state.js').State} State */
+
+const LEGENDS = { gaussian: 'Gaussian curvature', mean: 'Mean curvature' };
+
+export class View {
+  /** @param {State} state */
+  constructor(state) {
+    this.state = state;
+    this.stage = new Stage(element('view', HTMLCanvasElement));
+    this.surface = new SurfaceView(this.stage);
+    this.net = new NetView(this.stage);
+    this.fresh = true;
+    this.alarmed = -1;
+    const fit = () => this.fit(false);
+    watchPointer(this.stage, this.net, state, {
+      axis: () => /** @type {Axis} */ (checked('axis')),
+      setAxis: (axis) => check('axis', axis),
+      fit,
+    });
+    element('fit', HTMLButtonElement).addEventListener('click', fit);
+    this.stage.drawn.push(() => this.placeMarker());
+    paintLegend(element('legend-bar', HTMLCanvasElement));
+    state.listen((change) => {
+      if (change === 'opened') this.fresh = true;
+      if (change !== 'settings') this.follow();
+      else this.dress();
+    });
+  }
+
+  /** The mesh that the service made. @param {ArrayBuffer} content @param {boolean} coarse */
+  async take(content, coarse) {
+    await this.surface.take(content);
+    this.dress();
+    if (!coarse) this.stage.settle(this.surface.bounds());
+    else this.stage.renderer.shadowMap.needsUpdate = true;
+    if (this.fresh) this.fit(true);
+    this.fresh = false;
+  }
+
+  /** The net of the document, and what is chosen of it. */
+  follow() {
+    const { state } = this;
+    this.net.take(state.net, state.surface);
+    this.net.highlight(state.chosen, -1);
+    this.paint();
+  }
+
+  /** A control point that the service complained of, or -1. @param {number} index */
+  alarm(index) {
+    this.alarmed = index;
+    this.paint();
+  }
+
+  dress() {
+    const { settings } = this.state;
+    this.net.group.visible = settings.net;
+    this.surface.dress(settings.look, settings.wires, PALETTES[theme()]);
+    this.paint();
+    this.showLegend();
+  }
+
+  paint() {
+    const palette = PALETTES[theme()];
+    const { chosen } = this.state;
+    this.net.paint(palette, chosen >= 0 && chosen === this.alarmed);
+    this.stage.paint(palette);
+  }
+
+  /** @param {boolean} anew */
+  fit(anew) {
+    const box = this.surface.bounds().union(this.net.bounds());
+    if (!box.isEmpty()) this.stage.fit(box, anew);
+  }
+
+  showLegend() {
+    const { look } = this.state.settings;
+    const curved = look === 'gaussian' || look === 'mean';
+    element('legend', HTMLElement).hidden = !curved || !this.surface.hasCurvatures;
+    if (!curved) return;
+    const most = String(Number(this.surface.range.toPrecision(2)));
+    write('legend-title', LEGENDS[look]);
+    write('legend-low', `−${most}`);
+    write('legend-high', `+${most}`);
+  }
+
+  /** The number of the chosen point, beside it. */
+  placeMarker() {
+    const marker = element('marker', HTMLElement);
+    const { chosen, settings } = this.state;
+    const shown = chosen >= 0 && chosen < this.net.places.count && settings.net;
+    marker.hidden = !shown;
+    if (!shown) return;
+    const { x, y } = this.net.seenAt(chosen);
+    marker.dataset.x = x.toFixed(1);
+    marker.dataset.y = y.toFixed(1);
+    marker.style.translate = `${x + 10}px ${y - 26}px`;
+    marker.textContent = String(chosen + 1);
+  }
+}

@@ -1,0 +1,97 @@
+"""The editor's page and its modules as they are served, and the service without three.js."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from service.api import page
+from tests.api.client import Client
+
+needs_three = pytest.mark.skipif(
+    not (page.ASSETS / page.THREE).is_file(), reason="three.js is not built ('make web')"
+)
+
+
+@needs_three
+def test_everything_on_the_page_comes_from_here(client: Client) -> None:
+    """By relative addresses, so that the page works behind any prefix."""
+    answer = client.get("/")
+    assert answer.status_code == 200
+    assert answer.headers["content-type"] == "text/html; charset=utf-8"
+    sources = re.findall(r'(?:src|href)="([^"#]+)"', answer.text)
+    assert {"page/main.js", "page/style.css", "page/three.js", "docs"} <= set(sources)
+    for source in sources:
+        assert not source.startswith(("/", "http"))
+        assert client.get(f"/{source}").status_code == 200, source
+
+
+@needs_three
+def test_the_policy_allows_nothing_but_this_service(client: Client) -> None:
+    answer = client.get("/")
+    policy = dict(
+        directive.strip().split(" ", 1)
+        for directive in answer.headers["content-security-policy"].split(";")
+    )
+    assert policy["default-src"] == "'none'"
+    for directive in ("script-src", "style-src", "connect-src"):
+        assert policy[directive] == "'self'"
+    for directive in ("base-uri", "form-action", "frame-ancestors"):
+        assert policy[directive] == "'none'"
+    assert answer.headers["x-content-type-options"] == "nosniff"
+    assert answer.headers["referrer-policy"] == "no-referrer"
+    # Nothing on the page needs more: no script and no style stands in it.
+    assert re.findall(r"<script(?![^>]* src=)|<style|\sstyle=|\son\w+=", answer.text) == []
+
+
+def test_every_module_is_announced_on_the_page() -> None:
+    """The browser fetches all at once, not one after the other as they import each other."""
+    text = (page.SOURCES / "index.html").read_text(encoding="utf-8")
+    announced = re.findall(r'<link rel="modulepreload" href="page/([^"]+)">', text)
+    modules = {name for name in page.FILES if name.endswith(".js")}
+    assert announced == sorted(modules - {"main.js"})
+
+
+def test_modules_are_short_and_say_what_they_are_for() -> None:
+    for path in page.SOURCES.glob("*.js"):
+        lines = path.read_text(encoding="utf-8").splitlines()
+        assert len(lines) <= 250, f"{path.name}: something wants to move out"
+        assert lines[0].startswith("// "), path.name
+
+
+def test_what_has_not_changed_is_not_sent_again(client: Client) -> None:
+    answer = client.get("/page/main.js")
+    assert answer.headers["content-type"] == "text/javascript; charset=utf-8"
+    assert answer.headers["cache-control"] == "no-cache"
+    again = client.get("/page/main.js", headers={"If-None-Match": answer.headers["etag"]})
+    assert (again.status_code, again.content) == (304, b"")
+    other = client.get("/page/main.js", headers={"If-None-Match": '"another"'})
+    assert other.status_code == 200
+
+
+def test_files_come_compressed_where_that_is_accepted(client: Client) -> None:
+    plain = client.get("/page/style.css", headers={"Accept-Encoding": "identity"})
+    packed = client.get("/page/style.css", headers={"Accept-Encoding": "gzip"})
+    assert "content-encoding" not in plain.headers
+    assert packed.headers["content-encoding"] == "gzip"
+    assert "Accept-Encoding" in packed.headers["vary"]
+    assert packed.headers["vary"] == plain.headers["vary"]
+    assert packed.headers["etag"] != plain.headers["etag"]
+    assert int(packed.headers["content-length"]) < len(plain.content) / 2
+    assert packed.content == plain.content == (page.SOURCES / "style.css").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["..%2fpage.py", "index.html", "LICENSE", "three.d.ts"])
+def test_nothing_else_is_served(client: Client, name: str) -> None:
+    assert client.get(f"/page/{name}").status_code == 404
+
+
+def test_page_without_three_says_what_to_run(
+    client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page, "ASSETS", tmp_path)
+    answer = client.get("/")
+    assert answer.status_code == 503
+    assert "make web" in answer.text
+    assert client.get("/page/three.js").status_code == 404
+    assert client.get("/v1/formats").status_code == 200
