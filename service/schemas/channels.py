@@ -92,7 +92,8 @@ _UVS_TEXT = (
 _ATTRIBUTES_TEXT = (
     "Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a "
     f"list of 1 to {MAX_DIMENSION} numbers. They come back by name in JSON, as `_NAME` in glTF (in "
-    "pieces of four where there are more numbers) and as properties in PLY."
+    "pieces of four where there are more numbers) and as properties in PLY, in the order of their "
+    "names."
 )
 _NET_TEXT = (
     " Rows along u as in the control net; the net has a degree of its own, from 0 (one value)."

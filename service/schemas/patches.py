@@ -55,7 +55,7 @@ class PatchesDefinition(StrictModel):
         default_factory=dict,
         description="Named groups of patches, by patch number from 0: grids first, triangles after "
         "them. A patch belongs to at most one group; those in none form a part of the surface's "
-        "name.",
+        "name. Parts come in the order of the first patch that each lists.",
         examples=[{"left": [0], "right": [1]}],
     )
     colors: VertexColors = None
@@ -87,8 +87,11 @@ class PatchesDefinition(StrictModel):
             raise in_rows(error, r"/triangles/\d+", self.triangles.shape[1]) from None
 
 
-def define(surface: PatchSurface) -> dict[str, Any]:
-    """The surface in the language of requests, its arrays as they are; what it lacks left out."""
+def define(surface: PatchSurface, *, flat: bool = False) -> dict[str, Any]:
+    """The surface in the language of requests, its arrays as they are; what it lacks left out.
+
+    Triangles come in rows, or `flat`, each as one run of numbers.
+    """
     content: dict[str, Any] = {
         "type": "patches",
         "vertices": surface.vertices,
@@ -96,9 +99,10 @@ def define(surface: PatchSurface) -> dict[str, Any]:
     if len(surface.patches):
         content["patches"] = surface.patches
     if len(surface.triangles):
-        content["triangles"] = [rows_of(indices) for indices in surface.triangles]
+        rows = [] if flat else [rows_of(indices) for indices in surface.triangles]
+        content["triangles"] = surface.triangles if flat else rows
     if surface.parts:
-        content["parts"] = {name: list(members) for name, members in surface.parts}
+        content["parts"] = {name: np.array(members) for name, members in surface.parts}
     if surface.weights is not None:
         content["weights"] = surface.weights
     content |= define_channels(surface.channels)

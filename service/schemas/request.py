@@ -7,10 +7,21 @@ from pydantic import Field
 from service.errors import InvalidRequest
 from service.schemas.accuracy import CameraField, PixelTolerance
 from service.schemas.document import DocumentLimits
+from service.schemas.fields import StrictModel
 from service.schemas.options import MeshOptionFields
 from service.schemas.refusals import validated
 from service.schemas.surfaces import SurfaceDefinition
 from service.surface import Surface
+
+
+class SurfaceRequest(StrictModel):
+    """A surface and nothing else: to store it."""
+
+    surface: SurfaceDefinition = Field(description="The surface, by its control points.")
+
+    def to_surface(self) -> Surface:
+        """The surface itself; raises `InvalidRequest` with pointers into the whole request."""
+        return surface_of(self.surface)
 
 
 class MeshRequest(MeshOptionFields):
@@ -45,6 +56,17 @@ def surface_of(definition: SurfaceDefinition) -> Surface:
         return definition.to_surface()
     except InvalidRequest as error:
         raise error.within("/surface") from None
+
+
+def surface_request(document: object, limits: DocumentLimits) -> SurfaceRequest:
+    """The request that a JSON document makes.
+
+    Raises
+    ------
+    InvalidRequest
+        With pointers into the document.
+    """
+    return validated(SurfaceRequest, document, limits)
 
 
 def mesh_request(document: object, limits: DocumentLimits) -> MeshRequest:

@@ -5,6 +5,7 @@ here its line in `DEFINE`, its name in `KINDS` and its line in `SurfaceDefinitio
 """
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from types import MappingProxyType
 from typing import Annotated, Any, TypeAlias
 
@@ -29,10 +30,9 @@ DEFINE: Mapping[type[Surface], Callable[..., dict[str, Any]]] = MappingProxyType
         TriangleSurface: triangle.define,
         TubeSurface: sweeps.define_tube,
         RibbonSurface: sweeps.define_ribbon,
-        GroupSurface: lambda surface: group.define(surface, definition),
     }
 )
-"""What writes each kind of surface back in the language of requests."""
+"""What writes each kind of surface but groups back in the language of requests."""
 
 KINDS = ("bezier", "bspline", "triangle", "patches", "tube", "ribbon", "group")
 """Names of the kinds of surface; the first is meant where none is said."""
@@ -57,6 +57,13 @@ group.MemberDefinition.model_rebuild(_types_namespace={"SurfaceDefinition": Surf
 group.GroupDefinition.model_rebuild()
 
 
-def definition(surface: Surface) -> dict[str, Any]:
-    """A surface in the language of requests, its arrays as they are; what it lacks left out."""
+def definition(surface: Surface, *, flat: bool = False) -> dict[str, Any]:
+    """A surface in the language of requests, its arrays as they are; what it lacks left out.
+
+    Nets over triangles come in rows, as documents write them, or `flat`, as one array each.
+    """
+    if isinstance(surface, GroupSurface):
+        return group.define(surface, partial(definition, flat=flat))
+    if isinstance(surface, TriangleSurface | PatchSurface):
+        return DEFINE[type(surface)](surface, flat=flat)
     return DEFINE[type(surface)](surface)

@@ -1,6 +1,6 @@
 """One triangular Bézier patch as a document says it."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -71,14 +71,18 @@ class TriangleDefinition(StrictModel):
             yield pointer(("attributes", name)), net
 
 
-def define(surface: TriangleSurface) -> dict[str, Any]:
-    """The surface in the language of requests, its rows as arrays; what it lacks left out."""
-    content: dict[str, Any] = {"type": "triangle", "control_net": rows_of(surface.control_net)}
+def define(surface: TriangleSurface, *, flat: bool = False) -> dict[str, Any]:
+    """The surface in the language of requests; what it lacks left out.
+
+    Its nets come as rows, or `flat`, each as one run of values.
+    """
+    rows: Callable[[FloatArray], Any] = (lambda net: net) if flat else rows_of
+    content: dict[str, Any] = {"type": "triangle", "control_net": rows(surface.control_net)}
     if surface.weights is not None:
-        content["weights"] = rows_of(surface.weights)
+        content["weights"] = rows(surface.weights)
     carried = define_channels(surface.channels)
     for name in carried.keys() - {"attributes"}:
-        carried[name] = rows_of(carried[name])
+        carried[name] = rows(carried[name])
     if "attributes" in carried:
-        carried["attributes"] = {k: rows_of(v) for k, v in carried["attributes"].items()}
+        carried["attributes"] = {k: rows(v) for k, v in carried["attributes"].items()}
     return content | carried | {"up": surface.up, "name": surface.name}

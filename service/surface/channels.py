@@ -11,6 +11,7 @@ alone.
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from typing import TypeAlias
 
 import numpy as np
@@ -46,7 +47,8 @@ class Channels:
     uvs : ndarray of float64, shape (…, 2), or None
         Texture coordinates.
     attributes : tuple of (name, ndarray of float64, shape (…, d))
-        Whatever else is a function of the parameters; names differ also in upper case.
+        Whatever else is a function of the parameters; names differ also in upper case. They are
+        kept in the order of their names.
 
     Raises
     ------
@@ -70,7 +72,8 @@ class Channels:
         needed = f"1 to {MAX_DIMENSION} numbers"
         attributes = tuple(
             (name, _checked(net, ("attributes", name), 1, MAX_DIMENSION, needed))
-            for name, net in self.attributes
+            # The objects of JSON have no order.
+            for name, net in sorted(self.attributes, key=itemgetter(0))
         )
         object.__setattr__(self, "attributes", attributes)
 

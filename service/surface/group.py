@@ -25,6 +25,8 @@ MAX_MEMBERS = 4096
 class Member:
     """One surface of a group.
 
+    What says nothing is kept as None: the surface's own name, an identity, an opacity of 1.
+
     Attributes
     ----------
     surface : Surface
@@ -32,7 +34,7 @@ class Member:
     name : str or None
         Name of its glTF node; None takes the surface's own.
     color : tuple of three or four floats, or None
-        Base colour: red, green, blue and, if there is a fourth, opacity; sRGB, 0 … 1.
+        Base colour: red, green, blue and, if it is not opaque, a fourth, opacity; sRGB, 0 … 1.
     matrix : ndarray of float64, shape (4, 4), or None
         Where it stands in the group: affine, acts on columns. None: where its points are.
 
@@ -50,13 +52,17 @@ class Member:
     def __post_init__(self) -> None:
         if isinstance(self.surface, GroupSurface):
             raise InvalidRequest(nested("/surface/type"))
+        if self.name == self.surface.name:
+            object.__setattr__(self, "name", None)
         if self.color is not None:
-            _check_color(self.color)
+            object.__setattr__(self, "color", _checked_color(self.color))
         if self.matrix is not None:
             try:
-                object.__setattr__(self, "matrix", checked_matrix(self.matrix))
+                matrix = checked_matrix(self.matrix)
             except InvalidRequest as error:
                 raise error.within("/matrix") from None
+            identity = np.array_equal(matrix, np.eye(4))
+            object.__setattr__(self, "matrix", None if identity else matrix)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -174,7 +180,8 @@ def _content_of(surface: "Surface") -> tuple[Hashable, ...]:
     return tuple(content_key(getattr(surface, name)) for name in names)
 
 
-def _check_color(color: tuple[float, ...]) -> None:
+def _checked_color(color: tuple[float, ...]) -> tuple[float, ...]:
+    """The colour, without an opacity of 1."""
     if len(color) not in (3, 4):
         raise InvalidRequest(
             Issue(
@@ -196,3 +203,6 @@ def _check_color(color: tuple[float, ...]) -> None:
                     "0 to 1",
                 )
             )
+    # −0 and 0 are one number.
+    shares = tuple(float(value) + 0.0 for value in color)
+    return shares[:3] if shares[3:] == (1.0,) else shares

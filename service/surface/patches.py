@@ -45,7 +45,8 @@ class PatchSurface:
         One positive weight a vertex.
     parts : tuple of (name, patch numbers)
         Named groups of patches, numbered grids first, triangles after them. A patch belongs to at
-        most one group; those in none form a last part of the surface's own name.
+        most one group; those in none form a last part of the surface's own name. They are kept in
+        the order of the first patch that each lists, in whichever they are given.
     up : "y" or "z"
         The model's vertical axis.
     name : str
@@ -85,6 +86,7 @@ class PatchSurface:
             object.__setattr__(self, "weights", checked_weights(self.weights, (len(vertices),)))
         self.channels.check_per_vertex(len(vertices), patches.size + triangles.size)
         _check_parts(self.parts, len(patches) + len(triangles))
+        object.__setattr__(self, "parts", tuple(sorted(self.parts, key=_first_patch)))
         check_up(self.up)
 
     @property
@@ -127,6 +129,12 @@ class PatchSurface:
         """Points, weights and channels of some patches."""
         weights = None if self.weights is None else self.weights[indices]
         return self.vertices[indices], weights, self.channels.lower(lambda values: values[indices])
+
+
+def _first_patch(part: tuple[str, tuple[int, ...]]) -> tuple[tuple[int, ...], str]:
+    """By what parts are sorted: the objects of JSON have no order."""
+    name, members = part
+    return members[:1], name
 
 
 def _ordered(

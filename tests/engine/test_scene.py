@@ -231,6 +231,6 @@ def test_attributes_that_all_members_have_are_kept_in_one_mesh() -> None:
         cast(GroupModel, carrying(model, kinds, apart=True)), MeshOptions(resolution=(1, 1))
     )
     assert [[n for n, _ in m.attributes] for m in scene.meshes] == [
-        ["heat", "flow"],
-        ["flow", "cold"],
+        ["flow", "heat"],
+        ["cold", "flow"],
     ]

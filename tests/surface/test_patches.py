@@ -1,5 +1,7 @@
 """Patches over shared vertices: lowering, parts, and what is refused."""
 
+from itertools import permutations
+
 import numpy as np
 import pytest
 
@@ -37,10 +39,18 @@ def test_axis_0_of_an_index_grid_runs_along_u() -> None:
 
 def test_parts_become_runs_and_the_rest_comes_last() -> None:
     """Patches are put in the order of the parts; what belongs to none bears the surface's name."""
-    parts = (("end", (2,)), ("start", (0,)))
+    parts = (("end", (2,)), ("middle", (1,)))
     model = PatchSurface(STRIP, QUADS, parts=parts, name="strip").lower()
-    assert model.parts == (Part("end", 0, 1), Part("start", 1, 2), Part("strip", 2, 3))
-    np.testing.assert_array_equal(model.batches[0].points, STRIP[QUADS[[2, 0, 1]]])
+    assert model.parts == (Part("middle", 0, 1), Part("end", 1, 2), Part("strip", 2, 3))
+    np.testing.assert_array_equal(model.batches[0].points, STRIP[QUADS[[1, 2, 0]]])
+
+
+def test_parts_are_in_the_order_of_their_first_patches() -> None:
+    """Whatever their order in an object, which has none; in a list the order is kept."""
+    parts = [("a", (2, 0)), ("b", (1,)), ("c", ())]
+    for given in permutations(parts):
+        kept = PatchSurface(STRIP, QUADS, parts=given).parts
+        assert kept == (("c", ()), ("b", (1,)), ("a", (2, 0)))
 
 
 def test_parts_cover_the_patches_without_gap() -> None:

@@ -132,10 +132,10 @@ def test_parts_number_grids_first_and_may_hold_both_kinds() -> None:
     assert model.order is not None
     assert model.sequence is not None
     assert [(part.name, part.first, part.last) for part in model.parts] == [
-        ("a", 0, 2),
-        ("b", 2, 5),
+        ("b", 0, 3),
+        ("a", 3, 5),
     ]
-    assert model.order[model.sequence].tolist() == [4, 1, 2, 3, 0]
+    assert model.order[model.sequence].tolist() == [2, 3, 0, 4, 1]
     points = [net for batch in model.batches for net in batch.points]
     listed = [VERTICES[grid] for grid in GRIDS] + [VERTICES[corner] for corner in CORNERS]
     for number, net in zip(model.order, points, strict=True):

@@ -1,0 +1,127 @@
+"""The canonical content of a surface: one sequence of bytes for all the ways to write it down.
+
+    content = header, line feed, numbers
+    id      = SHA-256 of the content, in hexadecimal
+
+The header is one line of JSON, in ASCII, its keys sorted, without blanks:
+
+    {"arrays":[["float64",[2,2,3]]],"canonical":1,"surface":{"control_net":null,…}}
+
+`surface` is the definition in the language of requests; each null in it stands for an array, whose
+type and shape are the next in `arrays`. Behind the line feed stand the numbers of these arrays one
+after the other, little-endian, 8 bytes each, the last axis fastest. Nets over triangles are one
+axis of (n+1)(n+2)/2.
+
+Surfaces are what they are when they are born: −0 is 0, a number for two directions is two, the
+objects of JSON are sorted, what a default says is said. Two contents are equal if these values are;
+then so is every mesh. What differs in a single bit of a single number differs in its content, but
+weights beyond 2^±64, of which only the quotients are kept. Names are compared character by
+character: composed and decomposed letters are different.
+
+Ids are for ever, hence a rule for those who extend the language: fields that stand in the header
+now stay there, in this form. A new field of a surface is left out of its `definition` where it has
+its default, and this default never changes; then no surface that is stored gets another id.
+Another form of the content would be `"canonical": 2`, beside this one.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from hashlib import sha256
+from math import prod
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.errors import DamagedObject
+from service.schemas.document import DocumentLimits
+from service.schemas.request import surface_request
+from service.schemas.surfaces import definition
+from service.surface import Surface
+
+VERSION = 1
+
+_TYPES = {"float64": np.dtype("<f8"), "int64": np.dtype("<i8")}
+
+Arrays: TypeAlias = list[NDArray[Any]]
+
+
+def canonical(surface: Surface) -> bytes:
+    """The content of a surface, of which `restored` makes it again."""
+    arrays: Arrays = []
+    tree = _without_arrays(definition(surface, flat=True), arrays)
+    described = [[array.dtype.name, array.shape] for array in arrays]
+    header = json.dumps(
+        {"arrays": described, "canonical": VERSION, "surface": tree},
+        sort_keys=True,
+        separators=(",", ":"),
+        allow_nan=False,
+    )
+    numbers = (np.ascontiguousarray(a, dtype=_TYPES[a.dtype.name]).tobytes() for a in arrays)
+    return b"".join([header.encode("ascii"), b"\n", *numbers])
+
+
+def surface_id(content: bytes) -> str:
+    """The id of the surface of this content: 64 hexadecimal digits."""
+    return sha256(content).hexdigest()
+
+
+def restored(content: bytes, limits: DocumentLimits) -> Surface:
+    """The surface of a content, checked as if it had just been posted.
+
+    Raises
+    ------
+    InvalidRequest
+        If it exceeds the limits, which may have been wider once; with pointers below `/surface`.
+    DamagedObject
+        If this is not the content of a surface.
+    """
+    try:
+        tree = _definition(content)
+    except (ValueError, LookupError, TypeError, ArithmeticError, StopIteration, RecursionError):
+        raise DamagedObject from None
+    return surface_request({"surface": tree}, limits).to_surface()
+
+
+def _without_arrays(value: Any, arrays: Arrays) -> Any:
+    """The value with None for each array, in the order of the header; `arrays` gets these."""
+    if isinstance(value, np.ndarray):
+        arrays.append(value)
+        return None
+    if isinstance(value, Mapping):
+        return {key: _without_arrays(value[key], arrays) for key in sorted(value)}
+    if isinstance(value, list | tuple):
+        return [_without_arrays(item, arrays) for item in value]
+    return value
+
+
+def _with_arrays(tree: Any, arrays: Iterator[NDArray[Any]]) -> Any:
+    """The tree with the next of the arrays for each None."""
+    if tree is None:
+        return next(arrays)
+    if isinstance(tree, dict):
+        return {key: _with_arrays(item, arrays) for key, item in tree.items()}
+    if isinstance(tree, list):
+        return [_with_arrays(item, arrays) for item in tree]
+    return tree
+
+
+def _definition(content: bytes) -> Any:
+    """What the content says in the language of requests; its arrays look into the content."""
+    end = content.index(b"\n")
+    header = json.loads(content[:end])
+    if header["canonical"] != VERSION:
+        raise ValueError("another form of content")
+    arrays: Arrays = []
+    start = end + 1
+    for name, shape in header["arrays"]:
+        if min(shape, default=0) < 0:
+            raise ValueError("an axis of negative length")
+        flat = np.frombuffer(content, _TYPES[name], prod(shape), start)
+        arrays.append(flat.reshape(shape))
+        start += flat.nbytes
+    left = iter(arrays)
+    tree = _with_arrays(header["surface"], left)
+    if start != len(content) or next(left, None) is not None:
+        raise ValueError("more numbers than the header tells of")
+    return tree

@@ -1,0 +1,344 @@
+"""One content for all the ways to write a surface down, and another for every other surface."""
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import MISSING, fields
+from hashlib import sha256
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+import orjson
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from service.bases.arrays import FloatArray
+from service.encoders.format import EncodeOptions
+from service.encoders.registry import FORMATS
+from service.engine.options import MeshOptions
+from service.errors import DamagedObject, InvalidRequest
+from service.pipeline.mesh import render
+from service.schemas.canonical import canonical, restored, surface_id
+from service.schemas.document import DocumentLimits, parse_document
+from service.schemas.request import surface_request
+from service.schemas.surfaces import definition
+from service.surface import Surface
+from service.surface.bezier import BezierSurface
+from service.surface.curve import BezierCurve, BsplineCurve
+from service.surface.examples import EXAMPLES, find
+from service.surface.group import GroupSurface, content_key
+from tests.forms import ARC, PATCH, SURFACES, TENT, WAVES, Json
+from tests.spellings import EYE, numerals, spelled
+
+LIMITS = DocumentLimits()
+IDS: Path = Path(__file__).parents[1] / "golden" / "ids.json"
+
+MORE: dict[str, Json] = {
+    "all that a default could say": {"type": "bspline", "control_net": WAVES},
+    "a ribbon that faces the reader": {
+        "type": "ribbon",
+        "curve": {
+            "type": "bspline",
+            "control_points": [point[:2] for point in ARC],
+            "degree": 2,
+            "knots": [-1, -1, -1, 0.25, 2, 2, 2],
+            "weights": [1, 0.1, 1e-3, 2],
+        },
+        "width": 1 / 3,
+        "name": "Sch\u00f6nes \U0001f380 /~",
+    },
+    "a tube of sixteen sides": {
+        "type": "tube",
+        "curve": {"control_points": ARC, "weights": [1, 2, 1, 1]},
+        "radius": 0.1,
+        "caps": False,
+    },
+    "numbers of all sizes": {
+        "control_net": [
+            [[0.1, 2**53 + 2, -1e-30], [5e-324, 1e38, 0]],
+            [[1e22, 1, -0.0], [7, 8, 9]],
+        ],
+        "weights": [[1e-3, 0.7071067811865476], [123456789.123e-4, 3]],
+        "up": "z",
+        "name": "sizes",
+    },
+    "parts and attributes in no order": TENT
+    | {
+        "weights": [1, 2, 3, 4, 5],
+        "parts": {"b": [1], "a": [0]},
+        "attributes": {"sides": [[k] for k in range(5)], "Degree": [[k, 2] for k in range(5)]},
+    },
+    "members that say nothing": {
+        "type": "group",
+        "members": [
+            {"surface": PATCH, "matrix": EYE, "color": [0, 1, 0.5, 1], "name": "surface"},
+            {"surface": TENT | {"name": "tent"}},
+        ],
+    },
+}
+"""What no other test has: mostly defaults, and numbers with many digits."""
+
+ALL = {**SURFACES, **MORE}
+SPELLINGS = 10_000
+
+
+def surface(document: Any) -> Surface:
+    return surface_request({"surface": document}, LIMITS).to_surface()
+
+
+def id_of(document: Any) -> str:
+    return surface_id(canonical(surface(document)))
+
+
+def read(text: str) -> Surface:
+    return surface_request(parse_document(f'{{"surface":{text}}}'.encode()), LIMITS).to_surface()
+
+
+def test_ten_thousand_spellings_have_one_id_each() -> None:
+    random, found = Random(1), {name: set[str]() for name in ALL}
+    rounds = math.ceil(SPELLINGS / len(ALL))
+    texts = set[str]()
+    for _ in range(rounds):
+        for name, content in ALL.items():
+            text = spelled(content, random)
+            texts.add(text)
+            found[name].add(surface_id(canonical(read(text))))
+    assert len(texts) >= SPELLINGS
+    assert all(ids == {id_of(ALL[name])} for name, ids in found.items())
+    assert len(set.union(*found.values())) == len(ALL)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_spellings_of_a_number_are_all_that_number(number: float) -> None:
+    for numeral in numerals(number):
+        parsed = parse_document(numeral.encode())
+        assert isinstance(parsed, int | float)
+        assert float(parsed) == number
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_equal_ids_are_equal_files_in_every_format(name: str) -> None:
+    random = Random(2)
+    stored = restored(canonical(surface(ALL[name])), LIMITS)
+    for fmt in FORMATS:
+        options = MeshOptions(resolution=(2, 3))
+        kept = render(stored, options, fmt, EncodeOptions())
+        for _ in range(2):
+            assert render(read(spelled(ALL[name], random)), options, fmt, EncodeOptions()) == kept
+
+
+@pytest.mark.parametrize("name", [*ALL, *EXAMPLES])
+def test_a_content_is_restored_whole(name: str) -> None:
+    one = surface(ALL[name]) if name in ALL else find(name).surface()
+    content = canonical(one)
+    again = restored(content, LIMITS)
+    assert canonical(again) == content
+    assert content_key(again) == content_key(one)
+    written = orjson.dumps(definition(again), option=orjson.OPT_SERIALIZE_NUMPY)
+    assert canonical(surface(orjson.loads(written))) == content
+
+
+def test_every_field_of_every_kind_is_part_of_the_content() -> None:
+    """Each kind of value occurs among the surfaces with each of its fields not at its default."""
+    seen: dict[type, set[str]] = {}
+    documents = [*ALL.values(), *(each | {"name": "a", "up": "z"} for each in ALL.values())]
+    for value in (part for document in documents for part in _values(surface(document))):
+        for each in fields(value):
+            default = each.default
+            if each.default_factory is not MISSING:
+                default = each.default_factory()
+            if each.init and content_key(getattr(value, each.name)) != content_key(default):
+                seen.setdefault(type(value), set()).add(each.name)
+    for kind, names in seen.items():
+        unread = {"name", "up"} if kind in (BezierCurve, BsplineCurve) else set()
+        assert names | unread == {each.name for each in fields(kind) if each.init}, kind
+
+
+def _values(value: Any) -> Iterator[Any]:
+    """The value and the values within it."""
+    yield value
+    if isinstance(value, GroupSurface):
+        for member in value.members:
+            yield member
+            yield from _values(member.surface)
+    for name in ("curve", "channels"):
+        if hasattr(value, name):
+            yield getattr(value, name)
+
+
+def _numbers(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Where numbers with a fraction may stand."""
+    if isinstance(value, dict | list):
+        items = value.items() if isinstance(value, dict) else enumerate(value)
+        for key, item in items:
+            if (
+                key not in ("patches", "triangles", "parts", "degree", "sides")
+                or "type" not in value
+            ):
+                yield from _numbers(item, (*path, key))
+    elif type(value) in (int, float):
+        yield path
+
+
+def _changed(value: Any, path: tuple[Any, ...], towards: float) -> Any:
+    """A copy in which the number at `path` is the next one towards another."""
+    if not path:
+        return math.nextafter(value, towards)
+    copy = dict(value) if isinstance(value, dict) else list(value)
+    copy[path[0]] = _changed(value[path[0]], path[1:], towards)
+    return copy
+
+
+@settings(max_examples=300)
+@given(st.sampled_from([*ALL]), st.sampled_from([math.inf, -math.inf]), st.data())
+def test_the_next_number_is_another_surface(name: str, towards: float, data: st.DataObject) -> None:
+    document = ALL[name]
+    path = data.draw(st.sampled_from([*_numbers(document)]))
+    try:
+        other = id_of(_changed(document, path, towards))
+    except InvalidRequest:
+        assume(False)  # a colour above 1, a knot that is too close to the next
+    assert other != id_of(document)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (PATCH | {"name": "\u00e9"}, PATCH | {"name": "e\u0301"}),
+        (PATCH, PATCH | {"weights": [[1, 1, 1], [1, 1, 1]]}),
+        (PATCH | {"uvs": [[[0, 1]]]}, PATCH | {"attributes": {"uvs": [[[0, 1]]]}}),
+        (PATCH | {"attributes": {"a": [[[0]]]}}, PATCH | {"attributes": {"b": [[[0]]]}}),
+        (TENT | {"parts": {"a": [0, 1]}}, TENT | {"parts": {"a": [1, 0]}}),
+        (TENT | {"patches": [[[0, 1], [2, 3]]]}, TENT | {"patches": [[[0, 2], [1, 3]]]}),
+        ({"type": "bspline", "control_net": WAVES, "knots": "uniform"},
+         {"type": "bspline", "control_net": WAVES, "knots": [[*range(8)], [*range(9)]]}),
+        ({"control_net": [[[1, 2, 3]] * 2] * 3}, {"control_net": [[[1, 2, 3]] * 3] * 2}),
+    ],
+)  # fmt: skip
+def test_what_differs_has_another_id(one: Json, other: Json) -> None:
+    assert id_of(one) != id_of(other)
+
+
+def test_numbers_from_arrays_are_those_of_lists() -> None:
+    net = np.array([[[0.5, 1, -0.0], [1, 2, 3]], [[1e9, 0, 2], [-4, 5, 0.25]]])
+    listed = id_of({"control_net": net.tolist()})
+    given = (net, net.astype(">f8"), net.astype("<f4"), np.asfortranarray(net))
+    assert {id_of({"control_net": array}) for array in given} == {listed}
+
+
+def test_weights_beyond_double_precision_count_by_their_quotients() -> None:
+    """As everywhere: they are scaled by a power of two, which changes no digit."""
+    weights: FloatArray = np.array([[1.0, 3.0, 2.0], [1.0, 1.0, 7.0]])
+    ids = {id_of(PATCH | {"weights": weights * 2.0**k}) for k in (100, 101, -700)}
+    assert len(ids) == 1
+    assert ids != {id_of(PATCH | {"weights": weights})}
+
+
+def test_the_content_is_what_is_documented() -> None:
+    """Its very bytes, by another way."""
+    net = [[[0, 0, 0], [0, 1.5, 0]], [[1, 0, -0.0], [1, 1, 1]]]
+    numbers = np.array(net).astype("<f8") + 0.0
+    header = (
+        b'{"arrays":[["float64",[2,2,3]]],"canonical":1,'
+        b'"surface":{"control_net":null,"name":"\\u00e9","type":"bezier","up":"y"}}'
+    )
+    content = header + b"\n" + numbers.tobytes()
+    made = surface({"control_net": net, "name": "é"})
+    assert canonical(made) == content
+    assert surface_id(content) == sha256(content).hexdigest()
+
+
+def test_ids_are_for_ever() -> None:
+    """Whatever becomes of the service: surfaces are stored under these."""
+    assert ids() == json.loads(IDS.read_text())
+
+
+def ids() -> dict[str, str]:
+    """The ids of the surfaces above and of the built-in ones."""
+    found = {name: surface_id(canonical(example.surface())) for name, example in EXAMPLES.items()}
+    return found | {name: id_of(document) for name, document in ALL.items()}
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"\n",
+        b"{}\n",
+        b"[]\n",
+        b"null\n",
+        b'{"arrays":[],"canonical":2,"surface":{}}\n',
+        b'{"arrays":[],"canonical":1}\n',
+        b'{"arrays":{},"canonical":1,"surface":null}\n',
+        b'{"arrays":[["float64",[-1]]],"canonical":1,"surface":{"control_net":null}}\n' + bytes(24),
+        b'{"arrays":[["float64",[1e9]]],"canonical":1,"surface":{"control_net":null}}\n',
+        b'{"arrays":[["float64",["1"]]],"canonical":1,"surface":{"control_net":null}}\n' + bytes(8),
+        b'{"arrays":[["float64",3]],"canonical":1,"surface":{"control_net":null}}\n' + bytes(24),
+        b'{"arrays":[["float32",[3]]],"canonical":1,"surface":{"control_net":null}}\n' + bytes(12),
+        b'{"arrays":[[["float64"],[3]]],"canonical":1,"surface":{"x":null}}\n' + bytes(24),
+        b'{"arrays":[["float64",[' + b"9," * 99 + b'9]]],"canonical":1,"surface":{"x":null}}\n',
+        b'{"arrays":[["float64",[999999999999]]],"canonical":1,"surface":{"x":null}}\n' + bytes(24),
+        b'{"arrays":[["float64",[1]]],"canonical":1,"surface":{}}\n' + bytes(8),
+        b'{"arrays":[],"canonical":1,"surface":{"x":null}}\n',
+        b'{"arrays":[],"canonical":1,"surface":' + b"[" * 100_000 + b"]" * 100_000 + b"}\n",
+        b'{"arrays":[],"canonical":1,"surface":{"sides":' + b"9" * 10_000 + b"}}\n",
+    ],
+    ids=len,
+)
+def test_what_is_no_content_is_damaged(content: bytes) -> None:
+    with pytest.raises(DamagedObject):
+        restored(content, LIMITS)
+
+
+def test_a_content_ends_where_it_ends() -> None:
+    content = canonical(find("saddle").surface())
+    for end in range(len(content)):
+        with pytest.raises(DamagedObject):
+            restored(content[:end], LIMITS)
+    with pytest.raises(DamagedObject):
+        restored(content + b"\0", LIMITS)
+
+
+@settings(max_examples=300)
+@given(st.sampled_from([*ALL]), st.data())
+def test_damage_is_refused_or_another_surface(name: str, data: st.DataObject) -> None:
+    """Never a fault that nobody foresaw; that the hash is wrong is seen by the store."""
+    content = bytearray(canonical(surface(ALL[name])))
+    end = content.index(b"\n")
+    for _ in range(data.draw(st.integers(1, 3))):
+        content[data.draw(st.integers(0, end))] = data.draw(
+            st.sampled_from(b'0123456789",:[]{}n-.')
+        )
+    try:
+        made = restored(bytes(content), LIMITS)
+    except (DamagedObject, InvalidRequest):
+        return
+    assert surface_id(canonical(made))
+
+
+def test_a_surface_of_wider_limits_is_refused() -> None:
+    content = canonical(surface(SURFACES["bspline"]))
+    for limits, code in (
+        (DocumentLimits(max_control_points=19), "too_many_control_points"),
+        (DocumentLimits(max_degree=2), "degree_too_high"),
+    ):
+        with pytest.raises(InvalidRequest) as refusal:
+            restored(content, limits)
+        assert refusal.value.issues[0].code == code
+
+
+def test_a_large_surface_is_restored_from_its_bytes() -> None:
+    """The arrays look into the content until the surface takes its copy."""
+    net = np.random.default_rng(1).random((65, 65, 3))
+    content = canonical(BezierSurface(net))
+    assert len(content) < net.nbytes + 200
+    again = restored(content, LIMITS)
+    assert isinstance(again, BezierSurface)
+    np.testing.assert_array_equal(again.control_net, net)
+
+
+if __name__ == "__main__":
+    IDS.write_text(json.dumps(ids(), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

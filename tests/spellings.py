@@ -1,0 +1,145 @@
+"""The same surface, written down in many ways.
+
+Keys change places, blanks come and go, numbers and strings are spelled as JSON allows, and what a
+default says is said or left out. All of it is chosen by a seeded generator.
+"""
+
+from collections.abc import Mapping
+from decimal import Decimal
+from functools import lru_cache
+from random import Random
+from typing import Any
+
+from tests.forms import Json
+
+WHOLE = frozenset({"patches", "triangles", "parts", "degree", "sides"})
+"""Fields of whole numbers, which have one spelling: 1.0 is no index."""
+
+NAMES: Mapping[str, str] = {"tube": "tube", "ribbon": "ribbon", "group": "group"}
+"""What surfaces are called that have no name; the others are `surface`."""
+
+DEFAULTS: Mapping[str, Json] = {
+    "bezier": {"type": "bezier", "attributes": {}},
+    "bspline": {"degree": [3, 3], "knots": ["clamped", "clamped"], "attributes": {}},
+    "triangle": {"attributes": {}},
+    "patches": {"attributes": {}, "parts": {}},
+    "tube": {"sides": 16, "caps": True},
+    "ribbon": {"facing": [0, 0, 1]},
+    "group": {},
+}
+"""What each kind of surface means where it says nothing, beside its name and its axis."""
+
+EYE = [[float(i == j) for j in range(4)] for i in range(4)]
+
+
+def spelled(surface: Json, random: Random) -> str:
+    """One of the texts that say this surface."""
+    return _text(_surface(surface, random), random, whole=False)
+
+
+def _surface(content: Json, random: Random) -> Json:
+    """The definition with its defaults said or unsaid."""
+    kind = content.get("type", "bezier")
+    defaults = {"up": "y", "name": NAMES.get(kind, "surface")} | DEFAULTS[kind]
+    if "camera" in content:
+        del defaults["facing"]
+    said = _with_defaults(content, defaults, random)
+    for key in {"degree", "knots"} & said.keys():
+        said[key] = _for_both(said[key], random)
+    for key in {"radius", "width"} & said.keys():
+        if not isinstance(said[key], list) and random.random() < 0.5:
+            said[key] = [said[key]]
+    if "curve" in said:
+        said["curve"] = _curve(said["curve"], random)
+    if "members" in said:
+        said["members"] = [_member(member, random) for member in said["members"]]
+    return said
+
+
+def _for_both(value: Any, random: Random) -> Any:
+    """Something for u and for v, as one value or as two where they are equal."""
+    one, other = value if isinstance(value, list) else (value, value)
+    return one if one == other and random.random() < 0.5 else [one, other]
+
+
+def _curve(content: Json, random: Random) -> Json:
+    defaults: Json = {"type": "bezier"}
+    if content.get("type") == "bspline":
+        defaults = {"degree": 3, "knots": "clamped"}
+    said = _with_defaults(content, defaults, random)
+    # Its own name and axis are not read.
+    others = {"name": random.choice(["curve", "a curve", "é"]), "up": random.choice("yz")}
+    return said | {key: value for key, value in others.items() if random.random() < 0.3}
+
+
+def _member(content: Json, random: Random) -> Json:
+    kind = content["surface"].get("type", "bezier")
+    named = content["surface"].get("name", NAMES.get(kind, "surface"))
+    said = _with_defaults(content, {"name": named, "matrix": EYE}, random)
+    if len(said.get("color", ())) == 3 and random.random() < 0.5:
+        said["color"] = [*said["color"], 1]
+    return said | {"surface": _surface(said["surface"], random)}
+
+
+def _with_defaults(content: Json, defaults: Json, random: Random) -> Json:
+    """Each field that has its default, or could, is there or not."""
+    said = {key: value for key, value in content.items() if value != defaults.get(key)}
+    unsaid = {key: value for key, value in defaults.items() if content.get(key, value) == value}
+    return said | {key: value for key, value in unsaid.items() if random.random() < 0.5}
+
+
+def _text(value: Any, random: Random, *, whole: bool) -> str:
+    """JSON of a value, somehow."""
+    blank = random.choice(("", "", "", " ", "\n\t ")) if random.random() < 0.2 else ""
+    if isinstance(value, dict):
+        keys = random.sample(list(value), len(value))
+        items = (
+            f"{_string(key, random)}{blank}:"
+            + _text(value[key], random, whole=whole or (key in WHOLE and "type" in value))
+            for key in keys
+        )
+        return "{" + blank + ("," + blank).join(items) + blank + "}"
+    if isinstance(value, list):
+        items = (_text(item, random, whole=whole) for item in value)
+        return "[" + blank + ("," + blank).join(items) + blank + "]"
+    if isinstance(value, str):
+        return _string(value, random)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return str(value) if whole else random.choice(numerals(float(value)))
+
+
+@lru_cache(maxsize=4096)
+def numerals(number: float) -> tuple[str, ...]:
+    """Ways to write a number, all of exactly this value."""
+    if number == 0:
+        return ("0", "-0", "0.0", "-0.0", "0e0", "-0e5", "0.000E-3")
+    sign, digits, exponent = Decimal(repr(number)).as_tuple()
+    assert isinstance(exponent, int)
+    text = ("-" if sign else "") + "".join(map(str, digits))
+    plain = f"{Decimal(repr(number)):f}"
+    found = [
+        repr(number),
+        plain,
+        f"{text}e{exponent}",
+        f"{text}0E{exponent - 1:+d}",
+        f"{text}.0e{exponent}",
+        f"{plain}{'00' if '.' in plain else '.00'}",
+        f"{Decimal(repr(number)):e}",
+    ]
+    if number == int(number):
+        found += [str(int(number)), str(int(number)) + "e0", str(int(number)) + "0e-1"]
+    assert all(float(numeral) == number for numeral in found)
+    return tuple(found)
+
+
+def _string(text: str, random: Random) -> str:
+    """A string with some of its characters escaped; those that must be are not there."""
+    if random.random() < 0.9:
+        return f'"{text}"'
+    return '"' + "".join(_escaped(c) if random.random() < 0.5 else c for c in text) + '"'
+
+
+def _escaped(character: str) -> str:
+    units = character.encode("utf-16-be")
+    return "".join(f"\\u{units[k]:02x}{units[k + 1]:02X}" for k in range(0, len(units), 2))
