@@ -9,8 +9,6 @@ from contextlib import asynccontextmanager
 
 from anyio import CapacityLimiter, Lock
 from fastapi import FastAPI
-from starlette.requests import Request
-from starlette.responses import Response
 from starlette.types import ASGIApp
 
 from service import __version__
@@ -26,12 +24,12 @@ from service.api import (
     points,
     problems,
 )
-from service.api.answers import json_response
 from service.api.caching.answers import AnswerCache
 from service.api.caching.flights import Flights
 from service.api.caching.front import Front
 from service.api.cors import CrossOrigin, Origins
 from service.api.openapi.document import document
+from service.api.stills import Stills
 from service.settings import InvalidSettings, Settings, from_environment, pin_blas
 from service.storage.address import InvalidStore, open_store
 from service.storage.store import SurfaceStore
@@ -68,6 +66,7 @@ def _add_front(app: FastAPI) -> None:
     app.state.origins = Origins(app.state.settings.cors_origins)
     app.state.answers = AnswerCache(app.state.settings.cache_bytes)
     app.state.flights = Flights()
+    app.state.stills = Stills(docs.FILES)
 
     def outer() -> ASGIApp:
         reachable = CrossOrigin(inner(), app.state.origins)
@@ -89,7 +88,7 @@ def _add_routes(app: FastAPI) -> None:
     app.add_route("/health", catalogue.health)
     app.add_route("/health/live", catalogue.live)
     app.add_route("/health/ready", catalogue.ready)
-    app.add_route("/openapi.json", _openapi)
+    app.add_route("/openapi.json", docs.openapi)
     app.add_route("/docs", docs.page)
     app.add_route("/docs/{asset}", docs.asset)
     app.add_route("/", page.home)
@@ -102,10 +101,6 @@ def _store(settings: Settings) -> SurfaceStore:
         return open_store(settings.store, settings.store_quota)
     except InvalidStore as error:
         raise InvalidSettings(f"SURFACE_STORE: {error}") from None
-
-
-async def _openapi(_: Request) -> Response:
-    return json_response(document())
 
 
 @asynccontextmanager

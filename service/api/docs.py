@@ -1,12 +1,17 @@
 """The documentation page: Swagger UI over /openapi.json, every byte of it served from here."""
 
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
-from starlette.exceptions import HTTPException
+import orjson
 from starlette.requests import Request
-from starlette.responses import FileResponse, HTMLResponse, Response
+from starlette.responses import HTMLResponse, Response
 
 from service.api.answers import HEADERS
+from service.api.openapi.document import document
+from service.api.stills import Still, Stills
 
 ASSETS = Path(__file__).parent / "static" / "swagger-ui"
 """Filled by `make web` and by the image build."""
@@ -68,10 +73,28 @@ async def page(_: Request) -> Response:
 
 async def asset(request: Request) -> Response:
     """GET /docs/{asset}: the scripts and the style of the page, by a closed list of names."""
-    name = request.path_params["asset"]
-    if name == "start.js":
-        return Response(_START, headers=HEADERS, media_type="text/javascript")
-    file = ASSETS / name
-    if name not in _MEDIA_TYPES or not file.is_file():
-        raise HTTPException(404)
-    return FileResponse(file, headers=HEADERS, media_type=_MEDIA_TYPES[name])
+    stills: Stills = request.app.state.stills
+    return await stills.answer(request, f"docs/{request.path_params['asset']}")
+
+
+async def openapi(request: Request) -> Response:
+    """GET /openapi.json: the interface as a document."""
+    stills: Stills = request.app.state.stills
+    return await stills.answer(request, "openapi.json")
+
+
+def _read(name: str) -> bytes:
+    return (ASSETS / name).read_bytes()
+
+
+FILES: Mapping[str, Still] = MappingProxyType(
+    {
+        "openapi.json": Still(lambda: orjson.dumps(document()), "application/json"),
+        "docs/start.js": Still(_START.encode, "text/javascript"),
+        **{
+            f"docs/{name}": Still(partial(_read, name), media_type)
+            for name, media_type in _MEDIA_TYPES.items()
+        },
+    }
+)
+"""What the page is made of, and what it shows."""

@@ -11,16 +11,17 @@ from starlette.responses import Response
 from service import __version__
 from service.api.answers import HEADERS, ChunkedResponse, disposition
 from service.api.caching.answers import AnswerCache
-from service.api.caching.codings import CODINGS, COMPRESS, Accepted, Coding, accepted, compressed
+from service.api.caching.codings import COMPRESS, Accepted, Coding, compressed
 from service.api.caching.entries import Entry, RawHeaders, Subject, Variant
 from service.api.caching.flights import Flights
 from service.api.caching.front import held
+from service.api.caching.requested import codings_of, condition_of
 from service.api.caching.tags import is_any, listed
 from service.api.links import mesh_address
 from service.api.mesh import answered, planned, report_headers
 from service.api.negotiation import by_suffix
 from service.api.parameters import named_example
-from service.api.problems import EngineGone, NotAcceptable
+from service.api.problems import EngineGone
 from service.api.timing import Timing
 from service.api.work import run
 from service.encoders.format import Format
@@ -46,8 +47,8 @@ async def get_mesh(request: Request) -> Response:
     asked = mesh_query(request.query_params.multi_items())
     pinned = asked.engine is not None
     check_engine(asked.engine)
-    wanted = check_codings(_header(request, "accept-encoding"))
-    condition = _header(request, "if-none-match")
+    wanted = codings_of(request)
+    condition = condition_of(request)
     query = canonical_query(asked, fmt.ignored)
     subject = _subject(request, fmt, query)
 
@@ -93,28 +94,6 @@ def check_engine(engine: int | None) -> None:
                 f"engine={ENGINE}, or no engine",
             )
         )
-
-
-def check_codings(header: bytes | None) -> Accepted:
-    """What an Accept-Encoding header allows.
-
-    Raises
-    ------
-    NotAcceptable
-        If that is nothing.
-    """
-    wanted = accepted(header)
-    if not wanted.order:
-        raise NotAcceptable(
-            Issue(
-                "not_acceptable",
-                "Every coding that is made here is excluded.",
-                "/Accept-Encoding",
-                "none of the codings made here",
-                "one of " + ", ".join(CODINGS),
-            )
-        )
-    return wanted
 
 
 def _subject(request: Request, fmt: Format, query: str) -> Subject:
@@ -182,12 +161,6 @@ async def _coded(request: Request, entry: Entry, wanted: Accepted, timing: Timin
     flights: Flights = request.app.state.flights
     with timing.step("compress"):
         return await flights.join((entry.subject.address, coding, wanted.plain), work)
-
-
-def _header(request: Request, name: str) -> bytes | None:
-    """A header, its lines joined."""
-    lines = request.headers.getlist(name)
-    return ", ".join(lines).encode("latin-1") if lines else None
 
 
 def _unchanged(headers: RawHeaders) -> Response:

@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 from service.api import docs
-from tests.api.client import Client
+from service.api.app import create_app
+from service.settings import Settings
+from tests.api.client import Client, client_of
 
 
 def test_everything_on_the_page_comes_from_here(client: Client) -> None:
@@ -25,14 +27,15 @@ def _names(sources: list[str]) -> list[str]:
 
 
 def test_page_without_scripts_says_what_to_run(
-    client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(docs, "ASSETS", tmp_path)
-    page = client.get("/docs")
-    assert page.status_code == 503
-    assert "make web" in page.text
-    assert client.get("/docs/swagger-ui.css").status_code == 404
-    assert client.get("/openapi.json").status_code == 200
+    with client_of(create_app(Settings())) as client:
+        page = client.get("/docs")
+        assert page.status_code == 503
+        assert "make web" in page.text
+        assert client.get("/docs/swagger-ui.css").status_code == 404
+        assert client.get("/openapi.json").status_code == 200
 
 
 @pytest.mark.parametrize("name", ["..%2f..%2fapp.py", "LICENSE", "swagger-ui.css.map"])

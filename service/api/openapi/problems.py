@@ -8,7 +8,8 @@ import numpy as np
 
 from service.api import problems
 from service.api.body import body_too_large, body_too_slow, check_media_type
-from service.api.mesh_by_url import check_codings, check_engine
+from service.api.caching.requested import check_codings
+from service.api.mesh_by_url import check_engine
 from service.api.negotiation import by_accept, by_suffix
 from service.api.openapi.schemas import Json, ref
 from service.api.parameters import named_example, only_format

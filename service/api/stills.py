@@ -1,0 +1,103 @@
+"""Files that do not change while the service runs: read once, compressed once, revalidated."""
+
+import asyncio
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from hashlib import sha256
+
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+
+from service.api.answers import HEADERS, ChunkedResponse
+from service.api.caching.codings import Coding, compressed
+from service.api.caching.flights import Flights
+from service.api.caching.requested import codings_of, condition_of
+from service.api.caching.tags import entity_tag, is_any, listed
+from service.api.work import run
+
+
+@dataclass(frozen=True, slots=True)
+class Still:
+    """A file: how it is read, what it is, and headers of its own."""
+
+    read: Callable[[], bytes]
+    media_type: str
+    headers: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(slots=True)
+class _Kept:
+    """What was read, and in which codings it was made; None where that does not pay."""
+
+    content: bytes
+    name: str
+    codings: dict[Coding, bytes | None] = field(default_factory=dict)
+
+
+class Stills:
+    """A closed list of files by name.
+
+    Their tags are those of their bytes, so that `no-cache` costs a client one short question a file
+    and never leaves it with a mixture of two releases.
+    """
+
+    def __init__(self, files: Mapping[str, Still]) -> None:
+        self._files = files
+        self._kept: dict[str, _Kept] = {}
+        self._flights = Flights()
+
+    async def answer(self, request: Request, name: str, status: int = 200) -> Response:
+        """The file of this name, as GET or HEAD asks for it.
+
+        Raises
+        ------
+        HTTPException
+            404 if there is none of this name, or none where it should be read.
+        """
+        wanted, condition = codings_of(request), condition_of(request)
+        kept = await self._read(name)
+        coding, body = await self._coded(request, kept, wanted.order[0])
+        same = None
+        if condition is not None:
+            tags = listed(condition)
+            codings = [each for each in wanted.order if entity_tag(kept.name, each) in tags]
+            same = next(iter(codings), coding if is_any(condition) else None)
+        headers = {
+            **HEADERS,
+            **self._files[name].headers,
+            "ETag": entity_tag(kept.name, same or coding).decode(),
+            "Cache-Control": "no-cache",
+            "Vary": "Accept-Encoding",
+        }
+        if same is not None:
+            return Response(status_code=304, headers=headers)
+        if coding != "identity":
+            headers["Content-Encoding"] = coding
+        return ChunkedResponse(body, status, headers, self._files[name].media_type)
+
+    async def _read(self, name: str) -> _Kept:
+        if name not in self._files:
+            raise HTTPException(404)
+        kept = self._kept.get(name)
+        if kept is None:
+            try:
+                content = await asyncio.to_thread(self._files[name].read)
+            except FileNotFoundError:
+                raise HTTPException(404) from None
+            kept = self._kept[name] = _Kept(content, sha256(content).hexdigest())
+        return kept
+
+    async def _coded(self, request: Request, kept: _Kept, coding: Coding) -> tuple[Coding, bytes]:
+        """The file in a coding if that pays, else as it is."""
+        if coding == "identity":
+            return coding, kept.content
+        if coding not in kept.codings:
+
+            async def work() -> bytes | None:
+                return await run(request, partial(compressed, coding, kept.content), in_thread=True)
+
+            kept.codings[coding] = await self._flights.join((kept.name, coding), work)
+        body = kept.codings[coding]
+        return ("identity", kept.content) if body is None else (coding, body)

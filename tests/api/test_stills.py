@@ -1,0 +1,123 @@
+"""Files that do not change: read once, compressed once, revalidated."""
+
+import zlib
+from collections.abc import Iterator
+
+import pytest
+from backports import zstd
+from fastapi import FastAPI
+from starlette.requests import Request
+from starlette.responses import Response
+
+from service.api.app import create_app
+from service.api.stills import Still, Stills
+from service.settings import Settings
+from tests.api.client import Client, client_of
+
+SCRIPT = b"export const answer = 42;\n" * 1000
+
+
+class Folder:
+    """A closed list of two files, one of which comes later; it counts how often they are read."""
+
+    def __init__(self) -> None:
+        self.reads = 0
+        self.there = False
+
+    def script(self) -> bytes:
+        self.reads += 1
+        return SCRIPT
+
+    def late(self) -> bytes:
+        if not self.there:
+            raise FileNotFoundError
+        return b"body {}"
+
+    def app(self) -> FastAPI:
+        app = create_app(Settings())
+        stills = Stills(
+            {
+                "app.js": Still(self.script, "text/javascript", {"X-Own": "yes"}),
+                "late.css": Still(self.late, "text/css"),
+            }
+        )
+
+        async def route(request: Request) -> Response:
+            return await stills.answer(request, request.path_params["name"])
+
+        app.add_route("/files/{name}", route)
+        return app
+
+
+@pytest.fixture
+def folder() -> Folder:
+    return Folder()
+
+
+@pytest.fixture
+def client(folder: Folder) -> Iterator[Client]:
+    with client_of(folder.app()) as client:
+        yield client
+
+
+def test_file_is_read_once_and_sent_in_every_coding(client: Client, folder: Folder) -> None:
+    tags = set()
+    for _ in range(2):
+        plain = client.raw("/files/app.js")
+        packed = client.raw("/files/app.js", {"Accept-Encoding": "gzip"})
+        best = client.raw("/files/app.js", {"Accept-Encoding": "gzip, deflate, br, zstd"})
+        assert plain.content == SCRIPT
+        assert zlib.decompress(packed.content, zlib.MAX_WBITS | 16) == SCRIPT
+        assert zstd.decompress(best.content) == SCRIPT
+        codings = [a.headers.get("content-encoding") for a in (plain, packed, best)]
+        assert codings == [None, "gzip", "zstd"]
+        for answer in (plain, packed, best):
+            assert answer.headers["content-length"] == str(len(answer.content))
+            assert answer.headers["content-type"].startswith("text/javascript")
+            assert answer.headers["cache-control"] == "no-cache"
+            assert answer.headers["x-content-type-options"] == "nosniff"
+            assert answer.headers["x-own"] == "yes"
+            tags.add(answer.headers["etag"])
+    assert len(tags) == 3
+    assert folder.reads == 1
+
+
+def test_what_the_client_has_is_not_sent_again(client: Client) -> None:
+    headers = {"Accept-Encoding": "zstd"}
+    tag = client.raw("/files/app.js", headers).headers["etag"]
+    for condition in (tag, f'"x", W/{tag}', "*"):
+        answer = client.raw("/files/app.js", {**headers, "If-None-Match": condition})
+        assert (answer.status_code, answer.content) == (304, b"")
+        assert answer.headers["etag"] == tag
+    other = client.raw("/files/app.js", {"Accept-Encoding": "gzip", "If-None-Match": tag})
+    assert other.status_code == 200
+
+
+def test_head_brings_no_body(client: Client) -> None:
+    head = client.request("HEAD", "/files/app.js")
+    assert head.content == b""
+    assert head.headers == client.get("/files/app.js").headers
+
+
+def test_small_files_are_sent_as_they_are_and_missing_ones_may_come(
+    client: Client, folder: Folder
+) -> None:
+    assert client.get("/files/late.css").status_code == 404
+    folder.there = True
+    answer = client.raw("/files/late.css", {"Accept-Encoding": "zstd"})
+    assert (answer.status_code, answer.content) == (200, b"body {}")
+    assert "content-encoding" not in answer.headers
+
+
+def test_nothing_else_is_there(client: Client) -> None:
+    answer = client.get("/files/other.js")
+    assert answer.status_code == 404
+    assert answer.headers["cache-control"] == "no-store"
+
+
+def test_the_document_is_compressed(client: Client) -> None:
+    answer = client.raw("/openapi.json", {"Accept-Encoding": "zstd"})
+    assert answer.headers["content-encoding"] == "zstd"
+    whole = client.get("/openapi.json", {"Accept-Encoding": "identity"})
+    assert zstd.decompress(answer.content) == whole.content
+    assert len(answer.content) < len(whole.content) / 5
