@@ -105,8 +105,8 @@ def _store(settings: Settings) -> SurfaceStore:
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    """Looks through the store while requests are answered; says so when asked to stop."""
-    preparing = asyncio.create_task(app.state.store.prepare())
+    """Tends the store; says that the service is draining as soon as it is asked to stop."""
+    tending = asyncio.create_task(app.state.store.tend())
     yield
     app.state.ready = False
-    preparing.cancel()
+    tending.cancel()

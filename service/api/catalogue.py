@@ -67,10 +67,16 @@ async def live(_: Request) -> Response:
 
 
 async def ready(request: Request) -> Response:
-    """GET /health/ready: 503 once no new requests should come here."""
-    if request.app.state.ready:
-        return json_response({"status": "ready"})
-    return json_response({"status": "draining"}, status=503)
+    """GET /health/ready: 503 once no new requests should come here.
+
+    It says whether the store answers, and stays 200 if it does not: meshes of posted surfaces and
+    of examples need no store, and replicas that share one would all be taken out at once, for a
+    fault that no other replica can make good.
+    """
+    if not request.app.state.ready:
+        return json_response({"status": "draining"}, status=503)
+    answers = await request.app.state.store.answers()
+    return json_response({"status": "ready", "store": "ready" if answers else "unavailable"})
 
 
 def _summary(example: Example, root: str) -> dict[str, Any]:

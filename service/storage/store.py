@@ -28,6 +28,9 @@ DEADLINE = 1.0
 REMEMBERED = 5.0
 """Seconds for which it is known whether the store is well: whoever asks, it is asked no oftener."""
 
+ROUND = 3600.0
+"""Seconds between two rounds of sweeping and counting."""
+
 _log = logging.getLogger(__name__)
 
 
@@ -49,7 +52,7 @@ class SurfaceStore:
     async def put(self, id: str, content: bytes) -> bool:
         """Stores a content, and returns whether it was not there; it lasts once this returns.
 
-        A damaged object is written anew. What is there already needs no room.
+        A damaged object is written anew. What is there already needs no room, damaged or not.
 
         Raises
         ------
@@ -69,7 +72,9 @@ class SurfaceStore:
                 with suppress(DamagedObject):
                     await self.get(id)
                     return False
-            async with self._usage.room(len(content) - (before or 0)), self._limiter:
+            # Whether the count knows of a damage, nobody can tell; mending is never refused.
+            growth = len(content) if before is None else 0
+            async with self._usage.room(growth), self._limiter:
                 with failures(f"storing {key}"):
                     await self._place.write(key, content)
         return True
@@ -122,12 +127,17 @@ class SurfaceStore:
                 self._asked = (time.monotonic(), await self._answers())
             return self._asked[1]
 
-    async def prepare(self) -> None:
-        """Counts what there is and removes what killed processes left; requests need not wait."""
-        with suppress(SurfaceError):  # the log says why, and the first to store counts again
-            with failures("sweeping"):
-                await self._place.sweep()
-            await self._usage.counted()
+    async def tend(self) -> None:
+        """Counts what there is and removes what killed processes left, now and every hour.
+
+        Runs beside the requests until it is cancelled; a failure is in the log, and no end.
+        """
+        while True:
+            with suppress(SurfaceError):
+                with failures("sweeping"):
+                    await self._place.sweep()
+                await self._usage.counted()
+            await asyncio.sleep(ROUND)
 
     async def _answers(self) -> bool:
         try:

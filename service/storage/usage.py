@@ -63,12 +63,11 @@ class Usage:
             Before the block is entered.
         """
         await self._find(growth)
-        reserved = max(0, growth)
-        self._reserved += reserved  # no other task has run since there was room
+        self._reserved += growth  # no other task has run since there was room
         try:
             yield
         finally:
-            self._reserved -= reserved
+            self._reserved -= growth
         self.add(growth)
 
     def add(self, growth: int) -> None:
@@ -81,7 +80,7 @@ class Usage:
         self._since += max(0, growth)
 
     async def _find(self, growth: int) -> None:
-        if not self._quota or growth <= 0:
+        if not self._quota or not growth:
             return
         if self._counted_at is None:
             await self.counted()

@@ -47,7 +47,7 @@ def test_formats_are_those_of_the_registry(client: Client) -> None:
 def test_health(client: Client) -> None:
     assert client.get("/health").json() == {"status": "ready", "version": __version__, "engine": 2}
     assert client.get("/health/live").json() == {"status": "live"}
-    assert client.get("/health/ready").json() == {"status": "ready"}
+    assert client.get("/health/ready").json() == {"status": "ready", "store": "ready"}
 
 
 def test_draining_service_is_alive_and_not_ready() -> None:

@@ -118,7 +118,10 @@ def _paths() -> Json:
 
 def _ready() -> Json:
     operation = get_operation(
-        "getReadiness", "operations", "200 as long as new requests are welcome", "Health"
+        "getReadiness",
+        "operations",
+        "200 as long as new requests are welcome; and whether the store answers",
+        "Health",
     )
     operation["responses"]["503"] = {
         "description": "The service is about to stop.",

@@ -377,6 +377,7 @@ ANSWERS: dict[str, Json] = {
     "Health": _object(
         {
             "status": _text("State of the service.", enum=["live", "ready", "draining"]),
+            "store": _text("Whether surfaces can be kept.", enum=["ready", "unavailable"]),
             "version": _text("Version of the service."),
             "engine": {"type": "integer", "description": "Version of the numbers."},
         },

@@ -1,0 +1,38 @@
+"""A process that stores a thousand contents in a folder, and says so of each that it has stored.
+
+`python -m tests.storage.storing FOLDER`: one id a line, written once the store has answered.
+"""
+
+import asyncio
+import sys
+from collections.abc import Iterator
+
+from service.storage.address import open_store
+from tests.storage.places import id_of
+
+CONTENTS = 1000
+AT_ONCE = 8
+
+
+def contents() -> Iterator[bytes]:
+    """A thousand different contents, most of them short, every twentieth of half a megabyte."""
+    for index in range(CONTENTS):
+        size = 1 << 19 if index % 20 == 0 else 100 + index
+        yield f"{index:6d}".encode() * (size // 6)
+
+
+async def store_all(folder: str) -> None:
+    store = open_store(folder, 1 << 30)
+    waiting = contents()
+
+    async def worker() -> None:
+        for content in waiting:
+            id = id_of(content)
+            await store.put(id, content)
+            print(id, flush=True)
+
+    await asyncio.gather(*(worker() for _ in range(AT_ONCE)))
+
+
+if __name__ == "__main__":
+    asyncio.run(store_all(sys.argv[1]))

@@ -1,0 +1,121 @@
+"""Addresses of stores, and those that are none."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from service.api.app import create_app
+from service.cli.main import main
+from service.errors import StoreFailed
+from service.settings import InvalidSettings, Settings
+from service.storage.address import InvalidStore, open_store
+from service.storage.store import SurfaceStore
+from tests.storage.places import files, id_of, on
+
+CONTENT = b"content"
+NOBODY = 65534
+
+
+def stores_in(address: str, folder: Path) -> bool:
+    """Whether what is stored at an address lies in a folder."""
+    on(open_store(address, 0), lambda store: store.put(id_of(CONTENT), CONTENT))
+    return [path.name for path in files(folder)] == [id_of(CONTENT)]
+
+
+def test_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    assert stores_in(str(tmp_path / "whole"), tmp_path / "whole")
+    assert stores_in("./relative", tmp_path / "relative")
+    assert stores_in("~/data", tmp_path / "home" / "data")
+    assert stores_in("./s3:", tmp_path / "s3:")
+    assert stores_in((tmp_path / "a b").as_uri(), tmp_path / "a b")
+
+
+def test_a_relative_folder_stays_where_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    store = open_store("data", 0)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    on(store, lambda store: store.put(id_of(CONTENT), CONTENT))
+    assert files(tmp_path / "elsewhere") == []
+    assert len(files(tmp_path / "data")) == 1
+
+
+@pytest.mark.parametrize(
+    ("address", "message"),
+    [
+        ("ftp://host/folder", "needed a folder, or an address that begins with"),
+        ("http://127.0.0.1/folder", "begins with file://"),
+        ("memory://name", "needed memory:// and no more"),
+        ("file://folder", "the whole path of a folder"),
+        ("file:folder", "the whole path of a folder"),
+        ("file://other.machine/folder", "the whole path of a folder"),
+        ("s3://", "needed the address of a bucket"),
+        ("s3:bucket", "needed the address of a bucket"),
+        ("az://container", "needed the address of a bucket"),
+        ("fol\0der", "needed a folder"),
+        ("/proc/folder", "cannot be kept"),
+        (str(Path(__file__)), "Not a directory"),
+        ("~nobody-of-this-name/data", "needed a folder"),
+    ],
+)
+def test_other_addresses(address: str, message: str) -> None:
+    with pytest.raises(InvalidStore, match=message):
+        open_store(address, 0)
+
+
+@contextmanager
+def as_nobody() -> Iterator[None]:
+    """Root may write everywhere: then somebody else is asked."""
+    root = os.geteuid() == 0
+    if root:
+        os.seteuid(NOBODY)
+    try:
+        yield
+    finally:
+        if root:
+            os.seteuid(0)
+
+
+def test_a_folder_that_may_not_be_written(tmp_path: Path) -> None:
+    folder = tmp_path / "read-only"
+    open_store(str(folder), 0)
+    for path in (folder, *folder.iterdir()):
+        path.chmod(0o555)
+    with as_nobody(), pytest.raises(InvalidStore, match="Permission denied"):
+        open_store(str(folder), 0)
+
+
+def test_an_address_that_is_none_stops_the_start(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(InvalidSettings, match="SURFACE_STORE: got 'ftp://x'"):
+        create_app(Settings(store="ftp://x"))
+    monkeypatch.setenv("SURFACE_STORE", "ftp://x")
+    assert main(["serve"]) == 2
+    assert capsys.readouterr().err.startswith("surface: SURFACE_STORE: got 'ftp://x', needed")
+
+
+def test_a_bucket_that_cannot_be_reached(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The service starts, and says that its store does not answer."""
+    for name, value in {
+        "AWS_ENDPOINT_URL": "http://127.0.0.1:9",
+        "AWS_ALLOW_HTTP": "true",
+        "AWS_REGION": "us-east-1",
+        "AWS_ACCESS_KEY_ID": "key",
+        "AWS_SECRET_ACCESS_KEY": "secret",
+    }.items():
+        monkeypatch.setenv(name, value)
+
+    async def work(store: SurfaceStore) -> None:
+        with pytest.raises(StoreFailed):
+            await store.get(id_of(CONTENT))
+        assert not await store.answers()
+
+    on(open_store("s3://bucket/prefix", 0), work)

@@ -1,0 +1,69 @@
+"""Objects that are not what was stored are never given out, and storing them again mends them."""
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+
+import obstore
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.errors import DamagedObject
+from service.storage.keys import key_of
+from service.storage.store import INLINE, SurfaceStore
+from tests.storage.places import KINDS, id_of, on, store_of
+
+CONTENT = b"bezier" * 100
+DAMAGES: dict[str, Callable[[bytes], bytes]] = {
+    "empty": lambda _: b"",
+    "truncated": lambda content: content[:-1],
+    "longer": lambda content: content + b"\0",
+    "changed": lambda content: bytes([content[0] ^ 1]) + content[1:],
+    "of another": lambda _: b"another surface",
+}
+
+
+async def damage(store: SurfaceStore, content: bytes, instead: bytes) -> None:
+    await obstore.put_async(store._place.objects, key_of(id_of(content)), instead)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("damaged", DAMAGES.values(), ids=DAMAGES)
+@pytest.mark.parametrize("content", [CONTENT, b"x" * (INLINE + 1)], ids=["short", "long"])
+def test_damaged_object(
+    kind: str,
+    damaged: Callable[[bytes], bytes],
+    content: bytes,
+    tmp_path: Path,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    id = id_of(content)
+
+    async def work(store: SurfaceStore) -> None:
+        assert await store.put(id, content)
+        await damage(store, content, damaged(content))
+        with pytest.raises(DamagedObject), caplog.at_level(logging.ERROR):
+            await store.get(id)
+        assert key_of(id) in caplog.text
+        assert await store.has(id)
+        assert await store.put(id, content), "mended"
+        assert await store.get(id) == content
+        await damage(store, content, damaged(content))
+        assert await store.delete(id)
+        assert not await store.has(id)
+
+    on(store_of(kind, tmp_path), work)
+
+
+@settings(max_examples=50)
+@given(st.binary(min_size=1, max_size=64), st.binary(max_size=64))
+def test_nothing_else_is_ever_given_out(content: bytes, instead: bytes) -> None:
+    async def work(store: SurfaceStore) -> None:
+        await damage(store, content, instead)
+        try:
+            assert await store.get(id_of(content)) == content
+        except DamagedObject:
+            assert instead != content
+
+    on(store_of("memory", Path()), work)

@@ -1,0 +1,97 @@
+"""What only a folder has: files, permissions, a disk."""
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from service.errors import StoreFailed, StoreFull
+from service.storage.keys import key_of
+from service.storage.places import STAGING
+from service.storage.store import SurfaceStore
+from tests.storage.places import file_of, files, id_of, on, store_of
+
+ONE, TWO = b"one", b"two"
+
+
+async def put_one(store: SurfaceStore) -> bool:
+    return await store.put(id_of(ONE), ONE)
+
+
+@pytest.mark.parametrize("name", ["a b", "ü#1", "per%20cent", "#1", "a:b", "deep/er/still"])
+def test_a_folder_may_have_any_name(name: str, tmp_path: Path) -> None:
+    folder = tmp_path / name
+    assert on(store_of("folder", folder), put_one)
+    assert files(folder) == [file_of(folder, ONE)]
+    assert file_of(folder, ONE).read_bytes() == ONE
+    assert on(store_of("folder", folder), lambda store: store.get(id_of(ONE))) == ONE
+
+
+def test_an_object_is_on_the_disk_before_it_has_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The file first; then the folders in which its name and theirs are new."""
+    final = file_of(tmp_path, ONE)
+    synced: list[tuple[int, bool]] = []
+    fsync = os.fsync
+
+    def watched(file: int) -> None:
+        synced.append((os.fstat(file).st_ino, final.exists()))
+        if stat.S_ISREG(os.fstat(file).st_mode):
+            assert os.pread(file, 10, 0) == ONE
+        fsync(file)
+
+    monkeypatch.setattr(os, "fsync", watched)
+    assert on(store_of("folder", tmp_path), put_one)
+    assert synced == [
+        (final.stat().st_ino, False),
+        (final.parent.stat().st_ino, True),
+        (final.parent.parent.stat().st_ino, True),
+    ]
+
+
+def test_a_folder_that_breaks_fails_and_works_again(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    staging = tmp_path / STAGING
+
+    async def work(store: SurfaceStore) -> None:
+        await put_one(store)
+        staging.rmdir()
+        staging.write_text("no folder")
+        with pytest.raises(StoreFailed) as caught:
+            await store.put(id_of(TWO), TWO)
+        assert caught.value.issues == ()
+        assert key_of(id_of(TWO)) in caplog.text
+        assert "Debug source" not in caplog.text
+        assert await store.get(id_of(ONE)) == ONE
+        assert not await store.has(id_of(TWO))
+        staging.unlink()
+        assert await store.put(id_of(TWO), TWO)
+
+    on(store_of("folder", tmp_path), work)
+
+
+def test_a_write_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Some disks say that they are full only once the bytes must be on them."""
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    async def work(store: SurfaceStore) -> None:
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "fsync", full)
+            with pytest.raises(StoreFull) as caught:
+                await put_one(store)
+        assert [issue.code for issue in caught.value.issues] == ["disk_full"]
+        assert files(tmp_path) == []
+        assert await put_one(store)
+
+    on(store_of("folder", tmp_path), work)
+
+
+def test_a_folder_that_is_gone_does_not_answer(tmp_path: Path) -> None:
+    store = store_of("folder", tmp_path)
+    (tmp_path / "surfaces").rmdir()
+    assert not on(store, lambda store: store.answers())

@@ -1,0 +1,77 @@
+"""Processes that are killed while they store, and processes that store the same."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from service.storage.places import ABANDONED, STAGING
+from service.storage.store import SurfaceStore
+from tests.storage.places import file_of, files, id_of, on, store_of
+from tests.storage.storing import CONTENTS, contents
+
+ROOT = Path(__file__).parents[2]
+
+
+def storing(folder: Path) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "tests.storage.storing", str(folder)]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    return subprocess.Popen(
+        command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, text=True, bufsize=1
+    )
+
+
+def stored(folder: Path) -> set[str]:
+    """What is visible in a folder; all of it is whole."""
+    visible = files(folder / "surfaces")
+    for path in visible:
+        assert path == file_of(folder, path.read_bytes()), "an object that is not its name"
+    return {path.name for path in visible}
+
+
+def test_kill_leaves_whole_objects_and_all_that_were_acknowledged(tmp_path: Path) -> None:
+    """One folder, one process after the other, each killed later than the one before."""
+    for moment in (1, 5, 40, 150, 333, 700):
+        with storing(tmp_path) as process:
+            assert process.stdout is not None
+            acknowledged = {process.stdout.readline().strip() for _ in range(moment)}
+            process.kill()
+            # What it had said before the signal came.
+            acknowledged |= {line.strip() for line in process.stdout if line.endswith("\n")}
+        assert process.returncode == -9
+        assert moment <= len(acknowledged) < CONTENTS
+        assert acknowledged <= stored(tmp_path)
+    with storing(tmp_path) as process:
+        process.communicate()
+    assert stored(tmp_path) == {id_of(content) for content in contents()}
+
+
+def test_two_processes_may_store_the_same(tmp_path: Path) -> None:
+    with storing(tmp_path) as one, storing(tmp_path) as other:
+        said = [process.communicate()[0].split() for process in (one, other)]
+    assert [one.returncode, other.returncode] == [0, 0]
+    assert set(said[0]) == set(said[1]) == stored(tmp_path)
+    assert files(tmp_path / STAGING) == []
+
+
+@pytest.mark.parametrize("name", ["0123456789abcdef", "0123456789abcdef#1"])
+def test_what_a_killed_process_left_is_no_object_and_goes_after_an_hour(
+    name: str, tmp_path: Path
+) -> None:
+    store = store_of("folder", tmp_path)
+    left = tmp_path / STAGING / name
+    left.write_bytes(b"half of a conte")
+
+    async def sweep(store: SurfaceStore) -> None:
+        await store._place.sweep()
+
+    on(store, sweep)
+    assert left.exists(), "another process may be writing it"
+    before = time.time() - ABANDONED - 1
+    os.utime(left, (before, before))
+    assert stored(tmp_path) == set()
+    on(store, sweep)
+    assert not left.exists()
