@@ -220,7 +220,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** 200 as long as new requests are welcome */
+        /** 200 as long as new requests are welcome; and whether the store answers */
         get: operations["getReadiness"];
         put?: never;
         post?: never;
@@ -470,7 +470,7 @@ export interface components {
             ][][];
             /**
              * Attributes
-             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
              * @example {
              *       "temperature": [
              *         [
@@ -854,7 +854,7 @@ export interface components {
             ][][];
             /**
              * Attributes
-             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY. Rows along u as in the control net. A net of as many rows and columns as the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. Rows along u as in the control net. A net of as many rows and columns as the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
              * @example {
              *       "temperature": [
              *         [
@@ -1476,7 +1476,7 @@ export interface components {
             triangles?: number[][][];
             /**
              * Parts
-             * @description Named groups of patches, by patch number from 0: grids first, triangles after them. A patch belongs to at most one group; those in none form a part of the surface's name.
+             * @description Named groups of patches, by patch number from 0: grids first, triangles after them. A patch belongs to at most one group; those in none form a part of the surface's name. Parts come in the order of the first patch that each lists.
              * @example {
              *       "left": [
              *         0
@@ -1562,7 +1562,7 @@ export interface components {
             ][];
             /**
              * Attributes
-             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY. One value for every vertex, blended over the patches as the vertices are.
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. One value for every vertex, blended over the patches as the vertices are.
              * @example {
              *       "temperature": [
              *         [
@@ -2040,7 +2040,7 @@ export interface components {
             ][][];
             /**
              * Attributes
-             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. They come back by name in JSON, as `_NAME` in glTF (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
              * @example {
              *       "temperature": [
              *         [
@@ -2421,6 +2421,11 @@ export interface components {
              * @enum {string}
              */
             status: "live" | "ready" | "draining";
+            /**
+             * @description Whether surfaces can be kept.
+             * @enum {string}
+             */
+            store?: "ready" | "unavailable";
             /** @description Version of the service. */
             version?: string;
             /** @description Version of the numbers. */
@@ -3350,7 +3355,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description 200 as long as new requests are welcome. */
+            /** @description 200 as long as new requests are welcome; and whether the store answers. */
             200: {
                 headers: {
                     [name: string]: unknown;
