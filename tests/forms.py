@@ -157,10 +157,23 @@ ADAPTIVE: Mapping[str, Json] = MappingProxyType(
 )
 """Meshes by tolerance, as whole requests."""
 
+CURVED: Mapping[str, Json] = MappingProxyType(
+    {
+        f"{name} with curvatures": request | {"curvatures": True}
+        for name, request in (
+            ("patches and triangles", {"surface": TENT, "resolution": [3, 4]}),
+            ("bezier with channels", ADAPTIVE["bezier with channels by tolerance"]),
+            ("group", ADAPTIVE["group by tolerance"] | {"two_sided": False}),
+        )
+    }
+)
+"""Meshes that carry curvatures, as whole requests."""
+
 REQUESTS: Mapping[str, Json] = MappingProxyType(
     {name: {"surface": surface, "resolution": [3, 4]} for name, surface in SURFACES.items()}
     | {name: request | {"resolution": 3} for name, request in WIRES.items()}
     | dict(ADAPTIVE)
+    | dict(CURVED)
 )
 """A request for each."""
 

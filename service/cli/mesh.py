@@ -28,8 +28,8 @@ SEEN = ("camera", "pixel_tolerance")
 """Such options that only files have."""
 
 OPTIONS = (
-    *ACCURACY, "resolution", "faces", "normals", "uvs", "weld", "crease_angle", "overlays", "oogl",
-    "isocurves", "wires", "wire_width", "wire_sides", "method",
+    *ACCURACY, "resolution", "faces", "normals", "uvs", "curvatures", "weld", "crease_angle",
+    "overlays", "oogl", "isocurves", "wires", "wire_width", "wire_sides", "method",
 )  # fmt: skip
 """The options of a mesh, by name; their models would take too long to import for `--help`."""
 
@@ -52,6 +52,7 @@ def add_options(mesh: argparse.ArgumentParser) -> None:
     for name, text in (
         ("normals", "unit normals (yes)"),
         ("uvs", "parameters (u, v) where the surface has no uvs of its own (no)"),
+        ("curvatures", "Gaussian and mean curvature as attributes (no)"),
         ("weld", "vertices shared along shared edges (yes)"),
     ):
         group.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=text)

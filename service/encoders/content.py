@@ -103,6 +103,7 @@ def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, ob
         "poles_repaired": report.poles_repaired,
         **closed,
         **_accuracy(report, parts),
+        **_curvature(report),
         "engine": report.engine,
     }
 
@@ -126,6 +127,14 @@ def _accuracy(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object
             {"name": part.name} | _known(deviation_bound=part.deviation_bound) for part in parts
         ]
     return known
+
+
+def _curvature(report: MeshReport) -> dict[str, object]:
+    """Least and greatest curvatures, where they were asked for."""
+    if report.curvature is None:
+        return {}
+    gaussian, mean = report.curvature
+    return {"curvature": {"gaussian": gaussian, "mean": mean}}
 
 
 def _known(**values: float | None) -> dict[str, object]:

@@ -303,7 +303,7 @@ def _json_bound(size: MeshSize) -> int:
     more = ["COLOR_0", *keys] if size.colors else keys
     node = 1200 + 9 * (FLOAT64_CHARS + 1) + sum(300 + len(key) for key in more) + REPORT_PART
     names = 3 * LONGEST_ESCAPE * size.name_bytes
-    return 2048 + 9 * FLOAT64_CHARS + size.named * node + names
+    return 2112 + 13 * FLOAT64_CHARS + size.named * node + names
 
 
 def _buffer_bound(size: MeshSize) -> int:

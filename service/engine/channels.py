@@ -40,11 +40,16 @@ TINY = float(np.finfo(np.float32).smallest_subnormal)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ChannelRows:
-    """The values (N, d) of one channel at all samples, in the precision of the mesh."""
+    """The values (N, d) of one channel at all samples, in the precision of the mesh.
+
+    Of a channel with a `unit` values differ by rounding alone where their quotient is nearly 1;
+    times the unit, what is below 1 is small.
+    """
 
     name: str
     kind: ChannelKind
     values: RealArray
+    unit: float | None = None
 
     def take(self, chosen: Ints) -> "ChannelRows":
         """Some of the rows, in this order."""
@@ -96,12 +101,24 @@ def agreeing(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
     local = spot
     for channel in channels:
         values = channel.values[rows]
-        first = leaders(spot, values * _scale(channel.values), 1.0)
+        first = leaders(spot, _in_steps(channel, values), 1.0)
         channel.values[rows] = values[first]
         local = leaders(local, first[:, np.newaxis].astype(np.float64), 0.5)
     alike = own
     alike[rows] = rows[local]
     return alike
+
+
+def _in_steps(channel: ChannelRows, values: RealArray) -> FloatArray:
+    """Values of a channel in units of the difference that counts as none.
+
+    With a unit by arsinh, which is linear about 0 and logarithmic beyond: what is small differs by
+    a difference, what is large by a quotient.
+    """
+    if channel.unit is None:
+        return values * _scale(channel.values)
+    steps: FloatArray = np.arcsinh(values.astype(np.float64) * channel.unit) / SAME_VALUE
+    return steps
 
 
 def _scale(values: RealArray) -> FloatArray:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import IndexArray, RealArray
+from service.engine.curvatures.ranges import together
 from service.engine.mesh import Mesh, MeshPart, MeshReport
 
 
@@ -65,6 +66,7 @@ def added(reports: Sequence[MeshReport]) -> MeshReport:
         deviation_bound=_largest(reports, "deviation_bound"),
         mesh_deviation_bound=_largest(reports, "mesh_deviation_bound"),
         normal_angle=_largest(reports, "normal_angle"),
+        curvature=together([report.curvature for report in reports]),
     )
 
 

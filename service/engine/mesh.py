@@ -1,11 +1,15 @@
 """The one value that leaves the engine: a mesh, and the report that travels with it."""
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.engine.closure import Closure
 from service.surface.checks import Up
 from service.surface.lowered import Color
+
+Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
+"""Least and greatest of two things."""
 
 ENGINE = 2
 """Version of the numbers. Raised only when the same request would give other figures."""
@@ -62,7 +66,8 @@ class MeshReport:
     as they are stored, a certainty; None where there are no faces of a parametric surface.
     `mesh_deviation_bound`, where it was asked for: no point of the faces is further than this from
     the surface. `normal_angle`, in radians, where it was asked for: the largest measured between
-    the normals at two vertices that an edge joins.
+    the normals at two vertices that an edge joins. `curvature`, where it was asked for: least and
+    greatest Gaussian, then mean curvature of the vertices.
     """
 
     vertices: int
@@ -78,6 +83,7 @@ class MeshReport:
     deviation_bound: float | None = None
     mesh_deviation_bound: float | None = None
     normal_angle: float | None = None
+    curvature: Ranges | None = None
     engine: int = ENGINE
 
 

@@ -57,6 +57,9 @@ class MeshOptions:
         How samples are computed.
     accuracy : Accuracy or None
         How near the mesh must be to the surface; if there is one, `resolution` is not read.
+    curvatures : bool
+        Whether vertices carry Gaussian and mean curvature, as attributes. What placements in a
+        group do to them must have been told to the models (`service.engine.curvatures.stretches`).
     """
 
     resolution: tuple[int, int] = (16, 16)
@@ -73,6 +76,7 @@ class MeshOptions:
     surface: bool = True
     method: Method = "matrix"
     accuracy: Accuracy | None = None
+    curvatures: bool = False
 
     def __post_init__(self) -> None:
         if not all(1 <= r <= MAX_RESOLUTION for r in self.resolution):

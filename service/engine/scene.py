@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
+from service.engine.curvatures.ranges import in_single as rounded
 from service.engine.extent import extent, local_origin
 from service.engine.light import tinted
 from service.engine.merge import added, merged
@@ -81,6 +82,7 @@ def in_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
     low, high = (bound.astype(np.float64) + origin for bound in extent(_shown(narrow)))
     least, greatest = np.array(mesh.report.bounds_min), np.array(mesh.report.bounds_max)
     error = single_error(least, greatest, origin)
+    report = _spread_report(_within(mesh.report, low, high), 1.0, error)
     return replace(
         narrow,
         parts=tuple(_spread(part, 1.0, error) for part in mesh.parts),
@@ -88,7 +90,7 @@ def in_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
         uvs=None if mesh.uvs is None else mesh.uvs.astype(np.float32),
         colors=None if mesh.colors is None else mesh.colors.astype(np.float32),
         attributes=tuple((name, rows.astype(np.float32)) for name, rows in mesh.attributes),
-        report=_spread_report(_within(mesh.report, low, high), 1.0, error),
+        report=replace(report, curvature=rounded(report.curvature)),
     )
 
 

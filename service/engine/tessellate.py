@@ -6,6 +6,8 @@
 4. Join the vertices to faces by the pattern of each patch.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from service.bases import triangle
@@ -13,6 +15,8 @@ from service.bases.arrays import IndexArray, Ints
 from service.engine.borders import borders
 from service.engine.channels import agreeing, by_kind
 from service.engine.closure import closure
+from service.engine.curvatures.ranges import ranges
+from service.engine.curvatures.rows import layout_curvatures
 from service.engine.deviation.bound import deviations, largest, with_bounds
 from service.engine.extent import local_origin, stored_bounds
 from service.engine.join import join
@@ -43,6 +47,9 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     dtype: Real = np.float32 if single else np.float64
     origin = local_origin(*model.bounds) if single else np.zeros(3)
     rows = sample(layout, options, dtype, origin, model.domain)
+    if options.curvatures:
+        bent = layout_curvatures(model, layout, dtype)
+        rows = replace(rows, channels=(*rows.channels, *bent))
     bounds = deviations(layout, options, rows, origin, lambda: places(layout))
     welding = _weld(layout, rows, options)
     triangles, quads, parts = join(model, layout, welding, options.faces)
@@ -80,6 +87,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
             poles_repaired=rows.poles,
             closure=closure(model),
             deviation_bound=largest(bounds),
+            curvature=ranges(attributes),
         ),
         colors=colors,
         attributes=attributes,

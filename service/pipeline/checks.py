@@ -6,6 +6,7 @@ import numpy as np
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.adaptive.aims import has_sweeps, stated
+from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.models import NOT_PATCHES, highest_degree, reach
 from service.engine.options import MeshOptions
@@ -43,6 +44,27 @@ def check_wires(model: Model, options: MeshOptions) -> None:
             "no isoparametric curves, and faces",
         )
     )
+
+
+def check_curvatures(model: Model, options: MeshOptions) -> None:
+    """Refuses curvatures of what is no parametric surface, and a name that is taken."""
+    if not options.curvatures:
+        return
+    if has_sweeps(model):
+        raise InvalidRequest(replace(NOT_PATCHES, pointer="/curvatures"))
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    for own in models:
+        channels = own.batches[0].channels if isinstance(own, PatchModel) else ()
+        if any(c.kind == "attribute" and c.name.lower() in NAMES for c in channels):
+            raise InvalidRequest(
+                Issue(
+                    "name_clash",
+                    "The surface has an attribute of the name that its curvature would get.",
+                    "/curvatures",
+                    "attributes and curvatures of one name",
+                    f"other names than {' and '.join(NAMES)}, or no curvatures",
+                )
+            )
 
 
 def check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:

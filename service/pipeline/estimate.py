@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import FORMATS
 from service.engine.count import Counts
+from service.engine.curvatures.stretches import with_stretches
 from service.engine.options import MeshOptions
 from service.errors import Issue, SurfaceError, TooLarge
 from service.pipeline.foresight import foreseen
@@ -60,6 +61,9 @@ def estimate(
     At a small part of the cost: shared edges are found, and nothing is evaluated.
     """
     model = surface.lower()
+    if options.curvatures:
+        # Copies that are bent in different ways are stored apart.
+        model = with_stretches(model)
     known: Known = {}
     whole = predict(model, options, known=known)
     expected = foreseen(model, options, whole, limits)

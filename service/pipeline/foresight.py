@@ -10,6 +10,7 @@ from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.aims import box, goal_of, stated
 from service.engine.adaptive.beforehand import Most, most_of
 from service.engine.count import Counts, count
+from service.engine.curvatures.care import surely_affordable
 from service.engine.models import highest_degree
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
@@ -84,7 +85,8 @@ def foreseen(model: Model, options: MeshOptions, size: MeshSize, limits: Limits)
     if size.vertices > limits.max_vertices:
         return Foreseen(most, most, exact=False)
     found = [count(own, options) if options.surface else Counts(0, 0, 0) for own in patches]
-    return Foreseen(_added(found), _added(_copies(model, found)), exact=True)
+    certain = not options.curvatures or all(surely_affordable(p, size.vertices) for p in patches)
+    return Foreseen(_added(found), _added(_copies(model, found)), exact=True, certain=certain)
 
 
 def _by_tolerance(
@@ -112,6 +114,10 @@ def _by_tolerance(
         and copies.triangles * _effort(model) <= limits.max_multiplications
         and _clear_of_rounding(model, accuracy)
     )
+    if options.curvatures:
+        models = model.models if isinstance(model, GroupModel) else (model,)
+        own = [each for each in models if isinstance(each, PatchModel)]
+        certain = certain and all(surely_affordable(each, copies.vertices) for each in own)
 
     def clipped(most: Most) -> Counts:
         triangles = min(most.triangles, allowed) if bounded else allowed

@@ -10,6 +10,7 @@ from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.aims import diagonal_of
 from service.engine.adaptive.limits import Effort
 from service.engine.build import build, build_scene, lines_of
+from service.engine.curvatures.stretches import with_stretches
 from service.engine.deviation.bound import largest
 from service.engine.mesh import Mesh, MeshReport
 from service.engine.models import NOT_PATCHES, carrying
@@ -21,6 +22,7 @@ from service.pipeline.certified import Certifier, Make, check_content, check_mad
 from service.pipeline.checks import (
     check_accuracy,
     check_bytes,
+    check_curvatures,
     check_format,
     check_method,
     check_sweeps,
@@ -175,6 +177,7 @@ def plan_model(
     stored = predict(model, options, shared=True, known=known) if shares(fmt, encode) else size
     check_accuracy(model, options, fmt, encode)
     check_wires(model, options)
+    check_curvatures(model, options)
     check_format(options, fmt, encode)
     if options.accuracy is None:
         check_vertices(size, limits)
@@ -213,5 +216,9 @@ def carried(model: Model, options: MeshOptions, fmt: Format) -> tuple[Model, Mes
     refused; and nothing is computed, or kept apart, for their sake.
     """
     uvs = options.uvs and "uvs" in fmt.carries
+    curvatures = options.curvatures and "attribute" in fmt.carries
     model = carrying(model, fmt.carries, apart=fmt.encode_scene is not None)
-    return model, replace(options, uvs=uvs)
+    if options.curvatures:
+        # Whatever the format holds: one request has one mesh in all of them.
+        model = with_stretches(model)
+    return model, replace(options, uvs=uvs, curvatures=curvatures)

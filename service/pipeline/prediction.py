@@ -6,6 +6,7 @@ from itertools import zip_longest
 from typing import TypeAlias
 
 from service.encoders.format import MeshSize
+from service.engine.curvatures.ranges import NAMES as CURVATURES
 from service.engine.models import colored
 from service.engine.options import MeshOptions
 from service.engine.sweeps.sweep import predicted_sweep
@@ -117,6 +118,9 @@ def _predict_patches(model: PatchModel, options: MeshOptions, known: Known) -> M
         segments += 4 * model.patch_count * max(options.resolution)
         points += 4 * model.patch_count * (max(options.resolution) + 1)
     channels = model.batches[0].channels
+    attributes = [(c.name, c.dimension) for c in channels if c.kind == "attribute"]
+    if options.curvatures:
+        attributes += [(name, 1) for name in CURVATURES]
     names = [model.name, *(part.name for part in model.parts), *options.overlays]
     if options.wired:
         names.append(WIRES)
@@ -141,5 +145,5 @@ def _predict_patches(model: PatchModel, options: MeshOptions, known: Known) -> M
         overlay_cells=cells,
         control_points=control_points,
         colors=sum(c.dimension for c in channels if c.kind == "colors"),
-        attributes=tuple((c.name, c.dimension) for c in channels if c.kind == "attribute"),
+        attributes=tuple(attributes),
     )

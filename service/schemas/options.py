@@ -60,6 +60,17 @@ class MeshOptionFields(StrictModel):
         "surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is "
         "said here.",
     )
+    curvatures: bool = Field(
+        default=_DEFAULTS.curvatures,
+        description="Whether vertices carry the Gaussian and the mean curvature of the surface "
+        "itself, as attributes `gaussian_curvature` and `mean_curvature`, where the format has a "
+        "place for attributes. Signs are those of `POST /v1/points`: mean curvature is positive "
+        "where the surface bends towards its normal, so that a sphere of radius r whose normals "
+        "point outwards has −1/r. In a group they are those of the surfaces as they are placed. "
+        "Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so "
+        "it is on wires. The report has the least and the greatest. Not for tubes and ribbons.",
+        examples=[True],
+    )
     weld: bool = Field(
         default=_DEFAULTS.weld,
         description="Whether patches share the vertices of the edges that they share. `false` "
@@ -147,4 +158,5 @@ class MeshOptionFields(StrictModel):
             surface=self.faces != "none",
             method=self.method,
             accuracy=accuracy_of(self),
+            curvatures=self.curvatures,
         )

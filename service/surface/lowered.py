@@ -54,7 +54,8 @@ class PatchModel:
     the patches, all in one batch, are pieces of one parametric surface; else the parameters of
     every patch are its own, in [0, 1]. Patch k was number `order[k]` of those that the request
     lists, k itself where `order` is None. `control_net` (n, m, 3) is the surface's own, where that
-    is another than its patches have.
+    is another than its patches have. `stretch`, affine, float64 of shape (4, 4), is what its place
+    does to it up to a turn: curvatures are those of the stretched surface.
     """
 
     name: str
@@ -65,6 +66,7 @@ class PatchModel:
     order: NDArray[np.intp] | None = None
     sequence: NDArray[np.intp] | None = None
     control_net: FloatArray | None = None
+    stretch: FloatArray | None = None
 
     @property
     def nets(self) -> tuple[Patches, ...]:

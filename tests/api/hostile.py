@@ -565,7 +565,7 @@ def choices() -> Iterator[Hostile]:
     ):
         body = options(f'"resolution":{text}')
         yield case(f"resolution {text}", body, 422, code, "/resolution" + place)
-    for name in ("normals", "uvs", "weld"):
+    for name in ("normals", "uvs", "curvatures", "weld"):
         for text, code in (
             ("1", "wrong_type"), ("0", "wrong_type"), ('"true"', "wrong_type"),
             ("null", "null_value"), ("[true]", "wrong_type"),

@@ -73,6 +73,7 @@ def test_all_options_mean_the_same_in_the_body_and_in_the_query(client: Client) 
         "faces": "quads",
         "normals": False,
         "uvs": True,
+        "curvatures": True,
         "weld": False,
         "crease_angle": 0.5,
         "method": "de_casteljau",
@@ -84,8 +85,8 @@ def test_all_options_mean_the_same_in_the_body_and_in_the_query(client: Client) 
         "oogl": "off",
     }
     query = (
-        "resolution=3,2&faces=quads&normals=false&uvs=true&weld=false&crease_angle=0.5"
-        "&method=de_casteljau"
+        "resolution=3,2&faces=quads&normals=false&uvs=true&curvatures=true&weld=false"
+        "&crease_angle=0.5&method=de_casteljau"
         "&overlays=control_net,boundary&isocurves=2,3&wires=lines&wire_width=0.5&wire_sides=5"
         "&oogl=off"
     )

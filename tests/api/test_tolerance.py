@@ -239,6 +239,7 @@ OTHERS = {
     "resolution": st.just(3),
     "faces": st.sampled_from(["triangles", "quads", "none"]),
     "weld": st.booleans(),
+    "curvatures": st.booleans(),
     "isocurves": st.just(2),
     "overlays": st.just(["control_net", "boundary"]),
     "method": st.sampled_from(["matrix", "de_casteljau"]),

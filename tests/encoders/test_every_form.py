@@ -11,6 +11,7 @@ from trimesh.visual import TextureVisuals
 
 from service.encoders.registry import BY_NAME
 from service.engine.build import build
+from service.engine.curvatures.stretches import with_stretches
 from service.engine.mesh import Mesh
 from service.errors import UnsupportedByFormat
 from service.pipeline.mesh import render
@@ -37,7 +38,9 @@ def written(form: str, name: str) -> bytes:
 def made(form: str) -> Mesh:
     """The mesh that is written, in float64 and of one piece."""
     request = wanted(form)
-    return build(request.to_surface().lower(), request.mesh_options())
+    options = request.mesh_options()
+    model = request.to_surface().lower()
+    return build(with_stretches(model) if options.curvatures else model, options)
 
 
 @each_form

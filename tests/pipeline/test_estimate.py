@@ -1,9 +1,10 @@
 """What is estimated is what comes out, or no less; and what is refused is refused for that."""
 
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from service.encoders.format import EncodeOptions, Format
@@ -14,6 +15,7 @@ from service.errors import Issue, SurfaceError
 from service.pipeline.estimate import Estimate, estimate, estimate_object
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import PLAIN, render
+from service.surface.bspline import BsplineSurface
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
 from tests.certify.surfaces import FAMILIES
@@ -88,11 +90,30 @@ def test_examples(example: str, faces: Any) -> None:
         {"isocurves": (2, 2)},
         {"isocurves": (2, 2), "surface": False},
         {"overlays": ("boundary",), "surface": False},
+        {"curvatures": True},
     ],
 )
 def test_options(options: dict[str, Any]) -> None:
     for example in ("utah-teapot", "octahedral-sphere", "tea-service"):
         assert check(find(example).surface(), MeshOptions((2, 2), **options)).exact
+
+
+@pytest.mark.parametrize("accuracy", [None, Accuracy(relative_tolerance=0.01)])
+def test_copies_that_are_bent_in_different_ways_are_stored_apart(accuracy: Any) -> None:
+    """In glTF, which would else store one mesh; and seams have two vertices where it jumps."""
+    net = np.random.default_rng(2).normal(size=(9, 9, 3))
+    hills = BsplineSurface(net, (2, 2))
+    members = (Member(hills), *(Member(hills, matrix=np.diag([k, 1, 1, 1.0])) for k in (2, 3)))
+    options = MeshOptions((2, 2), curvatures=True, accuracy=accuracy)
+    found = estimate(GroupSurface(members), options)
+    plain = estimate(GroupSurface(members), replace(options, curvatures=False))
+    for (name, size, _), (_, before, _) in zip(found.sizes, plain.sizes, strict=True):
+        content, issues = rendered(GroupSurface(members), options, BY_NAME[name])
+        assert not issues
+        assert len(content) <= size
+        if accuracy is None:
+            carried = "attribute" in BY_NAME[name].carries
+            assert size >= 2 * before if name == "glb" else (size > before) == carried
 
 
 @pytest.mark.parametrize("wires", ["tubes", "ribbons"])

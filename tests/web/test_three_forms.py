@@ -11,6 +11,7 @@ from service.encoders.curves.format import in_space
 from service.encoders.curves.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
 from service.engine.build import build
+from service.engine.curvatures.stretches import with_stretches
 from service.pipeline.curve import render_curve
 from service.pipeline.mesh import render
 from service.schemas.curve_request import curve_request
@@ -47,7 +48,8 @@ def test_every_form_is_drawn_where_it_is(stage: Stage, form: str) -> None:
     stage.show(render(surface, options, BY_NAME["glb"]))
     meshes, lines = stage.meshes(), stage.lines()
     assert stage.page.evaluate("window.viewer.measure()")["coverage"] > 0
-    mesh = build(surface.lower(), options)
+    model = surface.lower()
+    mesh = build(with_stretches(model) if options.curvatures else model, options)
     positions = mesh.positions + mesh.origin
     assert sum(own["triangles"] for own in meshes) == len(mesh.triangles)
     if len(mesh.triangles):

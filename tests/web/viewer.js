@@ -129,6 +129,8 @@ function describe(mesh) {
     normals: [],
     colors: rowsOf(mesh.geometry.getAttribute('color')),
     uvs: rowsOf(mesh.geometry.getAttribute('uv')),
+    own: Object.fromEntries(Object.entries(mesh.geometry.attributes)
+      .filter(([name]) => name.startsWith('_')).map(([name, rows]) => [name, rowsOf(rows)])),
   };
   for (let i = 0; i < position.count; i += 1) {
     point.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld);

@@ -133,7 +133,7 @@ REQUESTS: Json = {
         },
     },
     "triangle": {
-        "summary": "A triangular patch of degree 2, with parameters and without normals",
+        "summary": "A triangular patch of degree 2, with parameters and curvatures, no normals",
         "value": {
             "surface": {
                 "type": "triangle",
@@ -145,6 +145,7 @@ REQUESTS: Json = {
             },
             "normals": False,
             "uvs": True,
+            "curvatures": True,
         },
     },
     "ribbon": {

@@ -111,6 +111,11 @@ def _bound(text: str) -> Json:
     return {"type": "array", "items": number, "minItems": 3, "maxItems": 3, "description": text}
 
 
+def _range(text: str) -> Json:
+    number = {"type": "number"}
+    return {"type": "array", "items": number, "minItems": 2, "maxItems": 2, "description": text}
+
+
 _BOUNDS = {"min": _bound("Least x, y and z."), "max": _bound("Greatest x, y and z.")}
 
 _CONTINUITY = ["C0", "G1", "C1"]
@@ -155,6 +160,14 @@ _REPORT = _object(
             "description": "There if it was asked for (`angle_tolerance`): radians, the largest "
             "measured between the normals at two vertices that an edge joins.",
         },
+        "curvature": _object(
+            {
+                "gaussian": _range("Per square of the model unit."),
+                "mean": _range("Per model unit."),
+            },
+            description="There if it was asked for (`curvatures`): least and greatest curvature "
+            "of the vertices.",
+        ),
         "parts": {
             "type": "array",
             "description": "The bound of every part by itself, in the order of the parts.",

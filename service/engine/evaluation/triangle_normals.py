@@ -62,7 +62,7 @@ def normals_at(
     if len(zero):
         # All together: what is prepared for a patch of high degree costs as much as all the rest.
         used, which = np.unique(index[zero], return_inverse=True)
-        around = _local(patches.take(used)).patches
+        around = local_triangles(patches.take(used)).patches
         u = across(around, which, barycentric_places(s[zero], t[zero]))
         normals[zero], _ = unit_normals(around.tensor(), which, u, t[zero])
     return normals, vanishes
@@ -97,7 +97,7 @@ def triangles_of_samples(
     for part in chunks(len(order), patches.points.shape[1], CHUNK_NUMBERS):
         rows = order[part]
         used, which = np.unique(index[rows], return_inverse=True)
-        yield _local(patches.take(used)), rows, which
+        yield local_triangles(patches.take(used)), rows, which
 
 
 def _regular(
@@ -133,7 +133,8 @@ def _sums(basis: FloatArray, nets: FloatArray, which: NDArray[np.intp]) -> Float
     return values
 
 
-def _local(patches: TrianglePatches) -> LocalTriangles:
+def local_triangles(patches: TrianglePatches) -> LocalTriangles:
+    """The patches, each about its own middle and in its own scale."""
     middle = patches.points.mean(axis=1, keepdims=True)
     points = patches.points - middle
     size = np.abs(points).max(axis=(1, 2), keepdims=True)

@@ -99,12 +99,12 @@ def effort(model: PatchModel, places: Places, order: int) -> int:
         place = 3 * (factor * p + 1) * (factor * q + 1)
         total += len(np.unique(index)) * patch + len(rows) * place
         if order == 2:
-            near = _near_poles(batch, index, places.local[rows])
+            near = near_poles(batch, index, places.local[rows])
             total += int(near.sum()) * (factor - 1) * (SERIES + 100 * (p + 1) * (q + 1))
     return total
 
 
-def _near_poles(batch: Patches, index: Ints, local: FloatArray) -> Bools:
+def near_poles(batch: Patches, index: Ints, local: FloatArray) -> Bools:
     """Which places are at or near a side that is one point, of the patches `index` of a batch."""
     u, v = local.T
     collapsed = batch.collapsed[index]

@@ -140,6 +140,7 @@ def with_solids(
         deviation_bound=known.deviation_bound,
         mesh_deviation_bound=known.mesh_deviation_bound,
         normal_angle=known.normal_angle,
+        curvature=known.curvature,
     )
     return replace(together, report=report)
 

@@ -7,13 +7,18 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, Ints
 from service.engine.adaptive.assembly.samples import Samples, samples_of
-from service.engine.adaptive.assembly.shading import sample_normals, scattered_channels
+from service.engine.adaptive.assembly.shading import (
+    sample_normals,
+    scattered_channels,
+    scattered_curvatures,
+)
 from service.engine.adaptive.faces import Faces
 from service.engine.adaptive.storage import Storage, slack
 from service.engine.adaptive.triangulation import Triangulation
 from service.engine.borders import count_borders
 from service.engine.channels import ChannelRows, agreeing, by_kind
 from service.engine.closure import closure
+from service.engine.curvatures.ranges import ranges
 from service.engine.extent import stored_bounds
 from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
 from service.engine.options import MeshOptions
@@ -53,6 +58,8 @@ def assemble(divided: Divided, options: MeshOptions, overlays: tuple[Overlay, ..
     if options.normals or angle_matters:
         normals, limits = sample_normals(model, samples)
     channels = scattered_channels(model, samples, dtype, uvs=options.uvs)
+    if options.curvatures:
+        channels += scattered_curvatures(model, samples, dtype)
     welding = _welded(samples, normals, channels, options)
     triangles = welding.vertex.astype(np.uint32)[corners]
     welds = shared_places(welding) if options.weld else None
@@ -87,6 +94,7 @@ def assemble(divided: Divided, options: MeshOptions, overlays: tuple[Overlay, ..
             poles_repaired=limits,
             closure=closure(model),
             deviation_bound=_largest(bounds, adding),
+            curvature=ranges(attributes),
             mesh_deviation_bound=(
                 None if made.mesh_bounds is None else _largest(made.mesh_bounds, adding)
             ),

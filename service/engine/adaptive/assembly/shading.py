@@ -1,4 +1,4 @@
-"""Normals and channels at samples that lie anywhere, each in its own patch."""
+"""Normals, channels and curvatures at samples that lie anywhere, each in its own patch."""
 
 from collections.abc import Iterator
 
@@ -11,6 +11,8 @@ from service.bases.triangle import degree_of
 from service.bases.triangle_basis import triangle_bernstein
 from service.engine.adaptive.assembly.samples import Samples
 from service.engine.channels import CHUNK_VALUES, ChannelRows, limits_of
+from service.engine.curvatures.care import Care
+from service.engine.curvatures.rows import as_channels, stored, stretched
 from service.engine.evaluation.normals import unit_normals
 from service.engine.evaluation.triangle_nets import barycentric_places
 from service.engine.evaluation.triangle_normals import triangle_normals
@@ -45,6 +47,20 @@ def scattered_channels(
     if uvs and not any(channel.kind == "uvs" for channel in carried):
         found.append(ChannelRows("uvs", "uvs", _parameters(model, samples).astype(dtype)))
     return tuple(found)
+
+
+def scattered_curvatures(
+    model: PatchModel, samples: Samples, dtype: Real
+) -> tuple[ChannelRows, ...]:
+    """Gaussian and mean curvature."""
+    rows = np.empty((2, len(samples.patch)), dtype=dtype)
+    care = Care()
+    for batch, first, here in by_batch(model, samples.patch):
+        index, u, v = samples.patch[here] - first, samples.u[here], samples.v[here]
+        if isinstance(batch, TrianglePatches):
+            u = u * (1.0 - v)
+        rows[:, here] = stored(care.curvatures(stretched(batch, model.stretch), index, u, v))
+    return as_channels(model, rows)
 
 
 def by_batch(model: PatchModel, patch: Ints) -> Iterator[tuple[Patches, int, Ints]]:

@@ -1,0 +1,1 @@
+"""Gaussian and mean curvatures of whole meshes, from second partials at every sample."""

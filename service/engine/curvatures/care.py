@@ -1,0 +1,77 @@
+"""Curvatures where formulas do not do: at poles, cusps and beside them, one by one."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.bases.chunks import runs
+from service.engine.points.answer import SERIES, near_poles
+from service.engine.points.differential import jets
+from service.engine.points.triangle_differential import triangle_jets
+from service.errors import Issue, TooLarge
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
+from service.surface.lowered import PatchModel
+
+CHUNK_SAMPLES = 4096
+"""Samples after which it is asked whether this takes too long."""
+
+MOST = 10_000_000_000
+"""Multiplications that the limits of one mesh may take: some seconds, at 100 000 places."""
+
+
+@dataclass(slots=True)
+class Care:
+    """What was spent on the limits of one mesh."""
+
+    spent: int = 0
+
+    def curvatures(self, patches: Patches, index: Ints, u: FloatArray, v: FloatArray) -> FloatArray:
+        """K and H (2, m) of patch `index[k]` at (u[k], v[k]); of triangles, (s[k], t[k]).
+
+        NaN where a limit is infinite or there is none.
+
+        Raises
+        ------
+        TooLarge
+            `too_costly`, where there are too many poles.
+        """
+        found = np.empty((2, len(index)))
+        for first, last in runs(len(index), CHUNK_SAMPLES):
+            some = slice(first, last)
+            here = index[some], u[some], v[some]
+            if isinstance(patches, TrianglePatches):
+                known = triangle_jets(patches, *here, 2)
+            else:
+                known = jets(patches, *here, 2)
+            if known.curvatures is None or known.degenerate is None:
+                raise ValueError("second partials come with curvatures")
+            found[0, some], found[1, some] = known.curvatures.gaussian, known.curvatures.mean
+            near = near_poles(patches, here[0], np.stack(here[1:], axis=1))
+            self._spend(int((near | known.degenerate).sum()) * each(patches))
+        return found
+
+    def _spend(self, work: int) -> None:
+        self.spent += work
+        if self.spent > MOST:
+            raise TooLarge(
+                Issue(
+                    "too_costly",
+                    "Curvatures at poles and cusps are limits, and the mesh has too many of them.",
+                    "/curvatures",
+                    f"more than {MOST:.3g} multiplications",
+                    "fewer divisions, or no curvatures",
+                )
+            )
+
+
+def each(patches: Patches) -> int:
+    """Multiplications that a limit takes at least."""
+    degrees = patches.degree if isinstance(patches, TensorPatches) else (patches.degree,) * 2
+    size = (degrees[0] + 1) * (degrees[1] + 1)
+    return (SERIES + 100 * size) * (1 if patches.weights is None else 2)
+
+
+def surely_affordable(model: PatchModel, samples: int) -> bool:
+    """Whether so many samples are not too many, even if every one of them is a pole."""
+    return samples * max(map(each, model.batches)) <= MOST

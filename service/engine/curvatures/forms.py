@@ -1,0 +1,98 @@
+"""Curvatures of many samples at once, from the planes of their partials.
+
+With N = S_u × S_v, the first form E, F, G = S_u · S_u, S_u · S_v, S_v · S_v and the second form,
+times |N|, L, M, P = S_uu · N, S_uv · N, S_vv · N:
+
+    K = (L P − M²) / |N|⁴,  H = (L G − 2 M F + P E) / (2 |N|³)
+
+Signs are those of `service.engine.points.curvature`: H is positive where the surface bends towards
+its normal.
+
+References
+----------
+do Carmo, Differential Geometry of Curves and Surfaces, section 3.3.
+"""
+
+from typing import TypeAlias
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray
+
+Planes: TypeAlias = FloatArray
+"""Coordinates before samples, (3, r, n) or, homogeneous, (4, r, n): r patches, n samples each."""
+
+SURE = 2.0**-13
+"""|N| ÷ (mean |∂_u net| · mean |∂_v net|) above which the formulas keep enough digits: they are
+then off by about 2^-52 ÷ SURE² of what curves the patch, 1e-8, at most."""
+
+LEAST = 2.0**-480
+"""|N|² below which |N|⁴ loses digits to underflow."""
+
+
+def sure_from(along_u: FloatArray, along_v: FloatArray) -> FloatArray:
+    """The least |N|² that is good enough, from nets (r, d, …) of S_u and S_v: shape (r,)."""
+    squares = [np.square(net[:, :3]).sum(axis=1) for net in (along_u, along_v)]
+    means = [square.reshape(len(square), -1).mean(axis=1) for square in squares]
+    least: FloatArray = np.maximum(SURE**2 * means[0] * means[1], LEAST)
+    return least
+
+
+def curvatures_of(partials: list[Planes], least: FloatArray) -> tuple[FloatArray, Bools]:
+    """K and H (2, r, n) from S, S_u, S_v, S_uu, S_uv, S_vv; and which are doubtful, (r, n).
+
+    Of homogeneous partials S is needed as well. `least` (r,) is that of `sure_from`.
+    """
+    heavy: FloatArray | float = 1.0
+    if len(partials[0]) > 3:
+        heavy = partials[0][3]
+        partials = _projected(partials)
+    _, su, sv, suu, suv, svv = partials
+    with np.errstate(all="ignore"):
+        n = _cross(su, sv)
+        e, f, g = _dot(su, su), _dot(su, sv), _dot(sv, sv)
+        ell, em, pe = _dot(suu, n), _dot(suv, n), _dot(svv, n)
+        square = _dot(n, n)
+        found = np.empty((2, *square.shape))
+        np.divide(ell * pe - em * em, square * square, out=found[0])
+        np.divide(ell * g - 2.0 * em * f + pe * e, 2.0 * square * np.sqrt(square), out=found[1])
+        # The nets of a rational patch are those of w S_u and w S_v.
+        clear = square * heavy**4 > least[:, np.newaxis]
+        clear &= square > LEAST
+        clear &= np.isfinite(found[0]) & np.isfinite(found[1])
+    return found, ~clear
+
+
+def _projected(x: list[Planes]) -> list[Planes]:
+    """Partials of S = X/w from those of (X, w), as `service.engine.points.differential.project`.
+
+    S_u = (X_u − w_u S)/w,  S_uv = (X_uv − w_uv S − w_u S_v − w_v S_u)/w
+    """
+    over = 1.0 / x[0][3]
+    w = [planes[3] * over for planes in x]
+    y = [planes[:3] * over for planes in x]
+    s = y[0]
+    su, sv = y[1] - w[1] * s, y[2] - w[2] * s
+    return [
+        s,
+        su,
+        sv,
+        y[3] - w[3] * s - (2.0 * w[1]) * su,
+        y[4] - w[4] * s - w[1] * sv - w[2] * su,
+        y[5] - w[5] * s - (2.0 * w[2]) * sv,
+    ]
+
+
+def _dot(a: Planes, b: Planes) -> FloatArray:
+    product: FloatArray = a[0] * b[0]
+    product += a[1] * b[1]
+    product += a[2] * b[2]
+    return product
+
+
+def _cross(a: Planes, b: Planes) -> Planes:
+    product = np.empty((3, *a.shape[1:]))
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        np.subtract(a[i] * b[j], a[j] * b[i], out=product[k])
+    return product

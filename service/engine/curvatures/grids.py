@@ -1,0 +1,152 @@
+"""Partials up to the second at all samples of a block of patches, some at a time.
+
+Nets are taken about their own middle, in their own scale, and differenced in float64; so the second
+partials are as exact as those at single parameters (`service.engine.points.differential`).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases import triangle, triangle_basis
+from service.bases.arrays import FloatArray, Ints
+from service.bases.bernstein import sampled, sampled_columns, sampled_grid
+from service.bases.chunks import runs
+from service.bases.homogeneous import homogeneous
+from service.engine.curvatures.forms import Planes, sure_from
+from service.engine.evaluation.evaluate import choose
+from service.engine.evaluation.nets import PARTIALS, PatchNets
+from service.engine.evaluation.triangle_nets import differences
+from service.engine.evaluation.triangle_normals import local_triangles
+from service.surface.batches import TensorPatches, TrianglePatches
+
+CHUNK_SAMPLES = 16_384
+"""Samples worked on at a time: some dozens of planes of them are a few MiB."""
+
+CHUNK_NUMBERS = 1 << 20
+"""Numbers in the nets of patches that are worked on together."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Chunk:
+    """Samples [begin, end) of patches [first, last), all of them r × n.
+
+    Attributes
+    ----------
+    partials : list of six Planes
+        Homogeneous if the patches are rational; in the scale of each patch.
+    scale : ndarray of float64, shape (r,)
+        What lengths were multiplied by.
+    least : ndarray of float64, shape (r,)
+        See `service.engine.curvatures.forms.sure_from`.
+    """
+
+    first: int
+    last: int
+    begin: int
+    end: int
+    partials: list[Planes]
+    scale: FloatArray
+    least: FloatArray
+
+
+def grid_partials(patches: TensorPatches, resolution: tuple[int, int]) -> Iterator[Chunk]:
+    """Of samples (i/Ru, j/Rv), numbered i (Rv + 1) + j."""
+    columns = resolution[1] + 1
+    at_once = choose(patches, resolution, normals=False) == "kronecker"
+    for first, last in _patch_runs(patches, (resolution[0] + 1) * columns):
+        nets = PatchNets(patches, np.arange(first, last))
+        of = [_planes_first(nets.partial_net(i, j)) for i, j in PARTIALS]
+        least = sure_from(*(_needed(nets.partial_net(i, j)) for i, j in PARTIALS[1:3]))
+        for begin, end in runs(resolution[0] + 1, max(1, CHUNK_SAMPLES // columns)):
+            rows = slice(begin, end)
+            samples = begin * columns, end * columns
+            empty = np.zeros((nets.point.shape[1], last - first, samples[1] - samples[0]))
+            product = _by_grid if at_once else _by_rows
+            partials = [empty if net is None else product(net, resolution, rows) for net in of]
+            yield Chunk(first, last, *samples, partials, nets.scale, least)
+
+
+def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chunk]:
+    """Of all samples of triangles; partials along s and t."""
+    n = patches.degree
+    starts = triangle.row_starts(divisions)
+    for first, last in _patch_runs(patches, triangle.size(divisions)):
+        local = local_triangles(patches.take(np.arange(first, last)))
+        net = homogeneous(local.patches.points, local.patches.weights).transpose(1, 2, 0)
+        ds, dt = (n * part for part in differences(net))
+        of: list[FloatArray | None] = [net, ds, dt, None, None, None]
+        if n > 1:
+            dss, dst = differences(ds)
+            of[3:] = [(n - 1) * part for part in (dss, dst, differences(dt)[1])]
+        least = sure_from(*(part.transpose(2, 1, 0) for part in (ds, dt)))
+        small = triangle_basis.is_small(n, divisions)
+        for begin, end in _row_runs(starts):
+            samples = int(starts[begin]), int(starts[end])
+            empty = np.zeros((net.shape[1], last - first, samples[1] - samples[0]))
+            partials = [
+                empty
+                if part is None
+                else _on_triangle(part, divisions, range(begin, end), samples, small=small)
+                for part in of
+            ]
+            yield Chunk(first, last, *samples, partials, local.scale, least)
+
+
+def _patch_runs(patches: TensorPatches | TrianglePatches, each: int) -> Iterator[tuple[int, int]]:
+    """As many patches at a time as keep both samples and nets few."""
+    numbers = len(PARTIALS) * 4 * patches.points[0].size // 3
+    return runs(patches.count, max(1, min(CHUNK_SAMPLES // each, CHUNK_NUMBERS // numbers)))
+
+
+def _row_runs(starts: Ints) -> Iterator[tuple[int, int]]:
+    """Rows of samples of a triangle, some at a time."""
+    low, count = 0, len(starts) - 1
+    while low < count:
+        fitting = np.searchsorted(starts, starts[low] + CHUNK_SAMPLES, side="right") - 1
+        high = max(low + 1, int(fitting))
+        yield low, high
+        low = high
+
+
+def _planes_first(net: FloatArray | None) -> FloatArray | None:
+    """Nets (r, d, m, n) with their coordinates before the patches."""
+    return None if net is None else np.ascontiguousarray(net.swapaxes(0, 1))
+
+
+def _needed(net: FloatArray | None) -> FloatArray:
+    if net is None:
+        raise ValueError("patches have degree 1 at least")
+    return net
+
+
+def _by_grid(net: FloatArray, resolution: tuple[int, int], rows: slice) -> Planes:
+    """Some rows of samples (d, r, n) of nets (d, r, m, n), by one product with a cached basis."""
+    planes, count, m, n = net.shape
+    columns = resolution[1] + 1
+    basis = sampled_grid((m - 1, n - 1), resolution)[:, rows.start * columns : rows.stop * columns]
+    return (net.reshape(planes * count, m * n) @ basis).reshape(planes, count, -1)
+
+
+def _by_rows(net: FloatArray, resolution: tuple[int, int], rows: slice) -> Planes:
+    """The same, first along u, then along v."""
+    planes, count, m, n = net.shape
+    along_u = sampled(m - 1, resolution[0])[rows] @ net
+    return (along_u @ sampled_columns(n - 1, resolution[1])).reshape(planes, count, -1)
+
+
+def _on_triangle(
+    net: FloatArray, divisions: int, rows: range, samples: tuple[int, int], *, small: bool
+) -> Planes:
+    """Some rows of samples (d, r, n) of triangular nets (K, d, r)."""
+    count, planes, patches = net.shape
+    columns = net.reshape(count, -1)
+    if small:
+        basis = triangle_basis.sampled_triangle(triangle.degree_of(count), divisions)
+        values = columns.T @ basis[:, slice(*samples)]
+    else:
+        values = np.empty((planes * patches, samples[1] - samples[0]))
+        curves = triangle_basis.row_curves(columns)
+        triangle_basis.evaluate_rows(curves, divisions, rows, np.float64, values)
+    return values.reshape(planes, patches, -1)

@@ -1,0 +1,40 @@
+"""Least and greatest curvatures: what a scale of colours begins and ends with."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from service.bases.arrays import RealArray
+from service.engine.mesh import Ranges
+
+NAMES = ("gaussian_curvature", "mean_curvature")
+"""Of the attributes that hold them."""
+
+
+def ranges(attributes: Iterable[tuple[str, RealArray]]) -> Ranges | None:
+    """Those among the attributes of a mesh; None where it has none, or no vertices."""
+    found = [rows for name, rows in attributes if name in NAMES and len(rows)]
+    if len(found) < len(NAMES):
+        return None
+    gaussian, mean = ((float(rows.min()), float(rows.max())) for rows in found)
+    return gaussian, mean
+
+
+def together(found: Iterable[Ranges | None]) -> Ranges | None:
+    """Those of several meshes; None where no mesh has any."""
+    known = [ranges for ranges in found if ranges is not None]
+    if not known:
+        return None
+    gaussian, mean = (
+        (min(low for low, _ in pairs), max(high for _, high in pairs))
+        for pairs in zip(*known, strict=True)
+    )
+    return gaussian, mean
+
+
+def in_single(ranges: Ranges | None) -> Ranges | None:
+    """Those of the values after they were rounded to float32."""
+    if ranges is None:
+        return None
+    gaussian, mean = ((float(np.float32(low)), float(np.float32(high))) for low, high in ranges)
+    return gaussian, mean

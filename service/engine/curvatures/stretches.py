@@ -1,0 +1,61 @@
+"""What placements do to curvatures, told to the models of a group.
+
+A turn or a mirror leaves them alone; whatever stretches a surface bends it in another way. With the
+singular values L = U Σ Vᵀ of a placement, L = (U Vᵀ)(V Σ Vᵀ): first the stretch V Σ Vᵀ, then a turn
+or a mirror. So the curvatures of a copy are those of its model, stretched.
+"""
+
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.surface.lowered import GroupModel, Model, PatchModel
+from service.surface.sweep_model import SweepModel
+
+EVEN = 1e-10
+"""Scalings that differ by no more than this, relatively, are one."""
+
+DIGITS = 10
+"""So many digits of a scaling count: how a copy is turned shall not decide what it is scaled by."""
+
+AnyModel = TypeVar("AnyModel", bound=Model)
+
+
+def with_stretches(model: AnyModel) -> AnyModel:
+    """The model; of a group, one model for every stretch of a surface, none of them in vain.
+
+    Copies that are only moved, turned and mirrored go on sharing their model. Arrays are shared in
+    any case. A group that is given again comes out as it is.
+    """
+    if not isinstance(model, GroupModel):
+        return model
+    numbers: dict[tuple[int, bytes], int] = {}
+    models: list[PatchModel | SweepModel] = []
+    members = []
+    for member in model.members:
+        own = model.models[member.model]
+        stretch = None if isinstance(own, SweepModel) else stretch_of(member.matrix)
+        key = member.model, b"" if stretch is None else stretch.tobytes()
+        number = numbers.setdefault(key, len(models))
+        if number == len(models):
+            models.append(own if isinstance(own, SweepModel) else replace(own, stretch=stretch))
+        members.append(replace(member, model=number))
+    return replace(model, models=tuple(models), members=tuple(members))
+
+
+def stretch_of(matrix: FloatArray | None) -> FloatArray | None:
+    """The stretch in a placement, (4, 4); None where lengths stay what they are."""
+    if matrix is None:
+        return None
+    _, scalings, turned = np.linalg.svd(matrix[:3, :3])
+    most, least = float(scalings[0]), float(scalings[2])
+    if abs(most - 1.0) <= EVEN and abs(least - 1.0) <= EVEN:
+        return None
+    stretch = np.eye(4)
+    if most - least <= EVEN * most:
+        stretch[:3, :3] *= float(f"{most:.{DIGITS}g}")
+    else:
+        stretch[:3, :3] = (turned.T * scalings) @ turned
+    return stretch

@@ -1,0 +1,101 @@
+"""Curvatures as attributes over HTTP: formats that carry them, refusals, the report."""
+
+import io
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from service.engine.curvatures.ranges import NAMES
+from tests.api.client import Client
+from tests.encoders.glb_reader import read_glb
+from tests.forms import SURFACES, TUBE
+
+NET = [[[i, j, 0.5 * i * i - 0.2 * j * j] for j in range(4)] for i in range(4)]
+HILL = {"control_net": NET}
+
+
+def test_vertices_agree_with_points(client: Client) -> None:
+    """`POST /v1/points` at the parameters of every vertex: the same numbers, and the same signs."""
+    body = {"surface": HILL, "resolution": [4, 8], "curvatures": True}
+    mesh = client.post("/v1/mesh", body | {"uvs": True, "weld": False}).json()
+    asked = {"surface": HILL, "uv": mesh["uvs"], "derivatives": 2}
+    points = client.post("/v1/points", asked).json()
+    for name in NAMES:
+        found = np.array(mesh["attributes"][name])
+        np.testing.assert_allclose(found[:, 0], points[name], rtol=1e-9, atol=1e-12)
+    assert mesh["report"]["curvature"] == {
+        short: [float(np.min(mesh["attributes"][name])), float(np.max(mesh["attributes"][name]))]
+        for short, name in zip(("gaussian", "mean"), NAMES, strict=True)
+    }
+
+
+@pytest.mark.parametrize("divided", ["resolution=6", "relative_tolerance=0.01"])
+def test_every_format_that_has_attributes_has_them(client: Client, divided: str) -> None:
+    url = f"/v1/surfaces/sphere/mesh.{{}}?{divided}&curvatures=true"
+    mesh = client.get(url.format("json")).json()
+    for name, value in zip(NAMES, (1, -1), strict=True):
+        np.testing.assert_allclose(mesh["attributes"][name], value, rtol=1e-9)
+    assert "attribute_faces" not in mesh
+    glb = read_glb(client.get(url.format("glb")).content)
+    (primitive,) = glb.document["meshes"][0]["primitives"]
+    for name, value in zip(NAMES, (1, -1), strict=True):
+        accessor = primitive["attributes"][f"_{name.upper()}"]
+        assert glb.document["accessors"][accessor]["type"] == "SCALAR"
+        np.testing.assert_allclose(glb.array(accessor), value, rtol=1e-6)
+    report = glb.document["asset"]["extras"]["report"]
+    assert report["curvature"] == {"gaussian": [1, 1], "mean": [-1, -1]}
+    ply = trimesh.load(io.BytesIO(client.get(url.format("ply")).content), file_type="ply")
+    data = ply.metadata["_ply_raw"]["vertex"]["data"]
+    np.testing.assert_allclose(data["_mean_curvature"], -1, rtol=1e-6)
+    for suffix in ("stl", "obj", "off", "oogl"):
+        plain = client.get(url.format(suffix).replace("&curvatures=true", ""))
+        assert client.get(url.format(suffix)).content == plain.content
+
+
+@pytest.mark.parametrize("options", [{}, {"tolerance": 0.05}])
+def test_a_placed_copy_is_bent_as_it_stands(client: Client, options: dict[str, Any]) -> None:
+    """A sphere of twice the size, mirrored: K = 1/4, H = −1/2, and the other one its own."""
+    ball = client.get("/v1/surfaces/sphere").json()["surface"]
+    double = [[-2, 0, 0, 5], [0, 2, 0, 0], [0, 0, 2, 0], [0, 0, 0, 1]]
+    group = {
+        "type": "group",
+        "members": [{"surface": ball}, {"surface": ball, "matrix": double, "name": "large"}],
+    }
+    body = {"surface": group, "curvatures": True, **options}
+    mesh = client.post("/v1/mesh", body).json()
+    large = np.array(mesh["vertices"])[:, 0] > 2
+    for name, values in zip(NAMES, ((1, 0.25), (-1, -0.5)), strict=True):
+        rows = np.array(mesh["attributes"][name])[:, 0]
+        np.testing.assert_allclose(rows, np.where(large, values[1], values[0]), rtol=1e-8)
+    assert mesh["report"]["curvature"]["mean"] == pytest.approx([-1, -0.5], rel=1e-8)
+    glb = read_glb(client.post("/v1/mesh?format=glb", body).content).document
+    assert len(glb["meshes"]) == 2
+
+
+def test_refusals(client: Client) -> None:
+    taken = HILL | {"attributes": {"Mean_Curvature": [[[1]]]}}
+    group = SURFACES["group"]
+    for surface, code, where in (
+        (TUBE, "not_parametric", "/curvatures"),
+        (group, "not_parametric", "/curvatures"),
+        (taken, "name_clash", "/curvatures"),
+    ):
+        body = {"surface": surface, "curvatures": True}
+        for path in ("/v1/mesh?format=glb", "/v1/mesh?format=json"):
+            answer = client.post(path, body)
+            assert answer.status_code == 422
+            assert [(e["code"], e["pointer"]) for e in answer.json()["errors"]] == [(code, where)]
+        assert client.post("/v1/mesh?format=stl", body).status_code == 200
+        estimate = client.post("/v1/estimate", body).json()
+        refused = {name for entry in estimate["refused"] for name in entry["formats"]}
+        assert refused == {"json", "glb", "gltf", "ply"}
+
+
+@pytest.mark.parametrize("example", ["cone", "heated-panel", "utah-teapot"])
+def test_everything_is_finite(client: Client, example: str) -> None:
+    mesh = client.get(f"/v1/surfaces/{example}/mesh.json?curvatures=true&resolution=5").json()
+    gaussian, mean = (np.array(mesh["attributes"][name], dtype=float) for name in NAMES)
+    assert np.isfinite(gaussian).all()
+    assert np.isfinite(mean).all()

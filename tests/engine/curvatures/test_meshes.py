@@ -1,0 +1,327 @@
+"""Curvatures of whole meshes: against closed forms, exact numbers, and single parameters."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.build import build
+from service.engine.curvatures import care
+from service.engine.curvatures.ranges import NAMES
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.engine.points.answer import points
+from service.engine.points.places import Query, locate
+from service.errors import TooLarge
+from service.surface import quadrics
+from service.surface.batches import TensorPatches
+from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
+from service.surface.lowered import PatchModel
+from service.surface.triangle import TriangleSurface
+from tests.examples import patches_of
+from tests.oracles import exact
+from tests.strategies import Array, height_nets, weighted_nets
+
+FINE = Accuracy(tolerance=0.02)
+
+
+def meshed(model: PatchModel, resolution: tuple[int, int] = (5, 4), **more: object) -> Mesh:
+    options = MeshOptions(resolution=resolution, curvatures=True, **more)  # type: ignore[arg-type]
+    return build(model, options)
+
+
+def curved(mesh: Mesh) -> tuple[Array, Array]:
+    """Gaussian and mean curvature of the vertices."""
+    found = dict(mesh.attributes)
+    gaussian, mean = (found[name] for name in NAMES)
+    assert gaussian.shape == mean.shape == (len(mesh.positions), 1)
+    return gaussian[:, 0].astype(np.float64), mean[:, 0].astype(np.float64)
+
+
+def check(mesh: Mesh, gaussian: Array, mean: Array, limit: float = 1e-10) -> None:
+    """K up to a limit, relative or of what curves the surface most, and so H."""
+    measure = max(1e-300, float(np.abs(mean).max()), float(np.abs(gaussian).max()) ** 0.5)
+    found = curved(mesh)
+    np.testing.assert_allclose(found[0], gaussian, rtol=limit, atol=limit * measure**2)
+    np.testing.assert_allclose(found[1], mean, rtol=limit, atol=limit * measure)
+
+
+@pytest.mark.parametrize("radius", [1.0, 3.0, 1e-9, 1e12])
+@pytest.mark.parametrize("accuracy", [None, Accuracy(relative_tolerance=0.01)])
+def test_sphere_is_round_everywhere_and_no_vertex_is_split(
+    radius: float, accuracy: Accuracy | None
+) -> None:
+    """K = 1/r², H = −1/r, at its poles, too, where patches collapse."""
+    model = quadrics.sphere(radius).lower()
+    mesh = meshed(model, (6, 5), accuracy=accuracy)
+    ones = np.ones(len(mesh.positions))
+    check(mesh, ones / radius**2, -ones / radius, 1e-11)
+    assert len(mesh.positions) == mesh.report.vertices
+    assert mesh.report.watertight
+    assert mesh.report.curvature is not None
+    low, high = mesh.report.curvature[1]
+    assert low == pytest.approx(-1 / radius) == high
+
+
+@pytest.mark.parametrize("accuracy", [None, FINE])
+def test_torus(accuracy: Accuracy | None) -> None:
+    """K = cos θ / (r ρ), H = −(1/r + cos θ/ρ)/2, ρ being the distance from the axis."""
+    mesh = meshed(quadrics.torus(2.0, 0.5).lower(), accuracy=accuracy)
+    rho = np.hypot(*mesh.positions[:, :2].T)
+    cosine = (rho - 2.0) / 0.5
+    check(mesh, cosine / (0.5 * rho), -(2 + cosine / rho) / 2)
+    assert len(mesh.positions) == mesh.report.vertices
+    assert mesh.report.curvature == tuple(
+        (float(values.min()), float(values.max())) for values in curved(mesh)
+    )
+
+
+@pytest.mark.parametrize("accuracy", [None, FINE])
+def test_cylinder(accuracy: Accuracy | None) -> None:
+    """H = −1/(2r) on the side, 0 on the caps, whose rims are apart from that of the side."""
+    mesh = meshed(quadrics.cylinder(2.0, 3.0).lower(), accuracy=accuracy)
+    assert mesh.normals is not None
+    side = np.abs(mesh.normals[:, 2]) < 0.5
+    check(mesh, np.zeros(len(side)), np.where(side, -0.25, 0.0), 1e-13)
+    assert mesh.report.watertight
+
+
+@pytest.mark.parametrize("accuracy", [None, FINE])
+def test_the_apex_of_a_cone_has_none(accuracy: Accuracy | None) -> None:
+    """H = −cos α / (2ρ) grows without bounds: at the apex, and there alone, it is 0."""
+    mesh = meshed(quadrics.cone(1.0, 2.0).lower(), accuracy=accuracy)
+    assert mesh.normals is not None
+    rho = np.hypot(*mesh.positions[:, :2].T)
+    side = mesh.normals[:, 2] > 0
+    apex = side & (rho < 1e-12)
+    assert apex.any()
+    bent = side & ~apex
+    mean = np.zeros(len(rho))
+    mean[bent] = -1 / np.sqrt(5) / rho[bent]
+    check(mesh, np.zeros(len(rho)), mean, 1e-9)
+
+
+@pytest.mark.parametrize("accuracy", [None, FINE])
+def test_monkey_saddle(accuracy: Accuracy | None) -> None:
+    """z = x³ − 3 x y² over [0, 1]²: K and H by the formulas of a graph."""
+    net = np.zeros((4, 4, 3))
+    net[..., 0] = np.arange(4)[:, None] / 3
+    net[..., 1] = np.arange(4) / 3
+    # x has the coefficients i/3; x³ is 1 at the last one, y² has 0, 0, 1/3, 1.
+    cube, square = np.array([0, 0, 0, 1]), np.array([0, 0, 1, 3]) / 3
+    net[..., 2] = cube[:, None] - 3 * np.outer(np.arange(4) / 3, square)
+    mesh = meshed(BezierSurface(net).lower(), accuracy=accuracy)
+    x, y, _ = mesh.positions.T
+    zx, zy, xx, xy, yy = 3 * x**2 - 3 * y**2, -6 * x * y, 6 * x, -6 * y, -6 * x
+    area = 1 + zx**2 + zy**2
+    mean = (1 + zy**2) * xx - 2 * zx * zy * xy + (1 + zx**2) * yy
+    check(mesh, (xx * yy - xy**2) / area**2, mean / (2 * area**1.5))
+    assert curved(mesh)[0].min() < -1
+
+
+@settings(max_examples=30)
+@given(
+    weighted_nets(height_nets(degree=st.integers(1, 4))),
+    st.sampled_from([(1, 1), (2, 4), (4, 1)]),
+)
+def test_meshes_have_the_curvatures_of_fifty_digits(
+    surface: tuple[Array, Array | None], resolution: tuple[int, int]
+) -> None:
+    net, weights = surface
+    mesh = meshed(BezierSurface(net, weights).lower(), resolution, weld=False)
+    precise = exact.exact_net(net, weights)
+    ru, rv = resolution
+    right = np.array(
+        [
+            [float(k) for k in exact.curvatures(precise, Fraction(i, ru), Fraction(j, rv))[:2]]
+            for i in range(ru + 1)
+            for j in range(rv + 1)
+        ]
+    )
+    check(mesh, right[:, 0], right[:, 1], 1e-8)
+
+
+def random_net(*shape: int) -> Array:
+    return np.random.default_rng(sum(shape)).normal(size=(*shape, 3))
+
+
+def triangle(degree: int) -> Array:
+    count = (degree + 1) * (degree + 2) // 2
+    net: Array = np.random.default_rng(degree).normal(size=(count, 3))
+    return net
+
+
+WEIGHTS = np.random.default_rng(5).uniform(0.3, 3, size=(4, 5))
+SINGLE: dict[str, BezierSurface | TriangleSurface | BsplineSurface] = {
+    "bilinear": BezierSurface(random_net(2, 2)),
+    "bicubic": BezierSurface(random_net(4, 4)),
+    "rational": BezierSurface(random_net(4, 5), WEIGHTS),
+    "long and far": BezierSurface(random_net(3, 6) * [1e5, 1, 1e-2] + 1e6),
+    "high degree": BezierSurface(random_net(14, 21)),
+    "rational of high degree": BezierSurface(random_net(24, 3), np.ones((24, 3)) + np.eye(24, 3)),
+    "flat triangle": TriangleSurface(triangle(1)),
+    "quadratic triangle": TriangleSurface(triangle(2)),
+    "rational triangle": TriangleSurface(triangle(4), np.linspace(0.5, 2, 15)),
+    "triangle of high degree": TriangleSurface(triangle(17)),
+    "spline": BsplineSurface(random_net(6, 5), (2, 3)),
+    "rational spline": BsplineSurface(
+        random_net(5, 6), (3, 2), weights=np.random.default_rng(7).uniform(0.5, 2, (5, 6))
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SINGLE)
+@pytest.mark.parametrize("resolution", [(1, 1), (7, 3), (130, 29)])
+def test_meshes_agree_with_single_parameters(name: str, resolution: tuple[int, int]) -> None:
+    model = SINGLE[name].lower()
+    compare(model, meshed(model, resolution, weld=False, uvs=True))
+
+
+@pytest.mark.parametrize("name", SINGLE)
+def test_meshes_by_tolerance_agree_with_single_parameters(name: str) -> None:
+    model = SINGLE[name].lower()
+    accuracy = Accuracy(relative_tolerance=0.1 if "high" in name else 0.02)
+    compare(model, meshed(model, weld=False, uvs=True, accuracy=accuracy))
+
+
+def compare(model: PatchModel, mesh: Mesh) -> None:
+    """Every vertex with the answer at its parameters; at knots, with that on one of both sides."""
+    assert mesh.uvs is not None
+    found = np.stack(curved(mesh))
+    apart = []
+    steps = (0.0, 1e-11) if model.domain is not None else (0.0,)
+    for du in steps:
+        for dv in steps:
+            uvs: Array = np.clip(mesh.uvs - np.array([du, dv]), 0, None)
+            if isinstance(model.batches[0], TensorPatches):
+                query = Query(uvs, None, 2)
+            else:
+                places = np.column_stack([1 - uvs.sum(axis=1), uvs])
+                query = Query(places, None, 2)
+            columns = points(model, locate(model, query), 2)
+            right = np.array([columns[name] for name in NAMES], np.float64)
+            larger: Array = np.abs(columns["principal_curvatures"].astype(np.float64)).max(axis=1)
+            larger = np.maximum(larger, 1e-9)
+            apart.append(np.abs(found - right) / np.stack([larger**2, larger]))
+    assert np.min(apart, axis=0).max() < 2e-7
+
+
+def test_frames_have_the_curvatures_of_their_own_patch() -> None:
+    """A bent square and beside it a turned one: samples along the finer side, and their seam."""
+    bent = np.array([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 1]]], dtype=float)
+    flat = np.array([[[0, 0, 0], [0, -1, 0]], [[1, 0, 0], [1, -1, 0]]], dtype=float)
+    model = PatchModel(
+        "frame", (TensorPatches(np.stack([bent, flat.swapaxes(0, 1)])),), patches_of("saddle").parts
+    )
+    mesh = meshed(model, (3, 7), weld=False)
+    x, y, _ = mesh.positions.T
+    above = np.zeros(len(x), dtype=bool)
+    above[: 4 * 8] = True
+    above[y > 0] = True
+    gaussian, mean = curved(mesh)
+    square = 1 + x * x + y * y
+    inside = y > 1e-9
+    np.testing.assert_allclose(gaussian[inside], -1 / square[inside] ** 2, rtol=1e-12)
+    np.testing.assert_allclose(gaussian[y < -1e-9], 0, atol=1e-14)
+    on_seam = np.abs(y) < 1e-9
+    of_bent = np.abs(gaussian + 1 / square**2) < 1e-12
+    assert on_seam.sum() > 8
+    assert (of_bent | (np.abs(gaussian) < 1e-14))[on_seam].all()
+    assert of_bent[on_seam].any()
+    assert not of_bent[on_seam].all()
+    assert np.abs(mean[y < -1e-9]).max() < 1e-14
+
+
+def test_a_seam_where_curvature_jumps_stays_closed_and_smooth() -> None:
+    """A quadratic spline has C1 knots: there are two vertices, of one place and one normal."""
+    surface = BsplineSurface(random_net(6, 6), (2, 2))
+    plain = build(surface.lower(), MeshOptions(resolution=(4, 4)))
+    mesh = meshed(surface.lower(), (4, 4))
+    assert mesh.welds is not None
+    assert mesh.normals is not None
+    assert len(mesh.positions) > len(plain.positions) == mesh.report.vertices
+    assert mesh.report.boundary_edges == plain.report.boundary_edges
+    np.testing.assert_array_equal(mesh.positions, mesh.positions[mesh.welds])
+    np.testing.assert_array_equal(mesh.normals, mesh.normals[mesh.welds])
+    places = mesh.positions[mesh.triangles].tobytes()
+    assert places == plain.positions[plain.triangles].tobytes()
+    gaussian, mean = curved(mesh)
+    first = mesh.welds
+    differ = np.flatnonzero(first != np.arange(len(first)))
+    assert (np.abs(mean[differ] - mean[first[differ]]) > 1e-6 * np.abs(mean[differ])).mean() > 0.9
+    assert np.isfinite(gaussian).all()
+
+
+def test_nothing_else_changes() -> None:
+    """Positions, normals and faces are those of the mesh without curvatures."""
+    for name in ("sphere", "torus", "bspline-hills"):
+        options = MeshOptions(resolution=(4, 4))
+        plain = build(patches_of(name), options)
+        bent = meshed(patches_of(name), (4, 4))
+        for key in ("positions", "normals", "triangles"):
+            assert getattr(plain, key).tobytes() == getattr(bent, key).tobytes()
+        assert plain.report.curvature is None
+
+
+def test_curvature_is_of_the_precision_of_the_mesh() -> None:
+    model = quadrics.torus().lower()
+    options = MeshOptions(resolution=(4, 4), curvatures=True)
+    wide, narrow = build(model, options), build(model, options, single=True)
+    for (name, values), (_, rounded) in zip(wide.attributes, narrow.attributes, strict=True):
+        assert name in NAMES
+        assert (values.dtype.name, rounded.dtype.name) == ("float64", "float32")
+        np.testing.assert_array_equal(values.astype(np.float32), rounded)
+    assert narrow.report.curvature == tuple(
+        (float(rows.min()), float(rows.max())) for _, rows in narrow.attributes
+    )
+
+
+@pytest.mark.parametrize("size", [1e-25, 1e25])
+def test_what_float32_cannot_hold_is_its_largest_number(size: float) -> None:
+    mesh = build(
+        quadrics.sphere(size).lower(), MeshOptions(resolution=(2, 2), curvatures=True), single=True
+    )
+    gaussian, mean = curved(mesh)
+    assert gaussian.max() == gaussian.min() == (np.finfo(np.float32).max if size < 1 else 0)
+    np.testing.assert_allclose(mean, -1 / size, rtol=1e-6)
+
+
+def test_a_patch_without_area_has_none() -> None:
+    net = np.arange(3.0)[:, None, None] * np.ones((1, 3, 3))
+    gaussian, mean = curved(meshed(BezierSurface(net).lower()))
+    assert not gaussian.any()
+    assert not mean.any()
+
+
+def test_too_many_limits_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = quadrics.sphere().lower()
+    monkeypatch.setattr(care, "MOST", care.each(model.batches[0]) * 8 * 7)
+    assert len(curved(meshed(model, (6, 6)))[0]) > 0
+    with pytest.raises(TooLarge) as refused:
+        meshed(model, (7, 7))
+    (issue,) = refused.value.issues
+    assert (issue.code, issue.pointer) == ("too_costly", "/curvatures")
+
+
+def test_without_faces_there_is_nothing_to_bend() -> None:
+    mesh = meshed(quadrics.torus().lower(), surface=False, overlays=("boundary",))
+    assert mesh.attributes == ()
+    assert mesh.report.curvature is None
+
+
+@pytest.mark.parametrize("wires", ["tubes", "ribbons"])
+def test_wires_have_none(wires: str) -> None:
+    mesh = meshed(quadrics.sphere().lower(), isocurves=(1, 1), wires=wires)
+    surface, wire = mesh.parts
+    gaussian, mean = curved(mesh)
+    of_surface = np.unique(mesh.triangles[slice(*surface.triangles)])
+    of_wires = np.unique(mesh.triangles[slice(*wire.triangles)])
+    np.testing.assert_allclose(gaussian[of_surface], 1, rtol=1e-11)
+    assert not gaussian[of_wires].any()
+    assert not mean[of_wires].any()
+    assert mesh.report.curvature is not None
+    np.testing.assert_allclose(mesh.report.curvature, [(1, 1), (-1, -1)], rtol=1e-11)

@@ -1,0 +1,140 @@
+"""Copies that are placed have the curvatures of the placed surface, whatever a placement does."""
+
+from typing import cast
+
+import numpy as np
+import pytest
+
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.build import build, build_scene
+from service.engine.curvatures.ranges import NAMES
+from service.engine.curvatures.stretches import stretch_of, with_stretches
+from service.engine.models import as_patches
+from service.engine.options import MeshOptions
+from service.engine.scene import placed_points
+from service.surface.examples import find
+from service.surface.group import GroupSurface, Member
+from service.surface.lowered import GroupModel
+from tests.strategies import Array
+
+OPTIONS = MeshOptions(resolution=(4, 3), curvatures=True)
+
+
+def turned(angle: float) -> Array:
+    """A turn about a slanting axis."""
+    about_x, about_z = np.eye(4), np.eye(4)
+    c, s = np.cos(angle), np.sin(angle)
+    about_x[1:3, 1:3] = about_z[:2, :2] = [[c, -s], [s, c]]
+    matrix: Array = about_x @ about_z
+    matrix[:3, 3] = [1.0, -2.0, 5.0]
+    return matrix
+
+
+SHEAR = np.array([[1.0, 0.5, 0, 3], [0, 2, 0.25, 0], [0, 0, 1.5, 0], [0, 0, 0, 1]])
+MIRROR = np.diag([-1.0, 1, 1, 1])
+PLACES = {
+    "moved and turned": turned(0.3),
+    "mirrored": MIRROR @ turned(1.0),
+    "smaller": turned(0.7) @ np.diag([0.5, 0.5, 0.5, 1]),
+    "sheared": SHEAR,
+    "sheared and mirrored": MIRROR @ SHEAR @ turned(2.0),
+    "flattened": turned(0.2) @ np.diag([1, 1e-3, 1, 1]),
+}
+
+
+def group_of(*matrices: Array | None, name: str = "sphere") -> GroupModel:
+    ball = find(name).surface()
+    return with_stretches(
+        GroupSurface(tuple(Member(ball, matrix=m) for m in matrices), up="z").lower()
+    )
+
+
+def ellipsoid(points: Array, linear: Array) -> tuple[Array, Array]:
+    """K and H of the unit sphere after x → L x, normals outwards, at its points.
+
+    With A = (L Lᵀ)⁻¹, f = xᵀ A x and n along g = A x: K = det A / |g|⁴ and
+    H = (gᵀ A g − |g|² tr A) / (2 |g|³).
+    """
+    form = np.linalg.inv(linear @ linear.T)
+    g = points @ form
+    square = (g * g).sum(axis=1)
+    gaussian = np.linalg.det(form) / square**2
+    mean = (np.einsum("ni,ij,nj->n", g, form, g) - square * np.trace(form)) / (2 * square**1.5)
+    return gaussian, mean
+
+
+@pytest.mark.parametrize("name", PLACES)
+@pytest.mark.parametrize("accuracy", [None, Accuracy(relative_tolerance=0.02)])
+def test_a_placed_sphere_is_an_ellipsoid(name: str, accuracy: Accuracy | None) -> None:
+    """In one mesh and in a scene, at its poles, too."""
+    matrix = PLACES[name]
+    group = group_of(None, matrix)
+    options = MeshOptions(resolution=(4, 3), curvatures=True, accuracy=accuracy)
+    scene = build_scene(group, options)
+    flat = build(group, options)
+    node = scene.nodes[1]
+    own = scene.meshes[node.model]
+    first = len(scene.meshes[scene.nodes[0].model].positions)
+    placed = placed_points(own.positions, node.matrix)
+    right = ellipsoid(placed - matrix[:3, 3], matrix[:3, :3])
+    assert len(flat.positions) - first == len(placed)
+    for key, values in zip(NAMES, right, strict=True):
+        limit = 1e-8 * np.abs(values).max()
+        for found in (dict(own.attributes)[key], dict(flat.attributes)[key][first:]):
+            np.testing.assert_allclose(found[:, 0], values, rtol=1e-8, atol=limit)
+
+
+@pytest.mark.parametrize("name", ["utah-teapot", "saddle", "octahedral-sphere", "bspline-hills"])
+def test_copies_have_the_curvatures_of_placed_control_points(name: str) -> None:
+    """Of triangles, too, and of rational patches."""
+    options = MeshOptions(resolution=(4, 4), curvatures=True, weld=False)
+    group = group_of(SHEAR, name=name)
+    found, right = build(group, options), build(as_patches(group), options)
+    np.testing.assert_allclose(found.positions, right.positions, atol=1e-12)
+    for (_, one), (_, other) in zip(found.attributes, right.attributes, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * np.abs(other).max())
+
+
+def test_copies_share_what_is_bent_alike() -> None:
+    """Moved, turned, mirrored: one model. Scaled alike: one more, however they are turned."""
+    half = np.diag([0.5, 0.5, 0.5, 1.0])
+    group = group_of(
+        None,
+        turned(0.3),
+        MIRROR @ turned(1.0),
+        turned(0.1) @ half,
+        turned(2.0) @ half,
+        SHEAR,
+        SHEAR,
+    )
+    assert [member.model for member in group.members] == [0, 0, 0, 1, 1, 2, 2]
+    plain, *bent = group.models
+    assert all(own.batches is plain.batches for own in bent)  # type: ignore[union-attr]
+    again = with_stretches(group)
+    assert [m.model for m in again.members] == [m.model for m in group.members]
+    scene = build_scene(again, OPTIONS)
+    assert len(scene.meshes) == 3
+    assert [mesh.report.curvature is not None for mesh in scene.meshes] == [True] * 3
+    assert scene.report.curvature is not None
+    low, high = scene.report.curvature[0]
+    assert low == min(float(dict(m.attributes)[NAMES[0]].min()) for m in scene.meshes)
+    assert high == max(float(dict(m.attributes)[NAMES[0]].max()) for m in scene.meshes) >= 4
+
+
+def test_a_stretch_is_a_placement_without_its_turn() -> None:
+    for name, matrix in PLACES.items():
+        stretch = stretch_of(matrix)
+        if name in ("moved and turned", "mirrored"):
+            assert stretch is None
+            continue
+        assert stretch is not None
+        linear = matrix[:3, :3]
+        np.testing.assert_allclose(
+            stretch[:3, :3] @ stretch[:3, :3], linear.T @ linear, rtol=1e-9, atol=1e-14
+        )
+        assert (np.linalg.eigvalsh(stretch[:3, :3]) > 0).all()
+
+
+def test_what_is_no_group_stays_what_it_is() -> None:
+    model = cast(GroupModel, find("sphere").surface().lower())
+    assert with_stretches(model) is model
