@@ -1263,6 +1263,13 @@ export interface components {
              */
             uvs?: boolean;
             /**
+             * Curvatures
+             * @description Whether vertices carry the Gaussian and the mean curvature of the surface itself, as attributes `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons.
+             * @default false
+             * @example true
+             */
+            curvatures?: boolean;
+            /**
              * Weld
              * @description Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses.
              * @default true
@@ -2277,6 +2284,19 @@ export interface components {
             mesh_deviation_bound?: number;
             /** @description There if it was asked for (`angle_tolerance`): radians, the largest measured between the normals at two vertices that an edge joins. */
             normal_angle?: number;
+            /** @description There if it was asked for (`curvatures`): least and greatest curvature of the vertices. */
+            curvature?: {
+                /** @description Per square of the model unit. */
+                gaussian: [
+                    number,
+                    number
+                ];
+                /** @description Per model unit. */
+                mean: [
+                    number,
+                    number
+                ];
+            };
             /** @description The bound of every part by itself, in the order of the parts. */
             parts?: {
                 /** @description Name of the part; of a group, of the member. */
@@ -3098,6 +3118,11 @@ export interface operations {
                 normals?: boolean;
                 /** @description Whether vertices carry their parameters (u, v): those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. */
                 uvs?: boolean;
+                /**
+                 * @description Whether vertices carry the Gaussian and the mean curvature of the surface itself, as attributes `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons.
+                 * @example true
+                 */
+                curvatures?: boolean;
                 /** @description Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. */
                 weld?: boolean;
                 /**
