@@ -13,7 +13,7 @@ export interface paths {
         put?: never;
         /**
          * The mesh of a surface
-         * @description Evaluates the surface and answers in the format that `Accept` prefers, or that `format` names; JSON if neither says anything.
+         * @description Evaluates the surface and answers in the format that `Accept` prefers, or that `format` names; JSON if neither says anything. The body is a JSON document with the options in it, or a file of control points with the options in the query.
          */
         post: operations["createMesh"];
         delete?: never;
@@ -2322,7 +2322,7 @@ export interface components {
              * @description Kind of problem, stable, for programs.
              * @enum {string}
              */
-            code: "body_too_large" | "body_too_slow" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "result_too_large" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
+            code: "body_too_large" | "body_too_slow" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "result_too_large" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
             /** @description Kind of problem, for people. */
             detail: string;
             /** @description What is wrong, place by place; at most 20 of them. */
@@ -2601,7 +2601,7 @@ export interface components {
         OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"];
     };
     responses: {
-        /** @description The body is not JSON. */
+        /** @description The body is not JSON. The body is not of the type that it is said to be. */
         MalformedJson: {
             headers: {
                 [name: string]: unknown;
@@ -2682,7 +2682,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The body must be plain, uncompressed JSON. */
+        /** @description The body must be of a type that is taken here, and not compressed. */
         UnsupportedMediaType: {
             headers: {
                 [name: string]: unknown;
@@ -2816,6 +2816,62 @@ export interface operations {
                  * @example glb
                  */
                 format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
+                /** @description Beside a file: what the control points are: `bezier` or `bspline` for one net, `patches` for many. */
+                type?: "bezier" | "bspline" | "patches";
+                /** @description Beside a file: degree of a `bspline`: one number, or one for u and one for v. */
+                degree?: number[];
+                /** @description Beside a file: knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
+                knots?: ("uniform" | "clamped" | "periodic")[];
+                /** @description Beside a file: the model's vertical axis, `y` or `z`. */
+                up?: "y" | "z";
+                /** @description Beside a file: name of the surface. */
+                name?: string;
+                /** @description Beside a file: Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget. */
+                resolution?: number | [
+                    number,
+                    number
+                ];
+                /** @description Beside a file: Instead of a resolution: a distance in model units. No point of the surface is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`). */
+                tolerance?: number;
+                /** @description Beside a file: The tolerance as a share of the diagonal of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`. */
+                relative_tolerance?: number;
+                /** @description Beside a file: Radians: how far apart the normals at two vertices of one edge of the mesh may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance. */
+                angle_tolerance?: number;
+                /** @description Beside a file: Alone: the mesh of the least proved deviation that so many triangles allow; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
+                max_triangles?: number;
+                /** @description Beside a file: The same for the bytes of the answer in its format. */
+                max_bytes?: number;
+                /** @description Beside a file: Whether the other distance is bounded, too: no point of the mesh is further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. */
+                two_sided?: boolean;
+                /** @description Beside a file: Kind of faces. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. */
+                faces?: "triangles" | "quads" | "none";
+                /** @description Beside a file: Whether vertices carry analytic unit normals. */
+                normals?: boolean;
+                /** @description Beside a file: Whether vertices carry their parameters (u, v): those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. */
+                uvs?: boolean;
+                /** @description Beside a file: Whether vertices carry the Gaussian and the mean curvature of the surface itself, as attributes `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. */
+                curvatures?: boolean;
+                /** @description Beside a file: Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. */
+                weld?: boolean;
+                /** @description Beside a file: Radians. Where patches meet at a larger angle their normals stay apart. */
+                crease_angle?: number;
+                /** @description Beside a file: Lines to draw beside the faces, where the format has lines. */
+                overlays?: ("control_net" | "boundary")[];
+                /** @description Beside a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction. */
+                isocurves?: number | [
+                    number,
+                    number
+                ];
+                /** @description Beside a file: What isoparametric curves are drawn as: `lines` where the format has lines, `tubes`, or `ribbons` that lie flat on the surface, a twentieth of their width above its faces. */
+                wires?: "lines" | "tubes" | "ribbons";
+                /** @description Beside a file: Diameter of the tubes, width of the ribbons, in model units; a 300th of the diagonal of the control points if left out. */
+                wire_width?: number;
+                /** @description Beside a file: Sides of a tube. */
+                wire_sides?: number;
+                /** @description Beside a file: How samples are computed. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. */
+                method?: "matrix" | "de_casteljau" | "forward_difference";
+                /** @description Beside a file: Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` (the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
+                oogl?: "cquad" | "mesh" | "off" | "bez";
             };
             header?: never;
             path?: never;
@@ -2824,6 +2880,9 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["MeshRequest"];
+                "application/x-npy": Blob;
+                "model/x-oogl": string;
+                "text/x-teapot": string;
             };
         };
         responses: {
@@ -2884,6 +2943,62 @@ export interface operations {
                  * @example glb
                  */
                 format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
+                /** @description Beside a file: what the control points are: `bezier` or `bspline` for one net, `patches` for many. */
+                type?: "bezier" | "bspline" | "patches";
+                /** @description Beside a file: degree of a `bspline`: one number, or one for u and one for v. */
+                degree?: number[];
+                /** @description Beside a file: knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
+                knots?: ("uniform" | "clamped" | "periodic")[];
+                /** @description Beside a file: the model's vertical axis, `y` or `z`. */
+                up?: "y" | "z";
+                /** @description Beside a file: name of the surface. */
+                name?: string;
+                /** @description Beside a file: Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget. */
+                resolution?: number | [
+                    number,
+                    number
+                ];
+                /** @description Beside a file: Instead of a resolution: a distance in model units. No point of the surface is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`). */
+                tolerance?: number;
+                /** @description Beside a file: The tolerance as a share of the diagonal of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`. */
+                relative_tolerance?: number;
+                /** @description Beside a file: Radians: how far apart the normals at two vertices of one edge of the mesh may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance. */
+                angle_tolerance?: number;
+                /** @description Beside a file: Alone: the mesh of the least proved deviation that so many triangles allow; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
+                max_triangles?: number;
+                /** @description Beside a file: The same for the bytes of the answer in its format. */
+                max_bytes?: number;
+                /** @description Beside a file: Whether the other distance is bounded, too: no point of the mesh is further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. */
+                two_sided?: boolean;
+                /** @description Beside a file: Kind of faces. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. */
+                faces?: "triangles" | "quads" | "none";
+                /** @description Beside a file: Whether vertices carry analytic unit normals. */
+                normals?: boolean;
+                /** @description Beside a file: Whether vertices carry their parameters (u, v): those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. */
+                uvs?: boolean;
+                /** @description Beside a file: Whether vertices carry the Gaussian and the mean curvature of the surface itself, as attributes `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. */
+                curvatures?: boolean;
+                /** @description Beside a file: Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. */
+                weld?: boolean;
+                /** @description Beside a file: Radians. Where patches meet at a larger angle their normals stay apart. */
+                crease_angle?: number;
+                /** @description Beside a file: Lines to draw beside the faces, where the format has lines. */
+                overlays?: ("control_net" | "boundary")[];
+                /** @description Beside a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction. */
+                isocurves?: number | [
+                    number,
+                    number
+                ];
+                /** @description Beside a file: What isoparametric curves are drawn as: `lines` where the format has lines, `tubes`, or `ribbons` that lie flat on the surface, a twentieth of their width above its faces. */
+                wires?: "lines" | "tubes" | "ribbons";
+                /** @description Beside a file: Diameter of the tubes, width of the ribbons, in model units; a 300th of the diagonal of the control points if left out. */
+                wire_width?: number;
+                /** @description Beside a file: Sides of a tube. */
+                wire_sides?: number;
+                /** @description Beside a file: How samples are computed. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. */
+                method?: "matrix" | "de_casteljau" | "forward_difference";
+                /** @description Beside a file: Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` (the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
+                oogl?: "cquad" | "mesh" | "off" | "bez";
             };
             header?: never;
             path?: never;
@@ -2892,6 +3007,9 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["MeshRequest"];
+                "application/x-npy": Blob;
+                "model/x-oogl": string;
+                "text/x-teapot": string;
             };
         };
         responses: {

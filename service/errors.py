@@ -50,6 +50,10 @@ class MalformedJson(SurfaceError):
     """The body is not one JSON document (RFC 8259)."""
 
 
+class MalformedBody(SurfaceError):
+    """A file that holds control nets is not of the format that it is said to be of."""
+
+
 class UnknownSurface(SurfaceError):
     """No surface is known by this id."""
 

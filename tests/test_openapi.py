@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
 from openapi_spec_validator import OpenAPIV31SpecValidator
@@ -14,6 +15,7 @@ from starlette.routing import Route
 from service.api.app import create_app
 from service.api.openapi.codes import CODES
 from service.api.openapi.document import document
+from service.decoders.registry import DECODERS
 from service.encoders.curves.registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions
@@ -22,8 +24,10 @@ from service.pipeline.mesh import render
 from service.pipeline.points import PointsWork, plan_points
 from service.schemas.convert import OPERATIONS, convert_request
 from service.schemas.document import DocumentLimits
+from service.schemas.options import MeshOptionFields
 from service.schemas.points import points_request
 from service.schemas.request import mesh_request
+from service.schemas.surface_query import FIELDS, document_from_query
 from service.schemas.surfaces import KINDS
 from service.settings import Settings
 from service.surface.examples import find
@@ -129,6 +133,35 @@ def test_request_examples_are_valid_and_answered(client: Client) -> None:
         answer = client.post("/v1/mesh", example["value"])
         assert answer.status_code == 200
         assert errors("Mesh", answer.json()) == []
+
+
+def test_files_are_taken_with_their_examples(client: Client) -> None:
+    for path in ("/v1/mesh", "/v1/estimate"):
+        operation = DOCUMENT["paths"][path]["post"]
+        content = operation["requestBody"]["content"]
+        assert set(content) == {"application/json", *(d.media_type for d in DECODERS)}
+        for decoder in DECODERS:
+            about = content[decoder.media_type]
+            assert about["schema"]["description"]
+            assert (about["schema"].get("format") == "binary") == decoder.binary
+            assert decoder.binary or about["examples"]
+            for example in about.get("examples", {}).values():
+                body, headers = example["value"].encode(), {"Content-Type": decoder.media_type}
+                assert client.request("POST", path, body, headers).status_code == 200
+
+
+def test_what_stands_beside_a_file_is_listed_with_examples_that_are_taken() -> None:
+    parameters = DOCUMENT["paths"]["/v1/mesh"]["post"]["parameters"]
+    beside = {parameter["name"]: parameter for parameter in parameters}
+    assert beside.keys() == {"format"} | set(FIELDS) | set(MeshOptionFields.model_fields)
+    net = np.zeros((4, 4, 3))
+    net[..., 0], net[..., 1] = np.indices((4, 4))
+    for name in FIELDS:
+        for example in beside[name]["schema"]["examples"]:
+            text = ",".join(map(str, example)) if isinstance(example, list) else example
+            document = document_from_query({"type": "bspline", name: text}.items())
+            document["surface"]["control_net"] = net
+            mesh_request(document, DocumentLimits()).to_surface()
 
 
 def test_request_examples_show_every_kind_of_surface_and_every_option() -> None:

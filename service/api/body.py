@@ -3,12 +3,14 @@
 FastAPI's `max_body_size` would refuse a long body as well, but in plain text.
 """
 
+from collections.abc import Callable, Sequence
 from email.message import Message
 
 import anyio
 from starlette.requests import Request
 
 from service.api.problems import BodyTooLarge, BodyTooSlow, UnsupportedMediaType
+from service.decoders.format import Decoder
 from service.errors import Issue
 from service.schemas.document import Budget
 from service.settings import Settings, document_limits
@@ -28,42 +30,72 @@ async def read_body(request: Request, settings: Settings, queries: int = 0) -> b
     InvalidRequest
         When the bytes would become more values than a request can hold.
     """
-    check_media_type(request.headers.get("content-type"))
+    body_type(request.headers.get("content-type"))
+    budget = Budget(document_limits(settings), queries)
+    return await _read(request, settings, budget.take)
+
+
+async def read_file(request: Request, settings: Settings) -> bytes:
+    """The whole body of a request that carries a file; raises as `read_body` does."""
+    return await _read(request, settings)
+
+
+async def _read(
+    request: Request, settings: Settings, take: Callable[[bytes], None] | None = None
+) -> bytes:
+    """The whole body, each piece of it shown to `take` as it arrives."""
     _check_encoding(request.headers.get("content-encoding", "identity"))
     _check_length(request.headers.get("content-length", ""), settings)
-    budget = Budget(document_limits(settings), queries)
     chunks: list[bytes] = []
+    received = 0
     try:
         with anyio.fail_after(settings.body_timeout):
             async for chunk in request.stream():
-                if budget.received + len(chunk) > settings.max_body_bytes:
+                received += len(chunk)
+                if received > settings.max_body_bytes:
                     raise body_too_large(settings)
-                budget.take(chunk)
+                if take is not None:
+                    take(chunk)
                 chunks.append(chunk)
     except TimeoutError:
-        raise body_too_slow(budget.received, settings) from None
+        raise body_too_slow(received, settings) from None
     return b"".join(chunks)
 
 
-def check_media_type(content_type: str | None) -> None:
-    """Refuses a Content-Type that is not JSON in UTF-8."""
+def body_type(content_type: str | None, decoders: Sequence[Decoder] = ()) -> Decoder | None:
+    """What reads a body of this Content-Type, if one of these does; None for JSON in UTF-8.
+
+    Raises
+    ------
+    UnsupportedMediaType
+        For any other body.
+    """
+    media_type, charset = _media_type(content_type)
+    if charset in ("utf-8", "utf8", "us-ascii"):
+        for decoder in decoders:
+            if decoder.media_type == media_type:
+                return decoder
+        if media_type == "application/json" or (
+            media_type.startswith("application/") and media_type.endswith("+json")
+        ):
+            return None
+    names = ", ".join(("application/json", *(decoder.media_type for decoder in decoders)))
+    raise UnsupportedMediaType(
+        Issue(
+            "unsupported_media_type",
+            "The header does not say that the body is of a type that is taken here.",
+            "/Content-Type",
+            "another type" if content_type else "no type",
+            f"{names}; texts in UTF-8",
+        )
+    )
+
+
+def _media_type(content_type: str | None) -> tuple[str, str]:
+    """Media type and charset of a header, in lower case."""
     header = Message()
     header["Content-Type"] = content_type or ""
-    media_type = header.get_content_type()
-    charset = str(header.get_param("charset", "utf-8")).lower()
-    is_json = media_type == "application/json" or (
-        media_type.startswith("application/") and media_type.endswith("+json")
-    )
-    if not is_json or charset not in ("utf-8", "utf8"):
-        raise UnsupportedMediaType(
-            Issue(
-                "unsupported_media_type",
-                "The header does not say that the body is JSON in UTF-8.",
-                "/Content-Type",
-                "another type" if content_type else "no type",
-                "application/json",
-            )
-        )
+    return header.get_content_type(), str(header.get_param("charset", "utf-8")).lower()
 
 
 def body_too_large(settings: Settings) -> BodyTooLarge:

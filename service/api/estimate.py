@@ -7,31 +7,34 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service.api.answers import HEADERS, ChunkedResponse
-from service.api.body import read_body
-from service.api.parameters import only_format
+from service.api.posted import Posting, posting
 from service.api.work import run
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import FORMATS
 from service.encoders.text import json_text
 from service.pipeline.estimate import estimate, estimate_object
-from service.schemas.document import parse_document
 from service.schemas.request import mesh_request
 from service.settings import Settings, document_limits, result_limits
 
 
 async def post_estimate(request: Request) -> Response:
-    """The surface and the options in the body, as for a mesh; a format in the query, or all."""
+    """The surface and the options as for a mesh; a format in the query, or all."""
     settings: Settings = request.app.state.settings
-    named = only_format(request.query_params.multi_items(), FORMATS)
-    body = await read_body(request, settings)
-    formats = FORMATS if named is None else (named,)
+    posted = posting(request, FORMATS)
+    body = await posted.read(request, settings)
+    formats = FORMATS if posted.format is None else (posted.format,)
     # A short body may have patches of a high degree, or ask for a tolerance.
-    content = await run(request, partial(_estimated, body, formats, settings), in_thread=True)
+    content = await run(
+        request, partial(_estimated, posted, body, formats, settings), in_thread=True
+    )
     return ChunkedResponse(content, 200, HEADERS, "application/json")
 
 
-def _estimated(body: bytes, formats: Sequence[Format], settings: Settings) -> bytes:
-    wanted = mesh_request(parse_document(body), document_limits(settings))
+def _estimated(
+    posted: Posting[Format], body: bytes, formats: Sequence[Format], settings: Settings
+) -> bytes:
+    allowed = document_limits(settings)
+    wanted = mesh_request(posted.document(body, allowed), allowed)
     surface, options = wanted.to_surface(), wanted.mesh_options()
     limits = result_limits(settings)
     found = estimate(surface, options, EncodeOptions(wanted.oogl), limits, formats)

@@ -12,17 +12,15 @@ from service.api.answers import (
     VERTICES_HEADER,
     file_response,
 )
-from service.api.body import read_body
 from service.api.negotiation import by_accept
-from service.api.parameters import only_format
+from service.api.posted import Posting, posting
 from service.api.timing import Timing
-from service.api.work import long_to_read, run
+from service.api.work import run
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import FORMATS
 from service.engine.mesh import MeshReport
 from service.engine.models import highest_degree
 from service.pipeline.mesh import Answer, Work, plan
-from service.schemas.document import parse_document
 from service.schemas.options import MeshOptionFields
 from service.schemas.request import mesh_request
 from service.settings import Settings, document_limits, result_limits
@@ -38,16 +36,16 @@ one, which takes longer."""
 
 
 async def post_mesh(request: Request) -> Response:
-    """POST /v1/mesh: the surface and the options in the body."""
+    """POST /v1/mesh: the surface and the options in the body, or a file and a query."""
     settings: Settings = request.app.state.settings
     timing = Timing()
-    named = only_format(request.query_params.multi_items(), FORMATS)
-    fmt = named or by_accept(request.headers.get("accept"), FORMATS)
+    posted = posting(request, FORMATS)
+    fmt = posted.format or by_accept(request.headers.get("accept"), FORMATS)
     with timing.step("read"):
-        body = await read_body(request, settings)
+        body = await posted.read(request, settings)
     with timing.step("parse"):
-        parse = partial(_parse, body, fmt, settings)
-        work = await run(request, parse, in_thread=long_to_read(body))
+        parse = partial(_parse, posted, body, fmt, settings)
+        work = await run(request, parse, in_thread=posted.is_long(body))
     del body, parse  # half of the memory of a large request
     with timing.step("mesh"):
         answer = await answered(request, work)
@@ -65,9 +63,10 @@ def report_headers(report: MeshReport | None) -> dict[str, str]:
     return counts | {BOUND_HEADER: repr(report.deviation_bound)}
 
 
-def _parse(body: bytes, fmt: Format, settings: Settings) -> Work:
+def _parse(posted: Posting[Format], body: bytes, fmt: Format, settings: Settings) -> Work:
     """What a body asks for, found possible and affordable."""
-    wanted = mesh_request(parse_document(body), document_limits(settings))
+    limits = document_limits(settings)
+    wanted = mesh_request(posted.document(body, limits), limits)
     return planned(wanted.to_surface(), wanted, fmt, settings)
 
 

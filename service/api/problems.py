@@ -16,6 +16,7 @@ from service.errors import (
     DamagedObject,
     InvalidRequest,
     Issue,
+    MalformedBody,
     MalformedJson,
     StoreFailed,
     StoreFull,
@@ -25,13 +26,15 @@ from service.errors import (
     UnsupportedByFormat,
     first_part,
 )
+from service.schemas.surface_query import FIELDS
 
 MEDIA_TYPE = "application/problem+json"
 
 PROBLEM_HEADERS = HEADERS | {"Cache-Control": "no-store"}
 """A refusal is of one moment: what is unknown, too large or broken now may not be so later."""
 
-Place: TypeAlias = Literal["pointer", "parameter", "header"]
+Place: TypeAlias = Literal["pointer", "parameter", "header", "file"]
+"""What the pointer of an issue becomes; of a `file`, either the one or the other."""
 
 
 class InvalidQuery(InvalidRequest):
@@ -59,7 +62,7 @@ class BodyTooLarge(SurfaceError):
 
 
 class UnsupportedMediaType(SurfaceError):
-    """The body is said to be something else than plain JSON."""
+    """The body is said to be something else than what is read here."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +71,7 @@ class Problem:
 
     `title` is the status's phrase in RFC 9110 (507: RFC 4918); `code` is stable and for programs.
     `place` is where its issues lie: in the body (a JSON pointer), in the path or the query (a
-    parameter), or in a header.
+    parameter), in a header, or in the net that a file is and the query beside it.
     """
 
     status: int
@@ -80,6 +83,9 @@ class Problem:
 
 PROBLEMS: dict[type[SurfaceError], Problem] = {
     MalformedJson: Problem(400, "Bad Request", "malformed_json", "The body is not JSON."),
+    MalformedBody: Problem(
+        400, "Bad Request", "malformed_body", "The body is not of the type that it is said to be."
+    ),
     UnknownSurface: Problem(
         404, "Not Found", "unknown_surface", "No surface is known by this id.", "parameter"
     ),
@@ -110,7 +116,7 @@ PROBLEMS: dict[type[SurfaceError], Problem] = {
         415,
         "Unsupported Media Type",
         "unsupported_media_type",
-        "The body must be plain, uncompressed JSON.",
+        "The body must be of a type that is taken here, and not compressed.",
         "header",
     ),
     InvalidRequest: Problem(
@@ -189,6 +195,8 @@ def problem_document(
 
 def _error(issue: Issue, place: Place) -> dict[str, str]:
     where = issue.pointer
+    if place == "file":
+        place, where = _in_file_or_query(where)
     if place != "pointer":
         # A parameter or a header has a name and no inside; the path into a list is of no use there.
         where = first_part(where)
@@ -199,6 +207,14 @@ def _error(issue: Issue, place: Place) -> dict[str, str]:
         "detail": issue.message,
         **{key: text for key, text in texts.items() if text},
     }
+
+
+def _in_file_or_query(where: str) -> tuple[Place, str]:
+    """A place in the document that a file and a query make together: which of them it is in."""
+    inside = where.removeprefix("/surface")
+    if inside != where and first_part(inside) not in FIELDS:
+        return "pointer", where
+    return ("parameter", inside) if where else ("pointer", where)
 
 
 def problem_response(
@@ -228,9 +244,14 @@ def install(app: FastAPI) -> None:
 async def _on_surface_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, SurfaceError)
     problem = problem_of(error)
-    # Without a body there is nothing to point into: the same option is a parameter.
-    bodiless = request.method != "POST" and problem.place == "pointer"
-    return problem_response(problem, error.issues, "parameter" if bodiless else None)
+    place: Place | None = None
+    if problem.place == "pointer":
+        # Without a body there is nothing to point into: the same option is a parameter.
+        if request.method != "POST":
+            place = "parameter"
+        elif getattr(request.state, "posts_file", False):
+            place = "file"
+    return problem_response(problem, error.issues, place)
 
 
 async def _on_http_exception(_: Request, error: Exception) -> Response:

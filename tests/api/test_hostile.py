@@ -5,6 +5,7 @@ import pytest
 from service.errors import MAX_ISSUES
 from tests.api.client import Client
 from tests.api.hostile import ECHO, HOSTILE, Hostile
+from tests.api.hostile_files import FILES, HostileFile
 
 JSON = {"Content-Type": "application/json"}
 
@@ -32,6 +33,27 @@ def test_hostile_body_is_refused(client: Client, case: Hostile) -> None:
     without_pointers = [{**error, "pointer": ""} for error in problem["errors"]]
     assert ECHO not in str(without_pointers)
     assert len(answer.content) < 20_000
+
+
+def test_no_two_files_are_alike() -> None:
+    assert len({case.name for case in FILES}) == len(FILES)
+
+
+@pytest.mark.parametrize("case", FILES, ids=lambda case: case.name)
+def test_hostile_file_is_refused(client: Client, case: HostileFile) -> None:
+    for path in ("/v1/mesh", "/v1/estimate"):
+        headers = {"Content-Type": case.media_type}
+        answer = client.request("POST", f"{path}?{case.query}", case.build(), headers)
+        if path == "/v1/estimate" and answer.status_code == 200:
+            # Estimates tell of a mesh that is too large, or of none in a format.
+            assert case.code in ("too_many_vertices", "unsupported_by_format")
+            continue
+        assert answer.status_code == case.status
+        first, *_ = errors = answer.json()["errors"]
+        assert len(errors) <= MAX_ISSUES
+        assert (first["code"], first.get(case.place)) == (case.code, case.where)
+        without_places = [error | {"pointer": "", "parameter": ""} for error in errors]
+        assert ECHO not in str(without_places)
 
 
 def test_at_most_twenty_errors_are_told(client: Client) -> None:

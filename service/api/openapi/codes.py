@@ -7,6 +7,7 @@ CODES: Mapping[str, str] = MappingProxyType(
     {
         # The document.
         "malformed_json": "the body is not one JSON document",
+        "malformed_body": "the body is no file of the type that it is said to be",
         "repeated_key": "an object or a query has the same key twice",
         "too_many_values": "more numbers, lists or components than are taken",
         "too_many_strings": "more strings than are taken",
@@ -84,7 +85,7 @@ CODES: Mapping[str, str] = MappingProxyType(
         "not_acceptable": "no format in `Accept`, no coding in `Accept-Encoding` is written here",
         "body_too_slow": "the body did not arrive in time",
         "body_too_large": "the body has too many bytes",
-        "unsupported_media_type": "the body is not said to be JSON",
+        "unsupported_media_type": "the body is not said to be of a type that is taken",
         "unsupported_encoding": "the body is compressed",
     }
 )

@@ -5,6 +5,7 @@ from typing import Any
 
 import orjson
 
+from service.api.openapi.bodies import with_files
 from service.api.openapi.examples import REQUESTS as MESHES
 from service.api.openapi.operations import post_operation
 from service.api.openapi.schemas import Json, ref
@@ -53,18 +54,15 @@ def post_estimate() -> Json:
         request=("MeshRequest", REQUESTS),
         answer={"description": "The estimate.", "content": {"application/json": content}},
     )
-    return operation | {
-        "parameters": [
-            {
-                "name": "format",
-                "in": "query",
-                "required": False,
-                "description": "The one format to estimate for; all of them if left out.",
-                "schema": {"type": "string", "enum": [fmt.name for fmt in FORMATS]},
-                "example": "glb",
-            }
-        ]
+    named = {
+        "name": "format",
+        "in": "query",
+        "required": False,
+        "description": "The one format to estimate for; all of them if left out.",
+        "schema": {"type": "string", "enum": [fmt.name for fmt in FORMATS]},
+        "example": "glb",
     }
+    return with_files(operation | {"parameters": [named]}, options=True)
 
 
 @cache

@@ -1,6 +1,7 @@
 """The operations that answer meshes, in the OpenAPI document."""
 
 from service.api.answers import BOUND_HEADER
+from service.api.openapi.bodies import with_files
 from service.api.openapi.examples import REQUESTS, meshes
 from service.api.openapi.headers import (
     ACCEPT_ENCODING,
@@ -28,16 +29,18 @@ ID_PARAMETER = {
 
 def post_mesh() -> Json:
     """POST /v1/mesh."""
-    return post_operation(
+    operation = post_operation(
         "createMesh",
         "meshes",
         "The mesh of a surface",
         "Evaluates the surface and answers in the format that `Accept` prefers, or that `format` "
-        "names; JSON if neither says anything.",
+        "names; JSON if neither says anything. The body is a JSON document with the options in it, "
+        "or a file of control points with the options in the query.",
         request=("MeshRequest", REQUESTS),
         answer=_mesh_response(),
         formats=FORMATS,
     )
+    return with_files(operation, options=True)
 
 
 def get_mesh() -> Json:

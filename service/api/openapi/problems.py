@@ -7,13 +7,15 @@ from types import MappingProxyType
 import numpy as np
 
 from service.api import problems
-from service.api.body import body_too_large, body_too_slow, check_media_type
+from service.api.body import body_too_large, body_too_slow, body_type
 from service.api.caching.requested import check_codings
 from service.api.mesh_by_url import check_engine
 from service.api.negotiation import by_accept, by_suffix
 from service.api.openapi.schemas import Json, ref
 from service.api.parameters import named_example, only_format
 from service.api.problems import MEDIA_TYPE, Place, problem_document, problem_of
+from service.decoders import teapot
+from service.decoders.registry import DECODERS
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.mesh import ENGINE
 from service.engine.options import MeshOptions
@@ -80,7 +82,10 @@ _SETTINGS = Settings()
 
 _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
     {
-        "MalformedJson": {"truncated": lambda: _refused(_post(b'{"surface": {'))},
+        "MalformedJson": {
+            "truncated": lambda: _refused(_post(b'{"surface": {')),
+            "file": lambda: _refused(lambda: teapot.decode(b"1\n1,2,3,4\n3\n", None, 4)),
+        },
         "NotFound": {"no such path": lambda: problem_document(problems.NOT_FOUND)},
         "UnknownSurface": {
             "id": lambda: _refused(lambda: named_example("teapot")),
@@ -94,7 +99,9 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
         "EngineGone": {"numbers": lambda: _refused(lambda: check_engine(ENGINE + 1))},
         "BodyTooSlow": {"stalled": lambda: _raised(body_too_slow(0, _SETTINGS))},
         "BodyTooLarge": {"body": lambda: _raised(body_too_large(_SETTINGS))},
-        "UnsupportedMediaType": {"form": lambda: _refused(lambda: check_media_type("text/plain"))},
+        "UnsupportedMediaType": {
+            "form": lambda: _refused(lambda: body_type("text/plain", DECODERS))
+        },
         "InvalidRequest": {
             "net": lambda: _refused(_post(_RAGGED)),
             "options": lambda: _refused(_post(b'{"resolution": 0, "faces": null, "colour": 1}')),

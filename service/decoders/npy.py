@@ -1,0 +1,183 @@
+"""Control nets as NumPy's own files: the array is a window on the bytes, nothing is copied.
+
+A file is 6 magic bytes, the version (2 bytes), the length of the header (2 bytes, 4 from version
+2 on), the header, and the numbers. The header is the text of a Python dictionary,
+
+    {'descr': '<f8', 'fortran_order': False, 'shape': (100, 100, 3), }
+
+which is read by a grammar of its own: nothing is evaluated, and what is no array of numbers is
+refused. The numbers must be as many as the shape says before anything is made of them.
+
+References
+----------
+NumPy reference, `numpy.lib.format`; NEP 1.
+"""
+
+import re
+from dataclasses import dataclass
+from math import prod
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.decoders.format import Tree, check_count, check_kind, malformed
+from service.errors import InvalidRequest, Issue
+
+KINDS = ("bezier", "bspline", "patches")
+"""What an array can be; the first two are one net, the last is one net a patch."""
+
+MAGIC = b"\x93NUMPY"
+
+MAX_HEADER = 4096
+"""Bytes; NumPy writes 118 for every array that is taken here."""
+
+_LENGTH_BYTES = MappingProxyType({b"\1\0": 2, b"\2\0": 4, b"\3\0": 4})
+"""Size of the field that has the header's length, by version."""
+
+_TYPES = frozenset({"<f4", "<f8", ">f4", ">f8"})
+
+_ENTRY = re.compile(
+    r"\s*'(?P<key>descr|fortran_order|shape)'\s*:\s*"
+    r"(?P<value>'[^']*'|True|False|\[.*\]|\(\s*(?:\d{1,18}\s*(?:,\s*|(?=\))))*\))"
+    r"\s*(?:,|(?=\}))",
+    re.ASCII,
+)
+_KEYS = frozenset({"descr", "fortran_order", "shape"})
+_NEEDED = "a file as numpy.save writes it"
+
+
+@dataclass(frozen=True, slots=True)
+class _Header:
+    """What a header says, and where the numbers begin."""
+
+    dtype: np.dtype[Any]
+    fortran: bool
+    shape: tuple[int, ...]
+    start: int
+
+
+def decode(content: bytes, kind: str | None, most: int) -> Tree:
+    """The surface whose control points are the array in a file.
+
+    Three axes (p+1, q+1, 3) are one net, of a Bézier patch if `kind` does not say `bspline`; four
+    (P, p+1, q+1, 3) are P Bézier patches, each with vertices of its own. Points of four numbers
+    have their weight in the last, by which the others are not multiplied.
+
+    Raises
+    ------
+    MalformedBody
+        If this is no whole file of this format.
+    InvalidRequest
+        If the array is no control net, or one of more than `most` control points.
+    """
+    header = _read_header(content)
+    _check_shape(header.shape)
+    single = len(header.shape) == 3
+    check_kind(kind, KINDS[:2] if single else KINDS[2:])
+    field = "control_net" if single else "vertices"
+    check_count(prod(header.shape[:-1]), most, f"/surface/{field}")
+    array = _window(content, header)
+    if single:
+        tree = {"type": kind or KINDS[0], field: array[..., :3]}
+        return tree | ({"weights": array[..., 3]} if array.shape[-1] == 4 else {})
+    count, rows, columns, width = array.shape
+    points = array.reshape(-1, width)
+    own = np.arange(len(points)).reshape(count, rows, columns)
+    tree = {"type": "patches", field: points[:, :3], "patches": own}
+    return tree | ({"weights": points[:, 3]} if width == 4 else {})
+
+
+def _read_header(content: bytes) -> _Header:
+    """The header, every part of it checked, and the number of bytes that follow it."""
+    length_bytes = _LENGTH_BYTES.get(content[6:8])
+    if not content.startswith(MAGIC):
+        raise malformed("The bytes are no .npy file.", "other first bytes", _NEEDED)
+    if length_bytes is None:
+        raise malformed("The .npy file has a version that is not known.", "another version",
+                        "version 1.0, 2.0 or 3.0")  # fmt: skip
+    first = 8 + length_bytes
+    length = int.from_bytes(content[8:first], "little")
+    if length > MAX_HEADER:
+        raise malformed("The header of the .npy file is too long.", f"{length} bytes",
+                        f"at most {MAX_HEADER}")  # fmt: skip
+    start = first + length
+    if len(content) < start:
+        raise malformed("The .npy file ends within its header.", f"{len(content)} bytes",
+                        "a whole header")  # fmt: skip
+    entries = _entries(content[first:start].decode("latin-1"))
+    header = _Header(
+        _number_type(entries["descr"]),
+        entries["fortran_order"] == "True",
+        tuple(map(int, re.findall(r"\d+", entries["shape"]))),
+        start,
+    )
+    needed, got = prod(header.shape) * header.dtype.itemsize, len(content) - start
+    if got != needed:
+        raise malformed("The bytes behind the header are not those of an array of its shape.",
+                        f"{got} bytes", f"{needed} bytes")  # fmt: skip
+    return header
+
+
+def _entries(text: str) -> dict[str, str]:
+    """The texts of the three entries of a header."""
+    text = text.strip(" \n")
+    entries: dict[str, str] = {}
+    place = 1
+    while text.startswith("{") and (found := _ENTRY.match(text, place)):
+        if found["key"] in entries:
+            break
+        entries[found["key"]] = found["value"]
+        place = found.end()
+    if text[place:].strip() != "}" or entries.keys() != _KEYS:
+        raise malformed("The header of the .npy file cannot be read.", "another text",
+                        "descr, fortran_order and shape, each once")  # fmt: skip
+    if entries["fortran_order"] not in ("True", "False") or not entries["shape"].startswith("("):
+        raise malformed("The header of the .npy file cannot be read.", "values of other types",
+                        "fortran_order True or False, shape a tuple")  # fmt: skip
+    return entries
+
+
+def _number_type(text: str) -> np.dtype[Any]:
+    """The type of the numbers: single or double precision, in either order of bytes."""
+    name = text.strip("'")
+    if name not in _TYPES:
+        got = "numbers of another type"
+        if text.startswith("["):
+            got = "structures"
+        elif name.endswith("O"):
+            got = "Python objects"
+        raise InvalidRequest(
+            Issue(
+                "wrong_type",
+                "The array must hold floating-point numbers.",
+                "",
+                got,
+                "float32 or float64",
+            )
+        )
+    return np.dtype(name)
+
+
+def _check_shape(shape: tuple[int, ...]) -> None:
+    """Refuses an array of other axes than a net has."""
+    if 0 in shape:
+        message, needed = "The array is empty.", "control points"
+        raise InvalidRequest(Issue("empty_list", message, "", "an axis of length 0", needed))
+    if len(shape) not in (3, 4) or shape[-1] not in (3, 4):
+        raise InvalidRequest(
+            Issue(
+                "wrong_dimension",
+                "The array is no control net.",
+                "",
+                f"{len(shape)} axes" + (f", {shape[-1]} numbers in the last" if shape else ""),
+                "axes (p+1, q+1, 3) or (P, p+1, q+1, 3); 4 numbers where points have weights",
+            )
+        )
+
+
+def _window(content: bytes, header: _Header) -> NDArray[Any]:
+    """The array, without a copy."""
+    flat = np.frombuffer(content, header.dtype, offset=header.start)
+    return flat.reshape(header.shape, order="F" if header.fortran else "C")

@@ -1,0 +1,120 @@
+"""Numbers in a text, quickly and with little memory: a piece of the text at a time.
+
+Python's own `float` reads each word, correctly rounded; what it reads beyond plain decimals is
+refused. Only when a word is no number does a second look say which, and in what line.
+"""
+
+import re
+from collections.abc import Callable
+from itertools import islice
+from math import isfinite
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.decoders.format import malformed
+from service.errors import InvalidRequest, Issue, SurfaceError
+
+PIECE = 1 << 16
+"""Bytes that are split into words at a time."""
+
+LONGEST = 100
+"""Characters of a number; all its digits need 24."""
+
+_GAP = re.compile(rb"[\s,]")
+_WORD = re.compile(rb"[^\s,]+")
+_NUMBER = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_NUMERIC = re.compile(_NUMBER.pattern + rb"|[-+]?(?:nan|inf|infinity)", re.IGNORECASE)
+
+
+def read_numbers(
+    text: bytes, start: int, end: int, most: int, refused: Callable[[], SurfaceError]
+) -> FloatArray:
+    """All numbers between two places of a text, separated by blanks, line ends and commas.
+
+    Parameters
+    ----------
+    most : int
+    refused : callable
+        Makes the error that is raised when there are more than `most`, before these are read.
+
+    Raises
+    ------
+    MalformedBody, InvalidRequest
+        At a word that is no number, or no finite one; they tell its line.
+    """
+    found: list[FloatArray] = []
+    count = 0
+    while start < end:
+        cut = _cut(text, start, end)
+        words = text[start:cut].replace(b",", b" ").split()
+        count += len(words)
+        if count > most:
+            raise refused()
+        found.append(_values(words, text, start, cut))
+        start = cut
+    return np.concatenate(found) if found else np.empty(0)
+
+
+def line_of_number(text: bytes, start: int, index: int) -> int:
+    """The line, from 1, of the number of this index behind a place of the text."""
+    word = next(islice(_WORD.finditer(text, start), index, None))
+    return line_at(text, word.start())
+
+
+def line_at(text: bytes, place: int) -> int:
+    """The line, from 1, in which a place of the text is."""
+    return text.count(b"\n", 0, place) + 1
+
+
+def _cut(text: bytes, start: int, end: int) -> int:
+    """Where the next piece ends: between two words."""
+    if end - start <= PIECE:
+        return end
+    gap = _GAP.search(text, start + PIECE, start + PIECE + LONGEST)
+    if gap is None:
+        raise refused_word(text, start + PIECE)
+    return gap.start()
+
+
+def _values(words: list[bytes], text: bytes, start: int, cut: int) -> FloatArray:
+    """The numbers that are these words, of one piece of the text."""
+    try:
+        values = np.fromiter(map(float, words), np.float64, len(words))
+    except ValueError:
+        raise _fault(text, start, cut) from None
+    # `float` takes 1_000 as well.
+    plain = text.find(b"_", start, cut) < 0 and max(map(len, words), default=0) <= LONGEST
+    if not plain or not np.isfinite(values).all():
+        raise _fault(text, start, cut)
+    return values
+
+
+def refused_word(text: bytes, place: int) -> SurfaceError:
+    """The refusal of a word that is no finite number; `place` is anywhere in it."""
+    start = place
+    while start > max(0, place - LONGEST) and not _GAP.match(text, start - 1):
+        start -= 1
+    word = _WORD.match(text, start, start + LONGEST + 1)
+    if word is None or len(word[0]) > LONGEST or not _NUMERIC.fullmatch(word[0]):
+        needed = f"a decimal number of at most {LONGEST} characters"
+        message = f"A number belongs here (line {line_at(text, start)})."
+        return malformed(message, "something else", needed)
+    return InvalidRequest(
+        Issue(
+            "not_finite",
+            f"Every number must be finite (line {line_at(text, start)}).",
+            "",
+            "NaN, Infinity or a number beyond double precision",
+            "a finite number",
+        )
+    )
+
+
+def _fault(text: bytes, start: int, cut: int) -> SurfaceError:
+    """The refusal of the first word of a piece that is no finite number."""
+    for word in _WORD.finditer(text, start, cut):
+        plain = len(word[0]) <= LONGEST and _NUMBER.fullmatch(word[0])
+        if not plain or not isfinite(float(word[0])):
+            return refused_word(text, word.start())
+    raise AssertionError("a piece is refused, and nothing in it")

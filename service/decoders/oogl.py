@@ -1,0 +1,301 @@
+"""Bézier patches from OOGL files: BEZ and BBP objects, alone or in LISTs.
+
+What is read is what Geomview reads of such objects: keywords with the letters of texture
+coordinates and colours, `BEZ p q d` with blanks, braces, `=`, names, appearances, comments. Lines
+(SKEL, VECT), which the exact form has beside the patches when overlays are asked for, are passed
+over: they are no surface. Any other object is refused, with its line.
+
+Control points run u fastest. Points of four numbers are homogeneous, (wx, wy, wz, w). Texture
+coordinates and colours belong to the corners (0, 0) (1, 0) (0, 1) (1, 1) of a patch.
+
+References
+----------
+Geomview manual, "OOGL File Formats": Bezier surfaces; object references.
+"""
+
+import re
+from dataclasses import dataclass, field
+from itertools import islice
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.decoders.format import Tree, check_kind, malformed, too_many
+from service.decoders.numbers import line_at, line_of_number, read_numbers, refused_word
+from service.errors import InvalidRequest, Issue
+
+KINDS = ("patches",)
+
+MAX_DEPTH = 16
+"""Braces and lists within each other."""
+
+MAX_BRACES = 1000
+"""Braces of an appearance."""
+
+HIGHEST_DEGREE = 12
+"""What Geomview reads."""
+
+_COMMENT = re.compile(rb"#[^\r\n]*")
+_WORD = re.compile(rb"\s*([{}=]|[^\s{}=]+)")
+_NUMBERS = re.compile(rb"[\s0-9.+-]*+(?:(?<=[0-9.])[eE][\s0-9.+-]*+)*+")
+_BEZIER = re.compile(rb"(ST)?(C)?(?:BBP|BEZ(?:([1-9])([1-9])([34]))?)(_ST)?")
+_DEGREES = re.compile(rb"\s+([1-9]|1[0-2])\s+([1-9]|1[0-2])\s+([34])(?=\s|[{}])")
+_BRACE = re.compile(rb"[{}]")
+_LINES = re.compile(rb"C?4?n?SKEL|4?VECT")
+
+
+@dataclass(frozen=True, slots=True)
+class _Form:
+    """What the patches of one object have."""
+
+    degree: tuple[int, int]
+    dimension: int
+    textured: bool
+    colored: bool
+
+    @property
+    def points(self) -> int:
+        """Control points of a patch."""
+        return (self.degree[0] + 1) * (self.degree[1] + 1)
+
+    @property
+    def numbers(self) -> int:
+        """Numbers of a patch."""
+        return self.points * self.dimension + 8 * self.textured + 16 * self.colored
+
+
+@dataclass(slots=True)
+class _Batch:
+    """Patches of one degree that carry the same: points, weights, corners, an array an object."""
+
+    points: list[FloatArray] = field(default_factory=list)
+    weights: list[FloatArray] = field(default_factory=list)
+    uvs: list[FloatArray] = field(default_factory=list)
+    colors: list[FloatArray] = field(default_factory=list)
+    rational: bool = False
+
+
+def decode(content: bytes, kind: str | None, most: int) -> Tree:
+    """The patches in an OOGL file, each with vertices of its own.
+
+    Patches of one degree are one surface, `patches`; where there are several degrees, or where
+    some patches have colours or texture coordinates and some have none, a `group` of such.
+
+    Raises
+    ------
+    MalformedBody
+        If this is no OOGL file, or one of other objects.
+    InvalidRequest
+        If a number is not finite, a weight not positive, or there are more than `most` control
+        points.
+    """
+    check_kind(kind, KINDS)
+    _check_text(content)
+    if content.count(b"#") > most + 1000:
+        raise too_many("more comments than that", most)
+    reader = _Reader(_COMMENT.sub(b"", content), most)
+    reader.read()
+    surfaces = [_surface(key[0], batch) for key, batch in reader.batches.items()]
+    if len(surfaces) == 1:
+        return surfaces[0]
+    return {"type": "group", "members": [{"surface": surface} for surface in surfaces]}
+
+
+def _check_text(content: bytes) -> None:
+    if not content.isascii() or b"\0" in content:
+        raise malformed(
+            "OOGL is read as text, not in its binary form.", "other bytes than ASCII", "ASCII"
+        )
+
+
+class _Reader:
+    """The objects of a text, one after another."""
+
+    def __init__(self, text: bytes, most: int) -> None:
+        self._text = text
+        self._most = most
+        self._place = 0
+        self._left = most
+        self.batches: dict[tuple[tuple[int, int], bool, bool], _Batch] = {}
+
+    def read(self) -> None:
+        """Reads the one object that a file is."""
+        self._object(0)
+        if word := self._next():
+            raise self._refusal("The file goes on behind its object.", word, "one object, or LIST")
+        if not self.batches:
+            raise self._refusal("The file has no patch.", b"", "BEZ or BBP")
+
+    def _object(self, depth: int) -> None:
+        """An object, in braces or not."""
+        word = self._next()
+        for _ in range(MAX_DEPTH):
+            if word not in (b"=", b"define", b"appearance"):
+                break
+            if word == b"define":
+                self._next()
+            elif word == b"appearance":
+                self._skip_braces()
+            word = self._next()
+        if depth == MAX_DEPTH:
+            raise self._refusal("Objects are nested too deeply.", word, f"{MAX_DEPTH} levels")
+        if word == b"{":
+            self._object(depth + 1)
+            if (end := self._next()) != b"}":
+                raise self._refusal("An object does not end here.", end, "}")
+        elif word == b"LIST":
+            while self._peek() not in (b"", b"}"):
+                self._object(depth + 1)
+        elif form := _BEZIER.fullmatch(word):
+            self._patches(self._form(form))
+        elif _LINES.fullmatch(word):
+            self._place = self._end_of_numbers()
+        else:
+            raise self._refusal("No patches begin here.", word, "BEZ, BBP, or LIST of such")
+
+    def _form(self, found: re.Match[bytes]) -> _Form:
+        """What a keyword announces, with the degrees behind it where they are not in it."""
+        texture, color, *digits, texture_behind = found.groups()
+        if self._peek() == b"BINARY":
+            raise self._refusal("OOGL is read as text, not in its binary form.", b"?", "numbers")
+        if b"BBP" in found[0]:
+            digits = [b"3", b"3", b"3"]
+        elif digits[0] is None:
+            behind = _DEGREES.match(self._text, self._place)
+            if behind is None:
+                needed = f"BEZ p q d, degrees 1 to {HIGHEST_DEGREE}, d 3 or 4"
+                raise self._refusal("The degrees of the patches are missing.", b"?", needed)
+            digits = list(behind.groups())
+            self._place = behind.end()
+        p, q, dimension = map(int, digits)
+        return _Form((p, q), dimension, bool(texture or texture_behind), bool(color))
+
+    def _patches(self, form: _Form) -> None:
+        """The patches behind a keyword, up to the end of the object."""
+        start, end = self._place, self._end_of_numbers()
+        most = self._left // form.points * form.numbers
+        values = read_numbers(
+            self._text, start, end, most, lambda: too_many("more of them", self._most)
+        )
+        self._place = end
+        if not len(values) or len(values) % form.numbers:
+            if self._text[end : end + 1] not in (b"", b"{", b"}", b"="):
+                raise refused_word(self._text, end)
+            where = line_at(self._text, start)
+            raise malformed(
+                f"The numbers behind the keyword make no whole patches (line {where}).",
+                f"{len(values)} numbers",
+                f"{form.numbers} for each patch",
+            )
+        self._left -= len(values) // form.numbers * form.points
+        self._keep(form, values.reshape(-1, form.numbers), start)
+
+    def _keep(self, form: _Form, values: FloatArray, start: int) -> None:
+        """Puts the patches of an object, shape (P, numbers), to others of their kind."""
+        batch = self.batches.setdefault((form.degree, form.textured, form.colored), _Batch())
+        size = form.points * form.dimension
+        points = values[:, :size].reshape(-1, form.points, form.dimension)
+        weights = np.ones(points.shape[:2])
+        if form.dimension == 4:
+            batch.rational = True
+            points, weights = points[..., :3], points[..., 3]
+            if not (weights > 0).all():
+                self._refuse_weight(form, weights, start)
+            with np.errstate(
+                over="ignore"
+            ):  # what it becomes is refused with all that is too large
+                points = points / weights[..., None]
+        batch.points.append(points)
+        batch.weights.append(weights)
+        if form.textured:
+            batch.uvs.append(values[:, size : size + 8].reshape(-1, 4, 2))
+        if form.colored:
+            batch.colors.append(values[:, -16:].reshape(-1, 4, 4))
+
+    def _refuse_weight(self, form: _Form, weights: FloatArray, start: int) -> None:
+        patch, point = np.argwhere(weights <= 0)[0].tolist()
+        index = patch * form.numbers + point * form.dimension + 3
+        line = line_of_number(self._text, start, index)
+        raise InvalidRequest(
+            Issue(
+                "weight_not_positive",
+                f"A weight must be above zero: the last of four numbers (line {line}).",
+                "",
+                "zero or less",
+                "a positive number",
+            )
+        )
+
+    def _next(self) -> bytes:
+        """The next word, which is left behind; empty at the end of the text."""
+        found = _WORD.match(self._text, self._place)
+        if found is None:
+            return b""
+        self._place = found.end()
+        return found[1]
+
+    def _peek(self) -> bytes:
+        """The next word."""
+        found = _WORD.match(self._text, self._place)
+        return found[1] if found else b""
+
+    def _end_of_numbers(self) -> int:
+        """Where something stands that is part of no number."""
+        found = _NUMBERS.match(self._text, self._place)
+        return found.end() if found else self._place
+
+    def _skip_braces(self) -> None:
+        """Leaves behind what stands in a pair of braces, and the braces."""
+        if (word := self._next()) != b"{":
+            raise self._refusal("An appearance stands in braces.", word, "{")
+        depth = 1
+        for brace in islice(_BRACE.finditer(self._text, self._place), MAX_BRACES):
+            depth += 1 if brace[0] == b"{" else -1
+            if not depth:
+                self._place = brace.end()
+                return
+        raise self._refusal("A pair of braces does not end.", word, "}")
+
+    def _refusal(self, message: str, word: bytes, needed: str) -> Exception:
+        line = line_at(self._text, self._place if word else len(self._text))
+        got = "another word" if word else "the end of the text"
+        return malformed(f"{message[:-1]} (line {line}).", got, needed)
+
+
+def _surface(degree: tuple[int, int], batch: _Batch) -> Tree:
+    """Patches of one degree, each with vertices of its own."""
+    p, q = degree
+    points = np.concatenate(batch.points)
+    own = np.arange(points.shape[0] * points.shape[1]).reshape(-1, q + 1, p + 1)
+    tree: Tree = {"type": "patches", "vertices": points.reshape(-1, 3)}
+    tree["patches"] = own.swapaxes(1, 2)
+    if batch.rational:
+        tree["weights"] = np.concatenate(batch.weights).ravel()
+    for name, corners in (("uvs", batch.uvs), ("colors", batch.colors)):
+        if corners:
+            tree[name] = _blended(np.concatenate(corners), degree)
+    return tree
+
+
+def _blended(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:
+    """Values at the control points, u fastest, of the functions that blend those at the corners.
+
+    A function of degree (1, 1) raised to degree (p, q) has its own values at (i/p, j/q).
+
+    Parameters
+    ----------
+    corners : ndarray, shape (P, 4, d)
+
+    Returns
+    -------
+    ndarray, shape (P (q+1) (p+1), d)
+    """
+    s, t = (np.arange(n + 1) / n for n in degree)
+    along_u, along_v = (np.stack((1 - x, x)) for x in (s, t))
+    count, _, width = corners.shape
+    square = corners.reshape(count, 2, 2, width)
+    blended = np.einsum("kbad,ai,bj->kjid", square, along_u, along_v)
+    # Means of numbers are between these, though not always when they are rounded.
+    low, high = (limit(corners, axis=1)[:, None, None] for limit in (np.min, np.max))
+    values: FloatArray = np.clip(blended, low, high).reshape(-1, width)
+    return values

@@ -1,0 +1,135 @@
+"""Bézier patches from the text that the Utah teapot has been handed on in since 1975.
+
+    32                                            number of patches
+    1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16        vertices of each, counted from 1
+    …
+    306                                           number of vertices
+    1.4,0.0,2.4                                   x, y, z of each
+    …
+
+Blanks do for commas. Patches of another degree p have (p+1)² vertices; a patch may also stand in
+p + 1 lines, one for each row of its control net. As the numbers tell on their own where they
+belong, lines are looked at only where something is wrong.
+"""
+
+from collections.abc import Iterator
+from io import BytesIO
+from math import isqrt
+from typing import NoReturn
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.decoders.format import Tree, check_count, check_kind, malformed, too_many
+from service.decoders.numbers import line_of_number, read_numbers
+from service.errors import InvalidRequest, Issue, MalformedBody
+
+KINDS = ("patches",)
+
+
+def decode(content: bytes, kind: str | None, most: int) -> Tree:
+    """The patches in such a text, over the vertices that they share.
+
+    Raises
+    ------
+    MalformedBody
+        If this is no such text.
+    InvalidRequest
+        If a number is not finite, an index names no vertex, or there are more than `most` control
+        points.
+    """
+    check_kind(kind, KINDS)
+    # As many indices, as many vertices of three coordinates, and the two counts.
+    numbers = read_numbers(
+        content,
+        0,
+        len(content),
+        4 * most + 2,
+        lambda: too_many("more numbers than these have", most),
+    )
+    patches, size = _layout(content, numbers)
+    check_count(patches * size, most)
+    indices = numbers[1 : 1 + patches * size]
+    vertices = numbers[2 + patches * size :].reshape(-1, 3)
+    _check_indices(content, indices, len(vertices))
+    side = isqrt(size)
+    grids = indices.astype(np.int64).reshape(patches, side, side) - 1
+    return {"type": "patches", "vertices": vertices, "patches": grids}
+
+
+def _layout(content: bytes, numbers: FloatArray) -> tuple[int, int]:
+    """How many patches there are, and how many vertices each has.
+
+    Behind the indices stands the number V of vertices, and behind it 3 V numbers. Of all squares
+    that fit in this way the smallest is the right one: where fewer indices a patch are assumed, an
+    index stands where V is expected, and it is too small for all that would follow.
+    """
+    patches = int(numbers[0]) if len(numbers) else 0
+    if patches > 0 and numbers[0] == patches:
+        for side in range(2, isqrt(len(numbers) // patches) + 1):
+            place = 1 + patches * side**2
+            if place < len(numbers) and len(numbers) == place + 1 + 3 * numbers[place]:
+                return patches, side**2
+    _refuse_lines(content)
+
+
+def _check_indices(content: bytes, indices: FloatArray, vertices: int) -> None:
+    """Refuses what is the number of no vertex."""
+    wrong = (indices < 1) | (indices > vertices) | (indices != np.floor(indices))
+    if not wrong.any():
+        return
+    line = line_of_number(content, 0, 1 + int(wrong.argmax()))
+    raise InvalidRequest(
+        Issue(
+            "index_out_of_range",
+            f"Patches name their vertices by number, counted from 1 (line {line}).",
+            "",
+            "another number",
+            f"a whole number from 1 to {vertices}",
+        )
+    )
+
+
+def _refuse_lines(content: bytes) -> NoReturn:
+    """Says which line has more or fewer numbers than it should."""
+    lines = _lines(content)
+    line, count, patches = next(lines, (1, 0, 0.0))
+    if count != 1 or patches < 1 or patches % 1:
+        needed = "one whole number above zero"
+        raise _at_line("First comes the number of patches", line, f"{count} numbers", needed)
+    width = listed = vertices = 0
+    for line, count, _ in lines:
+        if count == 1:
+            break
+        width = width or count
+        if count != width:
+            message = "Lines of indices are equally long"
+            raise _at_line(message, line, f"{count} numbers", f"{width} numbers")
+        listed += 1
+    else:
+        message, needed = "Behind the indices comes the number of vertices", "one number"
+        raise _at_line(message, line, "the end of the text", needed)
+    if listed not in (patches, patches * width) or (
+        listed == patches and isqrt(width) ** 2 < width
+    ):
+        message = "A patch of degree p has (p+1)² indices, in one line or in p + 1 lines"
+        got = f"{listed} lines of {width} numbers above this line"
+        raise _at_line(message, line, got, "the lines of as many patches as there are")
+    for line, count, _ in lines:
+        if count != 3:
+            message = "A vertex has three coordinates"
+            raise _at_line(message, line, f"{count} numbers", "3 numbers")
+        vertices += 1
+    message, needed = "There must be as many vertices as are announced", "that number of vertices"
+    raise _at_line(message, line, f"{vertices} vertices", needed)
+
+
+def _lines(content: bytes) -> Iterator[tuple[int, int, float]]:
+    """Lines that are not empty: which line it is, how many numbers it has, and the first."""
+    for number, line in enumerate(BytesIO(content), start=1):
+        if words := line.replace(b",", b" ").split():
+            yield number, len(words), float(words[0])
+
+
+def _at_line(message: str, line: int, got: str, needed: str) -> MalformedBody:
+    return malformed(f"{message} (line {line}).", got, needed)

@@ -1,0 +1,60 @@
+"""The fields of a surface as text, for files that hold control points and nothing else.
+
+In a query they stand beside the options of a mesh; on a command line they are flags.
+"""
+
+import re
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from service.errors import InvalidRequest, Issue
+from service.schemas.query import option_values
+
+FIELDS: Mapping[str, str] = MappingProxyType(
+    {
+        "type": "What the control points are: `bezier` or `bspline` for one net, `patches` for "
+        "many.",
+        "degree": "Degree of a `bspline`: one number, or one for u and one for v.",
+        "knots": "Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and "
+        "one for v.",
+        "up": "The model's vertical axis, `y` or `z`.",
+        "name": "Name of the surface.",
+    }
+)
+"""What each is, by name, as the documentation says it."""
+
+_DEGREE = re.compile(r"-?\d{1,9}", re.ASCII)
+
+
+def document_from_query(pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
+    """A request without its control points: options of a mesh, and `surface` with its fields.
+
+    Raises
+    ------
+    InvalidRequest
+        For a name that is given twice, and for one that is no name of a query; with pointers
+        `/name`. Whether the others exist, and what they say, is left for the model to check.
+    """
+    values = option_values(pairs)
+    if "surface" in values:
+        message, got = "A query has fields of the surface, one by one.", "all of them as one"
+        issue = Issue("unknown_field", message, "/surface", got, ", ".join(FIELDS))
+        raise InvalidRequest(issue)
+    fields = {name: str(value) for name, value in values.items() if name in FIELDS}
+    options = {name: value for name, value in values.items() if name not in FIELDS}
+    return {"surface": surface_fields(fields)} | options
+
+
+def surface_fields(texts: Mapping[str, str]) -> dict[str, object]:
+    """Fields of a surface as a document holds them; what is of another form stays a text."""
+    return {name: _value(name, text) for name, text in texts.items()}
+
+
+def _value(name: str, text: str) -> object:
+    if name == "degree":
+        numbers = [int(part) if _DEGREE.fullmatch(part) else part for part in text.split(",")]
+        return numbers[0] if len(numbers) == 1 else numbers
+    if name == "knots" and "," in text:
+        return text.split(",")
+    return text

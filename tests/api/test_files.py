@@ -1,0 +1,164 @@
+"""Files of control points: the mesh is that of the same surface as JSON, byte for byte."""
+
+import io
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from service.api.app import create_app
+from service.settings import Settings
+from service.surface.examples import find
+from service.surface.patches import PatchSurface
+from tests.api.client import Client, client_of
+from tests.api.hostile_files import NPY, OOGL, TEAPOT, net, saved
+
+WAVE = np.stack(
+    (*np.meshgrid(np.arange(12.0), np.arange(9.0), indexing="ij"), np.zeros((12, 9))), axis=-1
+)
+WAVE[..., 2] = np.sin(WAVE[..., 0]) * np.cos(WAVE[..., 1])
+
+
+def posted(client: Client, content: bytes, media_type: str, query: str = "") -> httpx.Response:
+    return client.request("POST", f"/v1/mesh?{query}", content, {"Content-Type": media_type})
+
+
+def weighted(array: NDArray[np.float64]) -> NDArray[np.float64]:
+    weights = 1 + np.indices(array.shape[:-1]).sum(axis=0) % 3 / 4
+    return np.concatenate((array, weights[..., None]), axis=-1)
+
+
+@pytest.mark.parametrize(
+    ("query", "fields", "options"),
+    [
+        ("", {}, {}),
+        ("type=bezier&name=wave&up=z", {"name": "wave", "up": "z"}, {}),
+        ("type=bspline", {"type": "bspline"}, {}),
+        ("type=bspline&degree=2&knots=uniform", {"type": "bspline", "degree": 2,
+         "knots": "uniform"}, {}),
+        ("type=bspline&degree=3,2&knots=clamped,periodic&resolution=2,3&weld=false",
+         {"type": "bspline", "degree": [3, 2], "knots": ["clamped", "periodic"]},
+         {"resolution": [2, 3], "weld": False}),
+        ("type=bspline&relative_tolerance=0.01", {"type": "bspline"},
+         {"relative_tolerance": 0.01}),
+        ("overlays=control_net,boundary&isocurves=3&uvs=true", {},
+         {"overlays": ["control_net", "boundary"], "isocurves": 3, "uvs": True}),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("rational", [False, True])
+def test_an_array_is_the_net_that_its_lists_would_be(
+    client: Client, query: str, fields: dict[str, Any], options: dict[str, Any], rational: bool
+) -> None:
+    array = weighted(WAVE) if rational else WAVE
+    surface = {"control_net": WAVE.tolist()} | fields
+    if rational:
+        surface["weights"] = array[..., 3].tolist()
+    wanted = client.post("/v1/mesh?format=glb", {"surface": surface} | options)
+    assert wanted.status_code == 200
+    for order in (np.ascontiguousarray, np.asfortranarray):
+        found = posted(client, saved(order(array)), NPY, f"format=glb&{query}")
+        assert found.content == wanted.content
+
+
+def test_patches_of_an_array_weld_where_their_points_are_equal(client: Client) -> None:
+    """Each has vertices of its own, and yet the seams are as closed as with shared ones."""
+    teapot = find("utah-teapot").surface()
+    assert isinstance(teapot, PatchSurface)
+    array = teapot.vertices[teapot.patches]
+    shared = client.get("/v1/surfaces/utah-teapot/mesh.json?resolution=4").json()
+    own = posted(client, saved(array), NPY, "resolution=4").json()
+    for name in ("vertices", "triangles", "boundary_edges", "poles_repaired", "watertight"):
+        assert own["report"][name] == shared["report"][name], name
+    np.testing.assert_array_equal(own["vertices"], shared["vertices"])
+
+
+def test_single_precision_is_the_net_that_its_numbers_are(client: Client) -> None:
+    array = WAVE.astype(np.float32)
+    wanted = client.post("/v1/mesh", {"surface": {"control_net": array.tolist()}})
+    for dtype in ("<f4", ">f4", ">f8"):
+        assert posted(client, saved(array.astype(dtype)), NPY).content == wanted.content
+
+
+def test_texts_are_the_surfaces_that_they_describe(client: Client) -> None:
+    flat = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 1], [1, 1, 0]]]
+    wanted = client.post("/v1/mesh", {"surface": {"control_net": flat}}).json()
+    oogl = b"{ = BEZ113 # one patch\n0 0 0  1 0 1\n0 1 0  1 1 0\n}"
+    teapot = b"1\n1 2 3 4\n4\n0 0 0\n0 1 0\n1 0 1\n1 1 0\n"
+    for content, media_type in ((oogl, OOGL), (teapot, f"{TEAPOT}; charset=utf-8")):
+        found = posted(client, content, media_type).json()
+        for name in ("vertices", "faces", "normals"):
+            assert found[name] == wanted[name]
+
+
+def test_a_file_is_named_after_the_surface(client: Client) -> None:
+    answer = posted(client, saved(net()), NPY, "format=stl&name=sail")
+    assert "sail.stl" in answer.headers["content-disposition"]
+
+
+def test_estimates_are_those_of_the_surface(client: Client) -> None:
+    answer = client.request(
+        "POST", "/v1/estimate?resolution=2,3&format=glb", saved(net()), {"Content-Type": NPY}
+    )
+    wanted = client.post(
+        "/v1/estimate?format=glb",
+        {"surface": {"control_net": net().tolist()}, "resolution": [2, 3]},
+    )
+    assert answer.json() == wanted.json()
+
+
+def test_large_files_are_read_off_the_event_loop(client: Client) -> None:
+    array = np.zeros((200, 200, 3))
+    array[..., 0], array[..., 1] = np.indices((200, 200))
+    answer = posted(client, saved(array), NPY, "type=bspline&degree=1&resolution=1&format=glb")
+    assert answer.status_code == 200
+    assert len(array.tobytes()) > 1 << 18
+
+
+def test_the_limits_of_the_service_hold_for_files() -> None:
+    settings = Settings(max_control_points=8, max_degree=1, max_body_bytes=1024)
+    text = b"BEZ113 0 0 0 1 0 0 0 1 0 1 1 0 "
+    with client_of(create_app(settings)) as client:
+        for content, media_type, code in (
+            (saved(net(3, 2)), NPY, "degree_too_high"),
+            (saved(net(3, 3)), NPY, "too_many_control_points"),
+            (saved(net(2, 2)), NPY, None),
+            (saved(net(9, 9)), NPY, "body_too_large"),
+            (text + text[7:], OOGL, None),
+            (text + text[7:] * 2, OOGL, "too_many_control_points"),
+            (b"BEZ213 0 0 0 1 0 0 2 0 0 0 1 0 1 1 0 2 1 0", OOGL, "degree_too_high"),
+            (b"1\n" + b"1 " * 9 + b"\n1\n0 0 0", TEAPOT, "too_many_control_points"),
+        ):
+            answer = posted(client, content, media_type)
+            found = answer.json()["errors"][0]["code"] if answer.status_code != 200 else None
+            assert found == code
+
+
+@pytest.mark.parametrize("path", ["/v1/points", "/v1/convert", "/v1/curve"])
+def test_other_calls_take_json_alone_and_say_so(client: Client, path: str) -> None:
+    answer = client.request("POST", path, saved(net()), {"Content-Type": NPY})
+    assert answer.status_code == 415
+    assert answer.json()["errors"][0]["needed"] == "application/json; texts in UTF-8"
+
+
+def test_the_refusal_of_a_type_lists_those_that_are_taken(client: Client) -> None:
+    answer = posted(client, b"", "application/octet-stream")
+    assert answer.status_code == 415
+    for media_type in ("application/json", NPY, OOGL, TEAPOT):
+        assert media_type in answer.json()["errors"][0]["needed"]
+    assert posted(client, b"BBP", f"{OOGL}; charset=utf-16").status_code == 415
+
+
+def test_json_has_no_more_in_its_query_than_before(client: Client) -> None:
+    for query in ("resolution=2", "type=bspline", "name=sail"):
+        answer = client.post(f"/v1/mesh?{query}", {"surface": {"control_net": net().tolist()}})
+        assert answer.status_code == 422
+        assert answer.json()["errors"][0]["parameter"] == query.partition("=")[0]
+
+
+def test_what_numpy_saves_to_a_file_is_taken(client: Client, tmp_path: Any) -> None:
+    np.save(tmp_path / "net.npy", WAVE)
+    content = (tmp_path / "net.npy").read_bytes()
+    assert np.array_equal(np.load(io.BytesIO(content)), WAVE)
+    assert posted(client, content, NPY).status_code == 200

@@ -1,0 +1,229 @@
+"""NumPy files: what `numpy.save` writes comes back bit for bit, everything else is refused."""
+
+import io
+import tracemalloc
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from service.decoders.npy import MAX_HEADER, decode
+from service.errors import MalformedBody, SurfaceError
+
+MOST = 1_000_000
+DTYPES = ("<f4", "<f8", ">f4", ">f8")
+
+
+def saved(array: NDArray[Any], version: tuple[int, int] = (1, 0)) -> bytes:
+    """The file of an array, in one of the versions of the format."""
+    file = io.BytesIO()
+    np.lib.format.write_array(file, array, version=version)
+    return file.getvalue()
+
+
+def with_header(text: str, numbers: bytes = b"", version: bytes = b"\1\0") -> bytes:
+    """A file with a header of one's own."""
+    size = len(text).to_bytes(2 if version == b"\1\0" else 4, "little")
+    return b"\x93NUMPY" + version + size + text.encode("latin-1") + numbers
+
+
+def header(descr: str = "'<f8'", order: str = "False", shape: str = "(2, 2, 3)") -> str:
+    return f"{{'descr': {descr}, 'fortran_order': {order}, 'shape': {shape}, }}\n"
+
+
+NET = np.arange(12.0).reshape(2, 2, 3)
+FILE = saved(NET)
+BYTES = NET.tobytes()
+
+
+@st.composite
+def arrays(draw: st.DrawFn) -> NDArray[Any]:
+    """Control nets of every type and order, of any bits, NaN among them."""
+    shape = draw(st.lists(st.integers(1, 4), min_size=2, max_size=3))
+    shape.append(draw(st.sampled_from((3, 4))))
+    dtype = np.dtype(draw(st.sampled_from(DTYPES)))
+    bits = np.random.default_rng(draw(st.integers(0, 2**32))).bytes(
+        int(np.prod(shape)) * dtype.itemsize
+    )
+    array = np.frombuffer(bits, dtype).reshape(shape)
+    return np.asfortranarray(array) if draw(st.booleans()) else array
+
+
+def put_together(tree: Mapping[str, Any]) -> NDArray[Any]:
+    """The array that a surface was made of."""
+    if tree["type"] == "patches":
+        points, weights = tree["vertices"][tree["patches"]], tree.get("weights")
+        weights = None if weights is None else weights[tree["patches"]]
+    else:
+        points, weights = tree["control_net"], tree.get("weights")
+    return points if weights is None else np.concatenate((points, weights[..., None]), axis=-1)
+
+
+@given(arrays(), st.sampled_from(((1, 0), (2, 0), (3, 0))))
+def test_saved_arrays_come_back_bit_for_bit(array: NDArray[Any], version: tuple[int, int]) -> None:
+    tree = decode(saved(array, version), None, MOST)
+    assert tree["type"] == ("bezier" if array.ndim == 3 else "patches")
+    found = put_together(tree)
+    assert (found.dtype.itemsize, found.shape) == (array.dtype.itemsize, array.shape)
+    assert found.astype(array.dtype).tobytes() == array.tobytes()
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("arrange", [np.ascontiguousarray, np.asfortranarray])
+def test_a_net_is_a_window_on_the_bytes(dtype: str, arrange: Callable[..., Any]) -> None:
+    content = saved(arrange(NET, dtype=dtype))
+    net = decode(content, "bspline", MOST)["control_net"]
+    assert np.shares_memory(net, np.frombuffer(content, np.uint8))
+    assert not net.flags.writeable
+    np.testing.assert_array_equal(net, NET)
+
+
+@st.composite
+def damaged(draw: st.DrawFn) -> bytes:
+    """A file with some of its bytes changed, put in, taken out, or cut off."""
+    content = bytearray(FILE)
+    for _ in range(draw(st.integers(1, 4))):
+        place = draw(st.integers(0, min(len(content), 90)))
+        piece = draw(
+            st.one_of(
+                st.binary(max_size=4),
+                st.sampled_from([b"9" * 18, b"(", b")", b"'", b",", b"{", b"}", b"0", b"-1", b"O"]),
+            )
+        )
+        content[place : place + draw(st.integers(0, 4))] = piece
+    return bytes(content[: draw(st.integers(0, len(content)))] if draw(st.booleans()) else content)
+
+
+@settings(max_examples=300)
+@given(damaged())
+def test_damaged_files_are_refused_or_nets_and_cost_nothing(content: bytes) -> None:
+    tracemalloc.start()
+    try:
+        with suppress(SurfaceError):
+            assert put_together(decode(content, None, MOST)).nbytes <= len(content)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 1 << 18
+
+
+@pytest.mark.parametrize("end", range(len(FILE)))
+def test_every_truncation_is_told(end: int) -> None:
+    with pytest.raises(MalformedBody):
+        decode(FILE[:end], None, MOST)
+
+
+MALFORMED = {
+    "nothing": b"",
+    "other bytes": b"PK\x03\x04" + FILE,
+    "version 4": FILE.replace(b"NUMPY\1", b"NUMPY\4"),
+    "version 1.1": FILE.replace(b"NUMPY\1\0", b"NUMPY\1\1"),
+    "a byte more": FILE + b"\0",
+    "a header as long as it can be": b"\x93NUMPY\1\0\xff\xff" + b" " * 70_000,
+    "a longer one": b"\x93NUMPY\2\0\xff\xff\xff\xff" + FILE,
+    "no dictionary": with_header("1\n", BYTES),
+    "two dictionaries": with_header(header() * 2, BYTES),
+    "a list": with_header("[1, 2]\n", BYTES),
+    "a key missing": with_header("{'descr': '<f8', 'shape': (2, 2, 3), }", BYTES),
+    "a key too many": with_header(header().replace("}", "'x': True, }"), BYTES),
+    "a key twice": with_header(header().replace("}", "'shape': (2, 2, 3), }"), BYTES),
+    "no comma": with_header(header().replace(", 'f", " 'f"), BYTES),
+    "a call": with_header(header(shape="print(1)"), BYTES),
+    "a sum": with_header(header(shape="(1 + 1, 2, 3)"), BYTES),
+    "a shape that is a word": with_header(header(shape="'a'"), BYTES),
+    "an order that is a number": with_header(header(order="(1,)"), BYTES),
+    "a length below zero": with_header(header(shape="(-2, -2, 3)"), BYTES),
+    "a fraction": with_header(header(shape="(2.0, 2, 3)"), BYTES),
+    "more than there are bytes": with_header(header(shape="(999999999999999999, 4, 3)"), BYTES),
+    "more than there are integers": with_header(header(shape=f"({'9' * 40}, 4, 3)"), BYTES),
+    "brackets in brackets": with_header(header(shape="(" * 1500), BYTES),
+    "numbers without commas": with_header(header(shape=f"({'1' * 2000}"), BYTES),
+    "many blanks": with_header(header(shape="(" + " " * 2000 + "x)"), BYTES),
+    "no Latin": with_header(header(shape="(٢, 2, 3)".encode().decode("latin-1")), BYTES),
+}
+
+
+@pytest.mark.parametrize("content", MALFORMED.values(), ids=list(MALFORMED))
+def test_what_is_no_such_file_is_refused(content: bytes) -> None:
+    with pytest.raises(MalformedBody) as caught:
+        decode(content, None, MOST)
+    assert [issue.code for issue in caught.value.issues] == ["malformed_body"]
+
+
+OTHERS: dict[str, tuple[bytes, str]] = {
+    "objects": (with_header(header("'|O'"), b"\x80\4]"), "Python objects"),
+    "structures": (with_header(header("[('x', '<f8')]"), BYTES), "structures"),
+    "whole numbers": (saved(NET.astype(np.int64)), "numbers of another type"),
+    "complex numbers": (saved(NET.astype(np.complex128)), "numbers of another type"),
+    "half precision": (saved(NET.astype(np.float16)), "numbers of another type"),
+    "truth values": (saved(NET > 1), "numbers of another type"),
+    "texts": (saved(NET.astype("U4")), "numbers of another type"),
+    "native order": (with_header(header("'=f8'"), BYTES), "numbers of another type"),
+}
+
+
+@pytest.mark.parametrize(("content", "got"), OTHERS.values(), ids=list(OTHERS))
+def test_numbers_of_another_type_are_refused(content: bytes, got: str) -> None:
+    with pytest.raises(SurfaceError) as caught:
+        decode(content, None, MOST)
+    issue = caught.value.issues[0]
+    assert (issue.code, issue.got) == ("wrong_type", got)
+
+
+def test_nothing_of_a_pickle_is_read() -> None:
+    file = io.BytesIO()
+    np.save(file, np.array([[[print]]], dtype=object), allow_pickle=True)
+    with pytest.raises(SurfaceError):
+        decode(file.getvalue(), None, MOST)
+
+
+@pytest.mark.parametrize(
+    "shape", [(), (3,), (4, 3), (2, 2, 2), (2, 2, 5), (1, 2, 2, 2), (1, 1, 2, 2, 3)]
+)
+def test_other_shapes_are_no_nets(shape: tuple[int, ...]) -> None:
+    with pytest.raises(SurfaceError) as caught:
+        decode(saved(np.zeros(shape)), None, MOST)
+    assert caught.value.issues[0].code == "wrong_dimension"
+
+
+@pytest.mark.parametrize("shape", [(0, 2, 3), (2, 0, 3), (0, 4, 4, 3), (10**15, 0, 3), (2, 2, 0)])
+def test_empty_arrays_are_refused(shape: tuple[int, ...]) -> None:
+    content = with_header(header(shape=str(shape)))
+    with pytest.raises(SurfaceError) as caught:
+        decode(content, None, MOST)
+    assert caught.value.issues[0].code == "empty_list"
+
+
+def test_control_points_are_counted_before_anything_is_made_of_them() -> None:
+    for array, where in ((NET, "/surface/control_net"), (NET[None], "/surface/vertices")):
+        assert decode(saved(array), None, 4)
+        with pytest.raises(SurfaceError) as caught:
+            decode(saved(array), None, 3)
+        issue = caught.value.issues[0]
+        assert (issue.code, issue.pointer) == ("too_many_control_points", where)
+
+
+@pytest.mark.parametrize(
+    ("array", "kind"), [(NET, "patches"), (NET, "tube"), (NET[None], "bezier"), (NET[None], "")]
+)
+def test_kinds_that_an_array_cannot_be_are_refused(array: NDArray[Any], kind: str) -> None:
+    with pytest.raises(SurfaceError) as caught:
+        decode(saved(array), kind, MOST)
+    assert caught.value.issues[0].pointer == "/surface/type"
+
+
+def test_headers_of_other_programs_are_read() -> None:
+    """Keys in another order, no blanks, no comma at the end, blanks to fill up: all are NumPy's."""
+    for text in (
+        "{'shape':(2,2,3),'fortran_order':False,'descr':'<f8'}",
+        "{ 'descr' : '<f8' , 'fortran_order' : False , 'shape' : ( 2 , 2 , 3 , ) , }",
+        header().rstrip().ljust(MAX_HEADER - 1) + "\n",
+    ):
+        content = with_header(text, BYTES)
+        np.testing.assert_array_equal(np.load(io.BytesIO(content)), NET)
+        np.testing.assert_array_equal(decode(content, None, MOST)["control_net"], NET)

@@ -1,0 +1,38 @@
+"""Numbers in texts: every one of them, to the last bit, wherever the text is cut."""
+
+import numpy as np
+import pytest
+
+from service.decoders import numbers
+from service.decoders.format import too_many
+from service.decoders.numbers import line_of_number, read_numbers
+from service.errors import SurfaceError
+
+
+def read(text: bytes, most: int = 10**6) -> list[float]:
+    found: list[float] = read_numbers(
+        text, 0, len(text), most, lambda: too_many("more", most)
+    ).tolist()
+    return found
+
+
+@pytest.mark.parametrize("piece", [1, 2, 7, 64, 1 << 16])
+def test_pieces_are_cut_between_numbers(monkeypatch: pytest.MonkeyPatch, piece: int) -> None:
+    monkeypatch.setattr(numbers, "PIECE", piece)
+    values = np.random.default_rng(3).normal(size=500) * 10.0 ** np.arange(-250, 250)
+    text = "".join(
+        f"{value!r}{', ' if i % 3 else chr(10)}" for i, value in enumerate(values.tolist())
+    )
+    assert read(text.encode()) == values.tolist()
+
+
+def test_the_line_of_a_number() -> None:
+    text = b"head 1,2\n\n3 ,\n4 5"
+    assert [line_of_number(text, 4, index) for index in range(5)] == [1, 1, 3, 4, 4]
+
+
+def test_no_more_numbers_are_read_than_are_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(numbers, "PIECE", 16)
+    assert read(b"1 " * 100, 100) == [1.0] * 100
+    with pytest.raises(SurfaceError, match="more control points"):
+        read(b"1 " * 101 + b"x", 100)  # what stands behind them is not looked at

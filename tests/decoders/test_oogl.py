@@ -1,0 +1,268 @@
+"""OOGL patches: what we write and what Geomview reads comes back; refusals tell the line."""
+
+import subprocess
+import tracemalloc
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from service.decoders.oogl import decode
+from service.encoders.format import EncodeOptions
+from service.encoders.registry import BY_NAME
+from service.engine.options import MeshOptions
+from service.errors import MalformedBody, SurfaceError
+from service.pipeline.mesh import render
+from service.schemas.document import DocumentLimits
+from service.schemas.request import mesh_request
+from service.surface import Surface
+from service.surface.examples import find
+from service.surface.lowered import PatchModel
+from tests.clients.geomview import read_oogl
+from tests.tools import program
+
+MOST = 1_000_000
+GEOMVIEW = Path("/usr/share/geomview/geom")
+
+
+def written(surface: Surface, *overlays: Any) -> bytes:
+    """The exact patches of a surface as OOGL."""
+    options = MeshOptions(overlays=overlays)
+    return render(surface, options, BY_NAME["oogl"], EncodeOptions("bez"))
+
+
+def surface_of(content: bytes) -> Surface:
+    """The surface in a file, checked like any other document."""
+    tree = decode(content, None, MOST)
+    return mesh_request({"surface": tree}, DocumentLimits()).to_surface()
+
+
+def batch(content: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+    """Control points and weights of the patches in a file, (P, p+1, q+1, …)."""
+    tree = decode(content, None, MOST)
+    weights = tree.get("weights")
+    grids = tree["patches"]
+    return tree["vertices"][grids], None if weights is None else weights[grids]
+
+
+def lowered(name: str) -> PatchModel:
+    model = find(name).surface().lower()
+    assert isinstance(model, PatchModel)
+    return model
+
+
+@pytest.mark.parametrize("name", ["utah-teapot", "bourke-1111", "saddle", "tveit"])
+def test_what_we_write_comes_back_with_equal_control_points(name: str) -> None:
+    points, weights = batch(written(find(name).surface()))
+    (expected,) = lowered(name).batches
+    assert expected.weights is None
+    assert weights is None
+    np.testing.assert_array_equal(points, expected.points)
+
+
+@pytest.mark.parametrize("name", ["sphere", "torus", "cylinder"])
+def test_rational_patches_come_back_within_a_rounding(name: str) -> None:
+    points, weights = batch(written(find(name).surface(), "control_net", "boundary"))
+    (expected,) = lowered(name).batches
+    np.testing.assert_array_equal(weights, expected.weights)
+    np.testing.assert_allclose(points, expected.points, rtol=1e-15, atol=0)
+
+
+def test_corners_carry_colours_and_texture_coordinates() -> None:
+    text = (
+        b"STCBEZ213\n 0 0 0 1 0 0 2 0 0  0 1 0 1 1 0 2 1 0\n 0 0 1 0 0 1 1 1\n"
+        b"1 0 0 1  0 1 0 1  0 0 1 1  1 1 1 1\n"
+    )
+    tree = decode(text, None, MOST)
+    uvs, colors = (tree[name][tree["patches"]][0] for name in ("uvs", "colors"))
+    np.testing.assert_array_equal(uvs[:, 0], [[0, 0], [0.5, 0], [1, 0]])
+    np.testing.assert_array_equal(uvs[:, 1], [[0, 1], [0.5, 1], [1, 1]])
+    np.testing.assert_array_equal(colors[[0, 2, 0, 2], [0, 0, 1, 1], :3],
+                                  [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]])  # fmt: skip
+    np.testing.assert_array_equal(colors[1, 0], [0.5, 0.5, 0, 1])
+    assert surface_of(text.replace(b"STCBEZ213", b"CBEZ213_ST")) is not None
+
+
+def test_colours_of_ours_come_back_at_the_corners() -> None:
+    content = written(find("bourke-1111-colors").surface())
+    assert b"CBEZ" in content
+    tree = decode(content, None, MOST)
+    again = written(mesh_request({"surface": tree}, DocumentLimits()).to_surface())
+    assert again == content
+
+
+def test_patches_of_several_degrees_are_a_group_and_nothing_is_lost() -> None:
+    text = b"LIST { BEZ113 0 0 0 1 0 0 0 1 0 1 1 0 } { LIST { = BEZ 2 1 3\n" + (
+        b"0 0 1 1 0 1 2 0 1 0 1 1 1 1 1 2 1 1 } } { BEZ114 0 0 0 2 2 0 0 2 0 2 0 2 2 2 0 2 }"
+    )
+    tree = decode(text, None, MOST)
+    assert tree["type"] == "group"
+    first, second = (member["surface"] for member in tree["members"])
+    assert first["patches"].shape == (2, 2, 2)
+    assert second["patches"].shape == (1, 3, 2)
+    # One of the two has weights, so the other has as well.
+    np.testing.assert_array_equal(first["weights"], [1] * 4 + [2] * 4)
+    np.testing.assert_array_equal(first["vertices"][4:], first["vertices"][:4])
+    assert "weights" not in second
+    surface = mesh_request({"surface": tree}, DocumentLimits()).to_surface()
+    assert len(render(surface, MeshOptions((1, 1)), BY_NAME["stl"])) == 84 + 50 * 6
+
+
+FLAT = b"0 0 0  1 0 0  0 1 0  1 1 0"
+FORMS = [
+    b"BEZ113 " + FLAT,
+    b"BEZ 1 1 3\r\n" + FLAT + b"\r\n",
+    b"{BEZ113\n" + FLAT + b"}",
+    b"# a comment { BEZ\n{ = BEZ113 # another\n" + FLAT.replace(b"  ", b" #}\n") + b"\n}\n",
+    b"{ = { = BEZ113 " + FLAT + b" } }",
+    b"LIST\n{ BEZ113 " + FLAT + b" }\n",
+    b"{LIST{LIST{BEZ113 " + FLAT + b"}}}",
+    b"LIST BEZ113 " + FLAT,
+    b"{ define it BEZ113 " + FLAT + b"}",
+    b"appearance { +edge material { diffuse 1 0 0 } }\nBEZ113 " + FLAT,
+    b"{ appearance { patchdice 2 2 } BEZ113 " + FLAT + b"}",
+    b"LIST { BEZ113 " + FLAT + b" } { = SKEL 2 1\n0 0 0\n1 1 1\n2 0 1 1 0 0 1\n}",
+    b"BEZ113\n+0 .0 0. 1e0 0E-3 0  0 10e-1 0  1.0 1.000 -0\f\t",
+    b"BEZ113_ST " + FLAT + b" 0 0 1 0 0 1 1 1",
+    b"STBEZ113 " + FLAT + b" 0 0 1 0 0 1 1 1",
+    b"CBEZ113 " + FLAT + b" 1 1 1 1" * 4,
+]
+"""One and the same patch, as the format lets it be written."""
+
+OURS_ALONE = (b"\r", b"+0", b"LIST BEZ", b"appearance { +edge m", b"define")
+"""What stands in forms of which Geomview complains, or that it draws in another way."""
+
+
+@pytest.mark.parametrize("text", FORMS)
+def test_every_form_is_read(text: bytes) -> None:
+    points, weights = batch(text)
+    assert weights is None
+    np.testing.assert_array_equal(points, [[[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]])
+
+
+@pytest.mark.parametrize(
+    "text", [text for text in FORMS if not any(part in text for part in OURS_ALONE)]
+)
+def test_geomview_reads_these_forms_too(text: bytes, tmp_path: Path) -> None:
+    read = read_oogl(text, tmp_path)
+    assert len(read.vertices) >= 4
+    assert (read.vertices.min(), read.vertices.max()) == (0, 1)
+
+
+@pytest.mark.parametrize("name", ["teapot.bez", "octant.bez", "pieces/linkA.bez"])
+def test_geomviews_own_files_are_the_surfaces_that_geomview_draws(name: str) -> None:
+    file = GEOMVIEW / name
+    if not file.exists():
+        pytest.skip("Geomview's examples are not installed")
+    dice = 5
+    done = subprocess.run(
+        [program("bez2mesh"), str(dice), str(file)], capture_output=True, timeout=60, check=True
+    )
+    # Each patch a MESH of dice × dice lines: x y z, and perhaps a normal.
+    lines = [line.split() for line in done.stdout.decode().splitlines()]
+    numbers = [line for line in lines if len(line) in (3, 6) and line[0][-1].isdigit()]
+    drawn = np.array([line[:3] for line in numbers], dtype=float)
+    model = surface_of(file.read_bytes()).lower()
+    assert isinstance(model, PatchModel)
+    (patches,) = model.batches
+    ours = render(surface_of(file.read_bytes()), MeshOptions((dice - 1, dice - 1), weld=False),
+                  BY_NAME["obj"])  # fmt: skip
+    points = np.array(
+        [line.split()[1:4] for line in ours.decode().splitlines() if line.startswith("v ")],
+        dtype=float,
+    )
+    assert len(drawn) == len(points) == patches.count * dice * dice
+    ours_sorted, theirs = (np.sort(p.reshape(-1, 3), axis=0) for p in (points, drawn))
+    np.testing.assert_allclose(ours_sorted, theirs, atol=2e-5)
+
+
+REFUSED: dict[str, tuple[bytes, str, int]] = {
+    "nothing": (b"", "malformed_body", 1),
+    "a comment": (b"# BEZ\n#", "malformed_body", 2),
+    "another object": (b"\nOFF 3 1 0\n", "malformed_body", 2),
+    "a file elsewhere": (b"LIST\n{ < other.bez }", "malformed_body", 2),
+    "a name": (b"LIST\n{ :name }", "malformed_body", 2),
+    "half a patch": (b"\n\nBBP\n1 2 3\n", "malformed_body", 3),
+    "no patch": (b"BBP", "malformed_body", 1),
+    "an empty list": (b"\nLIST", "malformed_body", 2),
+    "no degrees": (b"\nBEZ\n", "malformed_body", 2),
+    "degree 0": (b"BEZ013 0 0 0 1 1 1", "malformed_body", 1),
+    "degree 13": (b"BEZ 13 1 3 0", "malformed_body", 1),
+    "dimension 2": (b"BEZ112 0 0 1 0 0 1 1 1", "malformed_body", 1),
+    "prefixes in another order": (b"CSTBEZ113", "malformed_body", 1),
+    "another case": (b"bez113 " + FLAT, "malformed_body", 1),
+    "an open brace": (b"{ BEZ113\n" + FLAT, "malformed_body", 2),
+    "a brace too many": (b"{ BEZ113\n" + FLAT + b"}\n}", "malformed_body", 3),
+    "a second object": (b"{BEZ113 " + FLAT + b"}\n{BEZ113 " + FLAT + b"}", "malformed_body", 2),
+    "braces within braces": (b"{\n" * 40, "malformed_body", 17),
+    "many signs": (b"=" * 5000, "malformed_body", 1),
+    "an appearance without an end": (b"appearance {\n" + b"{}" * 5000, "malformed_body", 1),
+    "the binary form": (b"BEZ113 BINARY\n\x01", "malformed_body", 1),
+    "a word among the numbers": (b"BEZ113 0 0 0\n1 zq9x7 0", "malformed_body", 2),
+    "a number with two points": (b"BEZ113 0 0 0\n1 0.0.0 0" + b" 0" * 6, "malformed_body", 2),
+    "two numbers in one": (b"BEZ113 0 0 0\n1 0-1 0" + b" 0" * 6, "malformed_body", 2),
+    "a hexadecimal number": (b"BEZ113 0 0 0\n1 0x1 0" + b" 0" * 6, "malformed_body", 2),
+    "an underline": (b"BEZ113 0 0 0\n1 1_0 0" + b" 0" * 6, "malformed_body", 2),
+    "a sign": (b"BEZ113 0 0 0\n1 - 0" + b" 0" * 6, "malformed_body", 2),
+    "a thousand digits": (b"BEZ113 0 0 0\n1 " + b"1" * 1000 + b" 0" * 7, "malformed_body", 2),
+    "a million digits": (b"BEZ113\n" + b"1" * 1_000_000, "malformed_body", 2),
+    "1e400": (b"BEZ113 0 0 0\n1 0 0\n0 1e400 0\n1 1 0", "not_finite", 3),
+    "-inf": (b"BEZ113 0 0 0\n1 0 -inf\n0 1 0\n1 1 0", "not_finite", 2),
+    "weight 0": (b"BEZ114 0 0 0 1\n1 0 0 1\n0 1 0 0\n1 1 0 1", "weight_not_positive", 3),
+    "weight -1": (b"BEZ114 0 0 0 1\n1 0 0 1\n0 1 0 1\n1 1 0\n-1", "weight_not_positive", 5),
+}
+
+
+@pytest.mark.parametrize(("text", "code", "line"), REFUSED.values(), ids=list(REFUSED))
+def test_what_is_wrong_is_told_with_its_line(text: bytes, code: str, line: int) -> None:
+    with pytest.raises(SurfaceError) as caught:
+        decode(text, None, MOST)
+    issue = caught.value.issues[0]
+    assert issue.code == code
+    assert f"(line {line})" in issue.message
+    assert "zq9x7" not in str(issue)
+
+
+@pytest.mark.parametrize("content", ["BEZ113 é".encode(), b"BEZ113\0", "BEZ113".encode("utf-16")])
+def test_other_characters_than_ascii_are_refused(content: bytes) -> None:
+    with pytest.raises(MalformedBody):
+        decode(content, None, MOST)
+
+
+def test_control_points_are_counted_over_the_whole_file() -> None:
+    text = b"LIST" + b"{BEZ113 " + FLAT + b"}" + b"{BEZ113 " + FLAT + b" " + FLAT + b"}"
+    assert decode(text, None, 12)
+    for most in (11, 4, 3):
+        with pytest.raises(SurfaceError) as caught:
+            decode(text, None, most)
+        assert caught.value.issues[0].code == "too_many_control_points"
+
+
+def test_long_texts_are_refused_before_much_is_made_of_them() -> None:
+    """Of 8 MiB, as much as the limit allows is ever a number in memory."""
+    for piece in (b"1 ", b"#\n", b"1e1 ", b"{BEZ113 " + FLAT + b"}", b"\n"):
+        text = b"LIST {BBP " + piece * ((8 << 20) // len(piece))
+        tracemalloc.start()
+        with pytest.raises(SurfaceError):
+            decode(text, None, 1000)
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert peak < 6 << 20
+
+
+WORDS = st.sampled_from(
+    [b"{", b"}", b"=", b"LIST", b"BEZ113", b"BBP", b"BEZ", b"appearance", b"SKEL", b"#", b"\n",
+     b"1", b"-2.5e1", b"nan", b"x", FLAT, b"BEZ113 " + FLAT, b"CBEZ114_ST", b"1e999", b"define"]
+)  # fmt: skip
+
+
+@settings(max_examples=300)
+@given(st.lists(WORDS, max_size=12).map(b" ".join))
+def test_any_text_is_patches_or_refused(text: bytes) -> None:
+    with suppress(SurfaceError):
+        assert decode(text, None, MOST)["type"] in ("patches", "group")
