@@ -112,7 +112,16 @@ export interface paths {
         /** The built-in surfaces */
         get: operations["listSurfaces"];
         put?: never;
-        post?: never;
+        /**
+         * Stores a surface
+         * @description Stores the surface under the SHA-256 of its content, which is its id from then on: 201 where it is
+         *     new, 200 where it was there. All ways to write a surface down have one id: the order of keys, the
+         *     spelling of numbers (`1`, `1.0`, `1e0`, −0), what a default says and whether it is said make no
+         *     difference; any other number does. A file of control points is the surface that JSON would say, with
+         *     what it does not hold in the query. Its meshes have addresses, which `links` names, and may be kept
+         *     for ever by whoever fetches them.
+         */
+        post: operations["storeSurface"];
         delete?: never;
         options?: never;
         head?: never;
@@ -126,11 +135,21 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The definition of a built-in surface, as a body for `POST /v1/mesh` */
+        /**
+         * The definition of a surface
+         * @description The definition of a built-in or a stored surface, as a body for the other calls. Under an id that is
+         *     a hash it never changes; its `ETag` is the hash of the content, in quotes.
+         */
         get: operations["getSurface"];
         put?: never;
         post?: never;
-        delete?: never;
+        /**
+         * Removes a stored surface
+         * @description Removes a stored surface, where the service is set up to allow it (`SURFACE_ALLOW_DELETE`); else,
+         *     and for built-in surfaces, 405. What others have kept of its meshes is theirs: addresses that may be
+         *     kept for ever are not called back. Storing the surface again brings back the same id.
+         */
+        delete: operations["deleteSurface"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1879,6 +1898,17 @@ export interface components {
             ];
         };
         /**
+         * SurfaceRequest
+         * @description A surface and nothing else: to store it.
+         */
+        SurfaceRequest: {
+            /**
+             * Surface
+             * @description The surface, by its control points.
+             */
+            surface: components["schemas"]["SurfaceDefinition"];
+        };
+        /**
          * TransposeDefinition
          * @description Exchanges u and v, of every patch; s and t of a triangle. Normals turn to the other side.
          */
@@ -2591,6 +2621,35 @@ export interface components {
                 needed: string;
             }[];
         };
+        /** @description A surface that is stored. */
+        StoredSurface: {
+            /** @description SHA-256 of the content: 64 hexadecimal digits. */
+            id: string;
+            /** @description Addresses, without the host. */
+            links: {
+                /** @description Address of the definition. */
+                self: string;
+                /** @description Address of the mesh by suffix, in the numbers of today: it may be kept for ever. Options are added in front of `engine`. */
+                mesh: {
+                    /** @description glTF 2.0, binary. */
+                    glb: string;
+                    /** @description glTF 2.0, one JSON document. */
+                    gltf: string;
+                    /** @description Vertices and faces as JSON. */
+                    json: string;
+                    /** @description OOGL, read by Geomview. */
+                    oogl: string;
+                    /** @description STL, binary. */
+                    stl: string;
+                    /** @description Wavefront OBJ. */
+                    obj: string;
+                    /** @description PLY, binary. */
+                    ply: string;
+                    /** @description OFF. */
+                    off: string;
+                };
+            };
+        };
         /** @description A surface: its `type` tells the kind, `bezier` if there is none. */
         SurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"] | components["schemas"]["GroupDefinition"];
         /** @description A surface in a group: any but a group. */
@@ -2709,7 +2768,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description What is kept under this id is damaged, and is not given out. Storing it again mends it. */
+        /** @description What is kept under this id is damaged, and is not given out. Storing it again mends it. The fault is ours. It has been logged; the request may be repeated. */
         DamagedObject: {
             headers: {
                 [name: string]: unknown;
@@ -2769,6 +2828,7 @@ export type RestrictDefinition = components['schemas']['RestrictDefinition'];
 export type ReverseDefinition = components['schemas']['ReverseDefinition'];
 export type RibbonDefinition = components['schemas']['RibbonDefinition'];
 export type SplitDefinition = components['schemas']['SplitDefinition'];
+export type SurfaceRequest = components['schemas']['SurfaceRequest'];
 export type TransposeDefinition = components['schemas']['TransposeDefinition'];
 export type TriangleConversion = components['schemas']['TriangleConversion'];
 export type TriangleDefinition = components['schemas']['TriangleDefinition'];
@@ -2786,6 +2846,7 @@ export type Health = components['schemas']['Health'];
 export type Points = components['schemas']['Points'];
 export type Curve = components['schemas']['Curve'];
 export type Estimate = components['schemas']['Estimate'];
+export type StoredSurface = components['schemas']['StoredSurface'];
 export type SurfaceDefinition = components['schemas']['SurfaceDefinition'];
 export type MemberSurfaceDefinition = components['schemas']['MemberSurfaceDefinition'];
 export type CurveDefinition = components['schemas']['CurveDefinition'];
@@ -3157,33 +3218,161 @@ export interface operations {
             500: components["responses"]["InternalError"];
         };
     };
+    storeSurface: {
+        parameters: {
+            query?: {
+                /** @description Beside a file: what the control points are: `bezier` or `bspline` for one net, `patches` for many. */
+                type?: "bezier" | "bspline" | "patches";
+                /** @description Beside a file: degree of a `bspline`: one number, or one for u and one for v. */
+                degree?: number[];
+                /** @description Beside a file: knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
+                knots?: ("uniform" | "clamped" | "periodic")[];
+                /** @description Beside a file: the model's vertical axis, `y` or `z`. */
+                up?: "y" | "z";
+                /** @description Beside a file: name of the surface. */
+                name?: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SurfaceRequest"];
+                "application/x-npy": Blob;
+                "model/x-oogl": string;
+                "text/x-teapot": string;
+            };
+        };
+        responses: {
+            /** @description It was stored already. */
+            200: {
+                headers: {
+                    /**
+                     * @description Address of the definition, without the host.
+                     * @example /v1/surfaces/bb30fce7d74589bd7beb4732c9ba1488f742803c7c0db6b01033cc8a70eecd65
+                     */
+                    Location: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StoredSurface"];
+                };
+            };
+            /** @description It is stored. */
+            201: {
+                headers: {
+                    /**
+                     * @description Address of the definition, without the host.
+                     * @example /v1/surfaces/bb30fce7d74589bd7beb4732c9ba1488f742803c7c0db6b01033cc8a70eecd65
+                     */
+                    Location: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StoredSurface"];
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidRequest"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["StoreFailed"];
+            507: components["responses"]["StoreFull"];
+        };
+    };
     getSurface: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /**
+                 * @description Tags of answers that the client has, or `*`.
+                 * @example "3q2-7wEAAAAAAAAAAAAAAA"
+                 */
+                "If-None-Match"?: string;
+            };
             path: {
                 /**
-                 * @description Id of a built-in surface.
+                 * @description Id of a surface: the name of a built-in one, or what storing it answered.
                  * @example utah-teapot
                  */
-                id: "utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring";
+                id: string | ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | unknown;
             };
             cookie?: never;
         };
         requestBody?: never;
         responses: {
-            /** @description The definition of a built-in surface, as a body for `POST /v1/mesh`. */
+            /** @description The definition of a surface. */
             200: {
                 headers: {
+                    /**
+                     * @description The hash of the content, in quotes.
+                     * @example "412350f1bb8449e44bb5c629638f78f030401eb156e91c9a12dc48077018581e"
+                     */
+                    ETag: string;
+                    /**
+                     * @description `public, max-age=31536000, immutable` where the id is a hash; else `public, max-age=3600, must-revalidate`.
+                     * @example public, max-age=31536000, immutable
+                     */
+                    "Cache-Control": string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["SurfaceDocument"];
                 };
             };
+            /** @description The client has the definition already: `If-None-Match` lists its tag. */
+            304: {
+                headers: {
+                    /**
+                     * @description The hash of the content, in quotes.
+                     * @example "412350f1bb8449e44bb5c629638f78f030401eb156e91c9a12dc48077018581e"
+                     */
+                    ETag: string;
+                    /**
+                     * @description `public, max-age=31536000, immutable` where the id is a hash; else `public, max-age=3600, must-revalidate`.
+                     * @example public, max-age=31536000, immutable
+                     */
+                    "Cache-Control": string;
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
             404: components["responses"]["UnknownSurface"];
             422: components["responses"]["InvalidQuery"];
+            500: components["responses"]["DamagedObject"];
+            503: components["responses"]["StoreFailed"];
+        };
+    };
+    deleteSurface: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /**
+                 * @description Id of a surface: the name of a built-in one, or what storing it answered.
+                 * @example utah-teapot
+                 */
+                id: string | ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | unknown;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description It is gone. */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            404: components["responses"]["UnknownSurface"];
+            405: components["responses"]["MethodNotAllowed"];
+            422: components["responses"]["InvalidQuery"];
             500: components["responses"]["InternalError"];
+            503: components["responses"]["StoreFailed"];
         };
     };
     getSurfaceMesh: {
@@ -3309,10 +3498,10 @@ export interface operations {
             };
             path: {
                 /**
-                 * @description Id of a built-in surface.
+                 * @description Id of a surface: the name of a built-in one, or what storing it answered.
                  * @example utah-teapot
                  */
-                id: "utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring";
+                id: string | ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | unknown;
                 /**
                  * @description Suffix of the format of the answer; `Accept` is not read.
                  * @example glb
@@ -3422,7 +3611,8 @@ export interface operations {
             406: components["responses"]["CodingNotAcceptable"];
             410: components["responses"]["EngineGone"];
             422: components["responses"]["InvalidQuery"];
-            500: components["responses"]["InternalError"];
+            500: components["responses"]["DamagedObject"];
+            503: components["responses"]["StoreFailed"];
         };
     };
     listFormats: {

@@ -73,7 +73,7 @@ def test_document_is_valid_and_served(client: Client) -> None:
 
 
 def test_every_route_is_described_and_nothing_else() -> None:
-    app = create_app(Settings())
+    app = create_app(Settings(allow_delete=True))
     routes = {
         (route.path, method.lower())
         for route in app.routes
@@ -184,6 +184,23 @@ def test_examples_of_conversions_are_true(client: Client) -> None:
         answer = client.post("/v1/convert", example["value"]).json()
         assert answer == answers[name]["value"]
         assert errors("SurfaceDocument", answer) == []
+
+
+def test_examples_of_storing_are_true(client: Client) -> None:
+    operation = DOCUMENT["paths"]["/v1/surfaces"]["post"]
+    requests = operation["requestBody"]["content"]["application/json"]["examples"]
+    for status in ("201", "200"):
+        response = operation["responses"][status]
+        shown = response["content"]["application/json"]["examples"]
+        assert set(shown) == set(requests)
+        for name, example in requests.items():
+            assert errors("SurfaceRequest", example["value"]) == []
+            answer = client.post("/v1/surfaces", example["value"])
+            assert answer.status_code == int(status)
+            assert answer.json() == shown[name]["value"]
+            assert errors("StoredSurface", answer.json()) == []
+            assert set(response["headers"]) == {"Location"}
+            assert errors("SurfaceDocument", client.get(answer.headers["location"]).json()) == []
 
 
 def test_operations_are_described_and_their_examples_taken() -> None:

@@ -23,6 +23,7 @@ from service.api import (
     page,
     points,
     problems,
+    surfaces,
 )
 from service.api.caching.answers import AnswerCache
 from service.api.caching.flights import Flights
@@ -81,8 +82,10 @@ def _add_routes(app: FastAPI) -> None:
     app.add_route("/v1/points", points.post_points, methods=["POST"])
     app.add_route("/v1/convert", convert.post_convert, methods=["POST"])
     app.add_route("/v1/curve", curve.post_curve, methods=["POST"])
-    app.add_route("/v1/surfaces", catalogue.list_surfaces)
-    app.add_route("/v1/surfaces/{id}", catalogue.get_surface)
+    app.add_route("/v1/surfaces", surfaces.collection, methods=["GET", "POST"])
+    # Where nothing may be deleted, DELETE is a method that the address does not answer.
+    delete = ["DELETE"] if app.state.settings.allow_delete else []
+    app.add_route("/v1/surfaces/{id}", surfaces.item, methods=["GET", *delete])
     app.add_route("/v1/surfaces/{id}/mesh.{suffix}", mesh_by_url.get_mesh)
     app.add_route("/v1/formats", catalogue.list_formats)
     app.add_route("/health", catalogue.health)

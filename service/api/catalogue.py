@@ -7,10 +7,9 @@ from starlette.responses import Response
 
 from service import __version__
 from service.api.answers import json_response
-from service.api.parameters import named_example, no_parameters
+from service.api.parameters import no_parameters
 from service.encoders.registry import FORMATS
 from service.engine.mesh import ENGINE
-from service.schemas.surfaces import definition
 from service.surface.examples import EXAMPLES, Example
 from service.surface.lowered import GroupModel, Model
 from service.surface.sweep_model import SweepModel
@@ -21,13 +20,6 @@ async def list_surfaces(request: Request) -> Response:
     no_parameters(request.query_params)
     root = request.scope.get("root_path", "")
     return json_response({"surfaces": [_summary(e, root) for e in EXAMPLES.values()]})
-
-
-async def get_surface(request: Request) -> Response:
-    """GET /v1/surfaces/{id}: the definition, as a body for POST /v1/mesh."""
-    no_parameters(request.query_params)
-    example = named_example(request.path_params["id"])
-    return json_response({"surface": definition(example.surface())})
 
 
 async def list_formats(request: Request) -> Response:

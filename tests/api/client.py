@@ -1,14 +1,23 @@
 """A client that calls the application in this process, without a server."""
 
-from collections.abc import AsyncIterable, AsyncIterator, Iterable, Iterator, Mapping
+from collections.abc import (
+    AsyncIterable,
+    AsyncIterator,
+    Awaitable,
+    Callable,
+    Iterable,
+    Iterator,
+    Mapping,
+)
 from contextlib import contextmanager
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import httpx
 import orjson
 from anyio.from_thread import BlockingPortal, start_blocking_portal
 from starlette.types import ASGIApp
 
+Result = TypeVar("Result")
 Body: TypeAlias = bytes | Iterable[bytes] | AsyncIterable[bytes]
 
 
@@ -42,6 +51,10 @@ class Client:
     ) -> httpx.Response:
         sent = {"Content-Type": "application/json", **(headers or {})}
         return self.request("POST", url, orjson.dumps(document), sent)
+
+    def call(self, function: Callable[..., Awaitable[Result]], *arguments: Any) -> Result:
+        """What a coroutine function returns, on the event loop of the requests."""
+        return self._portal.call(function, *arguments)
 
     async def _request(
         self,

@@ -47,7 +47,7 @@ def test_unknown_address(client: Client, address: str) -> None:
         ("GET", "/v1/mesh", {"POST"}),
         ("HEAD", "/v1/mesh", {"POST"}),
         ("PUT", "/v1/mesh", {"POST"}),
-        ("POST", "/v1/surfaces", {"GET", "HEAD"}),
+        ("PUT", "/v1/surfaces", {"GET", "HEAD", "POST"}),
         ("DELETE", "/v1/surfaces/saddle", {"GET", "HEAD"}),
         ("PATCH", "/v1/surfaces/saddle/mesh.glb", {"GET", "HEAD"}),
         ("OPTIONS", "/v1/formats", {"GET", "HEAD"}),

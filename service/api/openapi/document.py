@@ -8,12 +8,13 @@ errors from the code that makes them.
 from functools import cache
 
 from service import __version__
+from service.api.openapi import surfaces
 from service.api.openapi.codes import code_list
 from service.api.openapi.convert import post_convert
 from service.api.openapi.curve import curve_schema, post_curve
 from service.api.openapi.estimate import estimate_schema, post_estimate
 from service.api.openapi.examples import meshes
-from service.api.openapi.mesh import ID_PARAMETER, get_mesh, post_mesh
+from service.api.openapi.mesh import get_mesh, post_mesh
 from service.api.openapi.operations import get_operation
 from service.api.openapi.points import points_schema, post_points
 from service.api.openapi.problems import responses
@@ -23,8 +24,9 @@ from service.api.openapi.shapes import with_named_unions, with_tuples
 _DESCRIPTION = """\
 Parametric surfaces in, meshes out: post a control net, get vertices and faces.
 
-A request carries a surface and, beside it, the options of its mesh. Built-in examples answer by
-URL, with the same options as query parameters. `GET` calls answer `HEAD` as well.
+A request carries a surface and, beside it, the options of its mesh. Built-in surfaces, and those
+that were stored, answer by URL, with the same options as query parameters. `GET` calls answer
+`HEAD` as well.
 
 Errors are problems (RFC 9457) with a stable `code` and, for each thing that is wrong, a JSON
 pointer into the body or the name of a parameter, what was got and what was needed. The input is
@@ -38,7 +40,7 @@ The `code` of a problem tells its kind; the `code` of each of its `errors` is on
 _TAGS = [
     {"name": "meshes", "description": "Surfaces to meshes."},
     {"name": "points", "description": "Points of surfaces, one by one."},
-    {"name": "surfaces", "description": "Surfaces to surfaces."},
+    {"name": "surfaces", "description": "Surfaces with an address, and in another form."},
     {"name": "curves", "description": "Curves to points and lines."},
     {"name": "catalogue", "description": "What there is to ask for."},
     {"name": "operations", "description": "Whether the service is well."},
@@ -64,6 +66,7 @@ def document() -> Json:
                     "Points": points_schema(),
                     "Curve": curve_schema(),
                     "Estimate": estimate_schema(),
+                    "StoredSurface": surfaces.stored_schema(),
                 }
             ),
             "responses": responses(),
@@ -80,22 +83,8 @@ def _paths() -> Json:
         "/v1/points": {"post": post_points()},
         "/v1/convert": {"post": post_convert()},
         "/v1/curve": {"post": post_curve()},
-        "/v1/surfaces": {
-            "get": get_operation(
-                "listSurfaces", "catalogue", "The built-in surfaces", "SurfaceList", "InvalidQuery"
-            )
-        },
-        "/v1/surfaces/{id}": {
-            "get": get_operation(
-                "getSurface",
-                "catalogue",
-                "The definition of a built-in surface, as a body for `POST /v1/mesh`",
-                "SurfaceDocument",
-                "UnknownSurface",
-                "InvalidQuery",
-            )
-            | {"parameters": [ID_PARAMETER]}
-        },
+        "/v1/surfaces": surfaces.collection(),
+        "/v1/surfaces/{id}": surfaces.item(),
         "/v1/surfaces/{id}/mesh.{suffix}": {"get": get_mesh()},
         "/v1/formats": {
             "get": get_operation(

@@ -21,8 +21,11 @@ ID_PARAMETER = {
     "name": "id",
     "in": "path",
     "required": True,
-    "description": "Id of a built-in surface.",
-    "schema": {"type": "string", "enum": list(EXAMPLES)},
+    "description": "Id of a surface: the name of a built-in one, or what storing it answered.",
+    "schema": {
+        "type": "string",
+        "anyOf": [{"enum": list(EXAMPLES)}, {"pattern": "^[0-9a-f]{64}$"}],
+    },
     "example": "utah-teapot",
 }
 
@@ -67,7 +70,8 @@ def get_mesh() -> Json:
                 "CodingNotAcceptable",
                 "EngineGone",
                 "InvalidQuery",
-                "InternalError",
+                "DamagedObject",
+                "StoreFailed",
             ),
         },
     }

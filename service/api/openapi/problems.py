@@ -119,7 +119,10 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
             ),
             "quads": lambda: _refused(_render("stl", MeshOptions(faces="quads")), "parameter"),
         },
-        "DamagedObject": {"hash": lambda: _raised(DamagedObject())},
+        "DamagedObject": {
+            "hash": lambda: _raised(DamagedObject()),
+            "ours": lambda: problem_document(problems.INTERNAL_ERROR),
+        },
         "StoreFailed": {"bucket": lambda: _raised(StoreFailed())},
         "StoreFull": {
             "quota": lambda: _raised(no_room(left=3_000, growth=14_000)),

@@ -13,7 +13,7 @@ from service.schemas.curve_request import CurveRequest
 from service.schemas.mesh_query import MeshQuery
 from service.schemas.points import PointsRequest
 from service.schemas.query import LIST_NAMES
-from service.schemas.request import MeshRequest
+from service.schemas.request import MeshRequest, SurfaceRequest
 from service.surface.channels import MAX_DIMENSION
 
 Json: TypeAlias = dict[str, Any]
@@ -29,6 +29,9 @@ class _WithoutNull(GenerateJsonSchema):
         return super().default_schema(schema)
 
 
+_REQUESTS = (MeshRequest, SurfaceRequest, PointsRequest, ConvertRequest, CurveRequest)
+
+
 def ref(name: str) -> Json:
     """Reference to a schema among the components."""
     return {"$ref": f"#/components/schemas/{name}"}
@@ -37,7 +40,7 @@ def ref(name: str) -> Json:
 def schemas() -> dict[str, Json]:
     """All component schemas by name."""
     _, generated = models_json_schema(
-        [(m, "validation") for m in (MeshRequest, PointsRequest, ConvertRequest, CurveRequest)],
+        [(model, "validation") for model in _REQUESTS],
         ref_template="#/components/schemas/{model}",
         schema_generator=_WithoutNull,
     )

@@ -1,0 +1,113 @@
+"""Surfaces by their ids: names of examples, hashes of what was stored."""
+
+import logging
+from dataclasses import dataclass, replace
+from functools import cache, partial
+
+from starlette.requests import Request
+
+from service.api.work import long_to_read, run
+from service.errors import DamagedObject, InvalidRequest, UnknownSurface
+from service.schemas.canonical import canonical, restored, surface_id
+from service.schemas.document import DocumentLimits
+from service.settings import document_limits
+from service.storage.keys import is_id
+from service.storage.store import SurfaceStore
+from service.surface import Surface
+from service.surface.examples import EXAMPLES, find
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """A surface that was asked for by its id.
+
+    Attributes
+    ----------
+    id : str
+        As it stands in the path.
+    surface : Surface
+    is_hash : bool
+        Whether the id is the hash of its content: then it never stands for another surface.
+    is_long : bool
+        Whether it is so large that the event loop cannot spare the time to write it down.
+    """
+
+    id: str
+    surface: Surface
+    is_hash: bool
+    is_long: bool = False
+
+
+async def surface_of(request: Request, id: str) -> Stored:
+    """The surface of this id.
+
+    Raises
+    ------
+    UnknownSurface, InvalidRequest
+        There is none, or it was stored under wider limits than there are now. Both point to `/id`.
+    DamagedObject, StoreFailed
+    """
+    if id in EXAMPLES:
+        return Stored(id, find(id).surface(), is_hash=False)
+    if not is_id(id):
+        raise unknown(id)
+    store: SurfaceStore = request.app.state.store
+    try:
+        content = await store.get(id)
+    except UnknownSurface as error:
+        raise error.within("/id") from None
+    limits = document_limits(request.app.state.settings)
+    is_long = long_to_read(content)
+    work = partial(_restored, id, content, limits)
+    surface = await run(request, work, in_thread=is_long)
+    return Stored(id, surface, is_hash=True, is_long=is_long)
+
+
+async def exists(request: Request, id: str) -> bool:
+    """Whether there is a surface of this id; what is stored is not read."""
+    store: SurfaceStore = request.app.state.store
+    return id in EXAMPLES or await store.has(id)
+
+
+def content_id(id: str) -> str:
+    """The hash of what an id stands for: of the content of an example, or the id itself.
+
+    Raises
+    ------
+    UnknownSurface
+        For what is neither; whether something is stored under a hash is not looked up.
+    """
+    if id in EXAMPLES:
+        return _hash_of_example(id)
+    if not is_id(id):
+        raise unknown(id)
+    return id
+
+
+def unknown(id: str) -> UnknownSurface:
+    """The error of a name that is no example's, and no hash."""
+    try:
+        find(id)
+    except UnknownSurface as error:
+        (issue,) = error.issues
+        needed = f"{issue.needed}; or the id of a stored surface, 64 hexadecimal digits"
+        return UnknownSurface(replace(issue, pointer="/id", needed=needed))
+    raise ValueError("an example is known")
+
+
+@cache
+def _hash_of_example(name: str) -> str:
+    return surface_id(canonical(find(name).surface()))
+
+
+def _restored(id: str, content: bytes, limits: DocumentLimits) -> Surface:
+    try:
+        return restored(content, limits)
+    except DamagedObject:
+        _log.error("%s has its hash, but is not the content of a surface", id)
+        raise
+    except InvalidRequest as error:
+        # Where in the surface is of no use to somebody who sent only its id.
+        raise InvalidRequest(replace(error.issues[0], pointer="/id")) from None

@@ -1,0 +1,115 @@
+"""Surfaces with an address: stored under the hash of their content, given back, and deleted."""
+
+from functools import partial
+
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+
+from service.api.answers import HEADERS, ChunkedResponse, json_response
+from service.api.caching.answers import AnswerCache
+from service.api.caching.entries import FOR_AN_HOUR, FOR_EVER
+from service.api.caching.tags import is_any, listed
+from service.api.catalogue import list_surfaces
+from service.api.links import mesh_links, surface_address
+from service.api.parameters import no_parameters
+from service.api.posted import Posting, posting
+from service.api.stored import content_id, exists, surface_of
+from service.api.work import run
+from service.encoders.format import Format
+from service.encoders.text import json_bound, json_text
+from service.errors import Issue, UnknownSurface
+from service.pipeline.limits import Limits
+from service.schemas.canonical import canonical, surface_id
+from service.schemas.request import surface_request
+from service.schemas.surfaces import definition
+from service.settings import Settings, document_limits, result_limits
+from service.storage.store import SurfaceStore
+from service.surface import Surface
+from service.surface.examples import EXAMPLES
+
+
+async def collection(request: Request) -> Response:
+    """`/v1/surfaces`: GET lists the examples, POST stores a surface."""
+    if request.method == "POST":
+        return await post_surface(request)
+    return await list_surfaces(request)
+
+
+async def item(request: Request) -> Response:
+    """`/v1/surfaces/{id}`: GET gives the definition back, DELETE removes it."""
+    if request.method == "DELETE":
+        return await delete_surface(request)
+    return await get_surface(request)
+
+
+async def post_surface(request: Request) -> Response:
+    """Stores the surface in the body: 201 if it is new, 200 if it was there already."""
+    settings: Settings = request.app.state.settings
+    store: SurfaceStore = request.app.state.store
+    posted: Posting[Format] = posting(request)
+    body = await posted.read(request, settings)
+    work = partial(_named, posted, body, settings)
+    id, content = await run(request, work, in_thread=posted.is_long(body))
+    del body, work  # half of the memory of a large request
+    is_new = await store.put(id, content)
+    root = request.scope.get("root_path", "")
+    address = surface_address(root, id)
+    links = {"self": address, "mesh": mesh_links(root, id)}
+    return json_response(
+        {"id": id, "links": links}, 201 if is_new else 200, HEADERS | {"Location": address}
+    )
+
+
+async def get_surface(request: Request) -> Response:
+    """The definition, as a body for POST /v1/mesh."""
+    settings: Settings = request.app.state.settings
+    no_parameters(request.query_params)
+    id = request.path_params["id"]
+    tag = f'"{content_id(id)}"'
+    headers = {"ETag": tag, "Cache-Control": FOR_AN_HOUR if id in EXAMPLES else FOR_EVER}
+    if _has(request, tag) and await exists(request, id):
+        return Response(status_code=304, headers=headers)
+    stored = await surface_of(request, id)
+    work = partial(_written, stored.surface, result_limits(settings))
+    content = await run(request, work, in_thread=stored.is_long)
+    return ChunkedResponse(content, 200, HEADERS | headers, "application/json")
+
+
+async def delete_surface(request: Request) -> Response:
+    """Removes a stored surface, and what is kept of its meshes.
+
+    Comes here only where the settings allow it. Examples stay.
+    """
+    store: SurfaceStore = request.app.state.store
+    answers: AnswerCache = request.app.state.answers
+    no_parameters(request.query_params)
+    id = request.path_params["id"]
+    if id in EXAMPLES:
+        raise HTTPException(405, headers={"Allow": "GET, HEAD"})
+    if not await store.delete(content_id(id)):
+        issue = Issue("unknown_surface", "No surface is kept under this id.", "/id")
+        raise UnknownSurface(issue)
+    answers.forget(id)
+    return Response(status_code=204)
+
+
+def _named(posted: Posting[Format], body: bytes, settings: Settings) -> tuple[str, bytes]:
+    """The id and the content of the surface in a body."""
+    limits = document_limits(settings)
+    wanted = surface_request(posted.document(body, limits), limits)
+    content = canonical(wanted.to_surface())
+    return surface_id(content), content
+
+
+def _written(surface: Surface, limits: Limits) -> bytes:
+    """A body for other calls."""
+    document = {"surface": definition(surface)}
+    limits.check_bytes(json_bound(document), "The surface could become too large as JSON.", "/id")
+    return json_text(document)
+
+
+def _has(request: Request, tag: str) -> bool:
+    """Whether the client has the answer of this tag already."""
+    condition = ",".join(request.headers.getlist("if-none-match")).encode("latin-1")
+    return is_any(condition) or tag.encode() in listed(condition)
