@@ -37,13 +37,17 @@ LABEL org.opencontainers.image.title="Surface Service" \
 # Nothing is installed into a running container: the base image's pip goes too.
 RUN rm -rf /usr/local/bin/pip* /usr/local/lib/python3*/ensurepip /usr/local/lib/python3*/site-packages/*
 COPY --from=build /app /app
+# All that is ever written: the stored surfaces. A new volume takes over the owner of the folder.
+RUN install --directory --owner=10001 --group=10001 --mode=0700 /data
 # One process, one BLAS thread: replicas scale the service, not threads.
 ENV PATH=/app/bin:$PATH \
     PYTHONDONTWRITEBYTECODE=1 \
     PYTHONUNBUFFERED=1 \
     OPENBLAS_NUM_THREADS=1 \
-    SURFACE_HOST=0.0.0.0
+    SURFACE_HOST=0.0.0.0 \
+    SURFACE_STORE=/data
 USER 10001:10001
+VOLUME /data
 EXPOSE 8000
 HEALTHCHECK --interval=10s --timeout=3s --start-period=10s --retries=3 \
     CMD ["python", "-c", "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/health/live', timeout=2)"]

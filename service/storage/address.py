@@ -17,15 +17,15 @@ from service.storage.places import STAGING, Bucket, Folder
 from service.storage.store import SurfaceStore
 
 if TYPE_CHECKING:
-    from obstore.store import ClientConfig, RetryConfig
+    from obstore.store import RetryConfig
 
 BUCKETS = ("s3", "gs", "az")
 """Schemes of stores elsewhere: Amazon S3 and whatever speaks like it, Google, Azure."""
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):")
 
-# A client waits for the answer: a store that does not answer soon has failed.
-_CLIENT: "ClientConfig" = {"connect_timeout": "5s", "timeout": "30s"}
+# A client waits for the answer: a store that does not answer soon has failed. (obstore's own
+# options of the connection must be left alone: any that is given hides those of the environment.)
 _RETRIES: "RetryConfig" = {"max_retries": 3, "retry_timeout": timedelta(seconds=30)}
 
 
@@ -95,7 +95,7 @@ def _folder(path: Path) -> Folder:
 def _bucket(address: str) -> Bucket:
     """A bucket; whether it can be reached is seen when it is used."""
     try:
-        return Bucket(from_url(address, client_options=_CLIENT, retry_config=_RETRIES))
+        return Bucket(from_url(address, retry_config=_RETRIES))
     except (BaseError, ValueError, TypeError) as error:
         reason = str(error).partition("\n")[0]
         raise InvalidStore(f"got {address!r}, needed the address of a bucket: {reason}.") from None

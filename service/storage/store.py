@@ -16,8 +16,8 @@ from service.storage.keys import SURFACES, is_id, key_of
 from service.storage.places import Bucket
 from service.storage.usage import Usage
 
-AT_ONCE = 16
-"""Objects read or written at the same time: each is held in memory, and takes a thread."""
+AT_ONCE = 8
+"""Objects hashed, read or written at the same time: each takes memory, and up to two threads."""
 
 INLINE = 1 << 18
 """Bytes that the event loop has the time to hash."""
@@ -63,8 +63,9 @@ class SurfaceStore:
             The id is not the hash of the content.
         """
         key = key_of(id)
-        if await _hash(content) != id:
-            raise ValueError("the id is not the hash of the content")
+        async with self._limiter:
+            if await _hash(content) != id:
+                raise ValueError("the id is not the hash of the content")
         lock = self._writing.setdefault(id, Lock())  # two tasks that store the same: one writes
         async with lock:
             before = await self._size(key)

@@ -10,12 +10,16 @@ import pytest
 import yaml
 
 from service import __version__
+from service.settings import from_environment
+from service.storage.address import open_store
 from tests.tools import program
 
 ROOT = Path(__file__).parents[2]
 COMPOSE = ROOT / "deploy" / "compose.yaml"
 BASE = ROOT / "deploy" / "kubernetes" / "base"
-MANIFESTS = ["deployment.yaml", "service.yaml"]
+BUCKET = BASE.with_name("bucket")
+MANIFESTS = ["deployment.yaml", "service.yaml", "volume.yaml"]
+USER = 10001
 
 
 def load(path: Path) -> Any:
@@ -56,13 +60,65 @@ def test_misspelled_manifest_is_refused() -> None:
         kubernetes_validate.validate(deployment, "1.37", strict=True)
 
 
-def test_kustomize_builds_valid_manifests_of_this_version() -> None:
-    built = list(yaml.safe_load_all(run(program("kubectl"), "kustomize", BASE)))
-    for manifest in built:
+def built(folder: Path) -> dict[str, Any]:
+    """What kustomize makes of a folder, by kind: valid manifests of this version."""
+    manifests = list(yaml.safe_load_all(run(program("kubectl"), "kustomize", folder)))
+    for manifest in manifests:
         kubernetes_validate.validate(manifest, "1.37", strict=True)
-    deployment = next(m for m in built if m["kind"] == "Deployment")
-    container = deployment["spec"]["template"]["spec"]["containers"][0]
+    by_kind = {manifest["kind"]: manifest for manifest in manifests}
+    assert len(by_kind) == len(manifests)
+    container = by_kind["Deployment"]["spec"]["template"]["spec"]["containers"][0]
     assert container["image"] == f"surface-service:{__version__}"
+    return by_kind
+
+
+def test_on_a_volume_there_is_one_replica() -> None:
+    """Two would not see each other's surfaces, or could not both mount the volume."""
+    manifests = built(BASE)
+    claim = manifests["PersistentVolumeClaim"]
+    assert claim["spec"]["accessModes"] == ["ReadWriteOnce"]
+    deployment = manifests["Deployment"]["spec"]
+    assert deployment["replicas"] == 1
+    assert deployment["strategy"] == {"type": "Recreate"}
+    pod = deployment["template"]["spec"]
+    assert pod["securityContext"]["fsGroup"] == USER
+    (volume,) = pod["volumes"]
+    assert volume["persistentVolumeClaim"]["claimName"] == claim["metadata"]["name"]
+    (container,) = pod["containers"]
+    variables = {each["name"]: each["value"] for each in container["env"]}
+    mount = {"name": volume["name"], "mountPath": variables["SURFACE_STORE"]}
+    assert container["volumeMounts"] == [mount]
+    assert claim["spec"]["resources"]["requests"]["storage"] == "10Gi"
+    assert from_environment(variables).store_quota < 10 << 30
+
+
+def test_in_a_bucket_there_may_be_more() -> None:
+    manifests = built(BUCKET)
+    assert manifests.keys() == {"Deployment", "Service"}
+    deployment = manifests["Deployment"]["spec"]
+    assert deployment["replicas"] == 2
+    assert deployment["strategy"]["type"] == "RollingUpdate"
+    pod = deployment["template"]["spec"]
+    assert not pod.get("volumes")
+    (container,) = pod["containers"]
+    assert not container.get("volumeMounts")
+    assert container["securityContext"]["readOnlyRootFilesystem"]
+    variables = {each["name"]: each["value"] for each in container["env"]}
+    assert variables["SURFACE_STORE"].startswith("s3://")
+    open_store(variables["SURFACE_STORE"], 0)
+    assert container["envFrom"] == [{"secretRef": {"name": "surface-bucket"}}]
+
+
+def test_image_keeps_surfaces_where_its_user_may_write() -> None:
+    dockerfile = (ROOT / "Dockerfile").read_text(encoding="utf-8")
+    lines = dockerfile.replace("\\\n", " ").splitlines()
+    (folder,) = (line.split()[1] for line in lines if line.startswith("VOLUME"))
+    assert f"USER {USER}:{USER}" in lines
+    assert f"SURFACE_STORE={folder}" in dockerfile
+    (made,) = (line for line in lines if line.startswith("RUN install"))
+    assert {f"--owner={USER}", f"--group={USER}", folder} <= set(made.split())
+    assert load(COMPOSE)["services"]["surface"]["volumes"] == [f"surfaces:{folder}"]
+    assert "surfaces" in load(COMPOSE)["volumes"]
 
 
 def test_kustomization_and_compose_name_this_version() -> None:

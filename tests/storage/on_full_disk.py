@@ -1,0 +1,133 @@
+"""The service with a store on a disk that gets full: `make test-disk`.
+
+The disk is a tmpfs of two megabytes. Mounting one takes root, or the root of a name space of its
+own.
+"""
+
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from service.storage.places import STAGING
+from tests.storage.places import file_of, files
+
+ROOT = Path(__file__).parents[2]
+BALLAST = 1 << 20
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Iterator[Path]:
+    """A small disk, half of it taken by a file called `ballast`."""
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", tmp_path],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if mounted.returncode:
+        pytest.skip(
+            "no tmpfs can be mounted here: run this as root, or where `unshare --map-root-user "
+            f"--mount` is allowed ({mounted.stderr.strip()})"
+        )
+    try:
+        (tmp_path / "ballast").write_bytes(bytes(BALLAST))
+        yield tmp_path
+    finally:
+        subprocess.run(["umount", "--lazy", tmp_path], check=True)
+
+
+@contextmanager
+def serving(store: Path, log: Path) -> Iterator[httpx.Client]:
+    """A client of the service in a process of its own."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "SURFACE_STORE": str(store)}
+    command = [sys.executable, "-m", "service", "serve", "--port", str(port)]
+    with (
+        log.open("wb") as errors,
+        subprocess.Popen(command, cwd=ROOT, env=environment, stderr=errors) as process,
+        httpx.Client(base_url=f"http://127.0.0.1:{port}") as client,
+    ):
+        try:
+            while True:
+                assert process.poll() is None, log.read_text(encoding="utf-8")
+                try:
+                    client.get("/health/live").raise_for_status()
+                    break
+                except httpx.ConnectError:
+                    time.sleep(0.1)
+            yield client
+            assert process.poll() is None, "the service lives"
+        finally:
+            process.terminate()
+
+
+def surface(number: int) -> dict[str, Any]:
+    """A surface of some 90 kB; each number gives another."""
+    size = 61
+    net = [[[row, column, number / 7] for column in range(size)] for row in range(size)]
+    return {"surface": {"control_net": net}}
+
+
+def test_full_disk(disk: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
+    log = tmp_path_factory.mktemp("log") / "errors"
+    with serving(disk / "store", log) as client:
+        answers: list[httpx.Response] = []
+        while not answers or answers[-1].status_code == 201:
+            answers.append(client.post("/v1/surfaces", json=surface(len(answers))))
+        *stored, refused = answers
+        assert len(stored) > 5
+        _is_full(refused, disk)
+        for number in range(3):  # and so it stays
+            _is_full(client.post("/v1/surfaces", json=surface(100 + number)), disk)
+        assert "No space left on device" in log.read_text(encoding="utf-8")
+
+        # The service lives: it meshes, and gives out what it has.
+        assert client.get("/health/ready").json() == {"status": "ready", "store": "ready"}
+        assert client.post("/v1/mesh", json=surface(0) | {"resolution": 1}).status_code == 200
+        assert client.post("/v1/surfaces", json=surface(0)).status_code == 200
+        for answer in stored:
+            assert client.get(answer.headers["location"]).status_code == 200
+
+        (disk / "ballast").unlink()
+        again = client.post("/v1/surfaces", json=surface(len(stored)))
+        assert again.status_code == 201
+        assert client.get(again.headers["location"]).json() is not None
+
+    objects = files(disk / "store" / "surfaces")
+    assert {path.name for path in objects} == {answer.json()["id"] for answer in (*stored, again)}
+    for path in objects:
+        assert path == file_of(disk / "store", path.read_bytes())
+    assert files(disk / "store" / STAGING) == []
+
+
+def test_service_starts_on_a_full_disk(
+    disk: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    log = tmp_path_factory.mktemp("log") / "errors"
+    with serving(disk / "store", log) as client:
+        kept = client.post("/v1/surfaces", json=surface(0)).headers["location"]
+    with pytest.raises(OSError, match="No space"):
+        (disk / "more ballast").write_bytes(bytes(2 * BALLAST))
+    with serving(disk / "store", log) as client:
+        assert client.get(kept).status_code == 200
+        _is_full(client.post("/v1/surfaces", json=surface(1)), disk)
+
+
+def _is_full(answer: httpx.Response, disk: Path) -> None:
+    assert answer.status_code == 507
+    assert answer.headers["content-type"] == "application/problem+json"
+    problem = answer.json()
+    assert problem["code"] == "store_full"
+    assert [error["code"] for error in problem["errors"]] == ["disk_full"]
+    assert str(disk) not in answer.text

@@ -1,0 +1,191 @@
+"""The store on a server that speaks S3: `make test-s3`.
+
+The server is moto's, from a Python of its own; `S3_SERVER` names its program.
+"""
+
+import asyncio
+import os
+import socket
+import subprocess
+import time
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager
+
+import httpx
+import obstore
+import pytest
+
+from service.errors import DamagedObject, StoreFailed, StoreFull, UnknownSurface
+from service.settings import Settings
+from service.storage.address import open_store
+from service.storage.keys import key_of
+from service.storage.store import SurfaceStore
+from tests.live import running_service
+from tests.storage.places import id_of, on
+
+BUCKET = "surfaces-of-a-test"
+TEN = [bytes([digit]) * 10 for digit in range(10)]
+
+
+@contextmanager
+def s3_server() -> Iterator[str]:
+    """URL of a server that keeps everything in its memory, with one empty bucket."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+    command = [os.environ["S3_SERVER"], "--host", "127.0.0.1", "--port", str(port)]
+    url = f"http://127.0.0.1:{port}"
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        try:
+            _make_bucket(f"{url}/{BUCKET}", process)
+            yield url
+        finally:
+            process.terminate()
+
+
+def _make_bucket(url: str, process: subprocess.Popen[bytes]) -> None:
+    while process.poll() is None:
+        try:
+            httpx.put(url).raise_for_status()
+            return
+        except httpx.ConnectError:
+            time.sleep(0.1)
+    raise RuntimeError("the S3 server has stopped")
+
+
+@contextmanager
+def account(url: str) -> Iterator[None]:
+    """The environment of a process that may use the server at `url`."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in {
+            "AWS_ENDPOINT_URL": url,
+            "AWS_ALLOW_HTTP": "true",
+            "AWS_REGION": "us-east-1",
+            "AWS_ACCESS_KEY_ID": "key",
+            "AWS_SECRET_ACCESS_KEY": "secret",
+        }.items():
+            patch.setenv(name, value)
+        yield
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[str]:
+    with s3_server() as url, account(url):
+        yield url
+
+
+@pytest.fixture
+def address(server: str, request: pytest.FixtureRequest) -> str:
+    """A place of its own for every test."""
+    del server
+    return f"s3://{BUCKET}/{request.node.name}"
+
+
+async def put(store: SurfaceStore, content: bytes) -> bool:
+    return await store.put(id_of(content), content)
+
+
+@pytest.mark.parametrize("size", [0, 10, 6 << 20], ids=["empty", "short", "6 MiB"])
+def test_what_was_stored_comes_back(size: int, address: str) -> None:
+    content = b"x" * size
+    id = id_of(content)
+
+    async def work(store: SurfaceStore) -> None:
+        assert not await store.has(id)
+        assert await put(store, content)
+        assert not await put(store, content)
+        assert await store.has(id)
+        assert await store.get(id) == content
+        assert await store.delete(id)
+        assert not await store.delete(id)
+        with pytest.raises(UnknownSurface):
+            await store.get(id)
+
+    on(open_store(address, 0), work)
+
+
+def test_another_process_sees_it_too(address: str) -> None:
+    on(open_store(address, 0), lambda store: put(store, TEN[0]))
+    assert on(open_store(address, 0), lambda store: store.get(id_of(TEN[0]))) == TEN[0]
+    with pytest.raises(UnknownSurface):
+        on(open_store(f"{address}-beside", 0), lambda store: store.get(id_of(TEN[0])))
+
+
+@pytest.mark.parametrize("instead", [b"", TEN[1], TEN[0][:-1]], ids=["empty", "other", "short"])
+def test_damaged_object(instead: bytes, address: str) -> None:
+    async def work(store: SurfaceStore) -> None:
+        await put(store, TEN[0])
+        await obstore.put_async(store._place.objects, key_of(id_of(TEN[0])), instead)
+        with pytest.raises(DamagedObject):
+            await store.get(id_of(TEN[0]))
+        assert await put(store, TEN[0])
+        assert await store.get(id_of(TEN[0])) == TEN[0]
+
+    on(open_store(address, 0), work)
+
+
+def test_all_pages_of_the_listing_count(address: str) -> None:
+    """A listing has pages of a thousand objects."""
+    many = [f"{number:10d}".encode() for number in range(1003)]
+
+    async def fill(store: SurfaceStore) -> None:
+        await asyncio.gather(*(put(store, content) for content in many))
+
+    async def work(store: SurfaceStore) -> None:
+        assert await put(store, TEN[0])
+        with pytest.raises(StoreFull) as caught:
+            await put(store, TEN[1])
+        assert caught.value.issues[0].needed == "at most 9 bytes"
+        assert not await put(store, TEN[0])
+        assert await store.delete(id_of(many[0]))
+        assert await put(store, TEN[1])
+
+    on(open_store(address, 0), fill)
+    on(open_store(address, 10_049), work)
+
+
+def test_a_bucket_that_is_not_there(server: str) -> None:
+    del server
+
+    async def work(store: SurfaceStore) -> None:
+        with pytest.raises(StoreFailed):
+            await put(store, TEN[0])
+        assert not await store.answers()
+
+    on(open_store("s3://there-is-no-such-bucket", 0), work)
+
+
+def test_service_outlives_its_store() -> None:
+    with s3_server() as url, account(url):
+        settings = Settings(store=f"s3://{BUCKET}/service", store_quota=1 << 20)
+        with running_service(settings) as service:
+            ready = httpx.get(f"{service}/health/ready")
+            assert ready.json() == {"status": "ready", "store": "ready"}
+    with account(url), running_service(settings) as service:  # nobody listens at `url` any more
+        ready = httpx.get(f"{service}/health/ready")
+        assert (ready.status_code, ready.json()["store"]) == (200, "unavailable")
+        assert httpx.get(f"{service}/v1/surfaces/saddle/mesh.glb").status_code == 200
+
+
+def test_timings(address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Milliseconds of single calls, one after the other: to read, not to judge."""
+    contents = [f"{number:5d}".encode() * 4000 for number in range(100)]
+    store = open_store(address, 1 << 40)
+    calls: dict[str, Callable[[bytes], Awaitable[object]]] = {
+        "put": lambda content: put(store, content),
+        "put again": lambda content: put(store, content),
+        "has": lambda content: store.has(id_of(content)),
+        "get": lambda content: store.get(id_of(content)),
+        "delete": lambda content: store.delete(id_of(content)),
+    }
+
+    async def work() -> None:
+        for name, call in calls.items():
+            start = time.perf_counter()
+            for content in contents:
+                await call(content)
+            each = (time.perf_counter() - start) / len(contents)
+            with capsys.disabled():
+                print(f"\n  {name} of 20 kB: {each * 1e3:.1f} ms", end="")
+
+    asyncio.run(work())
