@@ -22,7 +22,7 @@ THREE   := service/api/static/three
 .PHONY: help serve test check format openapi types bench bench-occ test-disk test-s3 certify web picture lock image clean
 
 help: ## Show this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-9s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-9s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 serve: $(VENV)/.runtime ## Install what is needed and serve on HOST:PORT (127.0.0.1:8000)
 	@$(MAKE) --silent web || echo "The scripts of the pages could not be fetched: serving without them."
