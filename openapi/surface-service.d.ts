@@ -1365,6 +1365,21 @@ export interface components {
              */
             oogl?: "cquad" | "mesh" | "off" | "bez";
             /**
+             * Quantize
+             * @description glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that touch in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
+             * @default false
+             * @example true
+             */
+            quantize?: boolean;
+            /**
+             * Compression
+             * @description `meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, vertices and triangles in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells).
+             * @default none
+             * @example meshopt
+             * @enum {string}
+             */
+            compression?: "none" | "meshopt";
+            /**
              * Surface
              * @description The surface, by its control points.
              */
@@ -2458,6 +2473,15 @@ export interface components {
              * @enum {string}
              */
             precision: "float32" | "float64";
+            /** @description Whether it takes `quantize`. */
+            quantize: boolean;
+            /**
+             * @description The kinds of `compression` that it takes here, beside `none`.
+             * @example [
+             *       "meshopt"
+             *     ]
+             */
+            compression: string[];
         };
         /** @description The formats of meshes. */
         FormatList: {
@@ -2933,6 +2957,10 @@ export interface operations {
                 method?: "matrix" | "de_casteljau" | "forward_difference";
                 /** @description Beside a file: Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` (the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
+                /** @description Beside a file: glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that touch in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). */
+                quantize?: boolean;
+                /** @description Beside a file: `meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, vertices and triangles in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). */
+                compression?: "none" | "meshopt";
             };
             header?: never;
             path?: never;
@@ -3060,6 +3088,10 @@ export interface operations {
                 method?: "matrix" | "de_casteljau" | "forward_difference";
                 /** @description Beside a file: Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` (the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
+                /** @description Beside a file: glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that touch in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). */
+                quantize?: boolean;
+                /** @description Beside a file: `meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, vertices and triangles in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). */
+                compression?: "none" | "meshopt";
             };
             header?: never;
             path?: never;
@@ -3478,6 +3510,16 @@ export interface operations {
                  * @example bez
                  */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
+                /**
+                 * @description glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that touch in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
+                 * @example true
+                 */
+                quantize?: boolean;
+                /**
+                 * @description `meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, vertices and triangles in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells).
+                 * @example meshopt
+                 */
+                compression?: "none" | "meshopt";
                 /**
                  * @description Version of the numbers. With it the address of a surface whose id is a hash stands for the same bytes for ever. A service with another version answers 410.
                  * @example 2

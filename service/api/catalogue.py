@@ -8,6 +8,7 @@ from starlette.responses import Response
 from service import __version__
 from service.api.answers import json_response
 from service.api.parameters import no_parameters
+from service.encoders.gltf import meshopt
 from service.encoders.registry import FORMATS
 from service.engine.mesh import ENGINE
 from service.surface.examples import EXAMPLES, Example
@@ -42,6 +43,8 @@ def formats() -> list[dict[str, Any]]:
             "colors": "colors" in f.carries,
             "attributes": "attribute" in f.carries,
             "precision": "float32" if f.single else "float64",
+            "quantize": f.compact,
+            "compression": ["meshopt"] if f.compact and meshopt.available() else [],
         }
         for f in FORMATS
     ]

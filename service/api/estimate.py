@@ -9,9 +9,10 @@ from starlette.responses import Response
 from service.api.answers import HEADERS, ChunkedResponse
 from service.api.posted import Posting, posting
 from service.api.work import run
-from service.encoders.format import EncodeOptions, Format
+from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.encoders.text import json_text
+from service.pipeline.encoding import encode_options
 from service.pipeline.estimate import estimate, estimate_object
 from service.schemas.request import mesh_request
 from service.settings import Settings, document_limits, result_limits
@@ -37,5 +38,5 @@ def _estimated(
     wanted = mesh_request(posted.document(body, allowed), allowed)
     surface, options = wanted.to_surface(), wanted.mesh_options()
     limits = result_limits(settings)
-    found = estimate(surface, options, EncodeOptions(wanted.oogl), limits, formats)
+    found = estimate(surface, options, encode_options(wanted), limits, formats)
     return json_text(estimate_object(found))

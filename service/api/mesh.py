@@ -16,10 +16,11 @@ from service.api.negotiation import by_accept
 from service.api.posted import Posting, posting
 from service.api.timing import Timing
 from service.api.work import run
-from service.encoders.format import EncodeOptions, Format
+from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.engine.mesh import MeshReport
 from service.engine.models import highest_degree
+from service.pipeline.encoding import encode_options
 from service.pipeline.mesh import Answer, Work, plan
 from service.schemas.options import MeshOptionFields
 from service.schemas.request import mesh_request
@@ -72,7 +73,7 @@ def _parse(posted: Posting[Format], body: bytes, fmt: Format, settings: Settings
 
 def planned(surface: Surface, wanted: MeshOptionFields, fmt: Format, settings: Settings) -> Work:
     """The mesh of a surface, found possible and affordable."""
-    encode = EncodeOptions(wanted.oogl)
+    encode = encode_options(wanted)
     return plan(surface, wanted.mesh_options(), fmt, encode, result_limits(settings))
 
 

@@ -12,3 +12,4 @@ IndexArray: TypeAlias = NDArray[np.uint32]
 """What formats store."""
 Ints: TypeAlias = NDArray[np.intp]
 Bools: TypeAlias = NDArray[np.bool_]
+Bytes: TypeAlias = NDArray[np.uint8]

@@ -56,8 +56,8 @@ def _run(arguments: argparse.Namespace) -> int:
 
 def _local(document: dict[str, Any], formats: "Sequence[Format]") -> bytes:
     """The estimate, computed in this process."""
-    from service.encoders.format import EncodeOptions
     from service.encoders.text import json_text
+    from service.pipeline.encoding import encode_options
     from service.pipeline.estimate import estimate, estimate_object
     from service.schemas.request import mesh_request
     from service.settings import document_limits, from_environment, pin_blas, result_limits
@@ -68,7 +68,7 @@ def _local(document: dict[str, Any], formats: "Sequence[Format]") -> bytes:
     found = estimate(
         wanted.to_surface(),
         wanted.mesh_options(),
-        EncodeOptions(wanted.oogl),
+        encode_options(wanted),
         result_limits(settings),
         formats,
     )

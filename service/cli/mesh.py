@@ -30,6 +30,7 @@ SEEN = ("camera", "pixel_tolerance")
 OPTIONS = (
     *ACCURACY, "resolution", "faces", "normals", "uvs", "curvatures", "weld", "crease_angle",
     "overlays", "oogl", "isocurves", "wires", "wire_width", "wire_sides", "method",
+    "quantize", "compression",
 )  # fmt: skip
 """The options of a mesh, by name; their models would take too long to import for `--help`."""
 
@@ -66,6 +67,12 @@ def add_options(mesh: argparse.ArgumentParser) -> None:
         "--method", metavar="NAME", help="matrix (default), de_casteljau, forward_difference"
     )
     group.add_argument("--oogl", metavar="FORM", help="form of OOGL: cquad, mesh, off, bez")
+    group.add_argument(
+        "--quantize",
+        action=argparse.BooleanOptionalAction,
+        help="glTF in whole numbers, 16 bits a coordinate (no)",
+    )
+    group.add_argument("--compression", metavar="NAME", help="of glTF: none (default), meshopt")
 
 
 def _add_accuracy(mesh: argparse.ArgumentParser) -> None:
@@ -117,7 +124,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 def _local(source: str | dict[str, Any], chosen: Mapping[str, str], fmt: "Format") -> bytes:
     """The file, computed in this process."""
-    from service.encoders.format import EncodeOptions
+    from service.pipeline.encoding import encode_options
     from service.pipeline.mesh import Lowerable, render
     from service.schemas.query import options_from_text, values_from_text
     from service.schemas.request import mesh_request
@@ -133,5 +140,5 @@ def _local(source: str | dict[str, Any], chosen: Mapping[str, str], fmt: "Format
         request = mesh_request(source | values_from_text(chosen.items()), document_limits(settings))
         surface, wanted = request.to_surface(), request
     return render(
-        surface, wanted.mesh_options(), fmt, EncodeOptions(wanted.oogl), result_limits(settings)
+        surface, wanted.mesh_options(), fmt, encode_options(wanted), result_limits(settings)
     )

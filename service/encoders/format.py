@@ -10,6 +10,7 @@ from service.surface.batches import ChannelKind
 from service.surface.lowered import PatchModel
 
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
+Compression: TypeAlias = Literal["none", "meshopt"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,10 +20,21 @@ class EncodeOptions:
     oogl: OoglForm | None = None
     """OOGL form; None takes `cquad` where the mesh is made of grids, else `off`."""
 
+    quantize: bool = False
+    """Whether the mesh is put on a grid before it is written (`service.engine.grid`), and all its
+    numbers in fewer bits: in formats that are `compact`."""
+
+    compression: Compression = "none"
+    """How the arrays of a format that is `compact` are compressed."""
+
     @property
     def exact(self) -> bool:
         """Whether the patches themselves are wanted, in a format that can hold them."""
         return self.oogl == "bez"
+
+
+COMPACT = frozenset({"quantize", "compression"})
+"""Options that a format refuses unless it reads them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +88,8 @@ class Format(FileFormat):
     positions are rounded in model coordinates. `fixed` means that faces take so many bytes each and
     nothing else takes any, so that the bound is exact where their number is. A format that writes
     fewer digits than positions have has `coarseness`: how far from its place it may put a vertex.
-    `reads` names the fields of `EncodeOptions` that concern the format.
+    `reads` names the fields of `EncodeOptions` that concern the format; where others are given, the
+    `COMPACT` ones are refused and the rest ignored.
     """
 
     quads: bool
@@ -94,8 +107,13 @@ class Format(FileFormat):
     @property
     def ignored(self) -> frozenset[str]:
         """Names of the options that change nothing here, whatever they say."""
-        unread = frozenset(field.name for field in fields(EncodeOptions)) - self.reads
+        unread = frozenset(field.name for field in fields(EncodeOptions)) - self.reads - COMPACT
         return unread if "uvs" in self.carries else unread | {"uvs"}
+
+    @property
+    def compact(self) -> bool:
+        """Whether it can hold whole numbers, and compressed ones."""
+        return self.reads >= COMPACT
 
     def write(self, made: Mesh | Scene, options: EncodeOptions) -> bytes:
         """The file of a mesh, or of a scene: as one mesh where the format has no nodes."""

@@ -7,8 +7,11 @@ the OpenAPI document follow from this table.
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from service.encoders import gltf, gltf_scene, json_mesh, obj, off, oogl, ply, stl
-from service.encoders.format import Format
+from service.encoders import json_mesh, obj, off, oogl, ply, stl
+from service.encoders.format import COMPACT, Format
+from service.encoders.gltf import mesh as gltf
+from service.encoders.gltf import scene as gltf_scene
+from service.encoders.gltf import sizes as gltf_sizes
 from service.encoders.oogl_patches import encode_patches
 from service.surface.batches import ChannelKind
 
@@ -24,9 +27,10 @@ FORMATS: tuple[Format, ...] = (
         quads=False,
         overlays=True,
         encode=gltf.encode_glb,
-        byte_bound=gltf.glb_byte_bound,
+        byte_bound=gltf_sizes.glb_byte_bound,
         encode_scene=gltf_scene.encode_glb_scene,
         carries=EVERYTHING,
+        reads=COMPACT,
     ),
     Format(
         name="gltf",
@@ -37,9 +41,10 @@ FORMATS: tuple[Format, ...] = (
         quads=False,
         overlays=True,
         encode=gltf.encode_gltf,
-        byte_bound=gltf.gltf_byte_bound,
+        byte_bound=gltf_sizes.gltf_byte_bound,
         encode_scene=gltf_scene.encode_gltf_scene,
         carries=EVERYTHING,
+        reads=COMPACT,
     ),
     Format(
         name="json",

@@ -121,6 +121,9 @@ class Mesh:
         sRGB, or sRGB and alpha, from 0 to 1.
     attributes : tuple of (name, ndarray of shape (V, d))
         Whatever else the surface carries.
+    step : float
+        A power of two of which all positions, those of overlays and the origin are multiples; 0
+        where they are on no grid.
     """
 
     name: str
@@ -138,3 +141,4 @@ class Mesh:
     report: MeshReport
     colors: RealArray | None = None
     attributes: tuple[tuple[str, RealArray], ...] = ()
+    step: float = 0.0

@@ -79,10 +79,10 @@ def in_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
         for overlay in mesh.overlays
     )
     narrow = replace(mesh, positions=positions, overlays=overlays, origin=origin)
-    low, high = (bound.astype(np.float64) + origin for bound in extent(_shown(narrow)))
+    low, high = (bound.astype(np.float64) + origin for bound in extent(shown(narrow)))
     least, greatest = np.array(mesh.report.bounds_min), np.array(mesh.report.bounds_max)
     error = single_error(least, greatest, origin)
-    report = _spread_report(_within(mesh.report, low, high), 1.0, error)
+    report = _spread_report(within(mesh.report, low, high), 1.0, error)
     return replace(
         narrow,
         parts=tuple(_spread(part, 1.0, error) for part in mesh.parts),
@@ -151,6 +151,7 @@ def placed(mesh: Mesh, matrix: FloatArray | None) -> Mesh:
         grids=grids,
         overlays=overlays,
         origin=np.zeros(3),
+        step=0.0,
         report=_report(mesh, matrix),
     )
 
@@ -159,7 +160,7 @@ def _report(mesh: Mesh, matrix: FloatArray | None) -> MeshReport:
     """The report of a mesh in another place."""
     if matrix is None:
         return mesh.report
-    report = _within(mesh.report, *extent(placed_points(_shown(mesh), matrix, mesh.origin)))
+    report = within(mesh.report, *extent(placed_points(shown(mesh), matrix, mesh.origin)))
     if report.normal_angle is not None and mesh.normals is not None:
         angle = largest_angle(mesh.triangles, _placed_normals(mesh.normals, matrix))
         report = replace(report, normal_angle=angle)
@@ -190,7 +191,7 @@ def _grown(bound: float | None, stretch: float, error: float) -> float | None:
     return None if bound is None else bound * stretch + error
 
 
-def _shown(mesh: Mesh) -> RealArray:
+def shown(mesh: Mesh) -> RealArray:
     """Points that the bounds of a mesh are those of: its vertices; without any, its lines."""
     if len(mesh.positions):
         return mesh.positions
@@ -199,7 +200,7 @@ def _shown(mesh: Mesh) -> RealArray:
     return np.concatenate(lines) if lines else corners
 
 
-def _within(report: MeshReport, low: RealArray, high: RealArray) -> MeshReport:
+def within(report: MeshReport, low: RealArray, high: RealArray) -> MeshReport:
     """The report with other bounds."""
     least, greatest = low.tolist(), high.tolist()
     return replace(

@@ -49,6 +49,8 @@ class Certifier:
     fmt : Format
     limits : Limits
     effort : Effort
+    quantized : bool
+        Whether positions are stored on grids.
     """
 
     def __init__(
@@ -58,10 +60,13 @@ class Certifier:
         fmt: Format,
         limits: Limits,
         effort: Effort,
+        *,
+        quantized: bool = False,
     ) -> None:
         storage = Storage(fmt.single, fmt.local)
         self._model, self._limits, self._effort = model, limits, effort
-        self._meshing = meshing(model, options, storage, nodes=fmt.encode_scene is not None)
+        nodes = fmt.encode_scene is not None
+        self._meshing = meshing(model, options, storage, nodes=nodes, quantized=quantized)
 
     def made(self, accuracy: Accuracy, tolerance: float | None = None) -> Made:
         """The mesh that is as near to the model as it was asked for.

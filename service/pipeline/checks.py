@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
+from service.encoders.gltf import meshopt
 from service.engine.adaptive.aims import has_sweeps, stated
 from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
@@ -99,6 +100,7 @@ def check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> No
                 "tubes or ribbons, or another format",
             )
         )
+    _check_compact(fmt, encode)
     if encode.exact and (options.solid_wires or not options.surface):
         raise UnsupportedByFormat(
             Issue(
@@ -107,6 +109,32 @@ def check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> No
                 "/oogl",
                 "wires that have faces, or no surface",
                 "the surface, its curves as lines, or another form",
+            )
+        )
+
+
+def _check_compact(fmt: Format, encode: EncodeOptions) -> None:
+    """Refuses compact forms of what has none, and a compression that is not installed."""
+    asked = {"quantize": encode.quantize, "compression": encode.compression != "none"}
+    for name, wanted in asked.items():
+        if wanted and not fmt.compact:
+            raise UnsupportedByFormat(
+                Issue(
+                    "unsupported_by_format",
+                    f"The format {fmt.name} has no compact form.",
+                    f"/{name}",
+                    name,
+                    "nothing here, or one of the formats glb and gltf",
+                )
+            )
+    if encode.compression != "none" and not meshopt.available():
+        raise UnsupportedByFormat(
+            Issue(
+                "compression_unavailable",
+                "This service was installed without the library that compresses.",
+                "/compression",
+                encode.compression,
+                "none, or a service with the extra named meshopt",
             )
         )
 

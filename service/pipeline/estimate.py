@@ -66,7 +66,7 @@ def estimate(
         model = with_stretches(model)
     known: Known = {}
     whole = predict(model, options, known=known)
-    expected = foreseen(model, options, whole, limits)
+    expected = foreseen(model, options, whole, limits, encode)
     sizes: list[tuple[str, int, bool]] = []
     refused: dict[Issue, list[str]] = {}
     accepted, certain = False, expected.certain

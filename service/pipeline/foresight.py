@@ -5,12 +5,13 @@ from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
-from service.encoders.format import MeshSize
+from service.encoders.format import EncodeOptions, MeshSize
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.aims import box, goal_of, stated
 from service.engine.adaptive.beforehand import Most, most_of
 from service.engine.count import Counts, count
 from service.engine.curvatures.care import surely_affordable
+from service.engine.gridded import grid_error
 from service.engine.models import highest_degree
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
@@ -19,11 +20,15 @@ from service.pipeline.limits import Limits
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel
 
-LEAST_FACE = 6
-"""Bytes that no format writes a triangle in fewer of: three indices of 16 bits."""
+LEAST_FACE, LEAST_COMPRESSED = 6, 1
+"""Bytes that no format writes a triangle in fewer of: three indices of 16 bits, or a code."""
 
 SURE = 2.0**-16
 """A tolerance above this part of the largest coordinate is above whatever is rounded."""
+
+
+GRID_SHARE = 4
+"""A tolerance is above what putting vertices on a grid leaves if it is so many times that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +69,9 @@ class Foreseen:
         )
 
 
-def foreseen(model: Model, options: MeshOptions, size: MeshSize, limits: Limits) -> Foreseen:
+def foreseen(
+    model: Model, options: MeshOptions, size: MeshSize, limits: Limits, encode: EncodeOptions
+) -> Foreseen:
     """What will come of a model, where its size was predicted to be this at most.
 
     Exact at a resolution, but for what is swept along curves and for wires with faces, since how
@@ -81,7 +88,7 @@ def foreseen(model: Model, options: MeshOptions, size: MeshSize, limits: Limits)
     if len(patches) < len(models) or options.solid_wires:
         return Foreseen(most, most, exact=False)
     if options.accuracy is not None and not isinstance(model, SweepModel):
-        return _by_tolerance(model, options, options.accuracy, limits)
+        return _by_tolerance(model, options, options.accuracy, limits, encode)
     if size.vertices > limits.max_vertices:
         return Foreseen(most, most, exact=False)
     found = [count(own, options) if options.surface else Counts(0, 0, 0) for own in patches]
@@ -90,11 +97,16 @@ def foreseen(model: Model, options: MeshOptions, size: MeshSize, limits: Limits)
 
 
 def _by_tolerance(
-    model: PatchModel | GroupModel, options: MeshOptions, accuracy: Accuracy, limits: Limits
+    model: PatchModel | GroupModel,
+    options: MeshOptions,
+    accuracy: Accuracy,
+    limits: Limits,
+    encode: EncodeOptions,
 ) -> Foreseen:
     """Upper bounds of a mesh by tolerance; none is answered that is larger than is allowed."""
+    moved = grid_error(model, options) if encode.quantize else 0.0
     try:
-        once, copies = most_of(model, accuracy)
+        once, copies = most_of(model, accuracy, moved)
     except InvalidRequest as error:
         issues = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
         raise InvalidRequest(*issues) from None
@@ -104,7 +116,8 @@ def _by_tolerance(
         return Foreseen(nothing, nothing, exact=True, rows=True, pieces=pieces)
     allowed = min(most_triangles(limits), accuracy.max_triangles or most_triangles(limits))
     if accuracy.max_bytes is not None:
-        allowed = min(allowed, accuracy.max_bytes // LEAST_FACE)
+        least = LEAST_FACE if encode.compression == "none" else LEAST_COMPRESSED
+        allowed = min(allowed, accuracy.max_bytes // least)
     # What a budget or an angle leads to has no other bound.
     bounded = not accuracy.budgeted and accuracy.angle_tolerance is None
     certain = (
@@ -112,7 +125,7 @@ def _by_tolerance(
         and copies.triangles <= allowed
         and copies.vertices + pieces <= limits.max_vertices
         and copies.triangles * _effort(model) <= limits.max_multiplications
-        and _clear_of_rounding(model, accuracy)
+        and _clear_of_rounding(model, accuracy, moved)
     )
     if options.curvatures:
         models = model.models if isinstance(model, GroupModel) else (model,)
@@ -134,7 +147,7 @@ def _effort(model: PatchModel | GroupModel) -> int:
     return 16 * (degree + 1) ** 2 * (2 * degree)
 
 
-def _clear_of_rounding(model: PatchModel | GroupModel, accuracy: Accuracy) -> bool:
+def _clear_of_rounding(model: PatchModel | GroupModel, accuracy: Accuracy, moved: float) -> bool:
     """Whether no format rounds so much that the tolerance could be too small."""
     goal = goal_of(accuracy, model)
     least = (
@@ -142,7 +155,7 @@ def _clear_of_rounding(model: PatchModel | GroupModel, accuracy: Accuracy) -> bo
         if goal.view is None
         else min(goal.tolerance, goal.view.rate * goal.view.near)
     )
-    return least >= SURE * float(np.abs(box(model)).max())
+    return least >= SURE * float(np.abs(box(model)).max()) + GRID_SHARE * moved
 
 
 def _copies(model: Model, found: Sequence[Counts]) -> Sequence[Counts]:

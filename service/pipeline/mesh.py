@@ -12,6 +12,7 @@ from service.engine.adaptive.limits import Effort
 from service.engine.build import build, build_scene, lines_of
 from service.engine.curvatures.stretches import with_stretches
 from service.engine.deviation.bound import largest
+from service.engine.gridded import gridded
 from service.engine.mesh import Mesh, MeshReport
 from service.engine.models import NOT_PATCHES, carrying
 from service.engine.options import MeshOptions
@@ -108,15 +109,25 @@ class Work:
         accuracy = self.options.accuracy
         if accuracy is not None:
             return self._certifier(Effort(self.limits.max_multiplications))(accuracy)
+        made: Mesh | Scene
         if isinstance(self.model, GroupModel) and self.fmt.encode_scene is not None:
-            return build_scene(self.model, self.options, single=self.fmt.single)
-        return mesh(self.model, self.options, self.fmt)
+            made = build_scene(self.model, self.options, single=self.fmt.single)
+        else:
+            made = mesh(self.model, self.options, self.fmt)
+        return gridded(made, self.model, self.options) if self.encode.quantize else made
 
     def _certifier(self, effort: Effort) -> Make:
         """What makes the mesh by tolerance, the stated one or another."""
         if isinstance(self.model, SweepModel):
             raise InvalidRequest(NOT_PATCHES)  # refused when it was planned
-        certifier = Certifier(self.model, self.options, self.fmt, self.limits, effort)
+        certifier = Certifier(
+            self.model,
+            self.options,
+            self.fmt,
+            self.limits,
+            effort,
+            quantized=self.encode.quantize,
+        )
 
         def make(accuracy: Accuracy, tolerance: float | None = None) -> Mesh | Scene:
             made = certifier.made(accuracy, tolerance)

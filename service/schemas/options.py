@@ -20,7 +20,8 @@ from service.schemas.fields import IsoCurves, Omittable, Overlays, Resolution, S
 from service.surface.checks import MAX_COORDINATE
 
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
-"""As `service.encoders.format` has it: languages and formats do not know each other."""
+Compression: TypeAlias = Literal["none", "meshopt"]
+"""As `service.encoders.format` has them: languages and formats do not know each other."""
 
 _DEFAULTS = MeshOptions()
 
@@ -128,6 +129,26 @@ class MeshOptionFields(StrictModel):
         "(the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side "
         "in a point). Other formats do not read it.",
         examples=["bez"],
+    )
+    quantize: bool = Field(
+        default=False,
+        description="glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a "
+        "step, a power of two, at most a 32 766th of the longest side of the box about the control "
+        "points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. "
+        "Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a "
+        "tolerance holds for what is written. All parts of a surface have one grid, and so have "
+        "members of a group that touch in the same place: seams stay closed. Other formats refuse "
+        "it (`unsupported_by_format`).",
+        examples=[True],
+    )
+    compression: Compression = Field(
+        default="none",
+        description="`meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, "
+        "vertices and triangles in another order. No number changes; beside `quantize` the "
+        "normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). "
+        "Other formats refuse it, and so does a service without the library "
+        "(`compression_unavailable`; `GET /v1/formats` tells).",
+        examples=["meshopt"],
     )
 
     @model_validator(mode="after")

@@ -9,7 +9,7 @@ import trimesh
 
 from service.engine.curvatures.ranges import NAMES
 from tests.api.client import Client
-from tests.encoders.glb_reader import read_glb
+from tests.encoders.gltf.reader import read_glb
 from tests.forms import SURFACES, TUBE
 
 NET = [[[i, j, 0.5 * i * i - 0.2 * j * j] for j in range(4)] for i in range(4)]

@@ -19,7 +19,7 @@ from service.settings import Settings
 from service.surface.curve import BezierCurve
 from tests.api.client import Client, client_of
 from tests.clients.gltf_validator import issues
-from tests.encoders.glb_reader import read_glb
+from tests.encoders.gltf.reader import read_glb
 from tests.tools import program
 
 QUARTER = {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, math.sqrt(0.5), 1]}

@@ -19,7 +19,7 @@ from service.encoders.registry import FORMATS
 from service.schemas.accuracy import NAMES
 from service.settings import Settings
 from tests.api.client import Client, client_of
-from tests.encoders.glb_reader import read_glb
+from tests.encoders.gltf.reader import read_glb
 
 NET = [[[i, j, 0.3 * (i % 2) * (j % 3)] for j in range(4)] for i in range(4)]
 WAVE = {"control_net": NET}

@@ -16,7 +16,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from tests.clients.geomview import read_oogl
 from tests.clients.gltf_validator import issues
-from tests.encoders.glb_reader import read_glb
+from tests.encoders.gltf.reader import read_glb
 
 TEAPOT = find("utah-teapot").surface()
 FORMS: tuple[WireForm, ...] = ("lines", "tubes", "ribbons")

@@ -19,7 +19,7 @@ from service.surface.bspline import BsplineSurface
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
 from tests.certify.surfaces import FAMILIES
-from tests.encoders.glb_reader import read_glb
+from tests.encoders.gltf.reader import read_glb
 
 COUNTS = ("vertices", "triangles", "quads")
 

@@ -72,7 +72,8 @@ CODES: Mapping[str, str] = MappingProxyType(
         "too_many_triangles": "a tolerance that takes more triangles than are allowed",
         "too_many_bytes": "an answer of more bytes than are sent",
         "too_costly": "work of more than some seconds",
-        "unsupported_by_format": "quads, lines or wires where the format has none",
+        "unsupported_by_format": "quads, lines, wires or a compact form where the format has none",
+        "compression_unavailable": "a compression whose library the service was installed without",
         # Where surfaces are kept.
         "store_full": "more bytes than the service may still keep",
         "disk_full": "the disk of the service is full",

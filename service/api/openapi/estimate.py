@@ -9,9 +9,9 @@ from service.api.openapi.bodies import with_files
 from service.api.openapi.examples import REQUESTS as MESHES
 from service.api.openapi.operations import post_operation
 from service.api.openapi.schemas import Json, ref
-from service.encoders.format import EncodeOptions
 from service.encoders.registry import FORMATS
 from service.encoders.text import json_text
+from service.pipeline.encoding import encode_options
 from service.pipeline.estimate import estimate, estimate_object
 from service.schemas.document import DocumentLimits
 from service.schemas.request import mesh_request
@@ -68,7 +68,7 @@ def post_estimate() -> Json:
 @cache
 def _answer(text: bytes) -> Any:
     wanted = mesh_request(orjson.loads(text), DocumentLimits())
-    found = estimate(wanted.to_surface(), wanted.mesh_options(), EncodeOptions(wanted.oogl))
+    found = estimate(wanted.to_surface(), wanted.mesh_options(), encode_options(wanted))
     return orjson.loads(json_text(estimate_object(found)))
 
 

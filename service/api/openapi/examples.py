@@ -216,7 +216,12 @@ REQUESTS: Json = {
             "oogl": "bez",
         },
     },
+    "compact": {
+        "summary": "As small as glTF can be: whole numbers, compressed; with `format=glb`",
+        "value": {"surface": _WAVE, "quantize": True, "compression": "meshopt"},
+    },
 }
+
 
 _MESHES: dict[str, tuple[str, Json]] = {
     "MeshOfPatch": (

@@ -365,6 +365,13 @@ _FORMAT = _object(
         "colors": {"type": "boolean", "description": "Whether it can hold colours of vertices."},
         "attributes": {"type": "boolean", "description": "Whether it can hold attributes."},
         "precision": _text("Precision of positions.", enum=["float32", "float64"]),
+        "quantize": {"type": "boolean", "description": "Whether it takes `quantize`."},
+        "compression": {
+            "type": "array",
+            "items": {"type": "string"},
+            "description": "The kinds of `compression` that it takes here, beside `none`.",
+            "examples": [["meshopt"]],
+        },
     },
     description="A format that meshes are written in.",
 )

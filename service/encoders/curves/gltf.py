@@ -10,8 +10,10 @@ Khronos, glTF 2.0 Specification: 3.7.2.1 mesh primitives. KHR_materials_unlit.
 """
 
 from service.encoders.curves.format import CurveSize, in_space, report_object
-from service.encoders.gltf import GENERATOR, LINE_MATERIAL, Z_UP_TO_Y_UP, binary, textual
-from service.encoders.gltf_buffer import BufferBuilder, JsonObject
+from service.encoders.gltf.buffer import BufferBuilder, JsonObject
+from service.encoders.gltf.columns import Column, single
+from service.encoders.gltf.document import GENERATOR, Z_UP_TO_Y_UP, File, binary, textual
+from service.encoders.gltf.materials import LINE_MATERIAL
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 from service.engine.curves.polyline import Polyline
 
@@ -23,14 +25,12 @@ POINT_BYTES = 12 + 12 + 4 + 4
 
 def encode_glb(line: Polyline) -> bytes:
     """The binary form."""
-    buffer = BufferBuilder()
-    return binary(_document(line, buffer), buffer)
+    return binary(*_document(line))
 
 
 def encode_gltf(line: Polyline) -> bytes:
     """The JSON form, its buffer inside it as base64."""
-    buffer = BufferBuilder()
-    return textual(_document(line, buffer), buffer)
+    return textual(*_document(line))
 
 
 def glb_byte_bound(size: CurveSize) -> int:
@@ -43,15 +43,21 @@ def gltf_byte_bound(size: CurveSize) -> int:
     return _json_bound(size) + 4 + size.points * POINT_BYTES // 3 * 4
 
 
-def _document(line: Polyline, buffer: BufferBuilder) -> JsonObject:
-    """Everything but the buffer itself, whose chunks are left in `buffer`."""
-    attributes = {"POSITION": buffer.add_positions(in_space(line.points))}
+def _document(line: Polyline) -> File:
+    """The document and its buffer."""
+    columns = {"POSITION": in_space(line.points)}
     if line.tangents is not None:
-        attributes["_TANGENT"] = buffer.add_attribute(in_space(line.tangents))
-    attributes["_PARAMETER"] = buffer.add_attribute(line.parameters[:, None])
+        columns["_TANGENT"] = in_space(line.tangents)
+    columns["_PARAMETER"] = line.parameters[:, None]
     if line.arc_lengths is not None:
-        attributes["_ARC_LENGTH"] = buffer.add_attribute(line.arc_lengths[:, None])
-    return {
+        columns["_ARC_LENGTH"] = line.arc_lengths[:, None]
+    buffer = BufferBuilder()
+    attributes = {
+        name: (buffer.add_positions if name == "POSITION" else buffer.add)(Column(single(values)))
+        for name, values in columns.items()
+    }
+    packed = buffer.packed()
+    document: JsonObject = {
         "asset": {
             "version": "2.0",
             "generator": GENERATOR,
@@ -69,8 +75,9 @@ def _document(line: Polyline, buffer: BufferBuilder) -> JsonObject:
         ],
         "materials": [LINE_MATERIAL],
         "accessors": buffer.accessors,
-        "bufferViews": buffer.views,
+        "bufferViews": packed.views,
     }
+    return document, packed
 
 
 def _place(line: Polyline) -> JsonObject:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.engine.adaptive.accuracy import Accuracy
-from service.engine.adaptive.aims import each_alone, goal_of, goals_of_models
+from service.engine.adaptive.aims import each_alone, goal_of, goals_of_models, without
 from service.engine.adaptive.goal import Goal, View
 from service.engine.deviation.beforehand import enough
 from service.surface.lowered import GroupModel, PatchModel
@@ -44,11 +44,14 @@ class Most:
         )
 
 
-def most_of(model: PatchModel | GroupModel, accuracy: Accuracy) -> tuple[Most, Most]:
+def most_of(
+    model: PatchModel | GroupModel, accuracy: Accuracy, moved: float = 0.0
+) -> tuple[Most, Most]:
     """Bounds for what is stored once, and for all copies.
 
     Vertices that several patches have are counted once for each of them. What is cut for the sake
-    of angles is not counted.
+    of angles is not counted. Vertices are `moved` by so much at most when they are stored; what
+    float32 does to them is less than counts here.
 
     Raises
     ------
@@ -57,10 +60,10 @@ def most_of(model: PatchModel | GroupModel, accuracy: Accuracy) -> tuple[Most, M
     """
     goal = goal_of(accuracy, model)
     if isinstance(model, PatchModel):
-        alone = _most(model, goal)
+        alone = _most(model, without(goal, moved, model.bounds))
         return alone, alone
     group = model if goal.view is None else each_alone(model)
-    goals = goals_of_models(goal, group, 0.0)
+    goals = goals_of_models(goal, group, moved)
     found = [
         _most(own, aim)
         for own, aim in zip(group.models, goals, strict=True)

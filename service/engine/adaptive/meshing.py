@@ -7,7 +7,7 @@
 """
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from service.bases.arrays import FloatArray
@@ -31,6 +31,7 @@ from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.proof.rounding import check_goal, floor
 from service.engine.adaptive.refine import triangulate
 from service.engine.adaptive.storage import Storage, slack
+from service.engine.gridded import grid_steps
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scene import Scene, arranged, flattened, in_single
@@ -83,7 +84,8 @@ class Meshing:
         border = divide_border(self._faces, self._seams, edges, most)
         overlays = draw_lines(model, border, self.options, storage, origin)
         if not self.options.surface:
-            return only_lines(model, self.options, overlays, origin, storage.dtype)
+            lines = only_lines(model, self.options, overlays, origin, storage.dtype)
+            return replace(lines, step=storage.step)
         made = triangulate(
             self._ground, self._faces, border, goal, stored=self._stored, most=most, effort=effort
         )
@@ -122,18 +124,27 @@ class GroupMeshing:
     storage : Storage
     nodes : bool
         Whether the format keeps the meshes and their placements apart; else they become one mesh.
+    quantized : bool
+        Whether positions are put on grids: of formats that have nodes.
     """
 
     def __init__(
-        self, group: GroupModel, options: MeshOptions, storage: Storage, *, nodes: bool
+        self,
+        group: GroupModel,
+        options: MeshOptions,
+        storage: Storage,
+        *,
+        nodes: bool,
+        quantized: bool,
     ) -> None:
         seen = options.accuracy is not None and options.accuracy.camera is not None
         self._group = each_alone(group) if seen else group
         self._storage, self._nodes = storage, nodes
         own = storage if nodes else Storage()
+        steps = grid_steps(self._group, options) if quantized else (0.0,) * len(group.members)
         self._models = [
-            Meshing(model, options, own)
-            for model in self._group.models
+            Meshing(model, options, replace(own, step=step))
+            for model, step in zip(self._group.models, steps, strict=False)
             if isinstance(model, PatchModel)
         ]
 
@@ -158,9 +169,15 @@ class GroupMeshing:
 
 
 def meshing(
-    model: PatchModel | GroupModel, options: MeshOptions, storage: Storage, *, nodes: bool
+    model: PatchModel | GroupModel,
+    options: MeshOptions,
+    storage: Storage,
+    *,
+    nodes: bool,
+    quantized: bool = False,
 ) -> Meshing | GroupMeshing:
-    """What makes meshes of a model, for a format with or without nodes."""
+    """What makes meshes of a model, for a format with or without nodes, on grids or not."""
     if isinstance(model, GroupModel):
-        return GroupMeshing(model, options, storage, nodes=nodes)
-    return Meshing(model, options, storage)
+        return GroupMeshing(model, options, storage, nodes=nodes, quantized=quantized)
+    step = grid_steps(model, options)[0] if quantized else 0.0
+    return Meshing(model, options, replace(storage, step=step))

@@ -7,6 +7,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
 from service.engine.extent import local_origin
+from service.engine.grid import CORNER, on_grid
 from service.engine.placing import EPS, single_error
 from service.engine.scratch import Real
 
@@ -22,10 +23,13 @@ class Storage:
     local : bool
         About an origin of the mesh's own, where a model is far from zero: the file has a place
         for it.
+    step : float
+        Positions and origin are multiples of it (`service.engine.grid`); 0 where they need not be.
     """
 
     single: bool = False
     local: bool = False
+    step: float = 0.0
 
     @property
     def dtype(self) -> Real:
@@ -34,14 +38,18 @@ class Storage:
 
     def origin(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """The origin of positions between these bounds."""
-        return local_origin(low, high) if self.single and self.local else np.zeros(3)
+        origin = local_origin(low, high) if self.single and self.local else np.zeros(3)
+        return on_grid(origin, self.step) if self.step else origin
 
     def rounding(self, origin: FloatArray, low: FloatArray, high: FloatArray) -> float:
         """How far a vertex between these bounds may be moved when it is stored."""
-        return single_error(low, high, origin) if self.single else 0.0
+        moved = CORNER * self.step
+        return moved + single_error(low, high, origin) if self.single else moved
 
     def written(self, positions: FloatArray, origin: FloatArray) -> RealArray:
         """Positions (N, 3) in model coordinates as the file has them, about the origin."""
+        if self.step:
+            positions = on_grid(positions, self.step)
         if self.single:
             return (positions - origin).astype(np.float32)
         # People read these numbers: adding 0.0 turns -0.0 into 0.0.
@@ -49,7 +57,7 @@ class Storage:
 
     def stored(self, positions: FloatArray, origin: FloatArray) -> FloatArray:
         """What these are in model coordinates, float64: up to `slack` where there is an origin."""
-        if not self.single:
+        if not (self.single or self.step):
             return positions
         read: FloatArray = self.written(positions, origin).astype(np.float64) + origin
         return read

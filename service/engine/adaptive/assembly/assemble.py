@@ -104,6 +104,7 @@ def assemble(divided: Divided, options: MeshOptions, overlays: tuple[Overlay, ..
         ),
         colors=colors,
         attributes=attributes,
+        step=divided.storage.step,
     )
 
 

@@ -1,5 +1,7 @@
 """Lines beside an adaptive mesh: the control net, and the sides of the faces."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
@@ -16,11 +18,17 @@ def draw_lines(
 ) -> tuple[Overlay, ...]:
     """The overlays asked for, in that order, in the precision and about the origin of the mesh."""
     return tuple(
-        control_net(model, origin, storage.dtype)
-        if name == "control_net"
-        else _sides(border, storage, origin)
+        _net(model, storage, origin) if name == "control_net" else _sides(border, storage, origin)
         for name in options.overlays
     )
+
+
+def _net(model: PatchModel, storage: Storage, origin: FloatArray) -> Overlay:
+    """All control points, as they are stored."""
+    if not storage.step:
+        return control_net(model, origin, storage.dtype)
+    net = control_net(model, np.zeros(3), np.float64)
+    return replace(net, positions=storage.written(net.positions.astype(np.float64), origin))
 
 
 def _sides(border: Border, storage: Storage, origin: FloatArray) -> Overlay:

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from service.encoders import gltf
 from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
-from service.encoders.gltf_buffer import BufferBuilder
+from service.encoders.gltf import mesh as gltf
+from service.encoders.gltf.buffer import BufferBuilder
 from service.engine.mesh import Mesh
 from service.errors import UnsupportedByFormat
-from tests.encoders.glb_reader import Gltf, read_glb, read_gltf
+from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf
 from tests.meshes import carrying, sheet, silo, single, with_overlays, without_faces
 
 OPTIONS = EncodeOptions()
@@ -91,8 +91,9 @@ def test_indices_are_short_while_they_may(vertices: int, component: int) -> None
 
 
 def read_back(buffer: BufferBuilder) -> np.ndarray:
-    document = {"accessors": buffer.accessors, "bufferViews": buffer.views}
-    return Gltf(document, b"".join(buffer.chunks)).array(0)
+    packed = buffer.packed()
+    document = {"accessors": buffer.accessors, "bufferViews": packed.views}
+    return Gltf(document, b"".join(packed.chunks)).array(0)
 
 
 def test_a_large_sheet_has_long_indices() -> None:

@@ -19,15 +19,10 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
-from service.encoders.gltf import (
-    Z_UP_TO_Y_UP,
-    Piece,
-    binary,
-    pieces,
-    textual,
-    whole,
-)
-from service.encoders.gltf_buffer import BufferBuilder, JsonObject
+from service.encoders.gltf.buffer import BufferBuilder, JsonObject
+from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, binary, textual, whole
+from service.encoders.gltf.mesh import node_place
+from service.encoders.gltf.primitives import Piece, pieces
 from service.engine.scene import Scene, scene_parts
 from service.surface.lowered import Color, PlacedModel
 
@@ -36,33 +31,32 @@ SAME = 1e-12
 rounding leaves 1e-16."""
 
 
-def encode_glb_scene(scene: Scene, _options: EncodeOptions) -> bytes:
+def encode_glb_scene(scene: Scene, options: EncodeOptions) -> bytes:
     """The binary form; raises `UnsupportedByFormat` if a mesh holds quads."""
-    document = _Document(scene)
-    return binary(document.finished(), document.buffer)
+    return binary(*_Document(scene, options).finished())
 
 
-def encode_gltf_scene(scene: Scene, _options: EncodeOptions) -> bytes:
+def encode_gltf_scene(scene: Scene, options: EncodeOptions) -> bytes:
     """The JSON form; raises what the binary one raises."""
-    document = _Document(scene)
-    return textual(document.finished(), document.buffer)
+    return textual(*_Document(scene, options).finished())
 
 
 class _Document:
     """A document under construction: arrays of nodes, meshes and materials that only grow."""
 
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
+    def __init__(self, scene: Scene, options: EncodeOptions) -> None:
+        self.scene, self.options = scene, options
         self.buffer = BufferBuilder()
-        self.pieces = [list(pieces(mesh, self.buffer)) for mesh in scene.meshes]
+        self.pieces = [list(pieces(mesh, self.buffer, options)) for mesh in scene.meshes]
+        self.places = [node_place(mesh) for mesh in scene.meshes]
         self.nodes: list[JsonObject] = []
         self.meshes: list[JsonObject] = []
         self.materials: list[JsonObject] = []
         self._mesh_numbers: dict[tuple[int, int, Color | None], int] = {}
         self._material_numbers: dict[tuple[str, bool, Color | None], int] = {}
 
-    def finished(self) -> JsonObject:
-        """The document with a node for every copy."""
+    def finished(self) -> File:
+        """The document with a node for every copy, and its buffer."""
         scene = self.scene
         root: JsonObject = {"name": scene.name}
         if scene.up == "z":
@@ -74,9 +68,8 @@ class _Document:
             "meshes": self.meshes,
             "materials": self.materials,
         }
-        return whole(
-            scene.name, report_object(scene.report, scene_parts(scene)), arrays, self.buffer
-        )
+        report = report_object(scene.report, scene_parts(scene))
+        return whole(scene.name, report, arrays, self.buffer, self.options)
 
     def _copy(self, member: PlacedModel) -> int:
         """The node of one copy, with nodes of its own where it has several pieces."""
@@ -89,11 +82,10 @@ class _Document:
             node = inner
             self.nodes.append(node)
         found = self.pieces[member.model]
-        origin = self.scene.meshes[member.model].origin
-        if len(found) == 1 and not origin.any():
+        place = self.places[member.model]
+        if len(found) == 1 and not place:
             node["mesh"] = self._mesh(member, 0, member.name)
         elif found:
-            place: JsonObject = {"translation": origin.tolist()} if origin.any() else {}
             node["children"] = list(range(len(self.nodes), len(self.nodes) + len(found)))
             self.nodes += [
                 {"name": piece.name, "mesh": self._mesh(member, k, piece.name), **place}

@@ -9,7 +9,7 @@ import trimesh
 from hypothesis import given, settings
 
 from service.encoders.format import EncodeOptions
-from service.encoders.gltf_scene import placing, quaternion
+from service.encoders.gltf.scene import placing, quaternion
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.pipeline.limits import Limits
@@ -19,7 +19,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
 from tests.clients.gltf_validator import issues
-from tests.encoders.glb_reader import Gltf, read_glb, read_gltf
+from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf
 from tests.strategies import Array, placements
 
 MIRROR = np.diag([1.0, 1.0, -1.0, 1.0])

@@ -7,10 +7,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
-COMPONENTS = {5123: "<u2", 5125: "<u4", 5126: "<f4"}
+COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+
+
+def meshopt() -> Any:
+    """The library that compresses, and decompresses; without it the test is skipped."""
+    return pytest.importorskip("meshopt")
 
 
 @dataclass(frozen=True)
@@ -21,16 +27,47 @@ class Gltf:
     buffer: bytes
 
     def array(self, accessor: int) -> NDArray[Any]:
-        """Elements of an accessor, shape (N, columns)."""
+        """Elements of an accessor as they are stored, shape (N, columns)."""
         entry = self.document["accessors"][accessor]
         view = self.document["bufferViews"][entry["bufferView"]]
-        start, length = view["byteOffset"], view["byteLength"]
-        values = np.frombuffer(
-            self.buffer[start : start + length], dtype=COMPONENTS[entry["componentType"]]
+        kind, columns = np.dtype(COMPONENTS[entry["componentType"]]), COLUMNS[entry["type"]]
+        size = kind.itemsize * columns
+        stride = view.get("byteStride", size)
+        assert view["byteLength"] == stride * entry["count"]
+        assert stride % 4 == 0 or view["target"] == 34963
+        rows = self._bytes(view).reshape(entry["count"], stride)[:, :size]
+        return np.ascontiguousarray(rows).view(kind)
+
+    def values(self, accessor: int) -> NDArray[Any]:
+        """The same as what they stand for: of normalized ones, fractions (3.6.2.2)."""
+        stored = self.array(accessor)
+        if not self.document["accessors"][accessor].get("normalized"):
+            return stored
+        fractions: NDArray[Any] = stored / np.iinfo(stored.dtype).max
+        return fractions.clip(min=-1.0)
+
+    def _bytes(self, view: dict[str, Any]) -> NDArray[np.uint8]:
+        """The bytes of a view, decompressed if it is compressed."""
+        hidden = view.get("extensions", {}).get("EXT_meshopt_compression")
+        place = hidden or view
+        assert place["buffer"] == 0
+        start = place["byteOffset"]
+        assert start % 4 == 0
+        content = self.buffer[start : start + place["byteLength"]]
+        assert len(content) == place["byteLength"]
+        if hidden is None:
+            return np.frombuffer(content, np.uint8)
+        fallback = self.document["buffers"][view["buffer"]]
+        assert fallback["extensions"] == {"EXT_meshopt_compression": {"fallback": True}}
+        assert "uri" not in fallback
+        assert view["byteOffset"] % 4 == 0
+        assert view["byteOffset"] + view["byteLength"] <= fallback["byteLength"]
+        assert hidden["count"] * hidden["byteStride"] == view["byteLength"]
+        decoded = meshopt().decode_gltf_buffer(
+            content, hidden["count"], hidden["byteStride"], hidden["mode"], hidden.get("filter")
         )
-        table = values.reshape(-1, COLUMNS[entry["type"]])
-        assert len(table) == entry["count"]
-        return table
+        found: NDArray[np.uint8] = np.ascontiguousarray(decoded).view(np.uint8).ravel()
+        return found
 
     def node(self, name: str) -> dict[str, Any]:
         """The one node of this name below the root."""
@@ -73,7 +110,7 @@ def read_glb(content: bytes) -> Gltf:
 def read_gltf(content: bytes) -> Gltf:
     """Take a document and the buffer inside it."""
     document = json.loads(content)
-    (buffer,) = document["buffers"]
+    buffer, *_ = document["buffers"]
     head, data = buffer["uri"].split(",")
     assert head == "data:application/gltf-buffer;base64"
     decoded = base64.b64decode(data, validate=True)

@@ -1,0 +1,76 @@
+"""Vertex attributes of a mesh under their names in glTF, as the numbers that are stored.
+
+Colours are linear, on white. The attribute `flow` of up to four numbers is `_FLOW`; one of more is
+cut into `_FLOW_0`, `_FLOW_1` and so on, four numbers each and the rest in the last.
+
+References
+----------
+Khronos, glTF 2.0 Specification: 3.7.2.1 mesh primitives.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.bases.arrays import IndexArray, Ints, RealArray
+from service.engine.light import linear
+from service.engine.mesh import Mesh
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Column:
+    """An attribute of vertices.
+
+    Attributes
+    ----------
+    values : ndarray, shape (V, 1…4)
+        float32, or integers of 8 or 16 bits.
+    normalized : bool
+        Whether integers stand for themselves divided by the largest of their kind.
+    unit : bool
+        Whether these are unit vectors.
+    """
+
+    values: NDArray[Any]
+    normalized: bool = False
+    unit: bool = False
+
+    def take(self, rows: IndexArray | Ints | slice) -> "Column":
+        """The same of some vertices."""
+        return replace(self, values=self.values[rows])
+
+
+Columns: TypeAlias = dict[str, Column]
+"""By their names in glTF."""
+
+
+def plain_columns(mesh: Mesh) -> Columns:
+    """Every attribute of a mesh, in float32."""
+    columns = {"POSITION": mesh.positions}
+    if mesh.normals is not None:
+        columns["NORMAL"] = mesh.normals
+    if mesh.uvs is not None:
+        columns["TEXCOORD_0"] = mesh.uvs
+    if mesh.colors is not None:
+        columns["COLOR_0"] = linear(mesh.colors)
+    for name, values in mesh.attributes:
+        for key, part in attribute_columns(name, values.shape[1]):
+            columns[key] = values[:, part]
+    return {key: Column(single(values)) for key, values in columns.items()}
+
+
+def attribute_columns(name: str, dimension: int) -> Iterator[tuple[str, slice]]:
+    """Names under which an attribute is stored, and the columns of each: four at most."""
+    if dimension <= 4:
+        yield f"_{name.upper()}", slice(0, dimension)
+        return
+    for piece, first in enumerate(range(0, dimension, 4)):
+        yield f"_{name.upper()}_{piece}", slice(first, first + 4)
+
+
+def single(values: RealArray) -> NDArray[np.float32]:
+    """Numbers as float32."""
+    return np.ascontiguousarray(values, dtype="<f4")

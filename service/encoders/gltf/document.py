@@ -1,0 +1,87 @@
+"""The document around nodes, meshes and arrays, and the two files that it can be: binary and JSON.
+
+References
+----------
+Khronos, glTF 2.0 Specification: 3.2 asset, 3.6.1 buffers, 3.12 extensions, 4.4 GLB layout.
+"""
+
+import base64
+import struct
+from collections.abc import Mapping
+from typing import TypeAlias
+
+from service.encoders.format import EncodeOptions
+from service.encoders.gltf import meshopt, quantized
+from service.encoders.gltf.buffer import BufferBuilder, JsonObject, Packed
+from service.encoders.gltf.materials import LINE_MATERIAL, UNLIT
+from service.encoders.text import json_text
+
+GENERATOR = "Surface Service"
+"""Without a version: a release changes no bytes that the version of the numbers does not change."""
+
+Z_UP_TO_Y_UP = (-(0.5**0.5), 0.0, 0.0, 0.5**0.5)
+"""Unit quaternion (x, y, z, w): a quarter turn about x that takes z to y, the axis that is up."""
+
+GLB_MAGIC, GLB_VERSION, CHUNK_JSON, CHUNK_BIN = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
+"""Header and chunk types of a GLB (4.4.2, 4.4.3): "glTF", 2, "JSON", "BIN" and a zero byte."""
+
+DATA_URI = "data:application/gltf-buffer;base64,"
+"""A buffer inside the document (3.6.1.1)."""
+
+REQUIRED = frozenset({quantized.EXTENSION, meshopt.EXTENSION})
+"""Extensions without which a file cannot be read."""
+
+
+File: TypeAlias = tuple[JsonObject, Packed]
+"""A document and its buffer."""
+
+
+def whole(
+    name: str,
+    report: Mapping[str, object],
+    arrays: JsonObject,
+    buffer: BufferBuilder,
+    options: EncodeOptions,
+) -> File:
+    """The document of these nodes, meshes and materials; the first node is the root."""
+    packed = meshopt.compressed(buffer) if options.compression == "meshopt" else buffer.packed()
+    extensions = [UNLIT] if LINE_MATERIAL in arrays["materials"] else []
+    extensions += [quantized.EXTENSION] if buffer.quantized else []
+    extensions += packed.extensions
+    document: JsonObject = {
+        "asset": {
+            "version": "2.0",
+            "generator": GENERATOR,
+            "extras": {"report": report},
+        },
+        "extensionsUsed": extensions,
+        "extensionsRequired": [name for name in extensions if name in REQUIRED],
+        "scene": 0,
+        "scenes": [{"name": name, "nodes": [0]} if arrays["nodes"] else {"name": name}],
+        **arrays,
+        "accessors": buffer.accessors,
+        "bufferViews": packed.views,
+    }
+    # An array that is present must not be empty (JSON schema of the specification, minItems 1).
+    return {key: value for key, value in document.items() if value != []}, packed
+
+
+def binary(document: JsonObject, buffer: Packed) -> bytes:
+    """The file of a document and its buffer, as header and chunks."""
+    length = buffer.length
+    if length:
+        document["buffers"] = [{"byteLength": length}, *buffer.others]
+    text = json_text(document)
+    text += b" " * (-len(text) % 4)
+    binary_head = struct.pack("<II", length, CHUNK_BIN) if length else b""
+    total = 12 + 8 + len(text) + len(binary_head) + length
+    head = struct.pack("<5I", GLB_MAGIC, GLB_VERSION, total, len(text), CHUNK_JSON)
+    return b"".join((head, text, binary_head, *buffer.chunks))
+
+
+def textual(document: JsonObject, buffer: Packed) -> bytes:
+    """The file of a document with its buffer inside it."""
+    if buffer.chunks:
+        uri = DATA_URI + base64.b64encode(b"".join(buffer.chunks)).decode("ascii")
+        document["buffers"] = [{"byteLength": buffer.length, "uri": uri}, *buffer.others]
+    return json_text(document)

@@ -1,0 +1,55 @@
+"""What surfaces and lines look like in glTF.
+
+References
+----------
+Khronos, glTF 2.0 Specification: 3.9 materials. KHR_materials_unlit.
+"""
+
+import numpy as np
+
+from service.encoders.gltf.buffer import JsonObject
+from service.engine.light import linear
+from service.surface.lowered import Color
+
+UNLIT = "KHR_materials_unlit"
+
+SURFACE_MATERIAL: JsonObject = {
+    "name": "surface",
+    "doubleSided": True,
+    "pbrMetallicRoughness": {
+        "baseColorFactor": [0.6, 0.62, 0.66, 1.0],
+        "metallicFactor": 0.0,
+        "roughnessFactor": 0.5,
+    },
+}
+COLORED_MATERIAL: JsonObject = {
+    "name": "surface",
+    "doubleSided": True,
+    "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.5},
+}
+"""White (the default base colour), so that the colours of the vertices are what is seen."""
+LINE_MATERIAL: JsonObject = {
+    "name": "lines",
+    "extensions": {UNLIT: {}},
+    "pbrMetallicRoughness": {
+        "baseColorFactor": [0.85, 0.25, 0.05, 1.0],
+        "metallicFactor": 0.0,
+        "roughnessFactor": 0.9,
+    },
+}
+
+
+def surface_material(color: Color | None, *, colored: bool, blended: bool = False) -> JsonObject:
+    """The material of faces: glaze, or white where vertices are coloured, or the base colour.
+
+    A base colour multiplies the colours of the vertices; the material is named after it.
+    """
+    material = COLORED_MATERIAL if colored else SURFACE_MATERIAL
+    if color is not None:
+        code = "".join(f"{round(255 * value):02x}" for value in color[: 4 if color[3] < 1 else 3])
+        (factor,) = linear(np.array([color])).tolist()
+        shade = material["pbrMetallicRoughness"] | {"baseColorFactor": factor}
+        name = f"{material['name']} #{code}"
+        material = material | {"name": name, "pbrMetallicRoughness": shade}
+        blended = blended or color[3] < 1
+    return material | ({"alphaMode": "BLEND"} if blended else {})

@@ -1,0 +1,76 @@
+"""A mesh as glTF 2.0, in one JSON document or in one binary file, written by us.
+
+One root node carries the name of the mesh and what turns z-up models upright; below it every part
+and every overlay is a named node with a mesh of its own, moved by the local origin. All buffer
+views are planar and aligned to four bytes.
+
+References
+----------
+Khronos, glTF 2.0 Specification: 3.5 nodes and transformations.
+"""
+
+from service.encoders.content import report_object
+from service.encoders.format import EncodeOptions
+from service.encoders.gltf.buffer import BufferBuilder, JsonObject
+from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, binary, textual, whole
+from service.encoders.gltf.primitives import pieces
+from service.encoders.gltf.quantized import grid_place
+from service.engine.mesh import Mesh
+
+
+def encode_glb(mesh: Mesh, options: EncodeOptions) -> bytes:
+    """The binary form.
+
+    Raises
+    ------
+    UnsupportedByFormat
+        If the mesh holds quads.
+    """
+    return binary(*_document(mesh, options))
+
+
+def encode_gltf(mesh: Mesh, options: EncodeOptions) -> bytes:
+    """The JSON form, its buffer inside it as base64.
+
+    Raises
+    ------
+    UnsupportedByFormat
+        If the mesh holds quads.
+    """
+    return textual(*_document(mesh, options))
+
+
+def node_place(mesh: Mesh) -> JsonObject:
+    """What takes the positions that are stored of a mesh to where it is."""
+    if mesh.step and (len(mesh.positions) or mesh.overlays):
+        return grid_place(mesh)
+    return {"translation": mesh.origin.tolist()} if mesh.origin.any() else {}
+
+
+def _document(mesh: Mesh, options: EncodeOptions) -> File:
+    """The document, and its buffer."""
+    buffer = BufferBuilder()
+    found = [(piece, piece.material()) for piece in pieces(mesh, buffer, options)]
+    materials: list[JsonObject] = []
+    for _, material in found:
+        if material not in materials:
+            materials.append(material)
+    meshes: list[JsonObject] = [
+        {
+            "name": piece.name,
+            "primitives": [piece.primitive | {"material": materials.index(material)}],
+        }
+        for piece, material in found
+    ]
+    place = node_place(mesh)
+    nodes = [{"name": m["name"], "mesh": k, **place} for k, m in enumerate(meshes)]
+
+    root: JsonObject = {"name": mesh.name, "children": list(range(1, len(nodes) + 1))}
+    if mesh.up == "z":
+        root["rotation"] = Z_UP_TO_Y_UP
+    arrays: JsonObject = {
+        "nodes": [root, *nodes] if nodes else [],
+        "meshes": meshes,
+        "materials": materials,
+    }
+    return whole(mesh.name, report_object(mesh.report, mesh.parts), arrays, buffer, options)

@@ -1,0 +1,131 @@
+"""Views compressed, without a change of any number but one: EXT_meshopt_compression.
+
+Triangles are put in the order that a graphics card likes and vertices in the order in which they
+are used, which is what compresses well; in every view, elements are then stored by what has
+changed since the one before. What would become no smaller is left as it is. Normals of 16 bits go
+through the octahedral filter: 12 bits a coordinate of the unfolded octahedron, within 0.1°, take
+half as much as the lossless form.
+
+A view that is compressed has a place in a second buffer that does not exist, of which it says how
+long it will be. Readers must know the extension.
+
+The work is done by the library `meshopt`, an optional one.
+
+References
+----------
+Khronos, EXT_meshopt_compression: fallback buffers, modes ATTRIBUTES, TRIANGLES and INDICES, the
+octahedral filter. A. Kapoulkine, meshoptimizer.
+"""
+
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from service.bases.arrays import Bytes, IndexArray, Ints
+from service.encoders.gltf.buffer import BufferBuilder, JsonObject, Packed, View, described, padded
+
+EXTENSION = "EXT_meshopt_compression"
+
+MODES = {0: "ATTRIBUTES", 2: "INDICES", 3: "TRIANGLES"}
+"""By the corners of a face."""
+
+OCTAHEDRAL = {"filter": "OCTAHEDRAL"}
+
+NORMAL_BITS = 12
+"""Of each of the two coordinates that a normal has on an octahedron, its sign included."""
+
+FALLBACK: JsonObject = {EXTENSION: {"fallback": True}}
+
+
+@cache
+def available() -> bool:
+    """Whether the library is there."""
+    return find_spec("meshopt") is not None
+
+
+def ordered(faces: IndexArray, vertices: int) -> tuple[IndexArray, Ints]:
+    """Triangles (T, 3) or lines (L, 2) in a better order, and which vertex each of theirs was.
+
+    Vertices that no face uses come last. Lines keep their order, their vertices do not.
+
+    Returns
+    -------
+    faces : ndarray of uint32
+    order : ndarray of int, shape (vertices,)
+    """
+    corners = faces.shape[1]
+    indices, place, used = _library().reorder_mesh(
+        np.ascontiguousarray(faces, dtype=np.uint32).reshape(-1), corners == 3, False
+    )
+    place = place[:vertices]
+    # Indices may end before the vertices do; what is not used has a place beyond all others.
+    order = np.empty(vertices, dtype=np.intp)
+    seen = np.flatnonzero(place < used)
+    order[place[seen]] = seen
+    unseen = np.ones(vertices, dtype=bool)
+    unseen[seen] = False
+    order[used:] = np.flatnonzero(unseen)
+    return indices.reshape(-1, corners), order
+
+
+def compressed(buffer: BufferBuilder) -> Packed:
+    """All arrays, each in the shorter of its two forms."""
+    views: list[JsonObject] = []
+    chunks: list[memoryview | bytes] = []
+    length = promised = 0
+    for view in buffer.views:
+        content, more = _encoded(view)
+        entry = described(view)
+        if len(content) >= view.rows.nbytes:
+            content = view.rows.data.cast("B")
+            entry = {"buffer": 0, "byteOffset": length} | entry
+        else:
+            hidden = {
+                "buffer": 0,
+                "byteOffset": length,
+                "byteLength": len(content),
+                "byteStride": view.rows.shape[1],
+                "count": view.rows.shape[0],
+                "mode": MODES[view.corners],
+                **more,
+            }
+            entry = {
+                "buffer": 1,
+                "byteOffset": promised,
+                **entry,
+                "extensions": {EXTENSION: hidden},
+            }
+            promised += view.rows.nbytes + -view.rows.nbytes % 4
+        views.append(entry)
+        chunks.extend(padded(content))
+        length += len(content) + -len(content) % 4
+    if not promised:
+        return Packed(views, chunks)
+    return Packed(views, chunks, [{"byteLength": promised, "extensions": FALLBACK}], (EXTENSION,))
+
+
+def _encoded(view: View) -> tuple[memoryview | bytes, JsonObject]:
+    """A view, compressed, and which filter undoes the rest."""
+    library = _library()
+    if view.corners:
+        indices = view.rows.view("<u2" if view.rows.shape[1] == 2 else "<u4")
+        return library.encode_gltf_buffer(indices, MODES[view.corners]), {}
+    if view.unit:
+        return library.encode_gltf_buffer(_octahedral(view.rows), "ATTRIBUTES"), OCTAHEDRAL
+    return library.encode_gltf_buffer(view.rows, "ATTRIBUTES"), {}
+
+
+def _octahedral(rows: Bytes) -> Bytes:
+    """Normals of 16 bits, (N, 8) bytes, as the filter has them."""
+    vectors = rows.view("<i2").astype(np.float32)
+    vectors /= 32767.0
+    filtered: Bytes = _library().encode_filter_oct(vectors, 8, NORMAL_BITS)
+    return filtered
+
+
+def _library() -> Any:
+    """The module, imported when it is first needed."""
+    return import_module("meshopt")

@@ -1,0 +1,114 @@
+"""Parts and overlays as primitives: what becomes a mesh of glTF.
+
+References
+----------
+Khronos, glTF 2.0 Specification: 3.7.2 meshes.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, IndexArray
+from service.encoders.colors import translucent
+from service.encoders.content import drawn, refuse_quads
+from service.encoders.format import EncodeOptions
+from service.encoders.gltf import meshopt
+from service.encoders.gltf.buffer import BufferBuilder, JsonObject
+from service.encoders.gltf.columns import Column, Columns, plain_columns, single
+from service.encoders.gltf.materials import LINE_MATERIAL, surface_material
+from service.encoders.gltf.quantized import grid_positions, quantized_columns
+from service.engine.mesh import Mesh, MeshPart
+from service.surface.lowered import Color
+
+LINES, TRIANGLES = 1, 4
+"""Primitive modes (3.7.2.1)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """What becomes a glTF mesh: a part, or an overlay, in which case `mesh` is None.
+
+    `color` is the base colour of a part.
+    """
+
+    name: str
+    primitive: JsonObject
+    mesh: Mesh | None = None
+    color: Color | None = None
+
+    def material(self, color: Color | None = None) -> JsonObject:
+        """Its material; `color` is its base colour where it has none of its own."""
+        if self.mesh is None:
+            return LINE_MATERIAL
+        colors = self.mesh.colors
+        blended = colors is not None and translucent(colors)
+        color = self.color or color
+        return surface_material(color, colored=colors is not None, blended=blended)
+
+
+def pieces(mesh: Mesh, buffer: BufferBuilder, options: EncodeOptions) -> Iterator[Piece]:
+    """Every part that has faces and every overlay that has lines."""
+    refuse_quads(mesh, "glTF")
+    columns = quantized_columns(mesh) if mesh.step else plain_columns(mesh)
+    for part, own, triangles in _parts(mesh):
+        mine = {name: column.take(own) for name, column in columns.items()}
+        yield Piece(part.name, _primitive(mine, triangles, buffer, options), mesh, part.color)
+    for overlay in drawn(mesh.overlays):
+        points = overlay.positions
+        places = grid_positions(points, mesh) if mesh.step else Column(single(points))
+        primitive = _primitive({"POSITION": places}, overlay.segments, buffer, options)
+        yield Piece(overlay.name, primitive)
+
+
+def _primitive(
+    columns: Columns, faces: IndexArray, buffer: BufferBuilder, options: EncodeOptions
+) -> JsonObject:
+    """Triangles or lines with the attributes of their vertices, in an order that compresses."""
+    vertices = len(columns["POSITION"].values)
+    if options.compression == "meshopt":
+        faces, order = meshopt.ordered(faces, vertices)
+        columns = {name: column.take(order) for name, column in columns.items()}
+    attributes = {
+        name: buffer.add_positions(column) if name == "POSITION" else buffer.add(column)
+        for name, column in columns.items()
+    }
+    return {
+        "attributes": attributes,
+        "indices": buffer.add_indices(faces, vertices),
+        "mode": TRIANGLES if faces.shape[1] == 3 else LINES,
+    }
+
+
+def _parts(mesh: Mesh) -> Iterator[tuple[MeshPart, IndexArray | slice, IndexArray]]:
+    """Every part that has faces: its own vertices, and its triangles counted among those."""
+    alone = len(mesh.parts) == 1
+    used = np.zeros(0 if alone else len(mesh.positions), dtype=np.bool_)
+    lookup = np.empty(len(used), dtype=np.uint32)
+    for part in mesh.parts:
+        triangles = mesh.triangles[slice(*part.triangles)]
+        if not len(triangles):
+            continue
+        own: IndexArray | slice = slice(None)
+        if not alone:
+            own, triangles = _own_vertices(triangles, used, lookup)
+        yield part, own, triangles
+
+
+def _own_vertices(
+    triangles: IndexArray, used: Bools, lookup: IndexArray
+) -> tuple[IndexArray | slice, IndexArray]:
+    """The vertices that these triangles use, and the triangles counted among those.
+
+    `used`, all False, and `lookup`, both of shape (V,), are room to work in. Only the range of
+    the indices is visited, so that many small parts cost no more than one large one.
+    """
+    low, high = int(triangles.min()), int(triangles.max()) + 1
+    used[triangles] = True
+    own = np.flatnonzero(used[low:high]).astype(np.uint32) + np.uint32(low)
+    used[low:high] = False
+    if len(own) == high - low:
+        return slice(low, high), triangles - np.uint32(low)
+    lookup[own] = np.arange(len(own), dtype=np.uint32)
+    return own, lookup[triangles]

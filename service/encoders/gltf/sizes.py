@@ -1,0 +1,63 @@
+"""How many bytes a glTF has at most, from counts alone."""
+
+from service.encoders.content import REPORT_PART
+from service.encoders.format import EncodeOptions, MeshSize
+from service.encoders.gltf.columns import attribute_columns
+from service.encoders.gltf.document import DATA_URI
+from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
+
+GRID = len('"scale":[,,],"normalized":true,"normalized":true,') + 3 * FLOAT64_CHARS
+"""Characters that a node on a grid has more, at most: its scaling, and what its accessors add."""
+
+COMPRESSED = 320
+"""Characters that a compressed view has more, at most, with numbers of ten digits."""
+
+
+def glb_byte_bound(size: MeshSize, options: EncodeOptions) -> int:
+    """Bytes at most of the binary form: its header, those of its two chunks, and padding."""
+    return 12 + 2 * 8 + 3 + _json_bound(size, options) + _buffer_bound(size, options)
+
+
+def gltf_byte_bound(size: MeshSize, options: EncodeOptions) -> int:
+    """Bytes at most of the JSON form: base64 writes 3 bytes as 4."""
+    buffer = _buffer_bound(size, options)
+    return _json_bound(size, options) + len(DATA_URI) + -(-buffer // 3) * 4
+
+
+def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
+    """Bytes at most of the JSON without the buffer.
+
+    A node with its mesh, accessors and buffer views is below 1200 characters of keys and small
+    numbers, nine float64 (translation, minimum, maximum) and its name twice; the name of the
+    whole is written twice, too, and the report names every part. Another vertex attribute adds its
+    name, an accessor and a view. The constant part holds the asset with the report, two materials,
+    the root and the scene.
+
+    A grid adds a scaling to the node; compression, more about each view.
+    """
+    keys = [key for name, d in size.attributes for key, _ in attribute_columns(name, d)]
+    more = ["COLOR_0", *keys] if size.colors else keys
+    node = 1200 + 9 * (FLOAT64_CHARS + 1) + sum(300 + len(key) for key in more) + REPORT_PART
+    if options.quantize:
+        node += GRID
+    if options.compression == "meshopt":
+        # Indices, positions, normals and texture coordinates beside those.
+        node += COMPRESSED * (4 + len(more))
+    names = 3 * LONGEST_ESCAPE * size.name_bytes
+    return 2624 + 13 * FLOAT64_CHARS + size.named * node + names
+
+
+def _buffer_bound(size: MeshSize, options: EncodeOptions) -> int:
+    """Bytes at most of the buffer: normals and parameters counted, padding included.
+
+    A compressed view is never longer than it was.
+    """
+    attributes = 4 * sum(d for _, d in size.attributes)
+    if options.quantize:
+        # Texture coordinates that are not between 0 and 1 stay as they are.
+        point, vertex = 8, 8 + 8 + 8 + (8 if size.colors else 0) + attributes
+    else:
+        point, vertex = 12, 12 + 12 + 8 + 4 * size.colors + attributes
+    index = 2 if max(size.vertices, size.overlay_points) <= 65535 else 4
+    corners = 3 * (size.triangles + 2 * size.quads) + 2 * size.overlay_segments
+    return size.vertices * vertex + size.overlay_points * point + corners * index + 3 * size.named

@@ -1,0 +1,141 @@
+"""Meshes on grids: which step each of them has, and what becomes of its report.
+
+The step is known from the control points, before any mesh is made: the same for all tolerances
+and resolutions.
+
+Models of a group that stand in the same place and touch get the largest step of theirs, and so do
+all that touch those: where they met they still meet. Others keep their own. A cup is not made
+coarse by the hall it stands in, unless it is a part of its walls; and how long many members are
+together does not matter.
+"""
+
+from collections import defaultdict
+from dataclasses import replace
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints, RealArray
+from service.engine.adaptive.storage import Storage, slack
+from service.engine.deviation.bound import largest
+from service.engine.extent import extent
+from service.engine.grid import CORNER, on_grid, step_of
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.engine.placing import scalings
+from service.engine.scene import Scene, arranged, shown, within
+from service.engine.wires.draw import width_of
+from service.surface.lowered import GroupModel, Model, PatchModel
+from service.surface.sweep_model import SweepModel
+
+
+def grid_steps(model: Model, options: MeshOptions) -> tuple[float, ...]:
+    """The step of every different model of a group, or of the one that there is."""
+    if not isinstance(model, GroupModel):
+        return (step_of(*_box(model, options)),)
+    boxes = [_box(own, options) for own in model.models]
+    low, high = (np.array(bounds) for bounds in zip(*boxes, strict=True))
+    steps = np.array([step_of(*box) for box in boxes])
+    joined = np.arange(len(steps))
+    for there in _places(model):
+        for row in there:
+            touch = (low[there] <= high[row]).all(axis=1) & (low[row] <= high[there]).all(axis=1)
+            numbers = np.unique(joined[there[touch]])
+            joined[np.isin(joined, numbers)] = numbers[0]
+    coarsest = np.zeros(len(steps))
+    np.maximum.at(coarsest, joined, steps)
+    return tuple(coarsest[joined].tolist())
+
+
+def grid_error(model: Model, options: MeshOptions) -> float:
+    """How far from its place a vertex of any copy may be, in the coordinates of the whole."""
+    steps = grid_steps(model, options)
+    if not isinstance(model, GroupModel):
+        return CORNER * steps[0]
+    return max(CORNER * steps[m.model] * scalings(m.matrix)[1] for m in model.members)
+
+
+def gridded(made: Mesh | Scene, model: Model, options: MeshOptions) -> Mesh | Scene:
+    """A mesh, or all meshes of a scene, with positions on the grids of their models."""
+    steps = grid_steps(model, options)
+    if isinstance(made, Mesh):
+        return snapped(made, steps[0])
+    if not isinstance(model, GroupModel):
+        raise TypeError("A scene is made of a group.")
+    return arranged(model, tuple(map(snapped, made.meshes, steps)))
+
+
+def snapped(mesh: Mesh, step: float) -> Mesh:
+    """A mesh of float32 with every position at the next multiple of a step, its lines with it.
+
+    No triangle is left out, be its corners one place now: all edges are as they were, and a mesh
+    that was closed is closed. Its bounds grow by as much as any vertex was moved.
+    """
+    step = _wide_enough(mesh, step)
+    storage = Storage(single=True, local=True, step=step)
+    origin = on_grid(mesh.origin, step)
+
+    def moved(positions: RealArray) -> RealArray:
+        return storage.written(positions.astype(np.float64) + mesh.origin, origin)
+
+    positions = moved(mesh.positions)
+    on = replace(
+        mesh,
+        positions=positions,
+        overlays=tuple(replace(o, positions=moved(o.positions)) for o in mesh.overlays),
+        origin=origin,
+        step=step,
+    )
+    low, high = (bound.astype(np.float64) + origin for bound in extent(shown(on)))
+    # Both differences are exact, but for the rounding of coordinates far from zero.
+    apart = positions.astype(np.float64) - mesh.positions.astype(np.float64)
+    apart += origin - mesh.origin
+    further = float(np.sqrt(np.square(apart).sum(axis=1).max(initial=0.0))) + slack(
+        mesh.origin, low, high
+    )
+
+    def grown(bound: float | None) -> float | None:
+        return None if bound is None else largest(np.array([bound + further]))
+
+    report = within(mesh.report, low, high)
+    return replace(
+        on,
+        parts=tuple(
+            replace(part, deviation_bound=grown(part.deviation_bound)) for part in mesh.parts
+        ),
+        report=replace(
+            report,
+            deviation_bound=grown(report.deviation_bound),
+            mesh_deviation_bound=grown(report.mesh_deviation_bound),
+        ),
+    )
+
+
+def _wide_enough(mesh: Mesh, step: float) -> float:
+    """The step, or one of which few enough are as long as the mesh with its lines."""
+    every = [mesh.positions, *(overlay.positions for overlay in mesh.overlays)]
+    ends = [np.concatenate(extent(rows)) for rows in every if len(rows)]
+    if not ends:
+        return step
+    ends_of = np.array(ends).reshape(-1, 3).astype(np.float64) + mesh.origin
+    return max(step, step_of(ends_of.min(axis=0), ends_of.max(axis=0)))
+
+
+def _box(model: PatchModel | SweepModel, options: MeshOptions) -> tuple[FloatArray, FloatArray]:
+    """Bounds of all that may be drawn of a model: itself, its control net, and its wires."""
+    low, high = model.bounds
+    if isinstance(model, SweepModel):
+        polygon = model.polygon
+        return np.minimum(low, polygon.min(axis=0)), np.maximum(high, polygon.max(axis=0))
+    lows, highs = zip((low, high), *(net.bounds for net in model.nets), strict=True)
+    low, high = np.min(lows, axis=0), np.max(highs, axis=0)
+    around = width_of(model, options) if options.solid_wires else 0.0
+    return low - around, high + around
+
+
+def _places(group: GroupModel) -> list[Ints]:
+    """The models that stand in each place."""
+    places: dict[bytes, set[int]] = defaultdict(set)
+    for member in group.members:
+        place = b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
+        places[place].add(member.model)
+    return [np.array(sorted(there)) for there in places.values()]

@@ -1,0 +1,196 @@
+"""Compressed views: the same numbers in another order, smaller, and read by others."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.encoders.format import EncodeOptions
+from service.encoders.gltf import meshopt
+from service.encoders.registry import BY_NAME
+from service.engine.build import build
+from service.engine.gridded import snapped
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.surface.examples import find
+from tests.clients.gltf_validator import issues
+from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf
+from tests.meshes import carrying, sheet, silo, single, size_of, with_overlays, without_faces
+
+pytest.importorskip("meshopt")
+
+COMPRESSED = EncodeOptions(compression="meshopt")
+BOTH = EncodeOptions(quantize=True, compression="meshopt")
+STEP = 2.0**-14
+
+MESHES = {
+    "parts": single(with_overlays(silo(24, 8)), origin=(1.0, 2.0, 3.0), up="z"),
+    "colours": single(carrying(silo(24, 8), opacity=True)),
+    "short": single(sheet(1)),
+    "no faces": single(without_faces(silo())),
+    "overlays alone": single(without_faces(with_overlays(silo()))),
+}
+each_mesh = pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES.keys())
+each_form = pytest.mark.parametrize("options", [COMPRESSED, BOTH], ids=["floats", "integers"])
+
+
+def made(mesh: Mesh, options: EncodeOptions) -> Mesh:
+    return snapped(mesh, STEP) if options.quantize else mesh
+
+
+def plainly(options: EncodeOptions) -> EncodeOptions:
+    return replace(options, compression="none")
+
+
+def faces(gltf: Gltf, name: str, without: Iterable[str] = ()) -> set[tuple[Any, ...]]:
+    """Faces as the numbers of their corners, each from its least corner on."""
+    primitive = gltf.primitive(name)
+    columns = [
+        gltf.array(number).astype(np.float64)
+        for key, number in sorted(primitive["attributes"].items())
+        if key not in without
+    ]
+    corners = {1: 2, 4: 3}[primitive["mode"]]
+    vertices = list(map(tuple, np.hstack(columns).tolist()))
+    found = []
+    for face in gltf.array(primitive["indices"]).reshape(-1, corners).tolist():
+        rows = [vertices[k] for k in face]
+        first = min(range(corners), key=rows.__getitem__) if corners == 3 else 0
+        found.append(tuple(rows[first:] + rows[:first]))
+    assert len(set(found)) == len(found)
+    return set(found)
+
+
+@each_form
+@each_mesh
+def test_decompressed_it_is_the_same_mesh(mesh: Mesh, options: EncodeOptions) -> None:
+    mesh = made(mesh, options)
+    small = read_glb(BY_NAME["glb"].encode(mesh, options))
+    plain = read_glb(BY_NAME["glb"].encode(mesh, plainly(options)))
+    lossy = {"NORMAL"} if options.quantize else ()
+    names = [node["name"] for node in plain.document.get("nodes", [{}])[1:]]
+    assert [node["name"] for node in small.document.get("nodes", [{}])[1:]] == names
+    for name in names:
+        assert faces(small, name, lossy) == faces(plain, name, lossy)
+    assert small.document["asset"] == plain.document["asset"]
+
+
+def test_normals_are_within_a_tenth_of_a_degree() -> None:
+    rows = np.random.default_rng(4).normal(size=(4225, 3))
+    # Those along an axis and along a diagonal, too.
+    rows[:27] = np.indices((3, 3, 3)).reshape(3, -1).T - 1
+    rows[13] = 1, 1e-6, -1e-6
+    rows /= np.linalg.norm(rows, axis=1)[:, None]
+    mesh = snapped(replace(single(sheet(64)), normals=rows.astype(np.float32)), STEP)
+    small = read_glb(BY_NAME["glb"].encode(mesh, BOTH))
+    attributes = small.primitive("sheet")["attributes"]
+    found = small.values(attributes["NORMAL"])
+    assert np.abs(np.linalg.norm(found, axis=1) - 1).max() < 1e-4
+    # Which vertex of the sheet each of them is.
+    places = small.array(attributes["POSITION"]).astype(int) // 256
+    wanted = rows[places[:, 0] * 65 + places[:, 1]]
+    apart = np.degrees(2 * np.arcsin(np.linalg.norm(found - wanted, axis=1) / 2))
+    assert 0.02 < apart.max() < 0.1
+
+
+@each_form
+@each_mesh
+@pytest.mark.parametrize("suffix", ["glb", "gltf"])
+def test_never_longer_than_the_bound(mesh: Mesh, options: EncodeOptions, suffix: str) -> None:
+    known = BY_NAME[suffix]
+    bound = known.byte_bound(size_of(mesh), options)
+    assert len(known.encode(made(mesh, options), options)) <= bound
+
+
+@each_form
+def test_noise_is_not_made_longer(options: EncodeOptions) -> None:
+    """What does not compress is stored as it is."""
+    rng = np.random.default_rng(6)
+    mesh = single(carrying(sheet(40)))
+    noise = rng.integers(0, 2**31 - 2**24, (len(mesh.positions), 16), np.int32).view(np.float32)
+    positions = rng.uniform(-1, 1, mesh.positions.shape).astype(np.float32)
+    triangles = rng.permuted(mesh.triangles.ravel()).reshape(-1, 3)
+    mesh = replace(mesh, positions=positions, triangles=triangles, attributes=(("noise", noise),))
+    mesh = made(mesh, options)
+    small = read_glb(BY_NAME["glb"].encode(mesh, options))
+    plain = read_glb(BY_NAME["glb"].encode(mesh, plainly(options)))
+    assert len(small.buffer) < len(plain.buffer)
+    views = small.document["bufferViews"]
+    kept = [view for view in views if "extensions" not in view]
+    assert 0 < len(kept) < len(views)
+    assert faces(small, "sheet", {"NORMAL"}) == faces(plain, "sheet", {"NORMAL"})
+
+
+@each_form
+def test_the_validator_says_that_it_cannot_tell(options: EncodeOptions, tmp_path: Path) -> None:
+    path = tmp_path / "model.glb"
+    content = BY_NAME["glb"].encode(made(MESHES["parts"], options), options)
+    unknown = "/extensionsUsed/" + ("2" if options.quantize else "1")
+    assert said(content, path) == [("UNSUPPORTED_EXTENSION", 2, unknown)]
+    # Where every view is compressed, it does not see what the buffer is for.
+    content = BY_NAME["glb"].encode(made(single(sheet(20)), options), options)
+    unknown = "/extensionsUsed/" + ("1" if options.quantize else "0")
+    assert said(content, path) == [
+        ("UNSUPPORTED_EXTENSION", 2, unknown),
+        ("UNUSED_OBJECT", 2, "/buffers/0"),
+    ]
+
+
+def said(content: bytes, path: Path) -> list[tuple[str, int, str]]:
+    """Code, severity (2: for information) and place of what the validator has to say."""
+    return sorted(
+        (issue["code"], issue["severity"], issue["pointer"]) for issue in issues(content, path)
+    )
+
+
+def test_a_buffer_is_promised_only_where_something_is_compressed() -> None:
+    noise = np.random.default_rng(2).normal(size=(4, 3)).astype(np.float32)
+    short = replace(single(sheet(1)), positions=noise, normals=None, uvs=None)
+    document = read_glb(BY_NAME["glb"].encode(short, COMPRESSED)).document
+    assert len(document["buffers"]) == 1
+    assert "extensionsUsed" not in document
+    document = read_glb(BY_NAME["glb"].encode(MESHES["parts"], COMPRESSED)).document
+    assert len(document["buffers"]) == 2
+    assert document["extensionsRequired"] == ["EXT_meshopt_compression"]
+
+
+@each_form
+def test_the_json_form_holds_the_same(options: EncodeOptions) -> None:
+    mesh = made(MESHES["parts"], options)
+    text = read_gltf(BY_NAME["gltf"].encode(mesh, options))
+    binary = read_glb(BY_NAME["glb"].encode(mesh, options))
+    assert text.buffer == binary.buffer[: len(text.buffer)]
+    assert text.document["bufferViews"] == binary.document["bufferViews"]
+
+
+def test_more_than_65535_vertices_have_long_indices() -> None:
+    mesh = build(find("saddle").surface().lower(), MeshOptions((256, 256)), single=True)
+    small = read_glb(BY_NAME["glb"].encode(mesh, COMPRESSED))
+    primitive = small.primitive("saddle")
+    indices = small.array(primitive["indices"])
+    assert indices.dtype == np.uint32
+    assert indices.max() == len(mesh.positions) - 1 == 66048
+    corners = small.array(primitive["attributes"]["POSITION"])[indices.reshape(-1, 3)]
+    wanted = mesh.positions[mesh.triangles]
+    one, other = (np.sort(each.sum(axis=1), axis=0) for each in (corners, wanted))
+    assert np.allclose(one, other, atol=1e-6)
+
+
+def test_vertices_that_no_face_uses_come_last() -> None:
+    triangles = np.array([[5, 2, 7], [7, 2, 1]], np.uint32)
+    ordered, order = meshopt.ordered(triangles, 10)
+    assert sorted(order.tolist()) == list(range(10))
+    assert order[4:].tolist() == [0, 3, 4, 6, 8, 9]
+    back = {tuple(np.roll(face, -face.argmin()).tolist()) for face in order[ordered]}
+    assert back == {(2, 7, 5), (1, 7, 2)}
+    lines, order = meshopt.ordered(np.array([[3, 1], [1, 0]], np.uint32), 4)
+    assert order[lines].tolist() == [[3, 1], [1, 0]]
+
+
+@each_form
+def test_the_same_mesh_gives_the_same_bytes(options: EncodeOptions) -> None:
+    mesh = made(MESHES["colours"], options)
+    assert BY_NAME["glb"].encode(mesh, options) == BY_NAME["glb"].encode(mesh, options)

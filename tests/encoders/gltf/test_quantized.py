@@ -1,0 +1,162 @@
+"""glTF in whole numbers: what is stored, how, and what it stands for."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from service.encoders.format import EncodeOptions
+from service.encoders.registry import BY_NAME
+from service.engine.gridded import snapped
+from service.engine.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import plan, render
+from service.surface.bezier import BezierSurface
+from service.surface.group import GroupSurface, Member
+from tests.clients.gltf_validator import issues
+from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf
+from tests.encoders.gltf.test_scene import copies
+from tests.meshes import carrying, sheet, silo, single, with_overlays, without_faces
+from tests.strategies import Array
+
+STEP = 2.0**-14
+QUANTIZED = EncodeOptions(quantize=True)
+NET = np.random.default_rng(8).uniform(-1, 1, (4, 4, 3))
+
+POINT = replace(single(sheet(1)), positions=np.full((4, 3), 0.7, np.float32), overlays=())
+MESHES = {
+    "parts": single(silo(12, 3)),
+    "far away": single(silo(12, 3), origin=(5e5, 4.6e6, 1e-3)),
+    "z up": single(with_overlays(silo(12, 3)), origin=(1.0, 2.0, 3.0), up="z"),
+    "positions alone": replace(single(silo(5)), normals=None, uvs=None),
+    "flat": single(sheet(4)),
+    "a point": POINT,
+    "no faces": single(without_faces(silo())),
+    "overlays alone": single(without_faces(with_overlays(silo()))),
+    "colours": single(carrying(silo(12, 3))),
+    "colours one can see through": single(carrying(silo(5), opacity=True), (1.0, 2.0, 3.0), "z"),
+}
+
+
+def written(mesh: Mesh, step: float = STEP) -> Gltf:
+    return read_glb(BY_NAME["glb"].encode(snapped(mesh, step), QUANTIZED))
+
+
+def places(gltf: Gltf, name: str) -> Array:
+    """Positions at a node, in model coordinates."""
+    node = gltf.node(name)
+    stored = gltf.attribute(name, "POSITION").astype(np.float64)
+    found: Array = stored * node["scale"] + node.get("translation", [0.0, 0.0, 0.0])
+    return found
+
+
+@pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES.keys())
+def test_valid(mesh: Mesh, tmp_path: Path) -> None:
+    content = BY_NAME["glb"].encode(snapped(mesh, STEP), QUANTIZED)
+    assert issues(content, tmp_path / "model.glb") == []
+
+
+@pytest.mark.parametrize("name", ["z up", "far away", "flat", "a point"])
+def test_integers_stand_for_the_very_positions(name: str) -> None:
+    mesh = snapped(MESHES[name], STEP)
+    gltf = written(MESHES[name])
+    assert gltf.document["extensionsRequired"] == ["KHR_mesh_quantization"]
+    for part in mesh.parts:
+        corners = mesh.triangles[slice(*part.triangles)]
+        indices = gltf.array(gltf.primitive(part.name)["indices"]).reshape(-1, 3)
+        found = places(gltf, part.name)[indices]
+        assert (found == mesh.positions.astype(np.float64)[corners] + mesh.origin).all()
+    for overlay in mesh.overlays:
+        wanted = overlay.positions.astype(np.float64) + mesh.origin
+        assert (places(gltf, overlay.name) == wanted).all()
+
+
+def test_bounds_are_those_of_the_integers() -> None:
+    gltf = written(MESHES["z up"])
+    for name in ("base", "wall", "roof", "boundary"):
+        accessor = gltf.document["accessors"][gltf.primitive(name)["attributes"]["POSITION"]]
+        stored = gltf.attribute(name, "POSITION")
+        assert stored.dtype == np.uint16
+        assert accessor["min"] == stored.min(axis=0).tolist()
+        assert accessor["max"] == stored.max(axis=0).tolist()
+        assert all(isinstance(number, int) for number in accessor["min"])
+    corner = [gltf.document["nodes"][k].get("translation") for k in range(1, 5)]
+    assert all(place == corner[0] for place in corner)
+
+
+def test_parts_meet_where_they_met() -> None:
+    gltf = written(single(silo(13, 3)))
+    base, wall = ({tuple(row) for row in places(gltf, name).tolist()} for name in ("base", "wall"))
+    assert len(base & wall) == 13
+
+
+def test_normals_texture_coordinates_and_colours_are_near() -> None:
+    mesh = single(carrying(silo(60, 9), opacity=True))
+    rows = np.random.default_rng(1).normal(size=mesh.positions.shape)
+    rows /= np.linalg.norm(rows, axis=1)[:, None]
+    whole = replace(mesh.parts[0], triangles=(0, len(mesh.triangles)))
+    mesh = replace(mesh, normals=rows.astype(np.float32), parts=(whole,))
+    gltf, plain = written(mesh), read_glb(BY_NAME["glb"].encode(mesh, EncodeOptions()))
+    attributes = gltf.primitive("base")["attributes"]
+    found = {name: gltf.values(number) for name, number in attributes.items()}
+    normals = found["NORMAL"] / np.linalg.norm(found["NORMAL"], axis=1)[:, None]
+    apart = np.degrees(2 * np.arcsin(np.linalg.norm(normals - rows, axis=1) / 2))
+    assert apart.max() < 0.0015
+    assert np.abs(found["TEXCOORD_0"] - plain.attribute("base", "TEXCOORD_0")).max() <= 0.51 / 65535
+    assert np.abs(found["COLOR_0"] - plain.attribute("base", "COLOR_0")).max() <= 0.51 / 65535
+    for name in ("_TEMPERATURE", "_FLOW_0", "_FLOW_1"):
+        assert (found[name] == plain.attribute("base", name)).all()
+
+
+def test_texture_coordinates_beyond_one_stay_as_they_are() -> None:
+    mesh = single(sheet(3))
+    assert mesh.uvs is not None
+    gltf = written(replace(mesh, uvs=mesh.uvs * np.float32(1.5)))
+    assert gltf.attribute("sheet", "TEXCOORD_0").dtype == np.float32
+
+
+def test_elements_begin_at_multiples_of_four_bytes() -> None:
+    gltf = written(single(carrying(silo(5))))
+    views, accessors = gltf.document["bufferViews"], gltf.document["accessors"]
+    attributes = gltf.primitive("wall")["attributes"]
+    strides = {
+        n: views[accessors[k]["bufferView"]].get("byteStride") for n, k in attributes.items()
+    }
+    assert strides["POSITION"] == strides["NORMAL"] == strides["COLOR_0"] == 8
+    assert strides["TEXCOORD_0"] is strides["_FLOW_0"] is None
+    assert all(view["byteOffset"] % 4 == 0 for view in views)
+
+
+def test_the_json_form_holds_the_same() -> None:
+    mesh = snapped(single(with_overlays(silo(5))), STEP)
+    text = read_gltf(BY_NAME["gltf"].encode(mesh, QUANTIZED))
+    assert text.buffer == read_glb(BY_NAME["glb"].encode(mesh, QUANTIZED)).buffer
+
+
+def test_a_mesh_that_is_too_long_for_its_grid_is_no_file() -> None:
+    mesh = replace(snapped(single(silo()), STEP), step=2.0**-30)
+    with pytest.raises(ValueError, match="fewer steps"):
+        BY_NAME["glb"].encode(mesh, QUANTIZED)
+
+
+def test_copies_of_a_group_stand_where_they_did(tmp_path: Path) -> None:
+    shear = np.array([[1.0, 0.5, 0, 3], [0, 1, 0.25, 0], [0, 0, 2, 0], [0, 0, 0, 1]])
+    copy = Member(BezierSurface(NET), name="b", matrix=shear)
+    group = GroupSurface((Member(BezierSurface(NET), name="a"), copy))
+    options = MeshOptions((3, 3), overlays=("control_net",))
+    work = plan(group, options, BY_NAME["glb"], QUANTIZED)
+    content = work.run()
+    assert issues(content, tmp_path / "model.glb") == []
+    small, plain = read_glb(content), read_glb(render(group, options, BY_NAME["glb"]))
+    for name in ("a", "b"):
+        one, other = (
+            [
+                (np.c_[file.array(own["attributes"]["POSITION"]), np.ones(16)] @ matrix.T)[:, :3]
+                for matrix, mesh in copies(file, name)
+                for own in mesh["primitives"]
+            ]
+            for file in (small, plain)
+        )
+        assert len(one) == len(other) == 2
+        assert np.abs(np.array(one) - other).max() < 1e-4

@@ -1,0 +1,58 @@
+"""Grids of positions: their steps, and what is exact about them."""
+
+from math import log2
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from service.engine.grid import CORNER, FLOAT32_MAX, LONGEST, MOST, on_grid, step_of
+
+coordinates = st.floats(-FLOAT32_MAX, FLOAT32_MAX, allow_nan=False)
+boxes = st.lists(coordinates, min_size=6, max_size=6).map(
+    lambda six: np.sort(np.array(six).reshape(2, 3), axis=0)
+)
+
+
+@given(box=boxes)
+@example(box=np.zeros((2, 3)))
+@example(box=np.array([[0.0, 0, 0], [5e-324, 0, 0]]))
+@example(box=np.full((2, 3), FLOAT32_MAX))
+@example(box=np.array([[-FLOAT32_MAX] * 3, [FLOAT32_MAX] * 3]))
+@example(box=np.array([[4.6e6, 0, 0], [4.6e6 + 1e-9, 0, 0]]))
+def test_sixteen_bits_number_all_steps_of_a_box(box: np.ndarray) -> None:
+    low, high = box
+    step = step_of(low, high)
+    assert log2(step).is_integer()
+    ends = on_grid(box, step)
+    assert np.abs(ends).max() <= FLOAT32_MAX
+    steps = ends / step
+    assert (steps == np.rint(steps)).all()
+    assert (steps[1] - steps[0] <= MOST).all()
+    # Near the largest number there is no next one.
+    inside = np.abs(box) < FLOAT32_MAX - step
+    assert np.abs(ends - box)[inside].max(initial=0.0) <= step / 2
+
+
+@pytest.mark.parametrize("extent", [1.0, 0.75, 3.0, 65533 * 2.0**-7, 65533.1, 1e-30, 1e30])
+def test_the_step_is_the_least_power_of_two(extent: float) -> None:
+    step = step_of(np.zeros(3), np.array([extent, 0, extent / 3]))
+    assert step / 2 * LONGEST < extent <= step * LONGEST
+
+
+def test_multiples_stay_and_others_move_by_less_than_half_a_diagonal() -> None:
+    rng = np.random.default_rng(5)
+    points = rng.uniform(-3, 3, (1000, 3))
+    step = step_of(points.min(axis=0), points.max(axis=0))
+    once = on_grid(points, step)
+    assert (on_grid(once, step) == once).all()
+    moved = np.linalg.norm(once - points, axis=1).max()
+    assert 0.6 * CORNER * step < moved <= CORNER * step
+    # About a multiple that is not too far away, float32 holds them all.
+    for origin in (np.zeros(3), on_grid(np.array([1e3, -7.0, 0.1]), step)):
+        assert ((once - origin).astype(np.float32).astype(np.float64) + origin == once).all()
+
+
+def test_no_negative_zero() -> None:
+    assert not np.signbit(on_grid(np.array([-0.0, -1e-9]), 1.0)).any()

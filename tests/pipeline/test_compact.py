@@ -1,0 +1,205 @@
+"""Compact glTF from end to end: what is certified, refused and predicted."""
+
+from dataclasses import replace
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from service.encoders.format import EncodeOptions
+from service.encoders.gltf import meshopt
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.gridded import grid_error
+from service.engine.options import MeshOptions
+from service.errors import InvalidRequest, UnsupportedByFormat
+from service.pipeline.estimate import estimate
+from service.pipeline.mesh import plan, render
+from service.pipeline.prediction import predict
+from service.surface.bezier import BezierSurface
+from service.surface.examples import find
+from service.surface.patches import PatchSurface
+from tests.encoders.gltf.reader import Gltf, read_glb
+from tests.oracles.deviation import surface_to_mesh
+from tests.oracles.sheets import sheets_of
+from tests.strategies import Array
+
+GLB = BY_NAME["glb"]
+QUANTIZED = EncodeOptions(quantize=True)
+FORMS = {
+    "quantized": QUANTIZED,
+    "compressed": EncodeOptions(compression="meshopt"),
+    "both": EncodeOptions(quantize=True, compression="meshopt"),
+}
+each_form = pytest.mark.parametrize("encode", FORMS.values(), ids=FORMS.keys())
+WAVES = np.array([[[i, j, (i * j) % 3] for j in range(4)] for i in range(4)], dtype=float)
+
+
+def by(**accuracy: Any) -> MeshOptions:
+    return MeshOptions(accuracy=Accuracy(**accuracy))
+
+
+def corners(gltf: Gltf) -> Array:
+    """Corners (T, 3, 3) of all triangles as they are stored, in model coordinates."""
+    found = []
+    for node in gltf.document["nodes"][1:]:
+        (primitive,) = gltf.document["meshes"][node["mesh"]]["primitives"]
+        if primitive["mode"] != 4:
+            continue
+        stored = gltf.array(primitive["attributes"]["POSITION"]).astype(np.float64)
+        places = stored * node.get("scale", [1.0] * 3) + node.get("translation", [0.0] * 3)
+        found.append(places[gltf.array(primitive["indices"]).reshape(-1, 3)])
+    return np.concatenate(found)
+
+
+@pytest.mark.parametrize("options", [MeshOptions((5, 5)), by(relative_tolerance=0.002)])
+def test_the_bound_is_that_of_what_is_stored(options: MeshOptions) -> None:
+    surface = find("utah-teapot").surface()
+    plain = plan(surface, options, GLB).answer()
+    answer = plan(surface, options, GLB, FORMS["both"]).answer()
+    assert answer.report is not None
+    assert plain.report is not None
+    gltf = read_glb(answer.content)
+    bound = gltf.document["asset"]["extras"]["report"]["deviation_bound"]
+    assert bound == answer.report.deviation_bound
+    assert bound is not None
+    assert bound != plain.report.deviation_bound
+    found = surface_to_mesh(sheets_of(surface.lower()), corners(gltf), 400)
+    assert found.distance <= bound
+
+
+@each_form
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 2e-4])
+def test_a_tolerance_holds_for_what_is_written(encode: EncodeOptions, tolerance: float) -> None:
+    answer = plan(BezierSurface(WAVES), by(tolerance=tolerance), GLB, encode).answer()
+    assert answer.report is not None
+    assert answer.report.deviation_bound is not None
+    assert answer.report.deviation_bound <= tolerance
+
+
+def test_near_what_the_grid_takes_a_tolerance_still_holds_and_below_it_is_refused() -> None:
+    surface = BezierSurface(WAVES)
+    moved = grid_error(surface.lower(), MeshOptions())
+    options = by(tolerance=2.2 * moved)
+    answer = plan(surface, options, GLB, QUANTIZED).answer()
+    assert answer.report is not None
+    bound = answer.report.deviation_bound
+    assert bound is not None
+    assert bound <= 2.2 * moved
+    gltf = read_glb(answer.content)
+    found = surface_to_mesh(sheets_of(surface.lower()), corners(gltf), 400)
+    assert found.distance <= bound
+    for tolerance in (1.9 * moved, 0.5 * moved):
+        with pytest.raises(InvalidRequest) as refused:
+            render(surface, by(tolerance=tolerance), GLB, QUANTIZED)
+        assert [(i.code, i.pointer) for i in refused.value.issues] == [
+            ("tolerance_too_small", "/tolerance")
+        ]
+        assert render(surface, by(tolerance=10 * tolerance), GLB, QUANTIZED)
+
+
+@each_form
+def test_a_budget_counts_the_bytes_of_the_compact_form(encode: EncodeOptions) -> None:
+    surface, options = BezierSurface(WAVES), by(max_bytes=12_000)
+    plain, small = (
+        plan(surface, options, GLB, form).answer() for form in (EncodeOptions(), encode)
+    )
+    assert len(small.content) <= 12_000
+    assert plain.report is not None
+    assert small.report is not None
+    assert small.report.triangles > 1.2 * plain.report.triangles
+    assert (small.report.deviation_bound or 9) < (plain.report.deviation_bound or 0)
+
+
+@each_form
+@pytest.mark.parametrize("example", ["utah-teapot", "tea-service", "sphere", "trefoil-tube"])
+@pytest.mark.parametrize("suffix", ["glb", "gltf"])
+def test_files_are_as_long_as_predicted_at_most(
+    example: str, encode: EncodeOptions, suffix: str
+) -> None:
+    model, fmt = find(example).surface().lower(), BY_NAME[suffix]
+    options = MeshOptions((6, 6), overlays=("control_net",), uvs=True)
+    work = plan(find(example).surface(), options, fmt, encode)
+    assert len(work.run()) <= fmt.byte_bound(work.stored, encode)
+    assert work.stored == predict(model, options, shared=True)
+
+
+@pytest.mark.parametrize("example", ["sphere", "nurbs-goblet", "torus"])
+def test_what_is_closed_stays_closed(example: str) -> None:
+    surface = find(example).surface()
+    for options in (MeshOptions((24, 24)), by(relative_tolerance=2e-4)):
+        content = render(surface, options, GLB, QUANTIZED)
+        report = read_glb(content).document["asset"]["extras"]["report"]
+        assert report["watertight"]
+        # trimesh finds out by positions alone.
+        loaded = trimesh.load_scene(BytesIO(content), file_type="glb", process=False).to_mesh()
+        loaded.merge_vertices(merge_norm=True, merge_tex=True)
+        assert loaded.is_watertight
+
+
+def test_triangles_smaller_than_the_grid_stay_and_the_mesh_is_closed() -> None:
+    """A needle: beside its length, its width is nothing."""
+    surface = find("sphere").surface()
+    assert isinstance(surface, PatchSurface)
+    thin = replace(surface, vertices=surface.vertices * [1.0, 1e-6, 1e-6])
+    work = plan(thin, MeshOptions((8, 8)), GLB, QUANTIZED)
+    answer = work.answer()
+    assert answer.report is not None
+    assert answer.report.watertight
+    shapes = corners(read_glb(answer.content))
+    assert len(shapes) == answer.report.triangles
+    assert (shapes[:, 0] == shapes[:, 1]).all(axis=1).any()
+
+
+@each_form
+@pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
+def test_formats_that_have_no_compact_form_refuse_it(fmt: Any, encode: EncodeOptions) -> None:
+    surface = find("saddle").surface()
+    if fmt.compact:
+        assert render(surface, MeshOptions((2, 2)), fmt, encode)
+        return
+    with pytest.raises(UnsupportedByFormat) as refused:
+        render(surface, MeshOptions((2, 2)), fmt, encode)
+    (issue,) = refused.value.issues
+    name = "/quantize" if encode.quantize else "/compression"
+    assert (issue.code, issue.pointer) == ("unsupported_by_format", name)
+
+
+def test_without_the_library_compression_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(meshopt, "available", lambda: False)
+    with pytest.raises(UnsupportedByFormat) as refused:
+        render(find("saddle").surface(), MeshOptions((2, 2)), GLB, FORMS["compressed"])
+    (issue,) = refused.value.issues
+    assert (issue.code, issue.pointer) == ("compression_unavailable", "/compression")
+    assert render(find("saddle").surface(), MeshOptions((2, 2)), GLB, QUANTIZED)
+
+
+@each_form
+@pytest.mark.parametrize(
+    "options", [MeshOptions(), by(relative_tolerance=1e-3), by(max_bytes=20_000)]
+)
+def test_an_estimate_is_an_upper_bound(encode: EncodeOptions, options: MeshOptions) -> None:
+    surface = find("utah-teapot").surface()
+    found = estimate(surface, options, encode)
+    assert {name for name, _, _ in found.sizes} == {"glb", "gltf"}
+    assert [refusal.formats for refusal in found.refusals] == [
+        ("json",), ("oogl",), ("stl",), ("obj",), ("ply",), ("off",)
+    ]  # fmt: skip
+    for name, most, _ in found.sizes:
+        assert len(render(surface, options, BY_NAME[name], encode)) <= most
+
+
+def test_an_estimate_knows_that_a_grid_may_be_too_coarse() -> None:
+    surface = BezierSurface(WAVES)
+    moved = grid_error(surface.lower(), MeshOptions())
+    fine, coarse = by(tolerance=2.5 * moved), by(tolerance=100 * moved)
+    glb = (GLB,)
+    assert estimate(surface, fine, EncodeOptions(), formats=glb).certain
+    assert not estimate(surface, fine, QUANTIZED, formats=glb).certain
+    assert estimate(surface, coarse, QUANTIZED, formats=glb).certain
+    most = estimate(surface, fine, QUANTIZED, formats=glb).counts
+    report = plan(surface, fine, GLB, QUANTIZED).answer().report
+    assert report is not None
+    assert report.triangles <= most.triangles
