@@ -39,6 +39,22 @@ def remote_mesh(
     return _posted(url, fmt.media_type, "/v1/mesh", document, {"format": fmt.name})
 
 
+def remote_mesh_of_file(
+    url: str, content: bytes, media_type: str, query: Mapping[str, str], fmt: Format
+) -> bytes:
+    """The same of a file of control points, which is sent as it is; raises as `remote_mesh` does.
+
+    Parameters
+    ----------
+    query : Mapping
+        Fields of the surface and options by name, as text.
+    """
+    params = {**query, "format": fmt.name}
+    headers = {"Content-Type": media_type}
+    return _asked(url, fmt.media_type, "POST", "/v1/mesh", params=params, content=content,
+                  headers=headers)  # fmt: skip
+
+
 def remote_curve(
     url: str, source: dict[str, Any], chosen: Mapping[str, str], fmt: FileFormat
 ) -> bytes:
@@ -73,7 +89,9 @@ def _posted(
     url: str, wanted: str, path: str, document: dict[str, Any], params: dict[str, str]
 ) -> bytes:
     """The answer to a document."""
-    content = orjson.dumps(document, option=orjson.OPT_SERIALIZE_NUMPY)
+    # Arrays that lie in memory in another order than their numbers come to `default`.
+    option = orjson.OPT_SERIALIZE_NUMPY
+    content = orjson.dumps(document, lambda array: array.tolist(), option)
     headers = {"Content-Type": "application/json"}
     return _asked(url, wanted, "POST", path, params=params, content=content, headers=headers)
 

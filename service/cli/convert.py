@@ -1,16 +1,17 @@
 """`surface convert`: writes a surface in another form with the same points."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from service.cli.nets import add_fields, chosen_fields, field_line
 from service.cli.refusals import issue_line
 from service.cli.source import (
-    FILE_HELP,
     Commands,
     add_command,
     add_output,
+    add_source,
     check_output,
     perform,
     surface_document,
@@ -23,9 +24,10 @@ def add(commands: Commands) -> None:
     """The command and its flags."""
     text = "write a surface in another form with the same points"
     convert = add_command(commands, "convert", text)
-    convert.add_argument("source", metavar="FILE|EXAMPLE", help=FILE_HELP.format("operations"))
+    add_source(convert, "operations")
     add_output(convert, formats=False)
     _add_operations(convert)
+    add_fields(convert)
     convert.set_defaults(run=_run)
 
 
@@ -73,7 +75,7 @@ def _run(arguments: argparse.Namespace) -> int:
     from service.schemas.operation_text import operations_from_text
 
     check_output(arguments)
-    source = surface_source(arguments.source)
+    source = surface_source(arguments)
     flags: list[str] = []
     document = surface_document(source)
     if arguments.operations is not None:
@@ -83,7 +85,7 @@ def _run(arguments: argparse.Namespace) -> int:
         arguments,
         lambda: _local(document),
         lambda remote: remote.remote_convert(arguments.url, document),
-        lambda issue: _operation_line(issue, flags),
+        lambda issue: _operation_line(issue, flags, chosen_fields(arguments)),
     )
 
 
@@ -102,11 +104,11 @@ def _local(document: dict[str, Any]) -> bytes:
     return converted(surface, operations, allowed, result_limits(settings))
 
 
-def _operation_line(issue: Issue, flags: Sequence[str]) -> str:
+def _operation_line(issue: Issue, flags: Sequence[str], fields: Mapping[str, str]) -> str:
     """One issue as a line; it names the flag that asked for the operation."""
     _, first, number = (*issue.pointer.split("/"), "", "")[:3]
     if first == "operations" and number.isdecimal() and int(number) < len(flags):
         return issue_line(
             replace(issue, pointer=f"/{flags[int(number)]}"), dict.fromkeys(flags, "")
         )
-    return issue_line(issue)
+    return field_line(issue, fields)

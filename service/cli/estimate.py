@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from service.cli.mesh import OPTIONS, add_options, overridden
-from service.cli.refusals import issue_line
+from service.cli.nets import add_fields, chosen_fields, field_line
 from service.cli.source import (
-    FILE_HELP,
     Commands,
     add_command,
     add_output,
+    add_source,
     check_output,
     chosen_options,
     named_format,
@@ -27,10 +27,11 @@ def add(commands: Commands) -> None:
     """The command and its flags, those of `surface mesh`."""
     text = "write what a mesh would be: vertices, faces, bytes, and whether it is too large"
     command = add_command(commands, "estimate", text)
-    command.add_argument("source", metavar="FILE|EXAMPLE", help=FILE_HELP.format("options"))
+    add_source(command, "options")
     add_output(command, formats=False)
     command.add_argument("--format", metavar="NAME", help="of one format alone")
     add_options(command)
+    add_fields(command)
     command.set_defaults(run=_run)
 
 
@@ -42,7 +43,7 @@ def _run(arguments: argparse.Namespace) -> int:
     formats: Sequence[Format] = FORMATS
     if arguments.format is not None:
         formats = (named_format(arguments.format, FORMATS),)
-    source = surface_document(surface_source(arguments.source))
+    source = surface_document(surface_source(arguments))
     chosen = chosen_options(arguments, OPTIONS)
     document = overridden(source, chosen) | values_from_text(chosen.items())
     query = {} if arguments.format is None else {"format": str(arguments.format)}
@@ -50,7 +51,7 @@ def _run(arguments: argparse.Namespace) -> int:
         arguments,
         lambda: _local(document, formats),
         lambda remote: remote.remote_estimate(arguments.url, document, query),
-        lambda issue: issue_line(issue, chosen),
+        lambda issue: field_line(issue, chosen | chosen_fields(arguments)),
     )
 
 

@@ -2,14 +2,15 @@
 
 import argparse
 from collections.abc import Mapping
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from service.cli.refusals import issue_line
+from service.cli.nets import NetFile, add_fields, chosen_fields, field_line
 from service.cli.source import (
-    FILE_HELP,
     Commands,
     add_command,
     add_output,
+    add_source,
     chosen_format,
     chosen_options,
     perform,
@@ -38,9 +39,10 @@ OPTIONS = (
 def add(commands: Commands) -> None:
     """The command and its flags."""
     mesh = add_command(commands, "mesh", "write the mesh of a surface")
-    mesh.add_argument("source", metavar="FILE|EXAMPLE", help=FILE_HELP.format("options"))
+    add_source(mesh, "options")
     add_output(mesh)
     add_options(mesh)
+    add_fields(mesh)
     mesh.set_defaults(run=_run)
 
 
@@ -110,19 +112,38 @@ def _run(arguments: argparse.Namespace) -> int:
     from service.encoders.registry import FORMATS
 
     fmt = chosen_format(arguments, FORMATS)
-    source = surface_source(arguments.source)
+    source = surface_source(arguments)
     chosen = chosen_options(arguments, OPTIONS)
-    if not isinstance(source, str):
+    if isinstance(source, dict):
         source = overridden(source, chosen)
     return perform(
         arguments,
         lambda: _local(source, chosen, fmt),
-        lambda remote: remote.remote_mesh(arguments.url, source, chosen, fmt),
-        lambda issue: issue_line(issue, chosen),
+        lambda remote: _remote(remote, arguments.url, source, chosen, fmt),
+        lambda issue: field_line(issue, chosen | chosen_fields(arguments)),
     )
 
 
-def _local(source: str | dict[str, Any], chosen: Mapping[str, str], fmt: "Format") -> bytes:
+def _remote(
+    remote: ModuleType,
+    url: str,
+    source: str | dict[str, Any] | NetFile,
+    chosen: Mapping[str, str],
+    fmt: "Format",
+) -> bytes:
+    """The file, computed by a service, which gets a file of control points as it is."""
+    content: bytes
+    if isinstance(source, NetFile):
+        query, media_type = {**source.fields, **chosen}, source.decoder.media_type
+        content = remote.remote_mesh_of_file(url, source.content, media_type, query, fmt)
+    else:
+        content = remote.remote_mesh(url, source, chosen, fmt)
+    return content
+
+
+def _local(
+    source: str | dict[str, Any] | NetFile, chosen: Mapping[str, str], fmt: "Format"
+) -> bytes:
     """The file, computed in this process."""
     from service.pipeline.encoding import encode_options
     from service.pipeline.mesh import Lowerable, render
@@ -137,6 +158,7 @@ def _local(source: str | dict[str, Any], chosen: Mapping[str, str], fmt: "Format
         surface: Lowerable = find(source).surface()
         wanted = options_from_text(chosen.items())
     else:
+        source = source.document() if isinstance(source, NetFile) else source
         request = mesh_request(source | values_from_text(chosen.items()), document_limits(settings))
         surface, wanted = request.to_surface(), request
     return render(

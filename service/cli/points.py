@@ -4,12 +4,12 @@ import argparse
 from collections.abc import Mapping
 from typing import Any
 
-from service.cli.refusals import issue_line
+from service.cli.nets import add_fields, chosen_fields, field_line
 from service.cli.source import (
-    FILE_HELP,
     Commands,
     add_command,
     add_output,
+    add_source,
     check_output,
     perform,
     surface_document,
@@ -23,7 +23,7 @@ def add(commands: Commands) -> None:
     """The command and its flags; each overrides the same field of the file."""
     text = "write points, partials, normals and curvatures of a surface"
     points = add_command(commands, "points", text)
-    points.add_argument("source", metavar="FILE|EXAMPLE", help=FILE_HELP.format("places"))
+    add_source(points, "places")
     add_output(points, formats=False)
     group = points.add_argument_group("places; each flag of the first two may be repeated")
     group.add_argument("--uv", metavar="U,V", action="append", help="parameters of a place")
@@ -32,15 +32,16 @@ def add(commands: Commands) -> None:
     )
     group.add_argument("--patch", metavar="K", help="number of the patch, if there are several")
     group.add_argument("--derivatives", metavar="N", help="0, 1 (default) or 2")
+    add_fields(points)
     points.set_defaults(run=_run)
 
 
 def _run(arguments: argparse.Namespace) -> int:
     check_output(arguments)
-    source = surface_source(arguments.source)
+    source = surface_source(arguments)
     given = {name: getattr(arguments, name) for name in FLAGS}
     chosen = {name: _value(text) for name, text in given.items() if text is not None}
-    if {"uv", "barycentric"} & chosen.keys() and not isinstance(source, str):
+    if {"uv", "barycentric"} & chosen.keys() and isinstance(source, dict):
         # Places on the command line take the place of those in the file.
         source = {key: value for key, value in source.items() if key not in FLAGS[:3]}
     document = surface_document(source) | chosen
@@ -49,7 +50,7 @@ def _run(arguments: argparse.Namespace) -> int:
         arguments,
         lambda: _local(document),
         lambda remote: remote.remote_points(arguments.url, document),
-        lambda issue: issue_line(issue, flags),
+        lambda issue: field_line(issue, flags | chosen_fields(arguments)),
     )
 
 

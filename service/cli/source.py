@@ -7,6 +7,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from service.cli.nets import NetFile, check_no_fields, chosen_decoder, chosen_fields, field_line
 from service.cli.output import write
 from service.cli.refusals import EXIT_CODES, OK, Refused, UsageError
 from service.errors import Issue, SurfaceError
@@ -18,9 +19,9 @@ AnyFormat = TypeVar("AnyFormat", bound="FileFormat")
 Commands = Any
 """What `add_subparsers` gives; its type has no public name."""
 
-FILE_HELP = (
-    "a JSON file (a surface, or a request with a surface and {}), the id of an example, or - for "
-    "standard input"
+_FILE_HELP = (
+    "a JSON file (a surface, or a request with a surface and {}), a file of control points, the id "
+    "of an example, or - for standard input"
 )
 
 
@@ -33,6 +34,11 @@ def add_command(commands: Commands, name: str, text: str) -> argparse.ArgumentPa
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     return command
+
+
+def add_source(command: argparse.ArgumentParser, beside: str) -> None:
+    """Where the surface comes from; a request has something `beside` it."""
+    command.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP.format(beside))
 
 
 def add_output(command: argparse.ArgumentParser, *, formats: bool = True) -> None:
@@ -103,45 +109,58 @@ def named_format(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
     return by_name[name]
 
 
-def surface_source(source: str) -> str | dict[str, Any]:
-    """The id of an example, or the request in a file."""
+def surface_source(arguments: argparse.Namespace) -> str | dict[str, Any] | NetFile:
+    """The id of an example, the request in a JSON file, or a file of control points."""
     from service.surface.examples import EXAMPLES
 
-    if source in EXAMPLES and not Path(source).exists():
-        return source
+    source = arguments.source
+    is_example = source in EXAMPLES and not Path(source).exists()
+    decoder = None if is_example else chosen_decoder(arguments)
     missing = f"no such file and no such example; examples: {', '.join(EXAMPLES)}"
-    return read_request(source, "surface", missing)
+    if decoder is not None:
+        return NetFile(_read(source, "surface", missing), decoder, chosen_fields(arguments))
+    check_no_fields(arguments)
+    return source if is_example else read_request(source, "surface", missing)
 
 
 def read_request(source: str, what: str, missing: str) -> dict[str, Any]:
     """The request in a file; one that holds a bare surface or curve makes one without options."""
     from service.schemas.document import parse_document
 
-    if not source:
-        raise UsageError(f"the name is empty; needed a file with a {what}, or - for standard input")
-    if source == "-":
-        if sys.stdin is None:
-            raise Refused("standard input is closed")
-        document = parse_document(sys.stdin.buffer.read())
-    elif Path(source).exists():
-        document = parse_document(Path(source).read_bytes())
-    else:
-        raise UsageError(missing)
+    document = parse_document(_read(source, what, missing))
     if isinstance(document, dict) and what in document:
         return document
     return {what: document}
 
 
-def surface_document(source: str | dict[str, Any]) -> dict[str, Any]:
+def _read(source: str, what: str, missing: str) -> bytes:
+    """The bytes of a file, or of standard input."""
+    if not source:
+        raise UsageError(f"the name is empty; needed a file with a {what}, or - for standard input")
+    if source == "-":
+        if sys.stdin is None:
+            raise Refused("standard input is closed")
+        return sys.stdin.buffer.read()
+    if not Path(source).exists():
+        raise UsageError(missing)
+    return Path(source).read_bytes()
+
+
+def surface_document(source: str | dict[str, Any] | NetFile) -> dict[str, Any]:
     """The request in a file, or the surface of an example as one."""
+    if isinstance(source, NetFile):
+        try:
+            return source.document()
+        except SurfaceError as error:
+            raise Refused(*(field_line(i, source.fields) for i in error.issues)) from None
+    if isinstance(source, dict):
+        return source
     import orjson
 
     from service.encoders.text import json_text
     from service.schemas.surfaces import definition
     from service.surface.examples import find
 
-    if isinstance(source, dict):
-        return source
     # As a file would hold it: numbers in lists, not in arrays.
     return {"surface": orjson.loads(json_text(definition(find(source).surface())))}
 

@@ -112,6 +112,15 @@ def test_damaged_files_are_refused_or_nets_and_cost_nothing(content: bytes) -> N
     assert peak < 1 << 18
 
 
+@settings(max_examples=300)
+@given(damaged())
+def test_what_is_read_of_a_damaged_file_numpy_reads_as_well(content: bytes) -> None:
+    with suppress(SurfaceError), np.errstate(all="ignore"):
+        found = put_together(decode(content, None, MOST))
+        expected = np.load(io.BytesIO(content), allow_pickle=False)
+        assert found.tobytes() == expected.tobytes()
+
+
 @pytest.mark.parametrize("end", range(len(FILE)))
 def test_every_truncation_is_told(end: int) -> None:
     with pytest.raises(MalformedBody):

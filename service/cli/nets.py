@@ -1,0 +1,82 @@
+"""Files that hold control points and nothing else, and the flags that say what else there is."""
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from service.cli.refusals import UsageError, issue_line
+from service.errors import Issue
+
+if TYPE_CHECKING:
+    from service.decoders.format import Decoder
+
+FIELDS = ("type", "degree", "knots", "up", "name")
+"""The fields of a surface that flags give; their own module would take too long to import."""
+
+
+@dataclass(frozen=True, slots=True)
+class NetFile:
+    """Such a file: its bytes, what reads them, and the fields that the flags give, as text."""
+
+    content: bytes
+    decoder: "Decoder"
+    fields: Mapping[str, str]
+
+    def document(self) -> dict[str, Any]:
+        """The request that it makes, without options; raises what is wrong with the file."""
+        from service.schemas.surface_query import surface_fields
+        from service.settings import from_environment
+
+        most = from_environment().max_control_points
+        net = self.decoder.decode(self.content, self.fields.get("type"), most)
+        return {"surface": surface_fields(self.fields) | net}
+
+
+def add_fields(command: argparse.ArgumentParser) -> None:
+    """The flags of such files."""
+    group = command.add_argument_group("files of control points: .npy, .bez, .bbp, .oogl, .teapot")
+    group.add_argument(
+        "--input-format", metavar="NAME", help="json, npy, oogl or teapot, if no suffix tells"
+    )
+    group.add_argument("--type", metavar="KIND", help="bezier, bspline, patches")
+    group.add_argument("--degree", metavar="P|P,Q", help="of a bspline (3)")
+    group.add_argument("--knots", metavar="K|K,K", help="clamped (default), uniform, periodic")
+    group.add_argument("--up", metavar="AXIS", help="y (default) or z")
+    group.add_argument("--name", metavar="NAME", help="name of the surface")
+
+
+def chosen_fields(arguments: argparse.Namespace) -> dict[str, str]:
+    """The fields that the flags give."""
+    return {
+        name: str(getattr(arguments, name))
+        for name in FIELDS
+        if getattr(arguments, name, None) is not None
+    }
+
+
+def chosen_decoder(arguments: argparse.Namespace) -> "Decoder | None":
+    """What reads the source, by name or by its suffix; None for JSON."""
+    from service.decoders.registry import BY_NAME, BY_SUFFIX
+
+    name = arguments.input_format
+    if name is None:
+        return BY_SUFFIX.get(Path(arguments.source).suffix.removeprefix(".").lower())
+    if name != "json" and name not in BY_NAME:
+        raise UsageError(f"--input-format: unknown; needed one of json, {', '.join(BY_NAME)}")
+    return BY_NAME.get(name)
+
+
+def check_no_fields(arguments: argparse.Namespace) -> None:
+    """Refuses flags that say of a JSON file or an example what these say themselves."""
+    for name in chosen_fields(arguments):
+        raise UsageError(f"--{name}: only for files of control points; JSON has a field for it")
+
+
+def field_line(issue: Issue, chosen: Mapping[str, str]) -> str:
+    """One issue as a line, which names the flag where that gave a field of the surface."""
+    name = issue.pointer.removeprefix("/surface").partition("/")[2].partition("/")[0]
+    if name in chosen and name in FIELDS:
+        issue = replace(issue, pointer=f"/{name}")
+    return issue_line(issue, chosen)
