@@ -57,7 +57,7 @@ def canonical(surface: Surface) -> bytes:
         separators=(",", ":"),
         allow_nan=False,
     )
-    numbers = (np.ascontiguousarray(a, dtype=_TYPES[a.dtype.name]).tobytes() for a in arrays)
+    numbers = (np.ascontiguousarray(a, dtype=_TYPES[a.dtype.name]).data for a in arrays)
     return b"".join([header.encode("ascii"), b"\n", *numbers])
 
 

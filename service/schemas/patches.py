@@ -102,7 +102,9 @@ def define(surface: PatchSurface, *, flat: bool = False) -> dict[str, Any]:
         rows = [] if flat else [rows_of(indices) for indices in surface.triangles]
         content["triangles"] = surface.triangles if flat else rows
     if surface.parts:
-        content["parts"] = {name: np.array(members) for name, members in surface.parts}
+        content["parts"] = {
+            name: np.array(members, dtype=np.int64) for name, members in surface.parts
+        }
     if surface.weights is not None:
         content["weights"] = surface.weights
     content |= define_channels(surface.channels)

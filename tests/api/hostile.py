@@ -820,3 +820,36 @@ def queries() -> Iterator[Hostile]:
 
 QUERIES: tuple[Hostile, ...] = tuple(queries())
 """The same for POST /v1/points."""
+
+
+def stores() -> Iterator[Hostile]:
+    """Bodies for storing that hold something else than a surface, or something beside it."""
+    for text in ("[]", "1", f'"{ECHO}"', "true", NET):
+        yield case(f"document {text}", text, 422, "wrong_type", "")
+    yield case("document null", "null", 422, "null_value", "")
+    yield case("document {}", "{}", 422, "missing_field", "/surface")
+    yield case("surface null", '{"surface":null}', 422, "null_value", "/surface")
+    yield case("an id", '{"surface":"saddle"}', 422, "wrong_type", "/surface")
+    yield case("the surface alone", GOOD, 422, "missing_field", "/surface")
+    for field in (
+        f'"id":"{"0" * 64}"', f'"name":"{ECHO}"', '"resolution":4', '"up":"z"', '"camera":null',
+        '"engine":2', '"surfaces":[]', '"links":{}',
+    ):  # fmt: skip
+        name = field.partition(":")[0].strip('"')
+        yield case(f"{name} beside it", options(field), 422, "unknown_field", f"/{name}")
+    yield case("two surfaces", f'{{"surface":{GOOD},"surface":{GOOD}}}', 422, "repeated_key",
+               "/surface")  # fmt: skip
+    yield case("truncated", options('"x":1')[:-1], 400, "malformed_json", "/x")
+    yield case("not finite", net("[[[0,0,0],[0,1,NaN]]]"), 422, "not_finite",
+               "/surface/control_net/0/1/2")  # fmt: skip
+    yield case("a canonical content", b'{"arrays":[],"canonical":1,"surface":{}}\n', 422,
+               "missing_field", "/surface/control_net")  # fmt: skip
+    yield case("numbers behind the document", f'{{"surface":{GOOD}}}\n\0\0\0\0\0\0\xf0?', 400,
+               "malformed_json", "")  # fmt: skip
+    yield long("blanks", lambda: b" " * (3 << 20), 422, "too_sparse", "")
+    many = ",".join(f'"k{k}":1' for k in range(60_000))
+    yield long("very many keys", lambda: options(many).encode(), 422, "too_many_strings", "")
+
+
+STORES: tuple[Hostile, ...] = tuple(stores())
+"""The same for POST /v1/surfaces."""
