@@ -13,7 +13,7 @@ from service.errors import Issue, TooLarge
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 
-CHUNK_SAMPLES = 4096
+CHUNK_SAMPLES = 16_384
 """Samples after which it is asked whether this takes too long."""
 
 MOST = 10_000_000_000
@@ -48,12 +48,14 @@ class Care:
                 raise ValueError("second partials come with curvatures")
             found[0, some], found[1, some] = known.curvatures.gaussian, known.curvatures.mean
             near = near_poles(patches, here[0], np.stack(here[1:], axis=1))
-            self._spend(int((near | known.degenerate).sum()) * each(patches))
+            count = int((near | known.degenerate).sum())
+            self.check(count, patches)
+            self.spent += count * each(patches)
         return found
 
-    def _spend(self, work: int) -> None:
-        self.spent += work
-        if self.spent > MOST:
+    def check(self, count: int, patches: Patches) -> None:
+        """Refuses to look for so many more limits, if they are too many."""
+        if self.spent + count * each(patches) > MOST:
             raise TooLarge(
                 Issue(
                     "too_costly",

@@ -23,25 +23,29 @@ Planes: TypeAlias = FloatArray
 """Coordinates before samples, (3, r, n) or, homogeneous, (4, r, n): r patches, n samples each."""
 
 SURE = 2.0**-13
-"""|N| ÷ (mean |∂_u net| · mean |∂_v net|) above which the formulas keep enough digits: they are
-then off by about 2^-52 ÷ SURE² of what curves the patch, 1e-8, at most."""
+"""|N| ÷ `measure_of` above which the formulas keep enough digits even beside a pole: they are then
+off by about 2^-52 ÷ SURE² of what curves the patch, 1e-8, at most."""
+
+LOST = 2.0**-36
+"""The same below which N may vanish."""
 
 LEAST = 2.0**-480
 """|N|² below which |N|⁴ loses digits to underflow."""
 
 
-def sure_from(along_u: FloatArray, along_v: FloatArray) -> FloatArray:
-    """The least |N|² that is good enough, from nets (r, d, …) of S_u and S_v: shape (r,)."""
+def measure_of(along_u: FloatArray, along_v: FloatArray) -> FloatArray:
+    """(mean |S_u| · mean |S_v|)² over the nets (r, d, …) of both: shape (r,)."""
     squares = [np.square(net[:, :3]).sum(axis=1) for net in (along_u, along_v)]
     means = [square.reshape(len(square), -1).mean(axis=1) for square in squares]
-    least: FloatArray = np.maximum(SURE**2 * means[0] * means[1], LEAST)
-    return least
+    measure: FloatArray = means[0] * means[1]
+    return measure
 
 
-def curvatures_of(partials: list[Planes], least: FloatArray) -> tuple[FloatArray, Bools]:
-    """K and H (2, r, n) from S, S_u, S_v, S_uu, S_uv, S_vv; and which are doubtful, (r, n).
+def curvatures_of(partials: list[Planes], measure: FloatArray) -> tuple[FloatArray, Bools, Bools]:
+    """K and H (2, r, n) from S, S_u, S_v, S_uu, S_uv, S_vv.
 
-    Of homogeneous partials S is needed as well. `least` (r,) is that of `sure_from`.
+    And, (r, n) each, where they are doubtful beside a pole, and where they are anywhere. Of
+    homogeneous partials S is needed as well. `measure` (r,) is that of `measure_of`.
     """
     heavy: FloatArray | float = 1.0
     if len(partials[0]) > 3:
@@ -57,10 +61,10 @@ def curvatures_of(partials: list[Planes], least: FloatArray) -> tuple[FloatArray
         np.divide(ell * pe - em * em, square * square, out=found[0])
         np.divide(ell * g - 2.0 * em * f + pe * e, 2.0 * square * np.sqrt(square), out=found[1])
         # The nets of a rational patch are those of w S_u and w S_v.
-        clear = square * heavy**4 > least[:, np.newaxis]
-        clear &= square > LEAST
+        share = square * heavy**4 / measure[:, np.newaxis]
+        clear = (share > LOST**2) & (square > LEAST)
         clear &= np.isfinite(found[0]) & np.isfinite(found[1])
-    return found, ~clear
+    return found, ~(share > SURE**2), ~clear
 
 
 def _projected(x: list[Planes]) -> list[Planes]:

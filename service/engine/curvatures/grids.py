@@ -14,7 +14,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import sampled, sampled_columns, sampled_grid
 from service.bases.chunks import runs
 from service.bases.homogeneous import homogeneous
-from service.engine.curvatures.forms import Planes, sure_from
+from service.engine.curvatures.forms import Planes, measure_of
 from service.engine.evaluation.evaluate import choose
 from service.engine.evaluation.nets import PARTIALS, PatchNets
 from service.engine.evaluation.triangle_nets import differences
@@ -38,8 +38,8 @@ class Chunk:
         Homogeneous if the patches are rational; in the scale of each patch.
     scale : ndarray of float64, shape (r,)
         What lengths were multiplied by.
-    least : ndarray of float64, shape (r,)
-        See `service.engine.curvatures.forms.sure_from`.
+    measure : ndarray of float64, shape (r,)
+        See `service.engine.curvatures.forms.measure_of`.
     """
 
     first: int
@@ -48,7 +48,7 @@ class Chunk:
     end: int
     partials: list[Planes]
     scale: FloatArray
-    least: FloatArray
+    measure: FloatArray
 
 
 def grid_partials(patches: TensorPatches, resolution: tuple[int, int]) -> Iterator[Chunk]:
@@ -58,14 +58,14 @@ def grid_partials(patches: TensorPatches, resolution: tuple[int, int]) -> Iterat
     for first, last in _patch_runs(patches, (resolution[0] + 1) * columns):
         nets = PatchNets(patches, np.arange(first, last))
         of = [_planes_first(nets.partial_net(i, j)) for i, j in PARTIALS]
-        least = sure_from(*(_needed(nets.partial_net(i, j)) for i, j in PARTIALS[1:3]))
+        measure = measure_of(*(_needed(nets.partial_net(i, j)) for i, j in PARTIALS[1:3]))
         for begin, end in runs(resolution[0] + 1, max(1, CHUNK_SAMPLES // columns)):
             rows = slice(begin, end)
             samples = begin * columns, end * columns
             empty = np.zeros((nets.point.shape[1], last - first, samples[1] - samples[0]))
             product = _by_grid if at_once else _by_rows
             partials = [empty if net is None else product(net, resolution, rows) for net in of]
-            yield Chunk(first, last, *samples, partials, nets.scale, least)
+            yield Chunk(first, last, *samples, partials, nets.scale, measure)
 
 
 def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chunk]:
@@ -80,7 +80,7 @@ def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chun
         if n > 1:
             dss, dst = differences(ds)
             of[3:] = [(n - 1) * part for part in (dss, dst, differences(dt)[1])]
-        least = sure_from(*(part.transpose(2, 1, 0) for part in (ds, dt)))
+        measure = measure_of(*(part.transpose(2, 1, 0) for part in (ds, dt)))
         small = triangle_basis.is_small(n, divisions)
         for begin, end in _row_runs(starts):
             samples = int(starts[begin]), int(starts[end])
@@ -91,7 +91,7 @@ def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chun
                 else _on_triangle(part, divisions, range(begin, end), samples, small=small)
                 for part in of
             ]
-            yield Chunk(first, last, *samples, partials, local.scale, least)
+            yield Chunk(first, last, *samples, partials, local.scale, measure)
 
 
 def _patch_runs(patches: TensorPatches | TrianglePatches, each: int) -> Iterator[tuple[int, int]]:

@@ -5,20 +5,20 @@ surface. Where a limit is infinite or there is none, as at the apex of a cone, t
 beyond float32 is the largest number that it has.
 """
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import samples
-from service.bases.triangle import barycentric
+from service.bases.triangle import row_starts
 from service.engine.channels import ChannelRows
 from service.engine.curvatures.care import Care
 from service.engine.curvatures.forms import curvatures_of
 from service.engine.curvatures.grids import Chunk, grid_partials, triangle_partials
 from service.engine.curvatures.ranges import NAMES
 from service.engine.layout import Block, Layout
+from service.engine.points.answer import near_poles
 from service.engine.scene import placed_points
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
@@ -42,9 +42,7 @@ def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[C
         out = rows[:, block.base : block.base + block.count * len(block.patches)]
         out = out.reshape(2, len(block.patches), block.count)
         batch = stretched(batch, model.stretch)
-        for chunk in _chunks(batch, block):
-            found = stored(_found(chunk, batch, block, care))
-            out[:, chunk.first : chunk.last, chunk.begin : chunk.end] = found
+        _write_block(block, batch, care, out)
         if isinstance(batch, TensorPatches):
             for side, patches, along, places in layout.extras_of(block):
                 across = np.full(len(along), float(side % 2))
@@ -56,6 +54,8 @@ def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[C
 
 def as_channels(model: PatchModel, rows: RealArray) -> tuple[ChannelRows, ...]:
     """Rows (2, N) as channels; equal is what differs by nothing in units of the model's size."""
+    # As for points: adding 0.0 turns -0.0 into 0.0.
+    rows += 0.0
     low, high = model.bounds
     size = float(np.linalg.norm(high - low))
     if model.stretch is not None:
@@ -79,29 +79,44 @@ def stored(found: FloatArray) -> FloatArray:
     return np.nan_to_num(found, nan=0.0, posinf=LARGEST, neginf=-LARGEST).clip(-LARGEST, LARGEST)
 
 
-def _chunks(batch: Patches, block: Block) -> Iterator[Chunk]:
+def _write_block(block: Block, batch: Patches, care: Care, out: RealArray) -> None:
+    """Curvatures (2, P, samples) of a block: by formulas, and by limits where these do not do."""
     if isinstance(batch, TrianglePatches):
-        return triangle_partials(batch, block.resolution[0])
-    return grid_partials(batch, block.resolution)
+        chunks = triangle_partials(batch, block.resolution[0])
+    else:
+        chunks = grid_partials(batch, block.resolution)
+    doubtful = []
+    for chunk in chunks:
+        found, left = _found(chunk, batch, block)
+        out[:, chunk.first : chunk.last, chunk.begin : chunk.end] = stored(found)
+        doubtful.append(left)
+        care.check(sum(left.shape[1] for left in doubtful), batch)
+    # All together: what is prepared for a patch of high degree costs as much as all the rest.
+    row, column = np.concatenate(doubtful, axis=1)
+    if len(row):
+        limits = care.curvatures(batch, row, *parameters_of(block, column))
+        out[:, row, column] = stored(limits)
 
 
-def _found(chunk: Chunk, batch: Patches, block: Block, care: Care) -> FloatArray:
-    """Curvatures (2, r, n) of a chunk."""
-    found, doubtful = curvatures_of(chunk.partials, chunk.least)
-    with np.errstate(over="ignore"):
+def _found(chunk: Chunk, batch: Patches, block: Block) -> tuple[FloatArray, Ints]:
+    """Curvatures (2, r, n) of a chunk; and patches and samples (2, m) of which they are no good."""
+    found, beside_poles, anywhere = curvatures_of(chunk.partials, chunk.measure)
+    with np.errstate(over="ignore", invalid="ignore"):
         found[0] *= np.square(chunk.scale)[:, np.newaxis]
         found[1] *= chunk.scale[:, np.newaxis]
-    row, column = np.nonzero(doubtful)
-    if len(row):
-        u, v = _parameters(block, column + chunk.begin)
-        found[:, row, column] = care.curvatures(batch, row + chunk.first, u, v)
-    return found
+    row, column = np.nonzero(beside_poles | anywhere)
+    surely = anywhere[row, column]
+    row, column = row + chunk.first, column + chunk.begin
+    surely |= near_poles(batch, row, np.stack(parameters_of(block, column), axis=1))
+    return found, np.stack([row, column])[:, surely]
 
 
-def _parameters(block: Block, sample: Ints) -> tuple[FloatArray, FloatArray]:
+def parameters_of(block: Block, sample: Ints) -> tuple[FloatArray, FloatArray]:
     """Parameters (u, v) of samples by their number in a patch; of triangles (s, t)."""
     if block.triangular:
-        _, s, t = barycentric(block.resolution[0]).T
-        return s[sample], t[sample]
+        divisions = block.resolution[0]
+        starts = row_starts(divisions)
+        row = np.searchsorted(starts, sample, side="right") - 1
+        return (sample - starts[row]) / divisions, row / divisions
     i, j = np.divmod(sample, block.resolution[1] + 1)
     return samples(block.resolution[0])[i], samples(block.resolution[1])[j]

@@ -11,17 +11,22 @@ from service.engine.adaptive.accuracy import Accuracy
 from service.engine.build import build
 from service.engine.curvatures import care
 from service.engine.curvatures.ranges import NAMES
+from service.engine.curvatures.rows import layout_curvatures, parameters_of
+from service.engine.layout import Layout
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.points.answer import points
+from service.engine.points.differential import jets
 from service.engine.points.places import Query, locate
+from service.engine.points.triangle_differential import triangle_jets
 from service.errors import TooLarge
 from service.surface import quadrics
-from service.surface.batches import TensorPatches
+from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
 from service.surface.triangle import TriangleSurface
+from tests.certify.surfaces import FAMILIES
 from tests.examples import patches_of
 from tests.oracles import exact
 from tests.strategies import Array, height_nets, weighted_nets
@@ -208,6 +213,29 @@ def compare(model: PatchModel, mesh: Mesh) -> None:
             larger = np.maximum(larger, 1e-9)
             apart.append(np.abs(found - right) / np.stack([larger**2, larger]))
     assert np.min(apart, axis=0).max() < 2e-7
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_no_family_of_surfaces_is_bent_in_another_way(name: str) -> None:
+    """Cusps, folds, poles, wild weights, sizes from 1e-6 to 1e6: as one by one."""
+    model = FAMILIES[name].surface(1).lower()
+    flat = 0.1 / float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
+    layout = Layout.plan(model, (5, 4))
+    rows = np.stack([c.values[:, 0] for c in layout_curvatures(model, layout, np.float64)])
+    for block in layout.blocks:
+        patch, sample = np.divmod(np.arange(block.count * len(block.patches)), block.count)
+        places = block.patches[patch], *parameters_of(block, sample)
+        if isinstance(block.batch, TrianglePatches):
+            right = triangle_jets(block.batch, *places, 2).curvatures
+        else:
+            right = jets(block.batch, *places, 2).curvatures
+        assert right is not None
+        found = rows[:, block.base : block.base + len(patch)]
+        known = ~np.isnan(right.mean)
+        assert not found[1][~known].any()
+        measure = np.maximum(np.abs(right.larger), np.abs(right.smaller))[known].clip(flat)
+        apart = np.abs(found - np.stack([right.gaussian, right.mean]))[:, known]
+        assert (apart / np.stack([measure**2, measure])).max(initial=0.0) < 1e-8
 
 
 def test_frames_have_the_curvatures_of_their_own_patch() -> None:
