@@ -13,7 +13,7 @@ from obstore.store import LocalStore, MemoryStore, from_url
 
 from service.storage.failures import DISK_FULL, reason_of
 from service.storage.keys import SURFACES
-from service.storage.places import STAGING, Bucket, Folder
+from service.storage.places import STAGING, Bucket, Folder, make_folder
 from service.storage.store import SurfaceStore
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def _folder(path: Path) -> Folder:
     try:
         root = path.expanduser().absolute()
         for name in (SURFACES, STAGING):
-            (root / name).mkdir(parents=True, exist_ok=True)
+            make_folder(root / name)
         with tempfile.TemporaryFile(dir=root / STAGING):
             pass
     except OSError as error:

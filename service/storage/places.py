@@ -83,6 +83,14 @@ class Folder(Bucket):
         )
 
 
+def make_folder(path: Path) -> None:
+    """Makes a folder, and those it lies in, where there is none; their names last."""
+    if not path.is_dir():
+        make_folder(path.parent)
+        path.mkdir(exist_ok=True)
+        _sync(path.parent)
+
+
 def _sync(*paths: Path) -> None:
     """Forces files, or the names in folders, to the disk."""
     for path in paths:

@@ -66,13 +66,14 @@ class SurfaceStore:
         async with self._limiter:
             if await _hash(content) != id:
                 raise ValueError("the id is not the hash of the content")
-        lock = self._writing.setdefault(id, Lock())  # two tasks that store the same: one writes
-        async with lock:
+        async with self._turn(id):
             before = await self._size(key)
             if before == len(content):
-                with suppress(DamagedObject):
+                with suppress(DamagedObject, UnknownSurface):  # another process may delete it
                     await self.get(id)
                     return False
+            elif before is not None:
+                _log.warning("%s is damaged, %d bytes instead of %d", key, before, len(content))
             # Whether the count knows of a damage, nobody can tell; mending is never refused.
             growth = len(content) if before is None else 0
             async with self._usage.room(growth), self._limiter:
@@ -109,16 +110,17 @@ class SurfaceStore:
         if not is_id(id):
             return False
         key = key_of(id)
-        size = await self._size(key)
-        if size is None:
-            return False
-        async with self._limiter:
-            with failures(f"deleting {key}"):
-                try:
-                    await obstore.delete_async(self._place.objects, key)
-                except FileNotFoundError:
-                    return False
-        self._usage.add(-size)
+        async with self._turn(id):
+            size = await self._size(key)
+            if size is None:
+                return False
+            async with self._limiter:
+                with failures(f"deleting {key}"):
+                    try:
+                        await obstore.delete_async(self._place.objects, key)
+                    except FileNotFoundError:
+                        return False
+            self._usage.add(-size)
         return True
 
     async def answers(self) -> bool:
@@ -139,6 +141,10 @@ class SurfaceStore:
                     await self._place.sweep()
                 await self._usage.counted()
             await asyncio.sleep(ROUND)
+
+    def _turn(self, id: str) -> Lock:
+        """The lock of those who store or delete this id: of many who store the same, one writes."""
+        return self._writing.setdefault(id, Lock())
 
     async def _answers(self) -> bool:
         try:

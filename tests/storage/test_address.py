@@ -61,7 +61,7 @@ def test_a_relative_folder_stays_where_it_is(
         ("az://container", "needed the address of a bucket"),
         ("fol\0der", "needed a folder"),
         ("/proc/folder", "cannot be kept"),
-        (str(Path(__file__)), "Not a directory"),
+        (str(Path(__file__)), "File exists"),
         ("~nobody-of-this-name/data", "needed a folder"),
     ],
 )

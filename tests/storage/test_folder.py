@@ -2,6 +2,7 @@
 
 import os
 import stat
+import threading
 from pathlib import Path
 
 import pytest
@@ -33,22 +34,42 @@ def test_an_object_is_on_the_disk_before_it_has_its_name(
 ) -> None:
     """The file first; then the folders in which its name and theirs are new."""
     final = file_of(tmp_path, ONE)
+    store = store_of("folder", tmp_path)
     synced: list[tuple[int, bool]] = []
     fsync = os.fsync
+    loop = threading.get_ident()
 
     def watched(file: int) -> None:
+        assert threading.get_ident() != loop, "the event loop has no time to wait for a disk"
         synced.append((os.fstat(file).st_ino, final.exists()))
         if stat.S_ISREG(os.fstat(file).st_mode):
             assert os.pread(file, 10, 0) == ONE
         fsync(file)
 
     monkeypatch.setattr(os, "fsync", watched)
-    assert on(store_of("folder", tmp_path), put_one)
+    assert on(store, put_one)
     assert synced == [
         (final.stat().st_ino, False),
         (final.parent.stat().st_ino, True),
         (final.parent.parent.stat().st_ino, True),
     ]
+
+
+def test_new_folders_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    synced: list[int] = []
+    fsync = os.fsync
+
+    def watched(file: int) -> None:
+        synced.append(os.fstat(file).st_ino)
+        fsync(file)
+
+    monkeypatch.setattr(os, "fsync", watched)
+    store_of("folder", tmp_path / "a" / "b")
+    assert {tmp_path.stat().st_ino, (tmp_path / "a").stat().st_ino} <= set(synced)
+    assert synced.count((tmp_path / "a" / "b").stat().st_ino) == 2
+    synced.clear()
+    store_of("folder", tmp_path / "a" / "b")
+    assert synced == []
 
 
 def test_a_folder_that_breaks_fails_and_works_again(

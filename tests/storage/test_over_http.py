@@ -1,0 +1,48 @@
+"""What somebody sees whose surface is damaged, or has no room."""
+
+from pathlib import Path
+
+import pytest
+
+from service.api.app import create_app
+from service.settings import Settings
+from tests.api.client import client_of
+from tests.storage.places import files
+
+NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
+PATCH = {"surface": {"control_net": NET}}
+MOVED = {"surface": {"control_net": [NET[0], [[1, 0, 1], [1, 1, 0.5]]]}}
+
+
+def test_a_damaged_surface_is_not_given_out_until_it_is_stored_again(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with client_of(create_app(Settings(store=str(tmp_path)))) as client:
+        stored = client.post("/v1/surfaces", PATCH).json()
+        address = stored["links"]["self"]
+        other = client.post("/v1/surfaces", MOVED).json()
+        kept = {path.name: path for path in files(tmp_path)}
+        kept[stored["id"]].write_bytes(kept[other["id"]].read_bytes())
+        answer = client.get(address)
+        assert answer.status_code == 500
+        assert answer.json()["code"] == "damaged_object"
+        assert answer.headers["cache-control"] == "no-store"
+        assert str(tmp_path) not in answer.text
+        assert stored["id"] in caplog.text
+        assert client.get(other["links"]["self"]).status_code == 200
+        assert client.post("/v1/surfaces", PATCH).status_code == 201
+        net = client.get(address).json()["surface"]["control_net"]
+        assert net == NET
+
+
+def test_a_quota_says_what_is_left(tmp_path: Path) -> None:
+    with client_of(create_app(Settings(store=str(tmp_path), store_quota=400))) as client:
+        assert client.post("/v1/surfaces", PATCH).status_code == 201
+        (kept,) = files(tmp_path)
+        size = kept.stat().st_size
+        answer = client.post("/v1/surfaces", MOVED)
+        assert answer.status_code == 507
+        assert answer.json()["code"] == "store_full"
+        (error,) = answer.json()["errors"]
+        assert (error["code"], error["needed"]) == ("store_full", f"at most {400 - size} bytes")
+        assert files(tmp_path) == [kept]
