@@ -40,7 +40,7 @@ _TYPES = frozenset({"<f4", "<f8", ">f4", ">f8"})
 
 _ENTRY = re.compile(
     r"\s*'(?P<key>descr|fortran_order|shape)'\s*:\s*"
-    r"(?P<value>'[^']*'|True|False|\[.*\]|\(\s*(?:\d{1,18}\s*(?:,\s*|(?=\))))*\))"
+    r"(?P<value>'[^']*'|True|False|\[.*\]|\(\s*(?:(?:0|[1-9]\d{0,17})\s*(?:,\s*|(?=\))))*\))"
     r"\s*(?:,|(?=\}))",
     re.ASCII,
 )

@@ -29,8 +29,14 @@ KINDS = ("patches",)
 MAX_DEPTH = 16
 """Braces and lists within each other."""
 
+FREE_COMMENTS = 1000
+"""Comments beside one for each control point that is allowed."""
+
 MAX_BRACES = 1000
 """Braces of an appearance."""
+
+STEP = 1 << 20
+"""Bytes that are looked through at a time."""
 
 HIGHEST_DEGREE = 12
 """What Geomview reads."""
@@ -91,9 +97,10 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
     """
     check_kind(kind, KINDS)
     _check_text(content)
-    if content.count(b"#") > most + 1000:
+    comments = content.count(b"#")
+    if comments > most + FREE_COMMENTS:
         raise too_many("more comments than that", most)
-    reader = _Reader(_COMMENT.sub(b"", content), most)
+    reader = _Reader(_COMMENT.sub(b"", content) if comments else content, most)
     reader.read()
     surfaces = [_surface(key[0], batch) for key, batch in reader.batches.items()]
     if len(surfaces) == 1:
@@ -241,8 +248,13 @@ class _Reader:
 
     def _end_of_numbers(self) -> int:
         """Where something stands that is part of no number."""
-        found = _NUMBERS.match(self._text, self._place)
-        return found.end() if found else self._place
+        place = self._place
+        # Step by step, so that other threads have their turn.
+        while found := _NUMBERS.match(self._text, place, place + STEP):
+            if found.end() < place + STEP:
+                return found.end()
+            place = found.end()
+        return place
 
     def _skip_braces(self) -> None:
         """Leaves behind what stands in a pair of braces, and the braces."""

@@ -108,6 +108,33 @@ def test_estimates_are_those_of_the_surface(client: Client) -> None:
     assert answer.json() == wanted.json()
 
 
+def test_a_stored_file_is_the_stored_surface_that_it_describes(client: Client) -> None:
+    array = weighted(WAVE)
+    fields = {"type": "bspline", "degree": [3, 2], "knots": ["clamped", "periodic"], "up": "z"}
+    surface = fields | {"control_net": WAVE.tolist(), "weights": array[..., 3].tolist()}
+    query = "type=bspline&degree=3,2&knots=clamped,periodic&up=z"
+    headers = {"Content-Type": NPY}
+    first = client.request("POST", f"/v1/surfaces?{query}", saved(array), headers)
+    again = client.post("/v1/surfaces", {"surface": surface})
+    assert (first.status_code, again.status_code) == (201, 200)
+    assert first.json() == again.json()
+    other = client.request("POST", f"/v1/surfaces?{query}&name=other", saved(array), headers)
+    assert other.json()["id"] != first.json()["id"]
+    kept = client.get(first.json()["links"]["self"]).json()
+    mesh = client.post("/v1/mesh?format=glb", kept)
+    assert mesh.content == posted(client, saved(array), NPY, f"{query}&format=glb").content
+
+
+def test_what_is_stored_has_no_options(client: Client) -> None:
+    for name in ("resolution", "format"):
+        answer = client.request(
+            "POST", f"/v1/surfaces?{name}=2", saved(net()), {"Content-Type": NPY}
+        )
+        assert answer.status_code == 422
+        error = answer.json()["errors"][0]
+        assert (error["code"], error["parameter"]) == ("unknown_field", name)
+
+
 def test_large_files_are_read_off_the_event_loop(client: Client) -> None:
     array = np.zeros((200, 200, 3))
     array[..., 0], array[..., 1] = np.indices((200, 200))
