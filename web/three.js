@@ -2,7 +2,6 @@
 // Bundled once, when the service is installed: a third of the bytes, in one request.
 
 export {
-  ACESFilmicToneMapping,
   Box3,
   BufferAttribute,
   BufferGeometry,
@@ -11,18 +10,17 @@ export {
   DirectionalLight,
   DoubleSide,
   Group,
+  HemisphereLight,
   LineBasicMaterial,
   LineSegments,
   Matrix4,
   Mesh,
-  MeshBasicMaterial,
   MeshNormalMaterial,
   MeshStandardMaterial,
   NeutralToneMapping,
   PerspectiveCamera,
   Plane,
   PlaneGeometry,
-  PMREMGenerator,
   Points,
   PointsMaterial,
   Raycaster,
@@ -34,5 +32,4 @@ export {
   WebGLRenderer,
 } from 'three';
 export { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-export { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
 export { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';

@@ -8,7 +8,7 @@ import { watchPointPanel } from './point-panel.js';
 import { hideProblem, showProblem, watchProblems } from './problems.js';
 import { showReadouts, speakReadouts } from './readouts.js';
 import { reportOf } from './report.js';
-import { canDraw } from './scene.js';
+import { contextOf } from './scene.js';
 import { mesh, Refusal } from './service.js';
 import { fromQuery, meshOptions } from './settings.js';
 import { watchShare } from './share.js';
@@ -23,7 +23,8 @@ const FIRST = 'utah-teapot';
 const root = document.documentElement;
 const query = new URLSearchParams(location.search);
 const state = new State(fromQuery(query));
-const view = canDraw() ? new View(state) : null;
+const context = contextOf(element('view', HTMLCanvasElement));
+const view = context ? new View(state, context) : null;
 element('no-webgl', HTMLElement).hidden = view !== null;
 
 /** A mesh that is wanted; a coarse one follows the mouse. @typedef {{coarse: boolean}} Wish */

@@ -1,8 +1,8 @@
 // The stage: camera, light, floor, and pictures only when something changed.
 
 import {
-  Box3, DirectionalLight, Mesh, NeutralToneMapping, OrbitControls, PerspectiveCamera, PlaneGeometry,
-  PMREMGenerator, RoomEnvironment, Scene, ShadowMaterial, Vector3, VSMShadowMap, WebGLRenderer,
+  Box3, DirectionalLight, HemisphereLight, Mesh, NeutralToneMapping, OrbitControls,
+  PerspectiveCamera, PlaneGeometry, Scene, ShadowMaterial, Vector3, VSMShadowMap, WebGLRenderer,
 } from './three.js';
 
 /** @typedef {import('./colors.js').Palette} Palette */
@@ -11,27 +11,24 @@ const FIELD_OF_VIEW = 26;
 const FROM = new Vector3(0.42, 0.4, 1).normalize();
 const MARGIN = 1.16;
 
-/** Whether this browser draws in three dimensions at all. */
-export function canDraw() {
-  return document.createElement('canvas').getContext('webgl2') !== null;
+/** What this browser draws with in three dimensions, if it does at all. @param {HTMLCanvasElement} canvas */
+export function contextOf(canvas) {
+  return canvas.getContext('webgl2', { antialias: true, alpha: true, powerPreference: 'default' });
 }
 
 export class Stage {
-  /** @param {HTMLCanvasElement} canvas */
-  constructor(canvas) {
+  /** @param {HTMLCanvasElement} canvas @param {WebGL2RenderingContext} context */
+  constructor(canvas, context) {
     this.canvas = canvas;
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(FIELD_OF_VIEW);
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.renderer = new WebGLRenderer({ canvas, context, antialias: true, alpha: true });
     this.renderer.toneMapping = NeutralToneMapping;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = VSMShadowMap;
     // Shadows are drawn anew with a new mesh, not with every turn of the camera.
     this.renderer.shadowMap.autoUpdate = false;
-    this.scene.environment = new PMREMGenerator(this.renderer)
-      .fromScene(new RoomEnvironment(), 0.04).texture;
-    this.scene.environmentIntensity = 0.55;
-    this.key = new DirectionalLight('#fff4e3', 2.3);
+    this.key = new DirectionalLight('#fff4e3', 2.0);
     this.rim = new DirectionalLight('#dfe9ff', 0.7);
     this.floor = new Mesh(new PlaneGeometry(1, 1), new ShadowMaterial({ color: '#12100c' }));
     this.addLightAndFloor();
@@ -55,7 +52,7 @@ export class Stage {
     key.shadow.blurSamples = 16;
     floor.rotation.x = -Math.PI / 2;
     floor.receiveShadow = true;
-    this.scene.add(key, key.target, rim, rim.target, floor);
+    this.scene.add(new HemisphereLight('#eaf1fb', '#b9a58d', 1.15), key, key.target, rim, rim.target, floor);
   }
 
   /** Draws with the next frame, once however often it is asked for. */

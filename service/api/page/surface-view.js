@@ -2,9 +2,10 @@
 
 import {
   Box3, BufferAttribute, BufferGeometry, DoubleSide, GLTFLoader, Group, LineBasicMaterial,
-  LineSegments, MeshNormalMaterial, MeshStandardMaterial,
+  LineSegments, MeshNormalMaterial,
 } from './three.js';
 import { curvatureColors, rangeOf } from './colors.js';
+import { glazed, OFFSET } from './studio.js';
 
 /** @typedef {import('./colors.js').Palette} Palette */
 /** @typedef {import('./settings.js').Look} Look */
@@ -13,8 +14,7 @@ import { curvatureColors, rangeOf } from './colors.js';
 /** What the loader makes of the names of our attributes. */
 const ATTRIBUTES = { gaussian: '_gaussian_curvature', mean: '_mean_curvature' };
 
-/** Faces lie a little deeper than lines upon them. */
-const OFFSET = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
+const PLAIN = 'plain';
 
 export class SurfaceView {
   /** @param {Stage} stage */
@@ -25,9 +25,9 @@ export class SurfaceView {
     /** @type {any[]} */
     this.meshes = [];
     this.normals = new MeshNormalMaterial({ side: DoubleSide, ...OFFSET });
-    this.curved = new MeshStandardMaterial({
-      side: DoubleSide, vertexColors: true, roughness: 0.55, ...OFFSET,
-    });
+    this.curved = glazed({ vertexColors: true, roughness: 0.6 });
+    /** Materials by what they look like. They outlive the meshes: a new one would be compiled anew. */
+    this.materials = new Map();
     this.wire = new LineBasicMaterial({ transparent: true, opacity: 0.42 });
     /** How far the colours of curvature reach, on both sides of zero. */
     this.range = 1;
@@ -47,11 +47,25 @@ export class SurfaceView {
       if (!node.isMesh) return;
       node.castShadow = true;
       node.receiveShadow = true;
-      Object.assign(node.material, { roughness: 0.34, ...OFFSET });
-      node.userData.own = { material: node.material, color: node.geometry.getAttribute('color') };
+      node.userData.own = {
+        material: this.materialLike(node.material), color: node.geometry.getAttribute('color'),
+      };
       this.meshes.push(node);
     });
     this.stage.scene.add(this.model);
+  }
+
+  /** Our material for that of a file. @param {any} told */
+  materialLike(told) {
+    const { vertexColors, opacity, transparent } = told;
+    // Faces of which no colour was told.
+    const plain = told.name === 'surface' && !vertexColors;
+    const name = plain ? PLAIN : `${told.color.getHexString()} ${opacity} ${vertexColors}`;
+    if (!this.materials.has(name)) {
+      const color = told.color.clone();
+      this.materials.set(name, glazed({ name, color, vertexColors, opacity, transparent }));
+    }
+    return this.materials.get(name);
   }
 
   /** @param {Look} look @param {boolean} wires @param {Palette} palette */
@@ -72,9 +86,7 @@ export class SurfaceView {
         if (own.color) mesh.geometry.setAttribute('color', own.color);
         mesh.material = look === 'normals' ? this.normals : own.material;
       }
-      // Faces of which no colour was told.
-      const plain = own.material.name === 'surface' && !own.material.vertexColors;
-      if (plain) own.material.color.set(palette.glaze);
+      if (own.material.name === PLAIN) own.material.color.set(palette.glaze);
       this.dressWires(mesh, wires);
     });
     this.stage.draw();
@@ -105,7 +117,6 @@ export class SurfaceView {
     this.stage.scene.remove(this.model);
     this.meshes.forEach((mesh) => {
       mesh.geometry.dispose();
-      mesh.userData.own.material.dispose();
       mesh.userData.wires?.geometry.dispose();
     });
     this.meshes = [];

@@ -15,10 +15,10 @@ import { theme } from './theme.js';
 const LEGENDS = { gaussian: 'Gaussian curvature', mean: 'Mean curvature' };
 
 export class View {
-  /** @param {State} state */
-  constructor(state) {
+  /** @param {State} state @param {WebGL2RenderingContext} context */
+  constructor(state, context) {
     this.state = state;
-    this.stage = new Stage(element('view', HTMLCanvasElement));
+    this.stage = new Stage(element('view', HTMLCanvasElement), context);
     this.surface = new SurfaceView(this.stage);
     this.net = new NetView(this.stage);
     this.fresh = true;

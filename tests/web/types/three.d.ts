@@ -2,5 +2,4 @@
 
 export * from 'three';
 export { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-export { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
 export { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
