@@ -67,7 +67,7 @@ def _add_front(app: FastAPI) -> None:
     app.state.origins = Origins(app.state.settings.cors_origins)
     app.state.answers = AnswerCache(app.state.settings.cache_bytes)
     app.state.flights = Flights()
-    app.state.stills = Stills(docs.FILES)
+    app.state.stills = Stills({**docs.FILES, **page.FILES})
 
     def outer() -> ASGIApp:
         reachable = CrossOrigin(inner(), app.state.origins)

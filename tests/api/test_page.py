@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 from service.api import page
-from tests.api.client import Client
+from service.api.app import create_app
+from service.settings import Settings
+from tests.api.client import Client, client_of
 
 needs_three = pytest.mark.skipif(
     not (page.ASSETS / page.THREE).is_file(), reason="three.js is not built ('make web')"
@@ -48,7 +50,7 @@ def test_every_module_is_announced_on_the_page() -> None:
     """The browser fetches all at once, not one after the other as they import each other."""
     text = (page.SOURCES / "index.html").read_text(encoding="utf-8")
     announced = re.findall(r'<link rel="modulepreload" href="page/([^"]+)">', text)
-    modules = {name for name in page.FILES if name.endswith(".js")}
+    modules = {name.removeprefix("page/") for name in page.FILES if name.endswith(".js")}
     assert announced == sorted(modules - {"main.js"})
 
 
@@ -87,11 +89,12 @@ def test_nothing_else_is_served(client: Client, name: str) -> None:
 
 
 def test_page_without_three_says_what_to_run(
-    client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(page, "ASSETS", tmp_path)
-    answer = client.get("/")
-    assert answer.status_code == 503
-    assert "make web" in answer.text
-    assert client.get("/page/three.js").status_code == 404
-    assert client.get("/v1/formats").status_code == 200
+    with client_of(create_app(Settings())) as client:
+        answer = client.get("/")
+        assert answer.status_code == 503
+        assert "make web" in answer.text
+        assert client.get("/page/three.js").status_code == 404
+        assert client.get("/v1/formats").status_code == 200

@@ -42,7 +42,7 @@ export class Library {
       const chooser = document.createElement('button');
       chooser.type = 'button';
       chooser.dataset.example = example.id;
-      chooser.append(made('strong', example.title), made('span', example.description));
+      chooser.append(made('strong', example.title), made('span', plain(example.description)));
       chooser.addEventListener('click', () => void this.byId(example.id));
       item.append(chooser);
       return item;
@@ -57,7 +57,7 @@ export class Library {
       const example = this.examples.find((known) => known.id === id);
       this.show(surface, {
         title: example?.title ?? titleOf(surface),
-        description: example?.description ?? 'A stored surface, opened by its address.',
+        description: plain(example?.description ?? 'A stored surface, opened by its address.'),
         origin: id,
       });
     } catch (error) {
@@ -137,6 +137,11 @@ export class Library {
       void this.file(file);
     });
   }
+}
+
+/** A description without its marks of code. @param {string} text */
+function plain(text) {
+  return text.replaceAll('`', '');
 }
 
 /** @param {Surface} surface */

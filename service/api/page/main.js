@@ -34,7 +34,10 @@ let patches = 1;
 
 /** @type {MeshRequests<Wish, MeshAnswer>} */
 const requests = new MeshRequests({
-  send: ({ coarse }) => mesh({ surface: state.surface, ...meshOptions(state.settings, patches, coarse) }),
+  send: ({ coarse }) => mesh({
+    surface: state.surface,
+    ...meshOptions(state.settings, state.surface, patches, coarse),
+  }),
   answered: async ({ content, serverTime, roundTrip }, { coarse }) => {
     const bytes = content.byteLength;
     const report = reportOf(content);
@@ -63,7 +66,7 @@ function fail(error) {
 }
 
 /** What the mesh depends on, of all that is set. */
-const wanted = () => JSON.stringify(meshOptions(state.settings, 1, false));
+const wanted = () => JSON.stringify(meshOptions(state.settings, state.surface, 1, false));
 let asked = wanted();
 
 state.listen((change) => {

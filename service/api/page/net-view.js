@@ -1,7 +1,7 @@
 // The control net as it is drawn: lines and points, those behind the surface faint.
 
 import {
-  Box3, BufferAttribute, BufferGeometry, CanvasTexture, Group, LineBasicMaterial, LineSegments,
+  BufferAttribute, BufferGeometry, CanvasTexture, Group, LineBasicMaterial, LineSegments,
   Matrix4, Points, PointsMaterial, Vector3,
 } from './three.js';
 import { pointAt } from './net.js';
@@ -11,8 +11,8 @@ import { pointAt } from './net.js';
 /** @typedef {import('./net.js').Net} Net */
 /** @typedef {import('./scene.js').Stage} Stage */
 
-const SIZE = 7.5;
-const MANY = 1500;
+/** CSS pixels across a point: the more there are, the smaller. @param {number} count */
+const sizeFor = (count) => Math.max(3.4, 10.5 - 0.62 * Math.log2(Math.max(4, count)));
 /** How near to a point the mouse must be to take it, in CSS pixels; a finger is less exact. */
 const REACH = { mouse: 11, touch: 24 };
 /** Of points that are equally near to the mouse the front one counts: pixels for a depth of 1. */
@@ -27,7 +27,7 @@ export class NetView {
     this.joins = new BufferAttribute(new Uint32Array(0), 1);
     const dot = dotTexture();
     const lines = { transparent: true };
-    const points = { transparent: true, sizeAttenuation: false, size: SIZE, map: dot, alphaTest: 0.01 };
+    const points = { transparent: true, sizeAttenuation: false, map: dot, alphaTest: 0.01 };
     this.lines = [
       new LineBasicMaterial({ ...lines, opacity: 0.13, depthTest: false, depthWrite: false }),
       nearer(new LineBasicMaterial({ ...lines, opacity: 0.6, depthWrite: false })),
@@ -36,10 +36,10 @@ export class NetView {
       new PointsMaterial({ ...points, opacity: 0.22, depthTest: false, depthWrite: false }),
       nearer(new PointsMaterial({ ...points, depthWrite: false })),
     ];
-    this.mark = new PointsMaterial({ ...points, size: 1.75 * SIZE, depthTest: false });
+    this.mark = new PointsMaterial({ ...points, depthTest: false });
     this.marked = new Points(new BufferGeometry(), this.mark);
     this.marked.renderOrder = 5;
-    this.hovered = new PointsMaterial({ ...points, size: 1.45 * SIZE, depthTest: false });
+    this.hovered = new PointsMaterial({ ...points, depthTest: false });
     this.under = new Points(new BufferGeometry(), this.hovered);
     this.under.renderOrder = 4;
     this.geometry = new BufferGeometry();
@@ -80,8 +80,10 @@ export class NetView {
   }
 
   rebuild() {
-    const size = this.places.count > MANY ? 0.6 * SIZE : SIZE;
+    const size = sizeFor(this.places.count);
     this.points.forEach((material) => { material.size = size; });
+    this.mark.size = size + 6;
+    this.hovered.size = size + 4;
     [this.geometry, this.wires].forEach((geometry) => {
       geometry.dispose();
       geometry.setAttribute('position', this.places);
@@ -142,10 +144,9 @@ export class NetView {
     this.stage.draw();
   }
 
-  bounds() {
-    const box = new Box3();
-    if (this.group.visible) box.setFromBufferAttribute(this.places);
-    return box;
+  /** Where all points stand that are shown. */
+  shown() {
+    return this.group.visible ? Array.from({ length: this.places.count }, (_, i) => this.at(i)) : [];
   }
 }
 

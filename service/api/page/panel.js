@@ -1,7 +1,7 @@
 // The settings in the panel and the buttons of the bar: they show the state, and change it.
 
 import { button, check, input, radios, write, element } from './page.js';
-import { relativeTolerance } from './settings.js';
+import { isParametric, lookOf, relativeTolerance } from './settings.js';
 
 /** @typedef {import('./settings.js').Settings} Settings */
 /** @typedef {import('./state.js').State} State */
@@ -39,8 +39,11 @@ export function watchPanel(state) {
 }
 
 /** @param {State} state */
-function show({ settings, history }) {
-  check('look', settings.look);
+function show({ settings, history, surface }) {
+  check('look', lookOf(settings, surface));
+  radios('look').forEach((radio) => {
+    radio.disabled = (radio.value === 'gaussian' || radio.value === 'mean') && !isParametric(surface);
+  });
   check('accuracy', settings.accuracy);
   input('show-net').checked = settings.net;
   input('show-wires').checked = settings.wires;
@@ -56,6 +59,7 @@ function show({ settings, history }) {
   button('undo').disabled = !history.canUndo;
   button('redo').disabled = !history.canRedo;
   button('reset').disabled = !history.canReset;
+  element('edited', HTMLElement).hidden = !history.canReset;
 }
 
 /** @param {Event} event */

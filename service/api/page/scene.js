@@ -9,7 +9,7 @@ import {
 
 const FIELD_OF_VIEW = 26;
 const FROM = new Vector3(0.42, 0.4, 1).normalize();
-const MARGIN = 1.16;
+const MARGIN = 1.09;
 
 /** What this browser draws with in three dimensions, if it does at all. @param {HTMLCanvasElement} canvas */
 export function contextOf(canvas) {
@@ -28,7 +28,7 @@ export class Stage {
     this.renderer.shadowMap.type = VSMShadowMap;
     // Shadows are drawn anew with a new mesh, not with every turn of the camera.
     this.renderer.shadowMap.autoUpdate = false;
-    this.key = new DirectionalLight('#fff4e3', 2.0);
+    this.key = new DirectionalLight('#fff4e3', 2.3);
     this.rim = new DirectionalLight('#dfe9ff', 0.7);
     this.floor = new Mesh(new PlaneGeometry(1, 1), new ShadowMaterial({ color: '#12100c' }));
     this.addLightAndFloor();
@@ -52,7 +52,8 @@ export class Stage {
     key.shadow.blurSamples = 16;
     floor.rotation.x = -Math.PI / 2;
     floor.receiveShadow = true;
-    this.scene.add(new HemisphereLight('#eaf1fb', '#b9a58d', 1.15), key, key.target, rim, rim.target, floor);
+    const ambient = new HemisphereLight('#eaf1fb', '#b9a58d', 1.6);
+    this.scene.add(ambient, key, key.target, rim, rim.target, floor);
   }
 
   /** Draws with the next frame, once however often it is asked for. */
@@ -113,12 +114,13 @@ export class Stage {
   }
 
   /**
-   * Looks at the middle of a box from as near as shows all of it: from where the camera is, or,
-   * for something new, slightly from above.
-   * @param {Box3} box @param {boolean} anew
+   * Looks at the middle of some points from as near as shows all of them: from where the camera
+   * is, or, for something new, slightly from above.
+   * @param {Vector3[]} points @param {boolean} anew
    */
-  fit(box, anew) {
+  fit(points, anew) {
     const { camera, controls } = this;
+    const box = new Box3().setFromPoints(points);
     const radius = Math.max(1e-6, box.getSize(new Vector3()).length() / 2);
     const center = box.getCenter(new Vector3());
     const away = anew ? FROM.clone() : camera.position.clone().sub(controls.target).normalize();
@@ -130,11 +132,11 @@ export class Stage {
     const { clientHeight: height } = this.canvas;
     const wide = camera.aspect * Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
     const high = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) * (1 - this.covered() / height);
-    const distances = cornersOf(box).map((corner) => {
-      const { x, y, z } = corner.sub(center).applyQuaternion(turn);
-      return z + MARGIN * Math.max(Math.abs(x) / wide, Math.abs(y) / high);
-    });
-    camera.position.copy(center).addScaledVector(away, Math.max(...distances));
+    const distance = points.reduce((most, point) => {
+      const { x, y, z } = point.sub(center).applyQuaternion(turn);
+      return Math.max(most, z + MARGIN * Math.max(Math.abs(x) / wide, Math.abs(y) / high));
+    }, 0.2 * radius);
+    camera.position.copy(center).addScaledVector(away, distance);
     camera.near = 0.02 * radius;
     camera.far = 80 * radius;
     camera.updateProjectionMatrix();
@@ -168,11 +170,4 @@ export class Stage {
     this.floor.material.opacity = palette.shadow;
     this.draw();
   }
-}
-
-/** @param {Box3} box */
-function cornersOf({ min, max }) {
-  return [min.x, max.x].flatMap((x) => [min.y, max.y].flatMap(
-    (y) => [min.z, max.z].map((z) => new Vector3(x, y, z)),
-  ));
 }

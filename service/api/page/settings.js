@@ -32,15 +32,31 @@ export function relativeTolerance(settings) {
   return Number((10 ** settings.tolerance).toPrecision(2));
 }
 
+/** The look that a surface can have: what is swept along a curve has no curvature to show. @param {Settings} settings @param {Surface} surface @returns {Look} */
+export function lookOf(settings, surface) {
+  return isCurved(settings.look) && !isParametric(surface) ? 'shaded' : settings.look;
+}
+
+/** @param {Look} look */
+function isCurved(look) {
+  return look === 'gaussian' || look === 'mean';
+}
+
+/** Whether the service knows curvatures of it. @param {Surface} surface @returns {boolean} */
+export function isParametric(surface) {
+  const members = surface.type === 'group' && Array.isArray(surface.members) ? surface.members : [];
+  return surface.type !== 'tube' && surface.type !== 'ribbon'
+    && members.every((member) => isParametric(member?.surface ?? {}));
+}
+
 /**
  * Options of a mesh request; with `coarse` those of a mesh that follows the mouse.
- * @param {Settings} settings @param {number} patches @param {boolean} coarse
+ * @param {Settings} settings @param {Surface} surface @param {number} patches @param {boolean} coarse
  * @returns {{[name: string]: number | boolean}}
  */
-export function meshOptions(settings, patches, coarse) {
-  const curved = settings.look === 'gaussian' || settings.look === 'mean';
+export function meshOptions(settings, surface, patches, coarse) {
   /** @type {{[name: string]: number | boolean}} */
-  const extra = curved ? { curvatures: true } : {};
+  const extra = isCurved(lookOf(settings, surface)) ? { curvatures: true } : {};
   if (coarse) {
     const few = Math.max(COARSEST, Math.floor(Math.sqrt(COARSE_CELLS / Math.max(1, patches))));
     const most = settings.accuracy === 'resolution' ? settings.resolution : 16;

@@ -78,7 +78,7 @@ function chip(format, state, failed) {
   chosen.setAttribute('aria-label', `${format.title}, .${format.suffix}`);
   chosen.addEventListener('click', async () => {
     try {
-      const options = meshOptions(state.settings, 1, false);
+      const options = meshOptions({ ...state.settings, look: 'shaded' }, state.surface, 1, false);
       const { content } = await mesh({ surface: state.surface, ...options }, format.media_type);
       save(new Blob([content], { type: format.media_type }), `${fileName(state)}.${format.suffix}`);
       announce(`Downloaded ${format.title}`);

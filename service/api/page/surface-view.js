@@ -2,7 +2,7 @@
 
 import {
   Box3, BufferAttribute, BufferGeometry, DoubleSide, GLTFLoader, Group, LineBasicMaterial,
-  LineSegments, MeshNormalMaterial,
+  LineSegments, MeshNormalMaterial, Vector3,
 } from './three.js';
 import { curvatureColors, rangeOf } from './colors.js';
 import { glazed, OFFSET } from './studio.js';
@@ -28,7 +28,7 @@ export class SurfaceView {
     this.curved = glazed({ vertexColors: true, roughness: 0.6 });
     /** Materials by what they look like. They outlive the meshes: a new one would be compiled anew. */
     this.materials = new Map();
-    this.wire = new LineBasicMaterial({ transparent: true, opacity: 0.42 });
+    this.wire = new LineBasicMaterial({ transparent: true, opacity: 0.32 });
     /** How far the colours of curvature reach, on both sides of zero. */
     this.range = 1;
     stage.scene.add(this.model);
@@ -111,6 +111,16 @@ export class SurfaceView {
 
   bounds() {
     return new Box3().setFromObject(this.model, false);
+  }
+
+  /** Where all vertices stand. */
+  points() {
+    return this.meshes.flatMap((mesh) => {
+      const position = mesh.geometry.getAttribute('position');
+      return Array.from({ length: position.count }, (_, i) => (
+        new Vector3().fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld)
+      ));
+    });
   }
 
   forget() {

@@ -6,6 +6,7 @@ import { NetView } from './net-view.js';
 import { check, checked, element, write } from './page.js';
 import { watchPointer } from './pointer.js';
 import { Stage } from './scene.js';
+import { lookOf } from './settings.js';
 import { SurfaceView } from './surface-view.js';
 import { theme } from './theme.js';
 
@@ -44,7 +45,6 @@ export class View {
     await this.surface.take(content);
     this.dress();
     if (!coarse) this.stage.settle(this.surface.bounds());
-    else this.stage.renderer.shadowMap.needsUpdate = true;
     if (this.fresh) this.fit(true);
     this.fresh = false;
   }
@@ -66,7 +66,8 @@ export class View {
   dress() {
     const { settings } = this.state;
     this.net.group.visible = settings.net;
-    this.surface.dress(settings.look, settings.wires, PALETTES[theme()]);
+    const look = lookOf(settings, this.state.surface);
+    this.surface.dress(look, settings.wires, PALETTES[theme()]);
     this.paint();
     this.showLegend();
   }
@@ -80,12 +81,12 @@ export class View {
 
   /** @param {boolean} anew */
   fit(anew) {
-    const box = this.surface.bounds().union(this.net.bounds());
-    if (!box.isEmpty()) this.stage.fit(box, anew);
+    const points = [...this.surface.points(), ...this.net.shown()];
+    if (points.length > 0) this.stage.fit(points, anew);
   }
 
   showLegend() {
-    const { look } = this.state.settings;
+    const look = lookOf(this.state.settings, this.state.surface);
     const curved = look === 'gaussian' || look === 'mean';
     element('legend', HTMLElement).hidden = !curved || !this.surface.hasCurvatures;
     if (!curved) return;

@@ -1,0 +1,283 @@
+"""The editor in headless Chromium: a control point is dragged, and everything follows."""
+
+import json
+from collections.abc import Callable, Iterator
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+from playwright.sync_api import Browser, Page, Route
+
+from service.api import page as editor
+from tests.web.browser import Stage
+
+READY = 'html[data-state="ready"]'
+SADDLE = "/?surface=saddle&resolution=6"
+
+
+@pytest.fixture(scope="module")
+def opened(server: str, browser: Browser) -> Iterator[Stage]:
+    """The editor, with every request but those to the service cut off."""
+    if not (editor.ASSETS / editor.THREE).is_file():
+        pytest.skip("three.js is not built ('make web')")
+    context = browser.new_context(viewport={"width": 900, "height": 640}, reduced_motion="reduce")
+    stage = listening(context.new_page())
+    here = urlsplit(server).netloc
+
+    def only_here(route: Route) -> None:
+        if urlsplit(route.request.url).netloc == here:
+            route.continue_()
+        else:
+            stage.complaints.append(f"asked for {route.request.url}")
+            route.abort()
+
+    context.route("**/*", only_here)
+    yield stage
+    context.close()
+
+
+@pytest.fixture
+def page(opened: Stage, server: str) -> Iterator[Page]:
+    """The saddle, freshly opened; the console must stay silent."""
+    opened.complaints.clear()
+    show(opened.page, server + SADDLE)
+    yield opened.page
+    assert opened.complaints == []
+
+
+def listening(page: Page) -> Stage:
+    complaints: list[str] = []
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on("console", lambda message: complaints.append(message.text))
+    return Stage(page, complaints)
+
+
+def show(page: Page, address: str) -> None:
+    page.goto(address)
+    page.wait_for_selector(READY)
+
+
+def value(page: Page, name: str) -> float:
+    """A number of the readouts, all of its digits."""
+    return float(page.locator(f"#{name}").get_attribute("value") or "nan")
+
+
+def point(page: Page) -> list[float]:
+    return [float(page.input_value(f"#{axis}")) for axis in "xyz"]
+
+
+def settled(page: Page, act: Callable[[], Any]) -> dict[str, Any]:
+    """Does something that makes the page ask for a mesh, and waits for it; tells what was asked."""
+    with page.expect_response(
+        lambda answer: (
+            answer.url.endswith("/v1/mesh") and "surface" in (answer.request.post_data_json or {})
+        )
+    ) as waited:
+        act()
+    page.wait_for_selector(READY)
+    asked: dict[str, Any] = waited.value.request.post_data_json
+    return asked
+
+
+def choose(page: Page, number: int) -> tuple[float, float]:
+    """Chooses a control point by its number; tells where in the window it is seen."""
+    page.fill("#point", str(number))
+    page.press("#point", "Enter")
+    marker = page.locator(f"#marker:has-text('{number}')")
+    marker.wait_for()
+    box = page.locator("#view").bounding_box()
+    assert box is not None
+    x, y = (float(marker.get_attribute(f"data-{axis}") or "nan") for axis in "xy")
+    return box["x"] + x, box["y"] + y
+
+
+def drag(page: Page, start: tuple[float, float], by: tuple[float, float]) -> None:
+    page.mouse.move(*start)
+    page.mouse.down()
+    page.mouse.move(start[0] + by[0] / 2, start[1] + by[1] / 2)
+    page.mouse.move(start[0] + by[0], start[1] + by[1])
+    page.mouse.up()
+    page.wait_for_selector(READY)
+
+
+def test_the_readouts_are_those_of_the_mesh(page: Page) -> None:
+    assert value(page, "triangles") == 72
+    assert value(page, "vertices") == 49
+    assert page.inner_text("#closed") == "24 open"
+    assert value(page, "server-time") > 0
+    assert value(page, "round-trip") > 0
+    # One bilinear patch in 6 × 6 cells: d = |twist| / 4 · (1 / 6)², and what rounding adds.
+    assert value(page, "deviation") == pytest.approx(4 / 4 / 36, rel=0.2)
+
+
+def test_a_point_is_dragged_and_the_mesh_follows(page: Page) -> None:
+    asked: list[dict[str, Any]] = []
+    page.on("request", lambda r: asked.append(r.post_data_json) if r.method == "POST" else None)
+    start, before = choose(page, 4), value(page, "deviation")
+    was = point(page)
+    drag(page, start, (60, -50))
+    now = point(page)
+    assert page.input_value("#point") == "4"
+    assert now != was
+    assert now[2] > was[2]  # upwards on the screen is up
+    # The last request has the point where the panel says, and the full resolution.
+    page.wait_for_function(
+        "deviation => Number(document.getElementById('deviation').value) != deviation", arg=before
+    )
+    assert asked[-1]["surface"]["control_net"][1][1] == now
+    assert asked[-1]["resolution"] == 6
+    assert page.is_visible("#edited")
+    page.click("#undo")
+    page.wait_for_selector(READY)
+    assert point(page) == was
+    assert value(page, "deviation") == before
+    page.click("#redo")
+    page.wait_for_selector(READY)
+    assert point(page) == now
+    page.keyboard.press("Control+z")
+    page.wait_for_selector(READY)
+    assert point(page) == was
+    page.keyboard.press("Control+Shift+Z")
+    assert point(page) == now
+    page.click("#reset")
+    page.wait_for_selector(READY)
+    assert point(page) == was
+    assert page.is_hidden("#edited")
+
+
+def test_a_drag_keeps_to_its_axis(page: Page) -> None:
+    start, was = choose(page, 4), point(page)
+    page.check('input[name="axis"][value="x"]', force=True)
+    drag(page, start, (50, -40))
+    now = point(page)
+    assert now[0] != was[0]
+    assert now[1:] == was[1:]
+
+
+def test_everything_works_by_keyboard(page: Page) -> None:
+    page.focus("#view")
+    page.keyboard.press("]")
+    assert page.input_value("#point") == "1"
+    page.keyboard.press("[")
+    assert page.input_value("#point") == "4"
+    was = point(page)
+    page.keyboard.press("ArrowUp")
+    page.wait_for_selector(READY)
+    assert point(page)[2] > was[2]
+    assert point(page)[:2] == was[:2]
+    # The keys of one letter say what the switches show.
+    page.keyboard.press("n")
+    page.keyboard.press("w")
+    assert not page.is_checked("#show-net")
+    assert page.is_checked("#show-wires")
+    page.keyboard.press("y")
+    assert page.is_checked('input[name="axis"][value="y"]')
+    page.keyboard.press("Escape")
+    assert page.input_value("#point") == ""
+    assert "chosen" not in page.inner_text("#status")
+
+
+def test_numbers_and_weights_are_typed(page: Page) -> None:
+    choose(page, 1)
+    page.fill("#z", "2.5")
+    page.press("#z", "Enter")
+    page.wait_for_selector(READY)
+    page.fill("#weight", "4")
+    asked = settled(page, lambda: page.press("#weight", "Enter"))
+    assert asked["surface"]["control_net"][0][0][2] == 2.5
+    assert asked["surface"]["weights"] == [[4, 1], [1, 1]]
+    assert float(page.input_value("#weight-slider")) == 2  # 2² = 4
+
+
+def test_sliders_change_what_is_asked_for(page: Page) -> None:
+    assert settled(page, lambda: page.fill("#resolution", "9"))["resolution"] == 9
+    assert value(page, "triangles") == 162
+    asked = settled(
+        page, lambda: page.check('input[name="accuracy"][value="tolerance"]', force=True)
+    )
+    assert asked["relative_tolerance"] == 0.001
+    assert "resolution" not in asked
+    before = value(page, "triangles")
+    settled(page, lambda: page.fill("#tolerance", "-4"))
+    assert value(page, "triangles") > before
+
+
+def test_curvature_is_shown_with_a_legend(page: Page) -> None:
+    asked = settled(page, lambda: page.check('input[name="look"][value="gaussian"]', force=True))
+    assert asked["curvatures"] is True
+    page.wait_for_selector("#legend")
+    assert "Gaussian curvature" in page.inner_text("#legend")
+
+
+def test_a_tube_has_no_curvature_to_show(page: Page, server: str) -> None:
+    show(page, f"{server}/?surface=hair&look=mean&resolution=4")
+    assert page.is_disabled('input[name="look"][value="mean"]')
+    assert page.is_checked('input[name="look"][value="shaded"]')
+    assert page.inner_text("#point-count") == "of 8"
+
+
+def test_examples_are_listed_and_opened(page: Page) -> None:
+    page.click("#open")
+    first = page.locator("#examples button").first
+    assert first.get_attribute("data-example") == "utah-teapot"
+    settled(page, lambda: page.click('[data-example="sphere"]'))
+    assert page.inner_text("#title") == "Sphere"
+    assert page.inner_text("#closed") == "watertight"
+    assert page.inner_text("#point-count") == "of 28"
+
+
+def test_a_refusal_says_what_and_where(opened: Stage, server: str) -> None:
+    page = opened.page
+    show(page, server + SADDLE)
+    before = value(page, "triangles")
+    choose(page, 2)
+    page.fill("#weight", "0")
+    page.press("#weight", "Enter")
+    page.wait_for_selector('html[data-state="refused"]')
+    told = page.inner_text("#problem")
+    assert "needed a number above 0" in told
+    assert "/surface/weights/0/1" in told
+    assert value(page, "triangles") == before
+    page.fill("#point", "1")
+    page.press("#point", "Enter")
+    page.click("#problem-point")
+    assert page.input_value("#point") == "2"
+    page.click("#problem-undo")
+    page.wait_for_selector(READY)
+    assert page.is_hidden("#problem")
+
+
+def test_text_that_is_no_json_stays_on_the_page(page: Page) -> None:
+    page.click("#open")
+    page.fill("#paste", "{control_net}")
+    page.click("#paste-open")
+    assert "no JSON" in page.inner_text("#paste-problem")
+    net = [[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]
+    page.fill("#paste", json.dumps({"surface": {"control_net": net, "name": "mine"}}))
+    settled(page, lambda: page.click("#paste-open"))
+    assert page.inner_text("#title") == "mine"
+    assert page.inner_text("#point-count") == "of 6"
+
+
+def test_every_format_is_downloaded(page: Page) -> None:
+    assert page.locator("#formats button").all_inner_texts() == [
+        ".glb", ".gltf", ".json", ".oogl", ".stl", ".obj", ".ply", ".off",
+    ]  # fmt: skip
+    with page.expect_download() as waited:
+        page.click('[data-format="off"]')
+    assert waited.value.suggested_filename == "saddle.off"
+    assert waited.value.path().read_text().splitlines()[:2] == ["OFF", "49 72 0"]
+
+
+def test_the_service_is_away(opened: Stage, server: str) -> None:
+    page = opened.page
+    show(page, server + SADDLE)
+    choose(page, 1)
+    page.route("**/v1/mesh", lambda route: route.abort())
+    page.fill("#x", "3")
+    page.wait_for_selector('html[data-state="away"]')
+    assert "away" in page.inner_text("#problem")
+    page.unroute("**/v1/mesh")
+    page.click("#problem-retry")
+    page.wait_for_selector(READY)
+    assert page.is_hidden("#problem")
