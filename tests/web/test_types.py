@@ -24,7 +24,7 @@ def test_the_compiler_sees_a_mistake(tmp_path: Path) -> None:
     """The same settings, and a module that calls others as they do not want to be called."""
     page = FOLDER.parents[1] / "service" / "api" / "page"
     (tmp_path / "wrong.js").write_text(
-        f"import {{ Stage }} from '{page}/scene.js';\nnew Stage('no canvas').turn(1);\n",
+        f"import {{ diverging }} from '{page}/colors.js';\ndiverging('a half');\ndiverging();\n",
         encoding="utf-8",
     )
     project = tmp_path / "tsconfig.json"
@@ -32,5 +32,5 @@ def test_the_compiler_sees_a_mistake(tmp_path: Path) -> None:
         f'{{"extends": "{FOLDER}/tsconfig.json", "include": ["wrong.js"]}}', encoding="utf-8"
     )
     complaints = compiled(project)
-    assert "TS2345" in complaints  # a string is no canvas
-    assert "TS2554" in complaints  # two numbers are wanted
+    assert "TS2345" in complaints  # a text is no number
+    assert "TS2554" in complaints  # one is wanted

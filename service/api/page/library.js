@@ -16,8 +16,12 @@ const MEDIA_TYPES = new Map([
 ]);
 
 export class Library {
-  /** @param {(surface: Surface, about: About) => void} open @param {(error: Error) => void} failed */
-  constructor(open, failed) {
+  /**
+   * @param {() => void} waiting  the service is asked for a surface
+   * @param {(surface: Surface, about: About) => void} open @param {(error: Error) => void} failed
+   */
+  constructor(waiting, open, failed) {
+    this.waiting = waiting;
     this.open = open;
     this.failed = failed;
     /** @type {Example[]} */
@@ -52,6 +56,7 @@ export class Library {
 
   /** Opens an example, or what was stored under an id. @param {string} id */
   async byId(id) {
+    this.waiting();
     try {
       const surface = await surfaceById(id);
       const example = this.examples.find((known) => known.id === id);
@@ -94,6 +99,7 @@ export class Library {
       this.text(await file.text(), `from ${file.name}`);
       return;
     }
+    this.waiting();
     try {
       const { id } = await store(file, mediaType);
       const surface = await surfaceById(id);

@@ -87,7 +87,7 @@ watchPanel(state);
 watchPointPanel(state);
 watchProblems(state, () => ask(false));
 
-const library = new Library((surface, { origin, title }) => {
+const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, { origin, title }) => {
   state.open(surface, origin);
   announce(`${title} is open`);
 }, fail);
