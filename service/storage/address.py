@@ -83,8 +83,8 @@ def _folder(path: Path) -> Folder:
         with tempfile.TemporaryFile(dir=root / STAGING):
             pass
     except OSError as error:
-        # With a full disk the service still answers whatever is there.
-        if error.errno not in DISK_FULL:
+        # With a full disk the service still gives out whatever is there.
+        if error.errno not in DISK_FULL or not (root / STAGING).is_dir():
             text = f"surfaces cannot be kept in the folder {str(path)!r}: {reason_of(error)}."
             raise InvalidStore(text) from None
     except (RuntimeError, ValueError) as error:  # no home; a null character

@@ -1,5 +1,6 @@
 """Addresses of stores, and those that are none."""
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,6 +12,7 @@ from service.api.app import create_app
 from service.cli.main import main
 from service.errors import StoreFailed
 from service.settings import InvalidSettings, Settings
+from service.storage import address
 from service.storage.address import InvalidStore, open_store
 from service.storage.store import SurfaceStore
 from tests.storage.places import files, id_of, on
@@ -19,9 +21,9 @@ CONTENT = b"content"
 NOBODY = 65534
 
 
-def stores_in(address: str, folder: Path) -> bool:
+def stores_in(place: str, folder: Path) -> bool:
     """Whether what is stored at an address lies in a folder."""
-    on(open_store(address, 0), lambda store: store.put(id_of(CONTENT), CONTENT))
+    on(open_store(place, 0), lambda store: store.put(id_of(CONTENT), CONTENT))
     return [path.name for path in files(folder)] == [id_of(CONTENT)]
 
 
@@ -48,7 +50,7 @@ def test_a_relative_folder_stays_where_it_is(
 
 
 @pytest.mark.parametrize(
-    ("address", "message"),
+    ("place", "message"),
     [
         ("ftp://host/folder", "needed a folder, or an address that begins with"),
         ("http://127.0.0.1/folder", "begins with file://"),
@@ -65,9 +67,9 @@ def test_a_relative_folder_stays_where_it_is(
         ("~nobody-of-this-name/data", "needed a folder"),
     ],
 )
-def test_other_addresses(address: str, message: str) -> None:
+def test_other_addresses(place: str, message: str) -> None:
     with pytest.raises(InvalidStore, match=message):
-        open_store(address, 0)
+        open_store(place, 0)
 
 
 @contextmanager
@@ -90,6 +92,20 @@ def test_a_folder_that_may_not_be_written(tmp_path: Path) -> None:
         path.chmod(0o555)
     with as_nobody(), pytest.raises(InvalidStore, match="Permission denied"):
         open_store(str(folder), 0)
+
+
+def test_a_full_disk_stops_the_start_only_if_there_is_nothing_yet(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+    on(open_store(str(tmp_path), 0), lambda store: store.put(id_of(CONTENT), CONTENT))
+    monkeypatch.setattr(address, "make_folder", full)
+    store = open_store(str(tmp_path), 0)
+    assert on(store, lambda store: store.get(id_of(CONTENT))) == CONTENT
+    with pytest.raises(InvalidStore, match="No space left"):
+        open_store(str(tmp_path / "new"), 0)
 
 
 def test_an_address_that_is_none_stops_the_start(
