@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import uvicorn
 
 from service.api.app import create_app
+from service.cli.server import OPTIONS
 from service.settings import Settings
 
 
@@ -18,7 +19,8 @@ def running_service(settings: Settings | None = None) -> Iterator[str]:
     Its surfaces are kept in memory unless the settings say otherwise.
     """
     app = create_app(settings or Settings())
-    config = uvicorn.Config(app, host="127.0.0.1", port=0, log_config=None)
+    options = {**OPTIONS, "log_config": None}
+    config = uvicorn.Config(app, host="127.0.0.1", port=0, **options)
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, name="service")
     thread.start()

@@ -6,10 +6,11 @@
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from functools import partial
 
 from anyio import CapacityLimiter, Lock
 from fastapi import FastAPI
-from starlette.types import ASGIApp
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service import __version__
 from service.api import (
@@ -39,7 +40,7 @@ from service.storage.store import SurfaceStore
 def create_app(settings: Settings | None = None) -> FastAPI:
     """The service as an ASGI application; settings come from the environment if not given."""
     pin_blas()
-    app = FastAPI(
+    app = Application(
         title="Surface Service",
         version=__version__,
         # Described by hand, since routes read the raw request; served below.
@@ -61,19 +62,24 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     return app
 
 
-def _add_front(app: FastAPI) -> None:
-    """Puts what answers before all else around the application, its handler of errors included."""
-    inner = app.build_middleware_stack
+class Application(FastAPI):
+    """FastAPI, behind what answers before it sees a request; its handler of errors included."""
+
+    front: ASGIApp
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """One request."""
+        await self.front(scope, receive, send)
+
+
+def _add_front(app: Application) -> None:
+    """What is kept in memory, and the front door that looks there first."""
     app.state.origins = Origins(app.state.settings.cors_origins)
     app.state.answers = AnswerCache(app.state.settings.cache_bytes)
     app.state.flights = Flights()
     app.state.stills = Stills({**docs.FILES, **page.FILES})
-
-    def outer() -> ASGIApp:
-        reachable = CrossOrigin(inner(), app.state.origins)
-        return Front(reachable, app.state.answers, app.state.origins)
-
-    app.build_middleware_stack = outer  # type: ignore[method-assign]
+    reachable = CrossOrigin(partial(FastAPI.__call__, app), app.state.origins)
+    app.front = Front(reachable, app.state.answers, app.state.origins)
 
 
 def _add_routes(app: FastAPI) -> None:

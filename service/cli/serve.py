@@ -5,9 +5,6 @@ import argparse
 from service.cli.refusals import OK, Refused
 from service.cli.source import Commands
 
-DRAIN = 25
-"""Seconds that answers under way may take once the service is told to stop."""
-
 
 def add(commands: Commands) -> None:
     """The command and its flags."""
@@ -21,6 +18,7 @@ def _run(arguments: argparse.Namespace) -> int:
     import uvicorn
 
     from service.api.app import create_app
+    from service.cli.server import OPTIONS
     from service.settings import from_environment, with_flags
 
     given = {"host": arguments.host, "port": arguments.port}
@@ -28,7 +26,7 @@ def _run(arguments: argparse.Namespace) -> int:
     settings = with_flags(from_environment(), flags)
     host, port = settings.host, settings.port
     try:
-        uvicorn.run(create_app(settings), host=host, port=port, timeout_graceful_shutdown=DRAIN)
+        uvicorn.run(create_app(settings), host=host, port=port, **OPTIONS)
     except SystemExit as stop:
         if stop.code:
             # It has logged why; its exit code would mean something else here.

@@ -15,7 +15,7 @@ from service.schemas.options import MeshOptionFields
 from service.schemas.request import mesh_options
 from service.schemas.scan import shortened
 
-_WHOLE = re.compile(r"-?\d{1,15}", re.ASCII)
+_WHOLE = re.compile(r"-?\d{1,16}", re.ASCII)
 _NUMBER = re.compile(r"-?\d{1,30}(?:\.\d{1,30})?(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _FLAGS = MappingProxyType({"true": True, "false": False})
 _FLAG_NAMES = frozenset(

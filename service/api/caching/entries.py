@@ -66,6 +66,7 @@ class Variant:
     coding: Coding
     body: bytes
     tag: bytes
+    whole: Message
     full: tuple[Message, Message]
     unchanged: tuple[Message, Message]
 
@@ -91,7 +92,7 @@ class Entry:
         always: RawHeaders = (),
     ) -> None:
         link = f'<{subject.address}>; rel="canonical"'
-        headers = {**described, "Link": link, "Accept-Ranges": "none"}
+        headers = {**described, "Link": link}
         self.subject = subject
         self.plain = plain
         self._described = tuple((k.lower().encode(), v.encode()) for k, v in headers.items())
@@ -116,6 +117,7 @@ class Entry:
                 coding,
                 body,
                 self.subject.tag(coding),
+                {"type": "http.response.body", "body": body},
                 self._messages(200, [self._full(coding, len(body), p, HIT) for p in _PINNED]),
                 self._messages(304, [self.subject.unchanged(coding, pinned=p) for p in _PINNED]),
             )

@@ -51,8 +51,10 @@ class Front:
                     await send(start)
                     if unchanged or scope["method"] == "HEAD":
                         await send(_END)
+                    elif len(variant.body) <= CHUNK:
+                        await send(variant.whole)
                     else:
-                        await _send_body(variant.body, send)
+                        await _send_pieces(variant.body, send)
                     return
         await self._app(scope, receive, send)
 
@@ -79,10 +81,9 @@ def held(entry: Entry, wanted: Accepted, condition: bytes) -> Variant | None:
     return next((variant for variant in variants if variant.tag in tags), None)
 
 
-async def _send_body(body: bytes, send: Send) -> None:
-    """The body, a long one piece by piece: the server waits for a slow client after each."""
-    for start in range(0, len(body) - CHUNK, CHUNK):
+async def _send_pieces(body: bytes, send: Send) -> None:
+    """A long body piece by piece: the server waits for a slow client after each."""
+    for start in range(0, len(body), CHUNK):
         piece = body[start : start + CHUNK]
         await send({"type": "http.response.body", "body": piece, "more_body": True})
-    rest = body[(len(body) - 1) // CHUNK * CHUNK :] if len(body) > CHUNK else body
-    await send({"type": "http.response.body", "body": rest})
+    await send(_END)

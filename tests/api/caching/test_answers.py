@@ -1,0 +1,202 @@
+"""The memory of answers: bounded whatever happens, the least recently used go first."""
+
+import tracemalloc
+
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+
+from service.api.caching.answers import ALIASES, SHARE, AnswerCache
+from service.api.caching.codings import Coding
+from service.api.caching.entries import Entry, Subject
+
+ROOM = 200_000
+
+
+def entry(name: str, size: int = 100, surface: str = "saddle", *, for_ever: bool = False) -> Entry:
+    subject = Subject(f"/v1/surfaces/{surface}/mesh.glb?{name}", surface, name, for_ever)
+    content = size.to_bytes(4) * (size // 4) + b"x" * (size % 4)
+    return Entry(subject, content, {"Content-Type": "model/gltf-binary"})
+
+
+def test_what_was_put_is_found_and_counted() -> None:
+    cache = AnswerCache(ROOM)
+    made = entry("a")
+    assert cache.get(made.subject.address) is None
+    assert cache.put(made, cache.age)
+    assert cache.get(made.subject.address) is made
+    assert (len(cache), cache.bytes) == (1, made.size)
+    assert made.size > len(made.plain)
+
+
+def test_the_least_recently_used_goes_first() -> None:
+    cache = AnswerCache(SHARE * entry("0", 1000).largest)
+    entries = [entry(str(number), 1000) for number in range(100)]
+    for each in entries[:3]:
+        assert cache.put(each, cache.age)
+    cache.get(entries[0].subject.address)
+    cache.alias(entries[1], "/1", b"", pinned=False)
+    last = 3
+    while not cache.counts.evictions:
+        assert cache.find("/1", b"") == (entries[1], False)
+        cache.get(entries[0].subject.address)
+        cache.put(entries[last], cache.age)
+        last += 1
+    gone = [each for each in entries[:last] if not cache.holds(each)]
+    assert gone == [entries[2]]
+    assert cache.counts.evictions == 1
+
+
+def test_what_takes_too_large_a_part_is_not_kept() -> None:
+    cache = AnswerCache(ROOM)
+    small = entry("a", 30)
+    assert cache.put(small, cache.age)
+    # In all three codings it may become three times as large.
+    assert not cache.put(entry("b", ROOM // SHARE // 2), cache.age)
+    assert cache.holds(small)
+    assert not AnswerCache(0).put(entry("c", 0), 0)
+
+
+def test_an_entry_of_the_same_address_takes_the_place_of_the_other() -> None:
+    cache = AnswerCache(ROOM)
+    one, other = entry("a", 50), entry("a", 60)
+    cache.put(one, cache.age)
+    cache.alias(one, "/a", b"", pinned=True)
+    cache.put(other, cache.age)
+    assert cache.find("/a", b"") is None
+    assert (len(cache), cache.bytes) == (1, other.size)
+
+
+def test_codings_count_and_those_that_do_not_pay_do_not() -> None:
+    cache = AnswerCache(ROOM)
+    made = entry("a", 5000)
+    cache.put(made, cache.age)
+    before = cache.bytes
+    assert cache.add(made, "zstd", None).coding == "identity"
+    assert cache.bytes == before
+    variant = cache.add(made, "gzip", b"x" * 400)
+    assert (variant.coding, variant.body) == ("gzip", b"x" * 400)
+    assert before + 400 < cache.bytes == made.size
+    gone = entry("b", 5000)
+    cache.add(gone, "gzip", b"x" * 400)
+    assert cache.bytes == made.size
+
+
+def test_a_few_spellings_of_an_address_are_known() -> None:
+    cache = AnswerCache(ROOM)
+    made = entry("a")
+    cache.put(made, cache.age)
+    for number in range(3 * ALIASES):
+        cache.alias(made, "/a", str(number).encode(), pinned=number % 2 == 0)
+    found = [cache.find("/a", str(number).encode()) for number in range(3 * ALIASES)]
+    assert found[: 2 * ALIASES] == [None] * 2 * ALIASES
+    assert found[2 * ALIASES :] == [(made, number % 2 == 0) for number in range(ALIASES)]
+    cache.alias(made, "/a", b"x" * 10_000, pinned=False)
+    assert cache.find("/a", b"x" * 10_000) is None
+    cache.alias(entry("b"), "/b", b"", pinned=False)
+    assert cache.find("/b", b"") is None, "an entry that is not kept"
+    assert cache.bytes == made.size
+
+
+def test_a_surface_is_forgotten_with_all_that_was_made_of_it() -> None:
+    cache = AnswerCache(ROOM)
+    made = [entry("a", 10, "one"), entry("b", 10, "one"), entry("c", 10, "two")]
+    age = cache.age
+    for each in made:
+        cache.put(each, age)
+    cache.alias(made[0], "/a", b"", pinned=False)
+    cache.forget("one")
+    assert [cache.holds(each) for each in made] == [False, False, True]
+    assert cache.find("/a", b"") is None
+    assert not cache.put(made[0], age), "begun before it was forgotten"
+    assert cache.put(made[0], cache.age)
+    cache.forget("nothing")
+    assert cache.bytes == made[0].size + made[2].size
+
+
+def test_for_how_long_an_answer_may_be_kept() -> None:
+    for for_ever in (False, True):
+        variant = entry("a", for_ever=for_ever).variants["identity"]
+        for pinned in (False, True):
+            for message in (variant.full[pinned], variant.unchanged[pinned]):
+                lasting = dict(message["headers"])[b"cache-control"]
+                assert (b"immutable" in lasting) == (for_ever and pinned)
+                assert (b"max-age=3600, must-revalidate" in lasting) != (for_ever and pinned)
+
+
+@pytest.mark.parametrize("size", [10, 5000])
+def test_what_is_counted_is_at_least_what_it_takes(size: int) -> None:
+    cache = AnswerCache(1 << 30)
+    tracemalloc.start()
+    try:
+        before, _ = tracemalloc.get_traced_memory()
+        for number in range(100):
+            made = entry(f"resolution={number}&engine=2", size, f"{number:064x}")
+            cache.put(made, cache.age)
+            cache.add(made, "zstd", bytes(size // 2))
+            cache.add(made, "gzip", bytes(size // 2 + 1))
+            for spelling in range(ALIASES):
+                query = f"engine=2&resolution={number}&uvs=false{spelling}".encode()
+                cache.alias(made, f"/v1/surfaces/{number:064x}/mesh.glb", query, pinned=True)
+        taken = tracemalloc.get_traced_memory()[0] - before
+    finally:
+        tracemalloc.stop()
+    assert 0.4 * cache.bytes < taken < cache.bytes
+
+
+class Memory(RuleBasedStateMachine):
+    """Whatever is asked, in whatever order."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.cache = AnswerCache(60_000)
+        self.made: list[Entry] = []
+
+    @rule(
+        name=st.sampled_from("abcdefghijklm"),
+        size=st.integers(0, 6000),
+        surface=st.sampled_from(["one", "two"]),
+        late=st.booleans(),
+    )
+    def put(self, name: str, size: int, surface: str, late: bool) -> None:
+        made = entry(name, size, surface)
+        kept = self.cache.put(made, self.cache.age - late)
+        assert kept == self.cache.holds(made)
+        assert not (late and kept)
+        self.made.append(made)
+
+    @precondition(lambda self: self.made)
+    @rule(data=st.data(), coding=st.sampled_from(["zstd", "gzip"]), size=st.integers(0, 6000))
+    def code(self, data: st.DataObject, coding: Coding, size: int) -> None:
+        made = data.draw(st.sampled_from(self.made))
+        if coding not in made.variants and size <= len(made.plain):
+            self.cache.add(made, coding, bytes(size) if size % 3 else None)
+
+    @precondition(lambda self: self.made)
+    @rule(data=st.data(), query=st.binary(max_size=1200), pinned=st.booleans())
+    def alias(self, data: st.DataObject, query: bytes, pinned: bool) -> None:
+        made = data.draw(st.sampled_from(self.made))
+        self.cache.alias(made, made.subject.surface, query, pinned=pinned)
+        found = self.cache.find(made.subject.surface, query)
+        assert found is None or self.cache.holds(found[0])
+
+    @rule(surface=st.sampled_from(["one", "two"]))
+    def forget(self, surface: str) -> None:
+        self.cache.forget(surface)
+        gone = [made for made in self.made if made.subject.surface == surface]
+        assert not any(map(self.cache.holds, gone))
+
+    @invariant()
+    def bounded_and_counted(self) -> None:
+        held = [made for made in self.made if self.cache.holds(made)]
+        assert len(held) == len(self.cache)
+        assert self.cache.bytes == sum(made.size for made in held) <= self.cache.max_bytes
+        for made in self.made:
+            assert bool(made.aliases) <= self.cache.holds(made)
+            codings = {id(v): len(v.body) for v in made.variants.values()}
+            assert made.size >= sum(codings.values())
+
+
+Memory.TestCase.settings = settings(max_examples=25, stateful_step_count=30)
+TestMemory = Memory.TestCase

@@ -1,0 +1,77 @@
+"""Content codings: what a client wants, and bytes that are always the same."""
+
+import gzip
+import time
+
+import pytest
+from backports import zstd
+
+from service.api.caching.codings import (
+    COMPRESS,
+    MIN_BYTES,
+    Coding,
+    accepted,
+    compressed,
+)
+
+TEXT = b"v 0.25 0.5 1\n" * 1000
+
+
+@pytest.mark.parametrize(
+    ("header", "order"),
+    [
+        (None, ["identity"]),
+        (b"", ["identity"]),
+        (b"gzip", ["gzip", "identity"]),
+        (b"gzip, deflate, br, zstd", ["zstd", "gzip", "identity"]),
+        (b"GZIP ; Q=0.5", ["gzip", "identity"]),
+        (b"x-gzip", ["gzip", "identity"]),
+        (b"zstd;q=0.5, gzip", ["gzip", "zstd", "identity"]),
+        (b"zstd;q=0, gzip", ["gzip", "identity"]),
+        (b"identity, gzip;q=0.5", ["identity", "gzip"]),
+        (b"identity;q=0.2, gzip;q=0.5", ["gzip", "identity"]),
+        (b"*", ["zstd", "gzip", "identity"]),
+        (b"*;q=0.5, gzip", ["gzip", "zstd", "identity"]),
+        (b"gzip;q=0.1, *;q=0", ["gzip"]),
+        (b"gzip, identity;q=0", ["gzip"]),
+        (b"br, identity;q=0", []),
+        (b"*;q=0", []),
+        (b"identity;q=0, *", ["zstd", "gzip"]),
+        (b"*;q=0, identity", ["identity"]),
+        (b"br", ["identity"]),
+        (b"gzip;q=2", ["identity"]),
+        (b"gzip;q=", ["identity"]),
+        (b"gzip;q=0, gzip;q=0.3", ["gzip", "identity"]),
+        (b"gzip;level=9;q=0.5", ["gzip", "identity"]),
+        (b"\xff\xfe,,;;q", ["identity"]),
+        (b"br," * 300 + b"gzip", ["identity"]),
+    ],
+)
+def test_what_a_client_wants(header: bytes | None, order: list[Coding]) -> None:
+    for _ in range(2):
+        wanted = accepted(header)
+        assert list(wanted.order) == order
+        assert wanted.plain == ("identity" in order)
+
+
+@pytest.mark.parametrize("coding", COMPRESS)
+def test_the_same_bytes_at_any_time(coding: Coding, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = compressed(coding, TEXT)
+    monkeypatch.setattr(time, "time", lambda: 1e9)
+    assert before is not None
+    assert compressed(coding, TEXT) == before
+    assert len(before) < len(TEXT) / 10
+
+
+def test_files_are_those_of_their_formats() -> None:
+    for content in (b"", b"x", TEXT):
+        assert gzip.decompress(COMPRESS["gzip"](content)) == content
+        assert zstd.decompress(COMPRESS["zstd"](content)) == content
+
+
+@pytest.mark.parametrize("coding", COMPRESS)
+def test_what_does_not_pay_is_left(coding: Coding) -> None:
+    assert compressed(coding, b" " * (MIN_BYTES - 1)) is None
+    assert compressed(coding, b" " * MIN_BYTES) is not None
+    packed = b"".join(COMPRESS[coding](str(i).encode() * 40) for i in range(100))
+    assert compressed(coding, COMPRESS[coding](packed * 3)) is None

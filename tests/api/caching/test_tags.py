@@ -1,0 +1,50 @@
+"""Entity tags, and the conditions that list them."""
+
+import re
+
+import pytest
+
+from service.api.caching import tags
+from service.api.caching.codings import CODINGS, MADE_BY
+from service.api.caching.tags import entity_tag, is_any, listed
+
+
+def test_a_tag_is_of_the_content_and_of_the_coding() -> None:
+    made = {entity_tag(content, coding) for content in ("a", "b") for coding in CODINGS}
+    assert len(made) == 2 * len(CODINGS)
+    assert entity_tag("a", "gzip") == entity_tag("a", "gzip")
+    for tag in made:
+        assert re.fullmatch(rb'"[A-Za-z0-9_-]{22}"', tag)
+
+
+def test_another_compressor_makes_other_tags(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = {coding: entity_tag("a", coding) for coding in CODINGS}
+    made_by = {**MADE_BY, "gzip": "zlib 9.9.9"}
+    monkeypatch.setattr(tags, "MADE_BY", made_by)
+    changed = {coding for coding in CODINGS if entity_tag("a", coding) != before[coding]}
+    assert changed == {"gzip"}
+
+
+@pytest.mark.parametrize(
+    ("header", "found"),
+    [
+        (b'"a"', {b'"a"'}),
+        (b'W/"a"', {b'"a"'}),
+        (b'"a", W/"b" ,"c,d"', {b'"a"', b'"b"', b'"c,d"'}),
+        (b'""', {b'""'}),
+        (b"a", set()),
+        (b'"a', set()),
+        (b"*", set()),
+        (b'"a b"', set()),
+        (b"", set()),
+    ],
+)
+def test_tags_of_a_condition(header: bytes, found: set[bytes]) -> None:
+    assert listed(header) == found
+
+
+def test_any() -> None:
+    assert is_any(b"*")
+    assert is_any(b" * ")
+    assert not is_any(b'"*"')
+    assert not is_any(b'*, "a"')

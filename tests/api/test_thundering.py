@@ -1,0 +1,201 @@
+"""A thousand clients at once at one address that nobody has asked for before; on a real server."""
+
+import asyncio
+import threading
+from collections import Counter
+from collections.abc import Iterator
+from urllib.parse import urlsplit
+
+import pytest
+
+from service.api.app import create_app
+from service.engine.mesh import ENGINE
+from service.errors import InvalidRequest, Issue
+from service.pipeline.mesh import Answer, Work
+from service.settings import Settings
+from tests.live import running_service
+
+COUNT = 1000
+TEAPOT = "/v1/surfaces/utah-teapot/mesh.glb"
+"""Large enough, at twelve divisions, to be computed in a thread."""
+
+
+class Spy:
+    """Counts how often a mesh is computed; the work waits until it is let go."""
+
+    def __init__(self, fails: bool = False) -> None:
+        self.calls = 0
+        self.fails = fails
+        self.gate = threading.Event()
+        self._answer = Work.answer
+
+    def __call__(self, work: Work) -> Answer:
+        self.calls += 1
+        assert self.gate.wait(60)
+        if self.fails:
+            raise InvalidRequest(Issue("tolerance_too_small", "No.", "/tolerance"))
+        return self._answer(work)
+
+
+@pytest.fixture
+def server() -> Iterator[str]:
+    """A service that has answered nothing yet."""
+    with running_service(Settings()) as url:
+        yield url
+
+
+def spied(monkeypatch: pytest.MonkeyPatch, spy: Spy) -> Spy:
+    def answer(work: Work) -> Answer:
+        return spy(work)
+
+    monkeypatch.setattr(Work, "answer", answer)
+    return spy
+
+
+class Connection:
+    """One client: a request, and what is answered."""
+
+    async def open(self, server: str, address: str, method: str = "GET", *headers: str) -> None:
+        where = urlsplit(server)
+        self.reader, self.writer = await asyncio.open_connection(where.hostname, where.port)
+        lines = (f"{method} {address} HTTP/1.1", "Host: x", "Connection: close", *headers, "", "")
+        self.writer.write("\r\n".join(lines).encode())
+        await self.writer.drain()
+
+    async def answer(self) -> tuple[int, bytes]:
+        """Status and body."""
+        text = await self.reader.read(-1)
+        self.writer.close()
+        head, _, body = text.partition(b"\r\n\r\n")
+        return int(head.split(b" ")[1]), body
+
+
+async def crowd(
+    server: str, addresses: list[str], spy: Spy, method: str = "GET", count: int = 200
+) -> list[tuple[int, bytes]]:
+    """All of them connected and waiting before the work may go on; then their answers."""
+    connections = [Connection() for _ in range(count)]
+    for start in range(0, count, 100):
+        chunk = connections[start : start + 100]
+        places = range(start, start + 100)
+        await asyncio.gather(
+            *(
+                c.open(server, addresses[i % len(addresses)], method)
+                for i, c in zip(places, chunk, strict=True)
+            )
+        )
+    # The server has read them all: it answers those that came later.
+    health = Connection()
+    await health.open(server, "/health/live")
+    assert (await health.answer())[0] == 200
+    spy.gate.set()
+    return await asyncio.gather(*(c.answer() for c in connections))
+
+
+@pytest.mark.parametrize(
+    "addresses",
+    [
+        [f"{TEAPOT}?resolution=12&engine={ENGINE}"],
+        [
+            f"{TEAPOT}?resolution=12&engine={ENGINE}",
+            f"{TEAPOT}?engine={ENGINE}&resolution=12,12",
+            f"{TEAPOT}?resolution=12&oogl=bez",
+            f"{TEAPOT}?weld=true&resolution=012",
+        ],
+    ],
+    ids=["one spelling", "four spellings"],
+)
+def test_a_thousand_at_once_compute_once(
+    server: str, addresses: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spy = spied(monkeypatch, Spy())
+    answers = asyncio.run(crowd(server, addresses, spy, count=COUNT))
+    assert Counter(status for status, _ in answers) == {200: COUNT}
+    assert len({body for _, body in answers}) == 1
+    assert spy.calls == 1
+
+
+def test_heads_compute_once_and_for_all(server: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    spy = spied(monkeypatch, Spy())
+    address = f"{TEAPOT}?resolution=12"
+    answers = asyncio.run(crowd(server, [address], spy, "HEAD"))
+    assert set(answers) == {(200, b"")}
+    (got,) = set(asyncio.run(crowd(server, [address], spy)))
+    assert got[1][:4] == b"glTF"
+    assert spy.calls == 1
+
+
+def test_a_failure_is_everybody_s_and_is_not_kept(
+    server: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spy = spied(monkeypatch, Spy(fails=True))
+    address = f"{TEAPOT}?resolution=12"
+    answers = asyncio.run(crowd(server, [address], spy))
+    assert Counter(status for status, _ in answers) == {422: len(answers)}
+    assert spy.calls == 1
+    spy.fails = False
+    answers = asyncio.run(crowd(server, [address], spy))
+    assert Counter(status for status, _ in answers) == {200: len(answers)}
+    assert spy.calls == 2
+
+
+async def first_leaves(server: str, address: str, spy: Spy) -> tuple[int, bytes]:
+    first, second = Connection(), Connection()
+    await first.open(server, address)
+    while not spy.calls:
+        await asyncio.sleep(0.01)
+    await second.open(server, address)
+    first.writer.transport.abort()
+    await asyncio.sleep(0.05)
+    spy.gate.set()
+    return await second.answer()
+
+
+def test_the_first_may_go_away(server: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    spy = spied(monkeypatch, Spy())
+    status, body = asyncio.run(first_leaves(server, f"{TEAPOT}?resolution=12", spy))
+    assert (status, body[:4], spy.calls) == (200, b"glTF", 1)
+
+
+def test_a_cancelled_request_leaves_the_work_to_the_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Servers other than uvicorn cancel the task of a client that went away."""
+    spy = spied(monkeypatch, Spy())
+    app = create_app(Settings())
+    scope = {
+        "type": "http",
+        "method": "GET",
+        "path": TEAPOT,
+        "raw_path": TEAPOT.encode(),
+        "query_string": b"resolution=12",
+        "headers": [],
+        "root_path": "",
+    }
+
+    async def ask() -> list[int]:
+        statuses: list[int] = []
+
+        async def receive() -> dict[str, object]:
+            return {"type": "http.request", "body": b"", "more_body": False}
+
+        async def send(message: dict[str, object]) -> None:
+            if isinstance(status := message.get("status"), int):
+                statuses.append(status)
+
+        await app(dict(scope), receive, send)  # type: ignore[arg-type]
+        return statuses
+
+    async def scenario() -> list[int]:
+        first = asyncio.create_task(ask())
+        while not spy.calls:
+            await asyncio.sleep(0.01)
+        second = asyncio.create_task(ask())
+        await asyncio.sleep(0.01)
+        first.cancel()
+        spy.gate.set()
+        return await second
+
+    assert asyncio.run(scenario()) == [200]
+    assert spy.calls == 1
+    assert len(app.state.flights) == 0

@@ -1,0 +1,105 @@
+"""The server's own bound: heads of requests, whatever they are made of."""
+
+import asyncio
+import socket
+from urllib.parse import urlsplit
+
+import httpx
+import pytest
+import uvicorn
+from starlette.types import Receive, Scope, Send
+from uvicorn.server import ServerState
+
+from service.cli.server import MAX_HEAD, OPTIONS, BoundedProtocol
+
+CHUNK = 1 << 14
+FIRST = b"POST /v1/mesh HTTP/1.1\r\nHost: x\r\n"
+CHUNKED = FIRST + b"Transfer-Encoding: chunked\r\n"
+
+
+class Wire(asyncio.Transport):
+    """The other end of a connection: what was answered, and whether it was closed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.answer = b""
+        self.closed = False
+
+    def write(self, data: bytes | bytearray | memoryview) -> None:
+        self.answer += bytes(data)
+
+    def close(self) -> None:
+        self.closed = True
+
+    def is_closing(self) -> bool:
+        return self.closed
+
+    def pause_reading(self) -> None:
+        """Goes on: what was sent already arrives."""
+
+    def resume_reading(self) -> None:
+        """Never stopped."""
+
+
+async def patient(_scope: Scope, receive: Receive, _send: Send) -> None:
+    """An application that waits for the end of a body."""
+    while (await receive()).get("more_body"):
+        pass
+
+
+async def read(start: bytes, piece: bytes, most: int) -> tuple[int, bytes]:
+    """How much of an endless request is read, and what is answered."""
+    config = uvicorn.Config(patient, **{**OPTIONS, "log_config": None})
+    config.load()
+    protocol, wire = BoundedProtocol(config, ServerState(), {}), Wire()
+    protocol.connection_made(wire)
+    protocol.data_received(start)
+    done = len(start)
+    while done < most and not wire.closed:
+        protocol.data_received(piece)
+        done += len(piece)
+    protocol.connection_lost(None)
+    await asyncio.gather(*protocol.tasks)
+    return done, wire.answer
+
+
+@pytest.mark.parametrize(
+    ("start", "piece"),
+    [
+        (b"GET /", b"a" * CHUNK),
+        (b"GET /v1/surfaces?", b"a=1&" * (CHUNK // 4)),
+        (FIRST + b"X-Long: ", b"a" * CHUNK),
+        (FIRST + b"X", b"a" * CHUNK),
+        (FIRST, b"X-Many: a\r\n" * 1000),
+        (CHUNKED + b"\r\n0\r\n", b"X-Trailer: a\r\n" * 1000),
+        (CHUNKED + b"\r\n0\r\nX-Trailer: ", b"a" * CHUNK),
+        (CHUNKED + b"\r\n1;", b"extension" * 2000),
+    ],
+    ids=["path", "query", "value", "name", "headers", "trailers", "trailer", "extension"],
+)
+def test_a_head_that_does_not_end_is_refused(start: bytes, piece: bytes) -> None:
+    done, answer = asyncio.run(read(start, piece, 20 * MAX_HEAD))
+    assert MAX_HEAD < done <= 2 * MAX_HEAD + len(start) + len(piece)
+    assert answer.startswith(b"HTTP/1.1 400 ")
+
+
+def test_a_body_is_of_any_length_and_its_chunks_as_well() -> None:
+    done, answer = asyncio.run(read(CHUNKED + b"\r\n", b"1;a=b\r\nx\r\n" * 1000, 20 * MAX_HEAD))
+    assert (done >= 20 * MAX_HEAD, answer) == (True, b"")
+
+
+def test_long_heads_and_longer_bodies_are_read(server: str) -> None:
+    headers = {"X-Long": "a" * (MAX_HEAD - 2000), "Content-Type": "application/json"}
+    body = b" " * (3 * MAX_HEAD) + b"{}"
+    answer = httpx.post(f"{server}/v1/mesh", content=body, headers=headers)
+    assert answer.json()["errors"][0]["code"] == "missing_field"
+
+
+def test_every_request_of_a_connection_has_its_own_bound(server: str) -> None:
+    one = b"GET /health/live HTTP/1.1\r\nHost: x\r\nX-Long: " + b"a" * 30_000 + b"\r\n\r\n"
+    address = urlsplit(server)
+    with socket.create_connection((address.hostname or "", address.port or 0)) as connection:
+        connection.settimeout(10)
+        for _ in range(5):
+            connection.sendall(one)
+            assert connection.recv(1 << 16).startswith(b"HTTP/1.1 200 ")
