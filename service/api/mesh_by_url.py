@@ -8,7 +8,6 @@ from urllib.parse import parse_qsl
 from starlette.requests import Request
 from starlette.responses import Response
 
-from service import __version__
 from service.api.answers import HEADERS, ChunkedResponse, disposition
 from service.api.caching.answers import AnswerCache
 from service.api.caching.codings import COMPRESS, Accepted, Coding, compressed
@@ -20,13 +19,14 @@ from service.api.caching.tags import is_any, listed
 from service.api.links import mesh_address
 from service.api.mesh import answered, planned, report_headers
 from service.api.negotiation import by_suffix
-from service.api.parameters import named_example
 from service.api.problems import EngineGone
+from service.api.stored import content_id, exists, surface_of
 from service.api.timing import Timing
 from service.api.work import run
 from service.encoders.format import Format
 from service.engine.mesh import ENGINE
 from service.errors import Issue
+from service.pipeline.encoding import written_by
 from service.schemas.mesh_query import canonical_query, mesh_query
 from service.settings import Settings
 
@@ -50,7 +50,7 @@ async def get_mesh(request: Request) -> Response:
     wanted = codings_of(request)
     condition = condition_of(request)
     query = canonical_query(asked, fmt.ignored)
-    subject = _subject(request, fmt, query)
+    subject = _subject(request, fmt, query, written_by(asked))
 
     answers: AnswerCache = request.app.state.answers
     entry = answers.get(subject.address)
@@ -60,7 +60,7 @@ async def get_mesh(request: Request) -> Response:
     else:
         answers.counts.misses += 1
         known = _known(subject, wanted, condition)
-        if known is not None:
+        if known is not None and await exists(request, subject.surface):
             return _unchanged(subject.unchanged(known, pinned=pinned))
         flights: Flights = request.app.state.flights
         work = partial(_make, request, subject, fmt, query)
@@ -96,15 +96,19 @@ def check_engine(engine: int | None) -> None:
         )
 
 
-def _subject(request: Request, fmt: Format, query: str) -> Subject:
-    """What the request asks for; raises `UnknownSurface`."""
-    example = named_example(request.path_params["id"])
+def _subject(request: Request, fmt: Format, query: str, written_by: str) -> Subject:
+    """What the request asks for; raises `UnknownSurface` where nothing can have such an id.
+
+    The bytes are named after the content of the surface and all that is done with it.
+    """
+    id = request.path_params["id"]
+    content = content_id(id)
     root = request.scope.get("root_path", "")
     return Subject(
-        address=mesh_address(root, example.id, fmt.suffix, query),
-        surface=example.id,
-        content=f"{__version__} {example.id} {fmt.suffix} {query}",
-        for_ever=False,
+        address=mesh_address(root, id, fmt.suffix, query),
+        surface=id,
+        content=f"{content} {fmt.suffix} {query} {written_by}",
+        for_ever=id == content,
     )
 
 
@@ -125,15 +129,18 @@ async def _make(request: Request, subject: Subject, fmt: Format, query: str) -> 
     answers: AnswerCache = request.app.state.answers
     timing, age = Timing(), answers.age
     with timing.step("surface"):
-        surface = named_example(subject.surface).surface()
+        stored = await surface_of(request, subject.surface)
+    with timing.step("plan"):
         options = mesh_query(parse_qsl(query))
-        work = planned(surface, options, fmt, settings)
+        work = partial(planned, stored.surface, options, fmt, settings)
+        plan = await run(request, work, in_thread=stored.is_long)
     with timing.step("mesh"):
-        answer = await answered(request, work)
+        answer = await answered(request, plan)
+    name = plan.model.name if stored.is_hash else stored.id
     described = {
         **HEADERS,
         "Content-Type": fmt.media_type,
-        "Content-Disposition": disposition("inline", subject.surface, fmt),
+        "Content-Disposition": disposition("inline", name, fmt),
         **report_headers(answer.report),
     }
     entry = Entry(subject, answer.content, described, request.app.state.origins.always)

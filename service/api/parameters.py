@@ -1,27 +1,12 @@
-"""What the path and the query of a request say: an example, a format, and nothing unknown."""
+"""What the query of a request says: a format, and nothing unknown."""
 
 from collections.abc import Iterable, Sequence
 
 from service.api.negotiation import AnyFormat, by_name
 from service.api.problems import InvalidQuery
-from service.errors import InvalidRequest, Issue, UnknownSurface, pointer
+from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.query import values_from_text
 from service.schemas.scan import shortened
-from service.surface.examples import Example, find
-
-
-def named_example(name: str) -> Example:
-    """The example that the path names.
-
-    Raises
-    ------
-    UnknownSurface
-        If there is none; its pointer is `/id`, the parameter.
-    """
-    try:
-        return find(name)
-    except UnknownSurface as error:
-        raise error.within("/id") from None
 
 
 def only_format(query: Iterable[tuple[str, str]], formats: Sequence[AnyFormat]) -> AnyFormat | None:

@@ -12,8 +12,9 @@ from service.api.caching.requested import check_codings
 from service.api.mesh_by_url import check_engine
 from service.api.negotiation import by_accept, by_suffix
 from service.api.openapi.schemas import Json, ref
-from service.api.parameters import named_example, only_format
+from service.api.parameters import only_format
 from service.api.problems import MEDIA_TYPE, Place, problem_document, problem_of
+from service.api.stored import content_id
 from service.decoders import teapot
 from service.decoders.registry import DECODERS
 from service.encoders.registry import BY_NAME, FORMATS
@@ -88,7 +89,7 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
         },
         "NotFound": {"no such path": lambda: problem_document(problems.NOT_FOUND)},
         "UnknownSurface": {
-            "id": lambda: _refused(lambda: named_example("teapot")),
+            "id": lambda: _refused(lambda: content_id("teapot")),
             "suffix": lambda: _refused(lambda: by_suffix("fbx")),
         },
         "MethodNotAllowed": {"method": lambda: problem_document(problems.METHOD_NOT_ALLOWED)},

@@ -19,6 +19,7 @@ octahedral filter. A. Kapoulkine, meshoptimizer.
 
 from functools import cache
 from importlib import import_module
+from importlib.metadata import version
 from importlib.util import find_spec
 from typing import Any
 
@@ -44,6 +45,12 @@ FALLBACK: JsonObject = {EXTENSION: {"fallback": True}}
 def available() -> bool:
     """Whether the library is there."""
     return find_spec("meshopt") is not None
+
+
+@cache
+def library_version() -> str:
+    """Version of the library: another one may compress the same numbers into other bytes."""
+    return version("meshopt") if available() else "none"
 
 
 def ordered(faces: IndexArray, vertices: int) -> tuple[IndexArray, Ints]:

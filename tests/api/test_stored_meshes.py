@@ -1,0 +1,147 @@
+"""Meshes of stored surfaces by URL: for ever under their hashes, forgotten when deleted."""
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+from fastapi import FastAPI
+
+from service.api.app import create_app
+from service.engine.mesh import ENGINE
+from service.pipeline.mesh import Answer, Work
+from service.settings import Settings
+from service.storage.store import SurfaceStore
+from tests.api.client import Client, client_of
+
+NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
+SAIL = {"surface": {"control_net": NET, "name": "Main sail"}}
+PLAIN = {"Accept-Encoding": "identity"}
+
+
+@pytest.fixture
+def app() -> FastAPI:
+    return create_app(Settings(allow_delete=True))
+
+
+@pytest.fixture
+def client(app: FastAPI) -> Iterator[Client]:
+    with client_of(app) as client:
+        yield client
+
+
+def stored(client: Client) -> dict[str, str]:
+    """Addresses of the meshes of a surface that was stored."""
+    links: dict[str, str] = client.post("/v1/surfaces", SAIL).json()["links"]["mesh"]
+    return links
+
+
+def test_links_are_canonical_and_for_ever(client: Client) -> None:
+    for suffix, address in stored(client).items():
+        assert address.endswith(f"/mesh.{suffix}?engine={ENGINE}")
+        for _ in range(2):
+            answer = client.get(address, PLAIN)
+            assert answer.status_code == 200
+            assert answer.headers["link"] == f'<{address}>; rel="canonical"'
+            assert answer.headers["cache-control"] == "public, max-age=31536000, immutable"
+            disposition = f'inline; filename="Main-sail.{suffix}"'
+            assert answer.headers["content-disposition"] == disposition
+
+
+def test_without_the_engine_they_are_kept_for_an_hour(client: Client) -> None:
+    address = stored(client)["glb"]
+    plain = address.partition("?")[0]
+    for _ in range(2):
+        pinned, unpinned = client.get(address), client.get(plain)
+        assert "immutable" in pinned.headers["cache-control"]
+        assert unpinned.headers["cache-control"] == "public, max-age=3600, must-revalidate"
+        assert unpinned.headers["etag"] == pinned.headers["etag"]
+        assert unpinned.headers["link"] == pinned.headers["link"]
+
+
+def test_posted_and_stored_are_the_same_bytes(client: Client) -> None:
+    posted = client.post("/v1/mesh?format=glb", {**SAIL, "resolution": 3})
+    fetched = client.get(stored(client)["glb"] + "&resolution=3")
+    assert fetched.content == posted.content
+
+
+def test_a_tag_is_of_the_content_not_of_the_name(client: Client) -> None:
+    example = client.get("/v1/surfaces/saddle").json()
+    id = client.post("/v1/surfaces", example).json()["id"]
+    one = client.get("/v1/surfaces/saddle/mesh.glb", PLAIN)
+    other = client.get(f"/v1/surfaces/{id}/mesh.glb", PLAIN)
+    assert one.content == other.content
+    assert one.headers["etag"] == other.headers["etag"]
+    assert one.headers["link"] != other.headers["link"]
+
+
+def test_304_without_computing_but_only_where_the_surface_is(client: Client, app: FastAPI) -> None:
+    address = stored(client)["glb"]
+    tag = client.get(address, PLAIN).headers["etag"]
+    condition = {**PLAIN, "If-None-Match": tag}
+    fresh = create_app(Settings())
+    with client_of(fresh) as other:
+        assert other.get(address, condition).status_code == 404
+        stored(other)
+        answer = other.get(address, condition)
+    assert answer.status_code == 304
+    assert answer.headers["cache-control"] == "public, max-age=31536000, immutable"
+    assert len(fresh.state.answers) == 0
+    assert len(app.state.answers) == 1
+
+
+def test_a_deleted_surface_has_no_meshes(client: Client, app: FastAPI) -> None:
+    address = stored(client)["glb"]
+    client.get(address)
+    kept = client.get("/v1/surfaces/saddle/mesh.glb").headers["link"]
+    assert client.request("DELETE", address.rpartition("/")[0]).status_code == 204
+    assert client.get(address).status_code == 404
+    assert len(app.state.answers) == 1
+    assert client.get("/v1/surfaces/saddle/mesh.glb").headers["link"] == kept
+
+
+def test_what_is_deleted_while_it_is_computed_is_not_kept(
+    client: Client, app: FastAPI, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, gate, answer = threading.Event(), threading.Event(), Work.answer
+
+    def slow(work: Work) -> Answer:
+        begun.set()
+        assert gate.wait(60)
+        return answer(work)
+
+    monkeypatch.setattr(Work, "answer", slow)
+    address = stored(client)["glb"] + "&resolution=40"
+    statuses: list[int] = []
+    asking = threading.Thread(target=lambda: statuses.append(client.get(address).status_code))
+    asking.start()
+    assert begun.wait(60)
+    assert client.request("DELETE", address.rpartition("/")[0]).status_code == 204
+    gate.set()
+    asking.join()
+    assert statuses == [200]
+    assert len(app.state.answers) == 0
+    assert client.get(address).status_code == 404
+
+
+def test_what_is_kept_is_answered_without_the_store(
+    client: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    address = stored(client)["glb"]
+    first = client.get(address)
+
+    async def refuse(_store: SurfaceStore, _id: str) -> bytes:
+        raise AssertionError("the store was asked")
+
+    monkeypatch.setattr(SurfaceStore, "get", refuse)
+    monkeypatch.setattr(SurfaceStore, "has", refuse)
+    assert client.get(address).content == first.content
+    other_spelling = address.replace("?", "?weld=true&")
+    assert client.get(other_spelling).content == first.content
+
+
+@pytest.mark.parametrize("id", ["0" * 64, "f" * 63, "F" * 64, "teapot", "%2e%2e"])
+def test_unknown_ids(client: Client, id: str) -> None:
+    answer = client.get(f"/v1/surfaces/{id}/mesh.glb")
+    assert answer.status_code == 404
+    assert answer.json()["errors"][0]["parameter"] == "id"
+    assert answer.headers["cache-control"] == "no-store"
