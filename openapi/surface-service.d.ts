@@ -2997,7 +2997,7 @@ export interface operations {
                     "Surface-Deviation-Bound"?: number;
                     /**
                      * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing"?: string;
                     [name: string]: unknown;
@@ -3579,7 +3579,7 @@ export interface operations {
                     "Surface-Deviation-Bound"?: number;
                     /**
                      * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing"?: string;
                     /**
@@ -3642,7 +3642,7 @@ export interface operations {
                     Vary?: string;
                     /**
                      * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing"?: string;
                     [name: string]: unknown;
