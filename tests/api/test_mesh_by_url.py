@@ -1,21 +1,32 @@
 """Meshes by URL: canonical addresses, tags, codings, and what may be kept how long."""
 
+import os
 import re
+import subprocess
+import sys
 import zlib
 from collections.abc import Callable, Iterator
+from pathlib import Path
+from urllib.parse import parse_qsl
 
 import pytest
 from backports import zstd
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from service.api.app import create_app
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.mesh import ENGINE
 from service.engine.options import MeshOptions
+from service.errors import SurfaceError
+from service.pipeline.encoding import encode_options
 from service.pipeline.mesh import render
+from service.schemas.mesh_query import canonical_query, mesh_query
 from service.settings import Settings
 from service.surface.examples import find
 from tests.api.client import Client, client_of
+from tests.api.digests import digests
 
 SADDLE = "/v1/surfaces/saddle/mesh.glb"
 PLAIN = {"Accept-Encoding": "identity"}
@@ -57,8 +68,9 @@ def test_canonical_addresses_stay_below_the_path_the_service_is_mounted_at() -> 
     app = create_app(Settings())
     app.root_path = "/surfaces"
     with client_of(app) as client:
-        address = canonical(client, f"{SADDLE}?resolution=2")
-    assert address == f"/surfaces{SADDLE}?resolution=2&engine={ENGINE}"
+        for _ in range(2):
+            address = canonical(client, f"{SADDLE}?resolution=2")
+            assert address == f"/surfaces{SADDLE}?resolution=2&engine={ENGINE}"
 
 
 @pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
@@ -256,3 +268,51 @@ def test_long_answers_are_sent_whole_from_the_cache(client: Client) -> None:
         answer = client.raw(address, PLAIN)
         assert answer.content == wanted
     assert answer.headers["server-timing"] == "cache;desc=hit"
+
+
+OPTIONS = {
+    "resolution": ["1", "2,3", "16"],
+    "faces": ["quads", "none"],
+    "normals": ["false"],
+    "uvs": ["true"],
+    "weld": ["false"],
+    "crease_angle": ["0", "-0.0", "0.50"],
+    "overlays": ["control_net", "boundary,control_net", "control_net,boundary"],
+    "isocurves": ["2", "1,2"],
+    "wires": ["tubes", "ribbons"],
+    "oogl": ["off", "mesh", "bez"],
+    "relative_tolerance": ["0.10", "1e-1"],
+    "two_sided": ["true", "false"],
+    "quantize": ["true"],
+    "curvatures": ["true"],
+}
+
+
+@given(
+    st.fixed_dictionaries({}, optional={k: st.sampled_from(v) for k, v in OPTIONS.items()}),
+    st.sampled_from(FORMATS),
+)
+@settings(max_examples=60)
+def test_the_canonical_address_stands_for_the_same_bytes(said: dict[str, str], fmt: Format) -> None:
+    try:
+        asked = mesh_query(said.items())
+        surface = find("saddle").surface()
+        written = render(surface, asked.mesh_options(), fmt, encode_options(asked))
+    except SurfaceError:
+        return
+    query = canonical_query(asked, fmt.ignored)
+    again = mesh_query(parse_qsl(query))
+    assert render(surface, again.mesh_options(), fmt, encode_options(again)) == written
+
+
+def test_another_process_makes_the_same_bytes() -> None:
+    """Whatever its seed of hashes: nothing is in the order of a set."""
+    other = subprocess.run(
+        [sys.executable, "-m", "tests.api.digests"],
+        env={**os.environ, "PYTHONHASHSEED": "1"},
+        cwd=Path(__file__).parents[2],
+        capture_output=True,
+        check=True,
+        text=True,
+    )
+    assert other.stdout.splitlines() == digests()

@@ -172,34 +172,3 @@ def test_the_limit_of_degrees_is_that_of_splines_too(
     (error,) = answer.json()["errors"]
     assert (error["code"], error["pointer"]) == ("degree_too_high", pointer)
     assert error["needed"] == "1 to 2"
-
-
-def test_pages_of_any_origin_may_read_answers(client: Client) -> None:
-    answer = client.get("/v1/surfaces/saddle/mesh.glb", {"Origin": "https://example.com"})
-    assert answer.headers["access-control-allow-origin"] == "*"
-    refused = client.get("/v1/surfaces/none", {"Origin": "https://example.com"})
-    assert refused.headers["access-control-allow-origin"] == "*"
-
-
-def test_preflight_of_a_posted_net(client: Client) -> None:
-    asked = {
-        "Origin": "https://example.com",
-        "Access-Control-Request-Method": "POST",
-        "Access-Control-Request-Headers": "content-type",
-    }
-    answer = client.request("OPTIONS", "/v1/mesh", headers=asked)
-    assert answer.status_code == 204
-    assert answer.headers["access-control-allow-origin"] == "*"
-    assert "POST" in answer.headers["access-control-allow-methods"]
-
-
-def test_origins_are_a_setting() -> None:
-    settings = Settings(cors_origins=("https://example.com",))
-    with client_of(create_app(settings)) as client:
-        ours = client.get("/health", {"Origin": "https://example.com"})
-        other = client.get("/health", {"Origin": "https://example.org"})
-    assert ours.headers["access-control-allow-origin"] == "https://example.com"
-    assert "access-control-allow-origin" not in other.headers
-    with client_of(create_app(Settings(cors_origins=()))) as client:
-        none = client.get("/health", {"Origin": "https://example.com"})
-    assert "access-control-allow-origin" not in none.headers

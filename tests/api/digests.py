@@ -1,0 +1,28 @@
+"""Hashes of some files in every coding; run by itself it prints them."""
+
+import hashlib
+from dataclasses import replace
+
+from service.api.caching.codings import COMPRESS
+from service.encoders.registry import FORMATS
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import render
+from service.surface.examples import find
+
+OPTIONS = MeshOptions((3, 3), uvs=True, overlays=("boundary", "control_net"))
+
+
+def digests() -> list[str]:
+    """One line a file: of a surface with colours, of one with attributes, of a group."""
+    lines = []
+    for name in ("bourke-1111-colors", "heated-panel", "tea-service"):
+        for fmt in FORMATS:
+            options = OPTIONS if fmt.overlays else replace(OPTIONS, overlays=())
+            content = render(find(name).surface(), options, fmt)
+            coded = (content, *(compress(content) for compress in COMPRESS.values()))
+            lines.append(" ".join(hashlib.sha256(each).hexdigest() for each in coded))
+    return lines
+
+
+if __name__ == "__main__":
+    print("\n".join(digests()))

@@ -1,0 +1,117 @@
+"""Which pages of other origins may read answers, from the cache and from behind it."""
+
+from collections.abc import Iterator
+
+import httpx
+import pytest
+
+from service.api.app import create_app
+from service.api.cors import EXPOSED
+from service.settings import Settings
+from tests.api.client import Client, client_of
+
+MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
+OURS, OTHER = "https://example.com", "https://example.org"
+ASKED = {"Access-Control-Request-Method": "POST", "Access-Control-Request-Headers": "content-type"}
+
+
+def of(origin: str) -> dict[str, str]:
+    return {"Origin": origin}
+
+
+def answers(client: Client, headers: dict[str, str]) -> Iterator[httpx.Response]:
+    """A mesh that is computed or kept, the same from the cache, a 304, other files, a problem."""
+    first = client.get(MESH, headers)
+    yield first
+    yield client.get(MESH, headers)
+    yield client.get(MESH, {**headers, "If-None-Match": first.headers["etag"]})
+    for address in ("/health", "/openapi.json", "/v1/surfaces", "/v1/surfaces/none", "/nothing"):
+        yield client.get(address, headers)
+
+
+@pytest.mark.parametrize("headers", [{}, of(OURS), of("null")])
+def test_any_origin_may_read_and_a_request_without_one_is_answered_alike(
+    headers: dict[str, str],
+) -> None:
+    """A browser keeps what it got on a visit, and gives it to scripts of other origins later."""
+    with client_of(create_app(Settings())) as client:
+        for answer in answers(client, headers):
+            assert answer.headers["access-control-allow-origin"] == "*"
+            exposed = answer.headers["access-control-expose-headers"].split(", ")
+            assert exposed == list(EXPOSED)
+            assert answer.headers["timing-allow-origin"] == "*"
+            assert "Origin" not in answer.headers.get("vary", "")
+            assert len(answer.headers.get_list("access-control-allow-origin")) == 1
+
+
+def test_every_header_of_ours_is_exposed() -> None:
+    with client_of(create_app(Settings())) as client:
+        headers = client.get(MESH).headers
+    ours = {name for name in headers if name.startswith("surface-")}
+    assert len(ours) == 3
+    named = {"etag", "link", "content-disposition", "server-timing"}
+    assert ours | named <= {name.lower() for name in EXPOSED}
+
+
+def test_some_origins_may_read() -> None:
+    settings = Settings(cors_origins=(OURS, "https://example.net"))
+    with client_of(create_app(settings)) as client:
+        for answer in answers(client, of(OURS)):
+            assert answer.headers["access-control-allow-origin"] == OURS
+            assert answer.headers["access-control-expose-headers"]
+            assert answer.headers["timing-allow-origin"] == f"{OURS}, https://example.net"
+            assert "Origin" in answer.headers["vary"]
+        for headers in ({}, of(OTHER)):
+            for answer in answers(client, headers):
+                assert "access-control-allow-origin" not in answer.headers
+                assert "timing-allow-origin" not in answer.headers
+                assert "Origin" in answer.headers["vary"], "else caches mix them up"
+
+
+def test_no_origin_may_read() -> None:
+    with client_of(create_app(Settings(cors_origins=()))) as client:
+        for answer in answers(client, of(OURS)):
+            assert not [name for name in answer.headers if "origin" in name]
+            assert "Origin" not in answer.headers.get("vary", "")
+        asked = client.request("OPTIONS", "/v1/mesh", headers={**of(OURS), **ASKED})
+        assert asked.status_code == 405
+
+
+def test_a_fault_of_ours_may_be_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_example: object) -> None:
+        raise RuntimeError("not for everybody")
+
+    monkeypatch.setattr("service.surface.examples.Example.surface", fail)
+    with client_of(create_app(Settings())) as client:
+        answer = client.get("/v1/surfaces/tveit/mesh.glb", of(OURS))
+    assert answer.status_code == 500
+    assert answer.headers["access-control-allow-origin"] == "*"
+    assert answer.headers["cache-control"] == "no-store"
+
+
+@pytest.mark.parametrize("address", ["/v1/mesh", MESH, "/nothing"])
+def test_what_browsers_ask_beforehand(client: Client, address: str) -> None:
+    answer = client.request("OPTIONS", address, headers={**of(OURS), **ASKED})
+    assert (answer.status_code, answer.content) == (204, b"")
+    assert answer.headers["access-control-allow-origin"] == "*"
+    assert answer.headers["access-control-allow-methods"] == "GET, HEAD, POST"
+    allowed = answer.headers["access-control-allow-headers"].lower().split(", ")
+    assert {"content-type", "if-none-match"} <= set(allowed)
+    assert int(answer.headers["access-control-max-age"]) == 86400
+
+
+def test_other_origins_are_not_granted_beforehand() -> None:
+    with client_of(create_app(Settings(cors_origins=(OURS,)))) as client:
+        ours, other = (
+            client.request("OPTIONS", "/v1/mesh", headers={**of(origin), **ASKED})
+            for origin in (OURS, OTHER)
+        )
+    assert ours.headers["access-control-allow-origin"] == OURS
+    assert "access-control-allow-origin" not in other.headers
+    assert "Origin" in other.headers["vary"]
+
+
+def test_an_ordinary_options_request_goes_its_way(client: Client) -> None:
+    answer = client.request("OPTIONS", "/v1/mesh", headers=of(OURS))
+    assert answer.status_code == 405
+    assert answer.headers["access-control-allow-origin"] == "*"
