@@ -2,10 +2,11 @@
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import uvicorn
+from starlette.types import ASGIApp
 
 from service.api.app import create_app
 from service.cli.server import OPTIONS
@@ -13,12 +14,15 @@ from service.settings import Settings
 
 
 @contextmanager
-def running_service(settings: Settings | None = None) -> Iterator[str]:
+def running_service(
+    settings: Settings | None = None, around: Callable[[ASGIApp], ASGIApp] = lambda app: app
+) -> Iterator[str]:
     """URL of a service that runs in a thread of this process, until the block ends.
 
-    Its surfaces are kept in memory unless the settings say otherwise.
+    Its surfaces are kept in memory unless the settings say otherwise. What is put around the
+    application sees every request that reaches the server.
     """
-    app = create_app(settings or Settings())
+    app = around(create_app(settings or Settings()))
     options = {**OPTIONS, "log_config": None}
     config = uvicorn.Config(app, host="127.0.0.1", port=0, **options)
     server = uvicorn.Server(config)

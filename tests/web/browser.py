@@ -4,18 +4,21 @@ import base64
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from http.server import BaseHTTPRequestHandler, SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from playwright.sync_api import Browser, Page, sync_playwright
 
 FOLDER = Path(__file__).parent
 
-# Software WebGL, since nobody has a graphics card for us; and no calls home.
+# Software WebGL, since nobody has a graphics card for us; no calls home; and no host but this one.
 CHROMIUM_FLAGS = (
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
     "--no-sandbox",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
@@ -25,6 +28,19 @@ CHROMIUM_FLAGS = (
     "--disable-component-update",
     "--disable-sync",
 )
+
+
+# What model-viewer says where two frames take more than half a second, as without a graphics card.
+TOO_SLOW = "rAF timed out in updateSource"
+
+READ_PICTURE = """async (image) => {
+    const bytes = Uint8Array.from(atob(image), (c) => c.charCodeAt(0));
+    const bitmap = await createImageBitmap(new Blob([bytes]));
+    const paper = new OffscreenCanvas(96, 64).getContext('2d');
+    paper.imageSmoothingEnabled = false;
+    paper.drawImage(bitmap, 0, 0, 96, 64);
+    return Array.from(paper.getImageData(0, 0, 96, 64).data);
+}"""
 
 
 class QuietHandler(SimpleHTTPRequestHandler):
@@ -54,10 +70,11 @@ def serve(handler: Callable[..., BaseHTTPRequestHandler]) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Stage:
-    """A page of the browser, and what its console complained of so far."""
+    """A page of the browser, what its console complained of so far, and what it asked for."""
 
     page: Page
     complaints: list[str]
+    asked: list[str] = field(default_factory=list)
 
     def show(self, model: str | bytes, width: int = 480, height: int = 320) -> None:
         """Draws a model in the viewer, which must be open: by its URL, or a GLB itself."""
@@ -65,6 +82,19 @@ class Stage:
         if isinstance(model, bytes):
             model = "data:model/gltf-binary;base64," + base64.b64encode(model).decode()
         self.page.evaluate("url => window.show(url)", model)
+
+    def picture(self) -> NDArray[np.int64]:
+        """What the page looks like, every eighth pixel or so: 96 × 64 of them, of red, green, blue.
+
+        The picture is read in a page of its own: this one may forbid it.
+        """
+        image = base64.b64encode(self.page.screenshot()).decode()
+        browser = self.page.context.browser
+        assert browser is not None
+        reader = browser.new_page()
+        rgba = reader.evaluate(READ_PICTURE, image)
+        reader.close()
+        return np.reshape(rgba, (-1, 4))[:, :3]
 
     def draw_edges(self) -> None:
         """Draws the edges of all triangles over what is shown."""
@@ -104,7 +134,9 @@ def open_page(browser: Browser) -> Stage:
     page.on(
         "console",
         lambda message: (
-            complaints.append(message.text) if message.type in ("error", "warning") else None
+            complaints.append(message.text)
+            if message.type in ("error", "warning") and message.text != TOO_SLOW
+            else None
         ),
     )
     return Stage(page, complaints)

@@ -18,13 +18,10 @@ from tests.web.browser import FOLDER, QuietHandler, Stage, open_page, serve
 
 PAGE = Path(__file__).parents[2] / "docs" / "browser.md"
 HELD = FOLDER / "held.js"
-# Of each library, the file that its page names.
-LIBRARIES = {
-    "three": "three.module.js",
-    "model-viewer": "model-viewer.min.js",
-    "babylon": "babylon.js",
-}
-MODEL = re.compile(r"http://127\.0\.0\.1:8000/v1/surfaces/[\w-]+/mesh\.glb[^'\"]*")
+# Of each library, a word that its page alone has.
+LIBRARIES = {"three": "GLTFLoader", "model-viewer": "</model-viewer>", "babylon": "BABYLON"}
+SERVED_AT = "http://127.0.0.1:8000"
+MODEL = re.compile(rf"{SERVED_AT}/v1/surfaces/[\w-]+/mesh\.glb[^'\"]*")
 
 
 def blocks(language: str) -> list[str]:
@@ -33,10 +30,15 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
 
 
-def client(library: str, model: str) -> str:
-    """The documentation's page for this library, of another model (its URL; a `data:` one too)."""
+def page_of(library: str) -> str:
+    """The documentation's page for this library."""
     (page,) = (block for block in blocks("html") if LIBRARIES[library] in block)
-    page, replaced = MODEL.subn(lambda _: model, page)
+    return page
+
+
+def client(library: str, model: str) -> str:
+    """The same of another model: its URL, which may be one of `data:`."""
+    page, replaced = MODEL.subn(lambda _: model, page_of(library))
     assert replaced == 1
     return page
 
@@ -73,6 +75,7 @@ def site(pages: Mapping[str, str]) -> Iterator[str]:
 def open_client(browser: Browser, url: str) -> Stage:
     """A new page at `url`, opened; `held` can be asked about it."""
     stage = open_page(browser)
+    stage.page.set_viewport_size({"width": 480, "height": 320})
     stage.page.add_init_script(path=HELD)
     stage.page.goto(url)
     return stage

@@ -20,13 +20,17 @@ STRICT = {
 }
 
 
-def complaints(source: Path, folder: Path) -> str:
-    """What the strict compiler has against this source; `folder` is for its settings."""
-    compiler = node_package("typescript") / "bin" / "tsc"
+def project_of(source: Path, folder: Path, **settings: object) -> Path:
+    """A project of this one source, strict, described by a file in `folder`."""
     project = folder / "tsconfig.json"
-    project.write_text(
-        json.dumps({"compilerOptions": STRICT, "files": [str(source)]}), encoding="utf-8"
-    )
+    described = {"compilerOptions": STRICT | settings, "files": [str(source)]}
+    project.write_text(json.dumps(described), encoding="utf-8")
+    return project
+
+
+def complaints(project: Path) -> str:
+    """What the compiler has against this project."""
+    compiler = node_package("typescript") / "bin" / "tsc"
     command = [program("node"), str(compiler), "--project", str(project)]
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False).stdout
 
@@ -40,4 +44,4 @@ def test_committed_types_are_those_of_the_document() -> None:
 
 def test_right_uses_compile_and_wrong_ones_do_not(tmp_path: Path) -> None:
     node_package("openapi-fetch")
-    assert complaints(FOLDER / "uses.ts", tmp_path) == ""
+    assert complaints(project_of(FOLDER / "uses.ts", tmp_path)) == ""

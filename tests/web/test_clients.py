@@ -1,6 +1,7 @@
-"""three.js, model-viewer and Babylon.js, as `docs/browser.md` has them, load a surface by its URL
-from another origin, and hold what the service computed: the mesh as JSON, number by number."""
+"""three.js, model-viewer and Babylon.js, as `docs/browser.md` has them, load a stored surface by
+its URL from another origin, and hold what the service computed: its JSON, number by number."""
 
+import json
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,29 +11,42 @@ import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import Browser
 
-from tests.web.clients import LIBRARIES, client, held, open_client, site
+from tests.test_readme import run_shell
+from tests.tools import program
+from tests.web.browser import Stage
+from tests.web.clients import LIBRARIES, MODEL, SERVED_AT, blocks, held, open_client, page_of, site
 
-# A surface of four colours that stands upright along z, at a resolution of two numbers.
-SURFACE = "/v1/surfaces/bourke-1111-colors"
-OPTIONS = "resolution=6,4"
+RESOLUTION = 32
 
 
 @pytest.fixture(scope="module")
-def computed(server: str) -> dict[str, Any]:
+def stored(server: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """The answer to the page's first command, which stores a surface."""
+    program("curl")
+    command = blocks("sh")[0].replace(SERVED_AT, server)
+    answer: dict[str, Any] = json.loads(run_shell(command, tmp_path_factory.mktemp("stored")))
+    return answer
+
+
+@pytest.fixture(scope="module")
+def computed(server: str, stored: dict[str, Any]) -> dict[str, Any]:
     """The mesh as the service answers it in JSON."""
-    answer = httpx.get(f"{server}{SURFACE}/mesh.json?{OPTIONS}").raise_for_status()
-    mesh: dict[str, Any] = answer.json()
+    answer = httpx.get(f"{server}{stored['links']['mesh']['json']}&resolution={RESOLUTION}")
+    mesh: dict[str, Any] = answer.raise_for_status().json()
     return mesh
 
 
 @pytest.fixture(scope="module", params=LIBRARIES)
-def drawn(request: pytest.FixtureRequest, server: str, browser: Browser) -> Iterator[Any]:
-    """What a library holds of the mesh, and what the console of its page had to say."""
-    page = client(request.param, f"{server}{SURFACE}/mesh.glb?{OPTIONS}")
+def drawn(
+    request: pytest.FixtureRequest, server: str, stored: dict[str, Any], browser: Browser
+) -> Iterator[tuple[Stage, dict[str, Any]]]:
+    """The documentation's page, open, and what its library holds of the mesh."""
+    page = page_of(request.param).replace(SERVED_AT, server)
+    assert stored["id"] in page
     with site({"/": page}) as origin:
         stage = open_client(browser, f"{origin}/")
         (mesh,) = held(stage)
-        yield mesh, stage.complaints
+        yield stage, mesh
         stage.page.close()
 
 
@@ -47,26 +61,50 @@ def linear(srgb: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
-def test_the_console_stays_silent(drawn: Any) -> None:
-    _, complaints = drawn
-    assert complaints == []
+def test_the_surface_is_stored_as_the_page_shows(stored: dict[str, Any]) -> None:
+    assert stored == json.loads(blocks("json")[0])
+
+
+def test_the_pages_load_what_was_stored(stored: dict[str, Any]) -> None:
+    link = SERVED_AT + stored["links"]["mesh"]["glb"]
+    wanted = link.replace("?", f"?resolution={RESOLUTION}&")
+    assert [MODEL.findall(page_of(library)) for library in LIBRARIES] == [[wanted]] * 3
 
 
 def test_positions_and_triangles_are_those_of_the_service(
-    drawn: Any, computed: dict[str, Any]
+    drawn: tuple[Stage, dict[str, Any]], computed: dict[str, Any]
 ) -> None:
-    mesh, _ = drawn
+    _, mesh = drawn
     np.testing.assert_allclose(mesh["positions"], upright(computed["vertices"]), atol=1e-6)
     assert np.reshape(mesh["triangles"], (-1, 3)).tolist() == computed["faces"]
 
 
-def test_normals_are_those_of_the_service(drawn: Any, computed: dict[str, Any]) -> None:
-    mesh, _ = drawn
+def test_normals_are_those_of_the_service(
+    drawn: tuple[Stage, dict[str, Any]], computed: dict[str, Any]
+) -> None:
+    _, mesh = drawn
     np.testing.assert_allclose(mesh["normals"], upright(computed["normals"]), atol=1e-6)
 
 
-def test_colours_are_those_of_the_service_and_linear(drawn: Any, computed: dict[str, Any]) -> None:
-    mesh, _ = drawn
+def test_colours_are_those_of_the_service_and_linear(
+    drawn: tuple[Stage, dict[str, Any]], computed: dict[str, Any]
+) -> None:
+    _, mesh = drawn
     colors = np.array(mesh["colors"])[:, :3]
     assert np.ptp(colors, axis=0).min() > 0.1
     np.testing.assert_allclose(colors, linear(np.array(computed["colors"])), atol=1e-6)
+
+
+def test_it_is_drawn_in_its_colours_and_nothing_is_complained_of(
+    drawn: tuple[Stage, dict[str, Any]],
+) -> None:
+    """On a white page: some of the picture is rather red, some rather blue."""
+    stage, _ = drawn
+    rgb = stage.picture()
+    covered = np.ptp(rgb, axis=1) > 40
+    warm = rgb[:, 0] > rgb[:, 2] + 60
+    cold = rgb[:, 2] > rgb[:, 0] + 40
+    assert covered.mean() > 0.05
+    assert warm.mean() > 0.01
+    assert cold.mean() > 0.01
+    assert stage.complaints == []

@@ -1,0 +1,123 @@
+"""What a browser keeps of a stored surface's mesh: seen at the server, which counts requests."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import httpx
+import pytest
+from playwright.sync_api import Browser
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from tests.live import running_service
+from tests.web.browser import Stage
+from tests.web.clients import client, held, open_client, site
+
+SAIL = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
+
+
+@dataclass
+class Watched:
+    """A service, and of each request to one of its meshes, whether it had a condition, and the
+    status of the answer."""
+
+    app: ASGIApp
+    seen: list[tuple[bool, int]] = field(default_factory=list)
+    url: str = ""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        async def sent(message: Message) -> None:
+            if message["type"] == "http.response.start" and "/mesh." in scope["path"]:
+                conditional = b"if-none-match" in dict(scope["headers"])
+                self.seen.append((conditional, message["status"]))
+            await send(message)
+
+        await self.app(scope, receive, sent)
+
+
+@pytest.fixture(scope="module")
+def watched() -> Iterator[Watched]:
+    made: list[Watched] = []
+
+    def around(app: ASGIApp) -> ASGIApp:
+        made.append(Watched(app))
+        return made[0]
+
+    with running_service(around=around) as url:
+        made[0].url = url
+        yield made[0]
+
+
+@pytest.fixture(scope="module")
+def links(watched: Watched) -> dict[str, str]:
+    """Addresses of the meshes of a stored surface."""
+    answer = httpx.post(f"{watched.url}/v1/surfaces", json={"surface": SAIL})
+    return {suffix: watched.url + link for suffix, link in answer.json()["links"]["mesh"].items()}
+
+
+@pytest.fixture(scope="module")
+def stage(watched: Watched, links: dict[str, str], browser: Browser) -> Iterator[Stage]:
+    """A page of another origin that has loaded the mesh once."""
+    with site({"/": client("three", links["glb"])}) as origin:
+        stage = open_client(browser, f"{origin}/")
+        held(stage)
+        assert watched.seen == [(False, 200)]
+        yield stage
+        stage.page.close()
+
+
+def test_a_second_load_asks_nobody(watched: Watched, links: dict[str, str], stage: Stage) -> None:
+    watched.seen.clear()
+    stage.page.goto(stage.page.url)
+    (mesh,) = held(stage)
+    assert len(mesh["positions"]) == 17 * 17
+    assert watched.seen == []
+    sizes = stage.page.evaluate(
+        "url => performance.getEntriesByName(url).map((e) => [e.transferSize, e.decodedBodySize])",
+        links["glb"],
+    )
+    content = httpx.get(links["glb"]).content
+    assert sizes == [[0, len(content)]]
+
+
+def test_a_load_past_the_cache_is_told_that_nothing_has_changed(
+    watched: Watched, links: dict[str, str], stage: Stage
+) -> None:
+    """The browser itself adds the condition, and hands its own copy to the page."""
+    watched.seen.clear()
+    status, size = stage.page.evaluate(
+        """async (url) => {
+            const answer = await fetch(url, { cache: 'no-cache' });
+            return [answer.status, (await answer.arrayBuffer()).byteLength];
+        }""",
+        links["glb"],
+    )
+    assert watched.seen == [(True, 304)]
+    assert (status, size) == (200, len(httpx.get(links["glb"]).content))
+
+
+def test_a_reload_is_told_that_nothing_has_changed(
+    watched: Watched, links: dict[str, str], browser: Browser
+) -> None:
+    """As by the button of the browser, of a mesh that is open in it."""
+    page = browser.new_page()
+    watched.seen.clear()
+    page.goto(links["json"])
+    page.reload()
+    assert watched.seen == [(False, 200), (True, 304)]
+    assert page.locator("body").inner_text().startswith('{"vertices":')
+    page.close()
+
+
+def test_what_was_visited_can_be_fetched_by_a_page_of_another_origin(
+    watched: Watched, links: dict[str, str], browser: Browser
+) -> None:
+    """What a visit has left in the cache is good for a script: it says who may read it."""
+    with site({"/": "<title>A page</title><link rel=icon href='data:,'>"}) as origin:
+        page = browser.new_page()
+        watched.seen.clear()
+        page.goto(links["json"])
+        page.goto(f"{origin}/")
+        text = page.evaluate("url => fetch(url).then((answer) => answer.text())", links["json"])
+        assert text.startswith('{"vertices":')
+        assert {status for _, status in watched.seen} <= {200, 304}
+        page.close()

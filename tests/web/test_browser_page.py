@@ -1,0 +1,159 @@
+"""docs/browser.md beside its viewers: a mesh of numbers, a refusal, TypeScript, what it says of
+headers. Its blocks run as they stand there, but for the port of the service."""
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+from playwright.sync_api import Browser
+
+from service.api.cors import EXPOSED
+from service.settings import Settings, from_environment
+from tests.web.browser import Stage
+from tests.web.clients import PAGE, SERVED_AT, blocks, held, open_client, page_of, site
+from tests.web.test_client_types import TYPES, complaints, project_of
+
+TEXT = PAGE.read_text(encoding="utf-8")
+SECTIONS = dict(re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", TEXT, re.MULTILINE | re.DOTALL))
+EMPTY = "<!doctype html><html lang=en><title>Nothing yet</title><link rel=icon href='data:,'>"
+IMPORTS = re.search(r"<script type=\"importmap\">.*?</script>", page_of("three"), re.DOTALL)
+
+
+def rows(section: str) -> list[list[str]]:
+    """The cells of the only table of a section, without its head."""
+    lines = re.findall(r"^\| (.*) \|$", SECTIONS[section], re.MULTILINE)
+    return [line.split(" | ") for line in lines[2:]]
+
+
+@pytest.fixture
+def opened(server: str, browser: Browser) -> Iterator[Any]:
+    """Opens a page of another origin, with the service where it is."""
+    pages: dict[str, str] = {}
+    stages: list[Stage] = []
+
+    def open_it(page: str) -> Stage:
+        pages["/"] = page.replace(SERVED_AT, server)
+        stages.append(open_client(browser, f"{origin}/"))
+        return stages[-1]
+
+    with site(pages) as origin:
+        yield open_it
+        for stage in stages:
+            stage.page.close()
+
+
+def test_a_net_becomes_a_geometry(opened: Any, server: str) -> None:
+    (page,) = (block for block in blocks("html") if "BufferGeometry" in block)
+    stage = opened(page)
+    (mesh,) = held(stage)
+    assert stage.complaints == []
+    net = [[[0, 0, 0], [0, 1, 0], [0, 0, 2]], [[1, 0, 1], [1, 2, 1], [1, 0, 3]]]
+    net.append([[2, 0, 0], [2, 1, 0], [2, 0, 2]])
+    body = {"surface": {"control_net": net}, "resolution": 24}
+    computed = httpx.post(f"{server}/v1/mesh", json=body).json()
+    np.testing.assert_allclose(mesh["positions"], computed["vertices"], atol=1e-6)
+    np.testing.assert_allclose(mesh["normals"], computed["normals"], atol=1e-6)
+    assert np.reshape(mesh["triangles"], (-1, 3)).tolist() == computed["faces"]
+
+
+@pytest.mark.parametrize("example", ["utah-teapot", "rounded-box", "cone", "trefoil-tube"])
+def test_creases_have_the_normals_of_their_corners(example: str, opened: Any, server: str) -> None:
+    """The page's own function, of meshes whose positions have several normals."""
+    (page,) = (block for block in blocks("html") if "BufferGeometry" in block)
+    (function,) = re.findall(r"function geometryOf.*?\n  }\n", page, re.DOTALL)
+    assert IMPORTS is not None
+    script = f"""{EMPTY}{IMPORTS[0]}<script type="module">
+      import * as THREE from 'three';
+      {function}
+      const answer = await fetch('{server}/v1/surfaces/{example}/mesh.json?resolution=3');
+      const mesh = await answer.json();
+      const {{ attributes, index }} = geometryOf(mesh);
+      window.corners = mesh.faces.flatMap((face, f) => face.map((vertex, c) => {{
+        const row = index.getX(3 * f + c);
+        const at = mesh.vertices[vertex];
+        const away = at.map((x, k) => Math.abs(attributes.position.getComponent(row, k) - x));
+        return Math.max(...away);
+      }}));
+      window.rows = [attributes.position.count, attributes.normal.count, mesh.normals.length];
+    </script>"""
+    stage = opened(script)
+    stage.page.wait_for_function("window.rows")
+    positions, normals, expected = stage.page.evaluate("window.rows")
+    assert positions == normals == expected
+    assert max(stage.page.evaluate("window.corners")) < 1e-5
+    assert stage.complaints == []
+
+
+def test_a_refusal_is_read_from_the_error_of_three(opened: Any) -> None:
+    (code,) = blocks("js")
+    assert IMPORTS is not None
+    stage = opened(f'{EMPTY}{IMPORTS[0]}<script type="module">{code}</script>')
+    stage.page.wait_for_function("document.body.textContent.includes(':')")
+    assert stage.page.inner_text("body").startswith("resolution: ")
+    # The browser itself tells of every answer that is an error; nothing else is said.
+    assert [re.findall(r"status of (\d+)", text) for text in stage.complaints] == [["422"]]
+
+
+def test_the_client_in_typescript_compiles_and_runs(opened: Any, tmp_path: Path) -> None:
+    (source,) = blocks("ts")
+    (tmp_path / "client.ts").write_text(source, encoding="utf-8")
+    (tmp_path / TYPES.name).write_bytes(TYPES.read_bytes())
+    project = project_of(tmp_path / "client.ts", tmp_path, noEmit=False, outDir="js")
+    assert complaints(project) == ""
+    script = (tmp_path / "js" / "client.js").read_text(encoding="utf-8")
+    stage = opened(f'{EMPTY}<script type="module">{script}</script>')
+    stage.page.wait_for_function("document.body.textContent.includes('away')")
+    told = re.fullmatch(
+        r"(\d+) triangles, at most ([\d.]+) away; (/v1/surfaces/[0-9a-f]{64}/mesh.glb\?engine=\d+)",
+        stage.page.inner_text("body"),
+    )
+    assert told is not None
+    assert int(told[1]) > 2
+    assert 0 < float(told[2]) <= 0.01
+    assert stage.complaints == []
+
+
+def test_meshes_are_kept_as_the_table_says(server: str) -> None:
+    surface = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
+    links = httpx.post(f"{server}/v1/surfaces", json=surface).json()["links"]
+    stored = links["mesh"]["glb"]
+    addresses = [stored, stored.partition("?")[0], links["self"], "/v1/surfaces/none/mesh.glb"]
+    answers = [httpx.get(server + address) for address in addresses]
+    shown = [cells[1].strip("`") for cells in rows("What is kept, and for how long")]
+    assert [answer.headers["Cache-Control"] for answer in answers] == shown
+    canonical = f'<{stored}>; rel="canonical"'
+    assert [answer.headers["Link"] for answer in answers[:2]] == [canonical] * 2
+
+
+def test_another_version_of_the_numbers_is_gone(server: str) -> None:
+    answer = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb?engine=1")
+    assert (answer.status_code, answer.json()["code"]) == (410, "engine_gone")
+    assert "`410` with the code `engine_gone`" in " ".join(TEXT.split())
+
+
+def test_headers_are_those_that_scripts_may_read(server: str) -> None:
+    names = {name for cells in rows("What the headers tell") for name in cells[0].split(", ")}
+    assert {name.strip("`") for name in names} == set(EXPOSED)
+    headers = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb").headers
+    assert set(EXPOSED) - {"Location"} <= {name.title() for name in headers} | {"ETag"}
+
+
+def test_the_page_shows_how_to_name_origins() -> None:
+    (command,) = re.findall(r"^SURFACE_CORS_ORIGINS=\S+", TEXT, re.MULTILINE)
+    variable, _, origins = command.partition("=")
+    assert from_environment({variable: origins}).cors_origins == tuple(origins.split(","))
+    assert Settings().cors_origins == ("*",)
+
+
+@pytest.mark.parametrize("option", ["quantize=true", "compression=meshopt"])
+def test_smaller_files_say_the_extension_that_the_page_names(option: str, server: str) -> None:
+    content = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb?{option}").content
+    length = int.from_bytes(content[12:16], "little")
+    extensions = json.loads(content[20 : 20 + length])["extensionsRequired"]
+    assert extensions
+    assert all(f"`{name}`" in SECTIONS["Smaller files"] for name in extensions)
