@@ -82,7 +82,6 @@ MORE: dict[str, Json] = {
 """What no other test has: mostly defaults, and numbers with many digits."""
 
 ALL = {**SURFACES, **MORE}
-SPELLINGS = 10_000
 
 
 def surface(document: Any) -> Surface:
@@ -98,17 +97,16 @@ def read(text: str) -> Surface:
 
 
 def test_ten_thousand_spellings_have_one_id_each() -> None:
-    random, found = Random(1), {name: set[str]() for name in ALL}
-    rounds = math.ceil(SPELLINGS / len(ALL))
-    texts = set[str]()
-    for _ in range(rounds):
-        for name, content in ALL.items():
-            text = spelled(content, random)
-            texts.add(text)
-            found[name].add(surface_id(canonical(read(text))))
-    assert len(texts) >= SPELLINGS
-    assert all(ids == {id_of(ALL[name])} for name, ids in found.items())
-    assert len(set.union(*found.values())) == len(ALL)
+    random, ids, texts = Random(1), set[str](), set[str]()
+    for content in ALL.values():
+        # Ribbons and groups take ten times as long as the others.
+        count = 250 if content.get("type") in ("ribbon", "group") else 610
+        spellings = [spelled(content, random) for _ in range(count)]
+        assert {surface_id(canonical(read(text))) for text in spellings} == {id_of(content)}
+        ids.add(id_of(content))
+        texts.update(spellings)
+    assert len(texts) >= 10_000
+    assert len(ids) == len(ALL)
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
@@ -192,7 +190,7 @@ def _changed(value: Any, path: tuple[Any, ...], towards: float) -> Any:
     return copy
 
 
-@settings(max_examples=300)
+@settings(max_examples=200)
 @given(st.sampled_from([*ALL]), st.sampled_from([math.inf, -math.inf]), st.data())
 def test_the_next_number_is_another_surface(name: str, towards: float, data: st.DataObject) -> None:
     document = ALL[name]
@@ -302,7 +300,7 @@ def test_a_content_ends_where_it_ends() -> None:
         restored(content + b"\0", LIMITS)
 
 
-@settings(max_examples=300)
+@settings(max_examples=200)
 @given(st.sampled_from([*ALL]), st.data())
 def test_damage_is_refused_or_another_surface(name: str, data: st.DataObject) -> None:
     """Never a fault that nobody foresaw; that the hash is wrong is seen by the store."""
