@@ -27,7 +27,7 @@ from tests.certify.surfaces import FAMILIES
 JOINT_TOLERANCES = 3e-1, 3e-2, 3e-3
 RESOLUTIONS = (1, 1), (4, 4), (3, 7), (16, 2), (6, 6)
 PATIENCE = 60
-"""Seconds for one task."""
+"""Seconds of the processor for one task: others may use the machine as well."""
 
 MOST = 40
 """Complaints that are printed at the end."""
@@ -71,13 +71,13 @@ def _seed(task: Task) -> int:
 
 def work(task: Task) -> Verdict | Joint:
     """One mesh, one model or one group; after a while there is none."""
-    signal.alarm(PATIENCE)
+    signal.setitimer(signal.ITIMER_PROF, PATIENCE)
     try:
         if isinstance(task, Case):
             return judge(task)
         return judge_group(*task[1:]) if task[0] == "groups" else judge_model(*task)
     finally:
-        signal.alarm(0)
+        signal.setitimer(signal.ITIMER_PROF, 0)
 
 
 def _too_long(_signal: int, _frame: object) -> None:
@@ -85,9 +85,9 @@ def _too_long(_signal: int, _frame: object) -> None:
 
 
 def _quiet() -> None:
-    """Leaves Ctrl-C to the parent, takes the alarm."""
+    """Leaves Ctrl-C to the parent, ends what takes too long."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGALRM, _too_long)
+    signal.signal(signal.SIGPROF, _too_long)
     pin_blas()
 
 

@@ -28,14 +28,12 @@ class Family:
     """Surfaces of one kind.
 
     `count` of them are looked at in all. `lines` says that there is no area at all, where triangles
-    without any are right; `thin` that some are thinner than single precision tells, where triangles
-    may lose theirs by rounding; `flat` that two triangles are enough.
+    without any are right; `flat` that two triangles are enough.
     """
 
     make: Callable[[Random], Surface]
     count: int
     lines: bool = False
-    thin: bool = False
     flat: bool = False
 
     def surface(self, seed: int) -> Surface:
@@ -357,7 +355,7 @@ FAMILIES: Mapping[str, Family] = MappingProxyType(
         "triangles": Family(_triangle, 60),
         "rational triangles": Family(_rational_triangle, 40),
         "poles": Family(_poles, 40),
-        "almost degenerate": Family(_almost, 40, thin=True),
+        "almost degenerate": Family(_almost, 40),
         "folded": Family(_folded, 30),
         "cusped": Family(_cusped, 40),
         "lines and curves": Family(_lines, 10, lines=True),

@@ -8,7 +8,7 @@ from tests.certify.judge import Verdict
 
 HEADER = (
     f"{'family':28}{'meshes':>7}{'triangles':>10}{'found/bound':>12}{'found/tol':>10}"
-    f"{'bound/tol':>10}{'spikes':>7}{'bad':>5}{'wrong':>6}{'seconds':>8}"
+    f"{'bound/tol':>10}{'spikes':>7}{'bad':>5}{'excused':>8}{'wrong':>6}{'seconds':>8}"
 )
 
 
@@ -41,5 +41,6 @@ def _row(name: str, found: Sequence[Verdict]) -> str:
         f"{max(v.deviation / v.tolerance for v in whole):10.3f}"
         f"{max(v.bound / v.tolerance for v in whole):10.3f}"
         f"{sum(v.missed for v in found):7}{sum(v.bad_triangles for v in found):5}"
+        f"{sum(v.excused for v in found):8}"
         f"{sum(bool(v.wrong) for v in found):6}{sum(v.seconds for v in found):8.1f}"
     )

@@ -6,11 +6,14 @@ import pytest
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
+from service.surface.bezier import BezierSurface
 from tests.certify.judge import edge_counts, flat_triangles, turned_triangles
 from tests.certify.models import BODIES, complex_of
+from tests.certify.rounding import flattened_by_rounding
 from tests.certify.seams import Joint, Ready, check_order, check_seams
 from tests.certify.surfaces import FAMILIES
 from tests.certify.written import Written, read
+from tests.oracles.sheets import sheets_of
 
 SQUARE = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
 
@@ -35,7 +38,7 @@ def test_triangles_without_area_are_counted() -> None:
     third = np.array([[0.1, 0, 0], [0.7, 0, 0], [0.3, 0, 0]])
     thin = third + np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 1e-300]])
     round_ = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    assert flat_triangles(np.array([third, thin, round_, third[[0, 0, 1]]])) == 2
+    assert flat_triangles(np.array([third, thin, round_, third[[0, 0, 1]]])) == [0, 3]
 
 
 def test_triangles_that_are_turned_over_are_counted() -> None:
@@ -100,3 +103,28 @@ def test_a_vertex_between_two_of_the_neighbour_is_seen() -> None:
     }
     check_seams(joint, whole, Written(vertices, faces, mesh.report, parts=parts))
     assert any("differ" in text for text in joint.wrong)
+
+
+def test_only_rounding_excuses_a_triangle_without_area() -> None:
+    """A strip 1e-9 wide and bent along: float32 puts three of its points in line."""
+    net = np.array([[[0.5, 0, 0], [0.5, 1e-9, 0]], [[0.75, 0, 0.5], [0.75, 1e-9, 0.5]],
+                    [[1, 0, 0], [1, 1e-9, 0]]])  # fmt: skip
+    (sheet,) = sheets_of(BezierSurface(net))
+    places = np.array([[0.25, 0], [0.25, 1], [0.75, 0]])
+    points = sheet.at(places) + sheet.origin
+    points[:, 1] += 1.0
+    (sheet,) = sheets_of(BezierSurface(net + np.array([0.0, 1, 0])))
+    rounded = points.astype(np.float32)
+    written, steps = rounded.astype(float), np.spacing(rounded).astype(float) / 2
+    assert flat_triangles(np.array([written, points])) == [0]
+    assert flattened_by_rounding(sheet, written, places, steps)
+    for axis in range(3):
+        moved = written.copy()
+        moved[1, axis] += 8 * steps[1, axis]
+        assert not flattened_by_rounding(sheet, moved, places, steps)
+    # Points in line are so without any rounding, and so is one named twice.
+    straight = BezierSurface(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]))
+    (sheet,) = sheets_of(straight)
+    for places in np.array([[[0.0, 0], [0.5, 0.5], [1, 1]], [[0.0, 0], [0.5, 0.25], [0, 0]]]):
+        points = sheet.at(places) + sheet.origin
+        assert not flattened_by_rounding(sheet, points, places, np.full((3, 3), 1e-7))

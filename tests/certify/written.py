@@ -19,7 +19,8 @@ class Written:
     """Vertices (V, 3), faces (T, 3), the report, and what else there is.
 
     Places (T, 3, 2) are the parameters at the corners of the faces, `parts` the runs of faces by
-    name, `part_bounds` what is promised of them.
+    name, `part_bounds` what is promised of them. Steps (V, 3) are half the distance of neighbouring
+    float32 at each coordinate, where vertices were rounded so.
     """
 
     vertices: Array
@@ -28,6 +29,7 @@ class Written:
     places: Array | None = None
     parts: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     part_bounds: Mapping[str, float] = field(default_factory=dict)
+    steps: Array | None = None
 
     @property
     def corners(self) -> Array:
@@ -68,6 +70,8 @@ def _glb(content: bytes) -> Written:
     gltf = read_glb(content)
     points: list[Array] = [np.empty((0, 3))]
     faces: list[Rows] = [np.empty((0, 3), dtype=np.int64)]
+    uvs: list[Array] = []
+    steps: list[Array] = [np.empty((0, 3))]
     (root,) = gltf.document["scenes"][0]["nodes"]
     waiting = [(root, np.zeros(3))]
     while waiting:
@@ -76,21 +80,27 @@ def _glb(content: bytes) -> Written:
         assert not {"rotation", "scale", "matrix"} & set(node)
         shift = shift + np.array(node.get("translation", [0.0, 0.0, 0.0]))
         waiting += [(child, shift) for child in node.get("children", [])]
-        if "mesh" in node:
-            for rows, places in _primitives(gltf, node["mesh"]):
-                faces.append(rows + sum(map(len, points)))
-                points.append(places.astype(np.float64) + shift)
-    report = gltf.document["asset"]["extras"]["report"]
-    return Written(np.concatenate(points), np.concatenate(faces), report)
+        for primitive in _primitives(gltf, node):
+            rows = gltf.array(primitive["indices"]).astype(np.int64).reshape(-1, 3)
+            rounded = gltf.array(primitive["attributes"]["POSITION"])
+            faces.append(rows + sum(map(len, points)))
+            points.append(rounded.astype(np.float64) + shift)
+            steps.append(np.spacing(np.abs(rounded)).astype(np.float64) / 2)
+            if "TEXCOORD_0" in primitive["attributes"]:
+                found = gltf.array(primitive["attributes"]["TEXCOORD_0"])
+                uvs.append(found.astype(np.float64)[rows])
+    return Written(
+        np.concatenate(points),
+        np.concatenate(faces),
+        gltf.document["asset"]["extras"]["report"],
+        np.concatenate(uvs) if uvs else None,
+        steps=np.concatenate(steps),
+    )
 
 
-def _primitives(gltf: Gltf, mesh: int) -> list[tuple[Rows, NDArray[np.float32]]]:
-    """Triangles of a mesh: indices and positions."""
-    return [
-        (
-            gltf.array(primitive["indices"]).astype(np.int64).reshape(-1, 3),
-            gltf.array(primitive["attributes"]["POSITION"]),
-        )
-        for primitive in gltf.document["meshes"][mesh]["primitives"]
-        if primitive.get("mode", 4) == 4
-    ]
+def _primitives(gltf: Gltf, node: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """What has triangles at a node."""
+    if "mesh" not in node:
+        return []
+    primitives = gltf.document["meshes"][node["mesh"]]["primitives"]
+    return [primitive for primitive in primitives if primitive.get("mode", 4) == 4]

@@ -217,6 +217,13 @@ def cross(a: Vector, b: Vector) -> Vector:
     )
 
 
+def flat(triangle: Any) -> bool:
+    """Whether a triangle has no area: three corners of floats."""
+    a, b, c = ([Fraction(x) for x in corner] for corner in np.asarray(triangle).tolist())
+    edges = [tuple(y - x for x, y in zip(a, p, strict=True)) for p in (b, c)]
+    return not any(cross(edges[0], edges[1]))
+
+
 def unit(vector: Vector) -> tuple[float, float, float]:
     """The vector over its length, rounded once, from 50 digits."""
     with mpmath.workdps(DIGITS):
