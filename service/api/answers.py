@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from typing import Any, Literal
+from urllib.parse import quote
 
 import orjson
 from starlette.responses import Response
@@ -26,6 +27,8 @@ VERTICES_HEADER, TRIANGLES_HEADER = "Surface-Vertices", "Surface-Triangles"
 """Headers of every mesh: the counts of its report."""
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
+_FORBIDDEN = re.compile(r'[/\\:*?"<>|]+')
+"""What names of files cannot hold, here or there; they have no control characters anyway."""
 
 
 class ChunkedResponse(Response):
@@ -76,7 +79,12 @@ def file_response(
 def disposition(kind: Literal["inline", "attachment"], name: str, fmt: FileFormat) -> str:
     """A name to save a file under (RFC 6266), of harmless characters.
 
-    A browser shows what it can show of what is `inline`, and saves the rest under this name.
+    A browser shows what it can show of what is `inline`, and saves the rest under this name. Where
+    letters were lost, those who can read it find them in a second form of the name (RFC 8187).
     """
     stem = _UNSAFE.sub("-", name).strip("-.") or "surface"
-    return f'{kind}; filename="{stem}.{fmt.suffix}"'
+    said = f'{kind}; filename="{stem}.{fmt.suffix}"'
+    letters = _FORBIDDEN.sub("-", name).strip("-. ")
+    if name.isascii() or not letters:
+        return said
+    return f"{said}; filename*=UTF-8''{quote(letters, safe='')}.{fmt.suffix}"

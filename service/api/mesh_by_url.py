@@ -13,7 +13,6 @@ from service.api.caching.answers import AnswerCache
 from service.api.caching.codings import COMPRESS, Accepted, Coding, compressed
 from service.api.caching.entries import Entry, RawHeaders, Subject, Variant
 from service.api.caching.flights import Flights
-from service.api.caching.front import held
 from service.api.caching.requested import codings_of, condition_of
 from service.api.caching.tags import is_any, listed
 from service.api.links import mesh_address
@@ -54,24 +53,22 @@ async def get_mesh(request: Request) -> Response:
 
     answers: AnswerCache = request.app.state.answers
     entry = answers.get(subject.address)
+    known = _known(subject, wanted, condition)
+    if known is not None and (entry is not None or await exists(request, subject.surface)):
+        return _unchanged(subject.unchanged(known, pinned=pinned))
     if entry is not None:
         answers.counts.hits += 1
         timing = Timing("cache;desc=hit")
     else:
         answers.counts.misses += 1
-        known = _known(subject, wanted, condition)
-        if known is not None and await exists(request, subject.surface):
-            return _unchanged(subject.unchanged(known, pinned=pinned))
         flights: Flights = request.app.state.flights
         work = partial(_make, request, subject, fmt, query)
         made = await flights.join(subject.address, work)
         entry, timing = made.entry, Timing("cache;desc=miss", made.timing)
     variant = await _coded(request, entry, wanted, timing)
     answers.alias(entry, request.scope["path"], request.scope["query_string"], pinned=pinned)
-    if condition is not None:
-        same = held(entry, wanted, condition) or (variant if is_any(condition) else None)
-        if same is not None:
-            return _unchanged(subject.unchanged(same.coding, pinned=pinned))
+    if condition is not None and is_any(condition):
+        return _unchanged(subject.unchanged(variant.coding, pinned=pinned))
     headers = entry.headers(variant, pinned=pinned, timing=str(timing).encode())
     return _with_headers(ChunkedResponse(variant.body), headers)
 

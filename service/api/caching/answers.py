@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from service.api.caching.codings import Coding
 from service.api.caching.entries import Entry, Variant
 
-SHARE = 4
-"""An entry may take one part of so many: no single one drives out all others."""
+SHARE = 2
+"""An entry may take one part of so many, once it is there in all codings: no single one drives out
+all others."""
 
 ALIASES = 8
 """Spellings of its address by which an entry is found without being understood anew."""

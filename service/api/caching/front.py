@@ -40,7 +40,7 @@ class Front:
                         condition = value if condition is None else condition + b"," + value
                     elif name == b"origin":
                         origin = value
-                chosen = choose(entry, accepted(coding), condition)
+                chosen = _choose(entry, accepted(coding), condition)
                 if chosen is not None:
                     self._answers.counts.hits += 1
                     variant, unchanged = chosen
@@ -62,19 +62,19 @@ class Front:
 _METHODS = frozenset({"GET", "HEAD"})
 
 
-def choose(entry: Entry, wanted: Accepted, condition: bytes | None) -> tuple[Variant, bool] | None:
+def _choose(entry: Entry, wanted: Accepted, condition: bytes | None) -> tuple[Variant, bool] | None:
     """The bytes to send, and whether the client has them; None if they are yet to be made."""
     if not wanted.plain:
         return None  # a coding that does not pay must be used after all
     if condition is not None:
-        known = held(entry, wanted, condition)
+        known = _held(entry, wanted, condition)
         if known is not None:
             return known, True
     variant = entry.variants.get(wanted.order[0])
     return None if variant is None else (variant, condition is not None and is_any(condition))
 
 
-def held(entry: Entry, wanted: Accepted, condition: bytes) -> Variant | None:
+def _held(entry: Entry, wanted: Accepted, condition: bytes) -> Variant | None:
     """The bytes that the client has already, in a coding that it accepts."""
     tags = listed(condition)
     variants: Iterable[Variant] = (entry.variants[c] for c in wanted.order if c in entry.variants)
