@@ -2982,12 +2982,12 @@ export interface operations {
                     "Content-Disposition"?: string;
                     /**
                      * @description Number of vertices, as in the report. Not with the exact patches.
-                     * @example 8273
+                     * @example 8257
                      */
                     "Surface-Vertices"?: number;
                     /**
                      * @description Number of triangles, as in the report. Not with the exact patches.
-                     * @example 16128
+                     * @example 16256
                      */
                     "Surface-Triangles"?: number;
                     /**
@@ -3564,12 +3564,12 @@ export interface operations {
                     "Content-Disposition"?: string;
                     /**
                      * @description Number of vertices, as in the report. Not with the exact patches.
-                     * @example 8273
+                     * @example 8257
                      */
                     "Surface-Vertices"?: number;
                     /**
                      * @description Number of triangles, as in the report. Not with the exact patches.
-                     * @example 16128
+                     * @example 16256
                      */
                     "Surface-Triangles"?: number;
                     /**
