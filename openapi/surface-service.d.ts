@@ -2901,15 +2901,15 @@ export interface operations {
                  * @example glb
                  */
                 format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
-                /** @description Beside a file: what the control points are: `bezier` or `bspline` for one net, `patches` for many. */
+                /** @description Beside a file: What the control points are: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
-                /** @description Beside a file: degree of a `bspline`: one number, or one for u and one for v. */
+                /** @description Beside a file: Degree of a `bspline`: one number, or one for u and one for v. */
                 degree?: number[];
-                /** @description Beside a file: knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
+                /** @description Beside a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
                 knots?: ("uniform" | "clamped" | "periodic")[];
-                /** @description Beside a file: the model's vertical axis, `y` or `z`. */
+                /** @description Beside a file: The model's vertical axis, `y` or `z`. */
                 up?: "y" | "z";
-                /** @description Beside a file: name of the surface. */
+                /** @description Beside a file: Name of the surface. */
                 name?: string;
                 /** @description Beside a file: Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget. */
                 resolution?: number | [
@@ -2926,40 +2926,40 @@ export interface operations {
                 max_triangles?: number;
                 /** @description Beside a file: The same for the bytes of the answer in its format. */
                 max_bytes?: number;
-                /** @description Beside a file: Whether the other distance is bounded, too: no point of the mesh is further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. */
+                /** @description Beside a file: Whether the other distance is bounded, too: no point of the mesh is further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Left out: false. */
                 two_sided?: boolean;
-                /** @description Beside a file: Kind of faces. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. */
+                /** @description Beside a file: Kind of faces. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. Left out: "triangles". */
                 faces?: "triangles" | "quads" | "none";
-                /** @description Beside a file: Whether vertices carry analytic unit normals. */
+                /** @description Beside a file: Whether vertices carry analytic unit normals. Left out: true. */
                 normals?: boolean;
-                /** @description Beside a file: Whether vertices carry their parameters (u, v): those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. */
+                /** @description Beside a file: Whether vertices carry their parameters (u, v): those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. Left out: false. */
                 uvs?: boolean;
-                /** @description Beside a file: Whether vertices carry the Gaussian and the mean curvature of the surface itself, as attributes `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. */
+                /** @description Beside a file: Whether vertices carry the Gaussian and the mean curvature of the surface itself, as attributes `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. Left out: false. */
                 curvatures?: boolean;
-                /** @description Beside a file: Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. */
+                /** @description Beside a file: Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. Left out: true. */
                 weld?: boolean;
-                /** @description Beside a file: Radians. Where patches meet at a larger angle their normals stay apart. */
+                /** @description Beside a file: Radians. Where patches meet at a larger angle their normals stay apart. Left out: 0.017453292519943295. */
                 crease_angle?: number;
-                /** @description Beside a file: Lines to draw beside the faces, where the format has lines. */
+                /** @description Beside a file: Lines to draw beside the faces, where the format has lines. Left out: []. */
                 overlays?: ("control_net" | "boundary")[];
-                /** @description Beside a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction. */
+                /** @description Beside a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction. Left out: [0, 0]. */
                 isocurves?: number | [
                     number,
                     number
                 ];
-                /** @description Beside a file: What isoparametric curves are drawn as: `lines` where the format has lines, `tubes`, or `ribbons` that lie flat on the surface, a twentieth of their width above its faces. */
+                /** @description Beside a file: What isoparametric curves are drawn as: `lines` where the format has lines, `tubes`, or `ribbons` that lie flat on the surface, a twentieth of their width above its faces. Left out: "lines". */
                 wires?: "lines" | "tubes" | "ribbons";
                 /** @description Beside a file: Diameter of the tubes, width of the ribbons, in model units; a 300th of the diagonal of the control points if left out. */
                 wire_width?: number;
-                /** @description Beside a file: Sides of a tube. */
+                /** @description Beside a file: Sides of a tube. Left out: 8. */
                 wire_sides?: number;
-                /** @description Beside a file: How samples are computed. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. */
+                /** @description Beside a file: How samples are computed. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. Left out: "matrix". */
                 method?: "matrix" | "de_casteljau" | "forward_difference";
                 /** @description Beside a file: Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` (the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description Beside a file: glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that touch in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). */
+                /** @description Beside a file: glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that touch in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Left out: false. */
                 quantize?: boolean;
-                /** @description Beside a file: `meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, vertices and triangles in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). */
+                /** @description Beside a file: `meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, vertices and triangles in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Left out: "none". */
                 compression?: "none" | "meshopt";
             };
             header?: never;
@@ -3032,15 +3032,15 @@ export interface operations {
                  * @example glb
                  */
                 format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
-                /** @description Beside a file: what the control points are: `bezier` or `bspline` for one net, `patches` for many. */
+                /** @description Beside a file: What the control points are: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
-                /** @description Beside a file: degree of a `bspline`: one number, or one for u and one for v. */
+                /** @description Beside a file: Degree of a `bspline`: one number, or one for u and one for v. */
                 degree?: number[];
-                /** @description Beside a file: knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
+                /** @description Beside a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
                 knots?: ("uniform" | "clamped" | "periodic")[];
-                /** @description Beside a file: the model's vertical axis, `y` or `z`. */
+                /** @description Beside a file: The model's vertical axis, `y` or `z`. */
                 up?: "y" | "z";
-                /** @description Beside a file: name of the surface. */
+                /** @description Beside a file: Name of the surface. */
                 name?: string;
                 /** @description Beside a file: Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget. */
                 resolution?: number | [
@@ -3057,40 +3057,40 @@ export interface operations {
                 max_triangles?: number;
                 /** @description Beside a file: The same for the bytes of the answer in its format. */
                 max_bytes?: number;
-                /** @description Beside a file: Whether the other distance is bounded, too: no point of the mesh is further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. */
+                /** @description Beside a file: Whether the other distance is bounded, too: no point of the mesh is further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Left out: false. */
                 two_sided?: boolean;
-                /** @description Beside a file: Kind of faces. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. */
+                /** @description Beside a file: Kind of faces. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. Left out: "triangles". */
                 faces?: "triangles" | "quads" | "none";
-                /** @description Beside a file: Whether vertices carry analytic unit normals. */
+                /** @description Beside a file: Whether vertices carry analytic unit normals. Left out: true. */
                 normals?: boolean;
-                /** @description Beside a file: Whether vertices carry their parameters (u, v): those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. */
+                /** @description Beside a file: Whether vertices carry their parameters (u, v): those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. Left out: false. */
                 uvs?: boolean;
-                /** @description Beside a file: Whether vertices carry the Gaussian and the mean curvature of the surface itself, as attributes `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. */
+                /** @description Beside a file: Whether vertices carry the Gaussian and the mean curvature of the surface itself, as attributes `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. Left out: false. */
                 curvatures?: boolean;
-                /** @description Beside a file: Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. */
+                /** @description Beside a file: Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. Left out: true. */
                 weld?: boolean;
-                /** @description Beside a file: Radians. Where patches meet at a larger angle their normals stay apart. */
+                /** @description Beside a file: Radians. Where patches meet at a larger angle their normals stay apart. Left out: 0.017453292519943295. */
                 crease_angle?: number;
-                /** @description Beside a file: Lines to draw beside the faces, where the format has lines. */
+                /** @description Beside a file: Lines to draw beside the faces, where the format has lines. Left out: []. */
                 overlays?: ("control_net" | "boundary")[];
-                /** @description Beside a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction. */
+                /** @description Beside a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction. Left out: [0, 0]. */
                 isocurves?: number | [
                     number,
                     number
                 ];
-                /** @description Beside a file: What isoparametric curves are drawn as: `lines` where the format has lines, `tubes`, or `ribbons` that lie flat on the surface, a twentieth of their width above its faces. */
+                /** @description Beside a file: What isoparametric curves are drawn as: `lines` where the format has lines, `tubes`, or `ribbons` that lie flat on the surface, a twentieth of their width above its faces. Left out: "lines". */
                 wires?: "lines" | "tubes" | "ribbons";
                 /** @description Beside a file: Diameter of the tubes, width of the ribbons, in model units; a 300th of the diagonal of the control points if left out. */
                 wire_width?: number;
-                /** @description Beside a file: Sides of a tube. */
+                /** @description Beside a file: Sides of a tube. Left out: 8. */
                 wire_sides?: number;
-                /** @description Beside a file: How samples are computed. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. */
+                /** @description Beside a file: How samples are computed. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. Left out: "matrix". */
                 method?: "matrix" | "de_casteljau" | "forward_difference";
                 /** @description Beside a file: Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` (the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description Beside a file: glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that touch in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). */
+                /** @description Beside a file: glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that touch in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Left out: false. */
                 quantize?: boolean;
-                /** @description Beside a file: `meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, vertices and triangles in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). */
+                /** @description Beside a file: `meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, vertices and triangles in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Left out: "none". */
                 compression?: "none" | "meshopt";
             };
             header?: never;
@@ -3253,15 +3253,15 @@ export interface operations {
     storeSurface: {
         parameters: {
             query?: {
-                /** @description Beside a file: what the control points are: `bezier` or `bspline` for one net, `patches` for many. */
+                /** @description Beside a file: What the control points are: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
-                /** @description Beside a file: degree of a `bspline`: one number, or one for u and one for v. */
+                /** @description Beside a file: Degree of a `bspline`: one number, or one for u and one for v. */
                 degree?: number[];
-                /** @description Beside a file: knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
+                /** @description Beside a file: Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and one for v. */
                 knots?: ("uniform" | "clamped" | "periodic")[];
-                /** @description Beside a file: the model's vertical axis, `y` or `z`. */
+                /** @description Beside a file: The model's vertical axis, `y` or `z`. */
                 up?: "y" | "z";
-                /** @description Beside a file: name of the surface. */
+                /** @description Beside a file: Name of the surface. */
                 name?: string;
             };
             header?: never;

@@ -22,7 +22,7 @@ def remote_mesh(
     Parameters
     ----------
     source : str or dict
-        Id of an example, or the document of a request.
+        Id of an example or of a stored surface, or the document of a request.
     chosen : Mapping
         Options by name, as text.
 
@@ -53,6 +53,16 @@ def remote_mesh_of_file(
     headers = {"Content-Type": media_type}
     return _asked(url, fmt.media_type, "POST", "/v1/mesh", params=params, content=content,
                   headers=headers)  # fmt: skip
+
+
+def remote_store(url: str, document: dict[str, Any]) -> dict[str, str]:
+    """Stores a surface at the service at `url`: its `id`, `self` and meshes by suffix, with hosts.
+
+    Raises as `remote_mesh` does.
+    """
+    answer = orjson.loads(_posted(url, "application/json", "/v1/surfaces", document, {}))
+    links = {"self": answer["links"]["self"], **answer["links"]["mesh"]}
+    return {"id": answer["id"]} | {k: str(httpx.URL(url).join(v)) for k, v in links.items()}
 
 
 def remote_curve(
@@ -106,7 +116,7 @@ def _asked(url: str, wanted: str, method: str, path: str, **request: Any) -> byt
     except httpx.TransportError as error:
         raise ServiceFailed(f"{url} does not answer: {type(error).__name__}") from None
     media_type = answer.headers.get("content-type", "").partition(";")[0]
-    if answer.status_code == httpx.codes.OK and media_type == wanted.partition(";")[0]:
+    if answer.is_success and media_type == wanted.partition(";")[0]:
         return answer.content
     problem = _problem(answer) if media_type == "application/problem+json" else {}
     if not problem:

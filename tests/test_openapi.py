@@ -156,6 +156,8 @@ def test_what_stands_beside_a_file_is_listed_with_examples_that_are_taken() -> N
     parameters = DOCUMENT["paths"]["/v1/mesh"]["post"]["parameters"]
     beside = {parameter["name"]: parameter for parameter in parameters}
     assert beside.keys() == {"format"} | set(FIELDS) | set(MeshOptionFields.model_fields)
+    # Pages that try calls fill these in, and beside JSON they are refused.
+    assert not any("example" in p or "default" in p["schema"] for p in parameters[1:])
     net = np.zeros((4, 4, 3))
     net[..., 0], net[..., 1] = np.indices((4, 4))
     for name in FIELDS:

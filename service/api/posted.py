@@ -19,7 +19,7 @@ from service.decoders.format import Decoder
 from service.decoders.registry import DECODERS
 from service.errors import InvalidRequest
 from service.schemas.document import DocumentLimits, parse_document
-from service.schemas.surface_query import document_from_query
+from service.schemas.surface_query import document_from_query, with_fields
 from service.settings import Settings
 
 
@@ -64,7 +64,7 @@ class Posting(Generic[AnyFormat]):
             return parse_document(body)
         fields = self.beside["surface"]
         net = self.decoder.decode(body, fields.get("type"), limits.max_control_points)
-        return {**self.beside, "surface": {**fields, **net}}
+        return {**self.beside, "surface": with_fields(net, fields)}
 
 
 def posting(request: Request, formats: Sequence[AnyFormat] = ()) -> Posting[AnyFormat]:

@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Sequence
 
-from service.cli import convert, curve, estimate, lists, mesh, points, serve
+from service.cli import convert, curve, estimate, lists, mesh, points, serve, store
 from service.cli.refusals import (
     EXIT_CODES,
     REFUSED,
@@ -51,6 +51,6 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (serve, mesh, estimate, points, convert, curve, lists):
+    for command in (serve, mesh, estimate, points, convert, curve, store, lists):
         command.add(commands)
     return parser

@@ -14,6 +14,7 @@ from service.cli.source import (
     chosen_format,
     chosen_options,
     perform,
+    stored_id,
     surface_source,
 )
 
@@ -39,7 +40,7 @@ OPTIONS = (
 def add(commands: Commands) -> None:
     """The command and its flags."""
     mesh = add_command(commands, "mesh", "write the mesh of a surface")
-    add_source(mesh, "options")
+    add_source(mesh, "options", "; with --url also the id of a surface that is stored there")
     add_output(mesh)
     add_options(mesh)
     add_fields(mesh)
@@ -112,7 +113,7 @@ def _run(arguments: argparse.Namespace) -> int:
     from service.encoders.registry import FORMATS
 
     fmt = chosen_format(arguments, FORMATS)
-    source = surface_source(arguments)
+    source = stored_id(arguments) or surface_source(arguments)
     chosen = chosen_options(arguments, OPTIONS)
     if isinstance(source, dict):
         source = overridden(source, chosen)

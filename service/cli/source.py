@@ -1,6 +1,7 @@
 """What commands have in common: a file or an example to begin with, a file to end with."""
 
 import argparse
+import re
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -19,6 +20,8 @@ AnyFormat = TypeVar("AnyFormat", bound="FileFormat")
 Commands = Any
 """What `add_subparsers` gives; its type has no public name."""
 
+_ID = re.compile("[0-9a-f]{64}")
+
 _FILE_HELP = (
     "a JSON file (a surface, or a request with a surface and {}), a file of control points, the id "
     "of an example, or - for standard input"
@@ -36,9 +39,9 @@ def add_command(commands: Commands, name: str, text: str) -> argparse.ArgumentPa
     return command
 
 
-def add_source(command: argparse.ArgumentParser, beside: str) -> None:
+def add_source(command: argparse.ArgumentParser, beside: str, more: str = "") -> None:
     """Where the surface comes from; a request has something `beside` it."""
-    command.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP.format(beside))
+    command.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP.format(beside) + more)
 
 
 def add_output(command: argparse.ArgumentParser, *, formats: bool = True) -> None:
@@ -121,6 +124,15 @@ def surface_source(arguments: argparse.Namespace) -> str | dict[str, Any] | NetF
         return NetFile(_read(source, "surface", missing), decoder, chosen_fields(arguments))
     check_no_fields(arguments)
     return source if is_example else read_request(source, "surface", missing)
+
+
+def stored_id(arguments: argparse.Namespace) -> str | None:
+    """The source, if it is the id of a surface that the service at `--url` may have stored."""
+    source = arguments.source
+    if arguments.url is None or not _ID.fullmatch(source) or Path(source).exists():
+        return None
+    check_no_fields(arguments)
+    return str(source)
 
 
 def read_request(source: str, what: str, missing: str) -> dict[str, Any]:

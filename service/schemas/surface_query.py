@@ -51,6 +51,17 @@ def surface_fields(texts: Mapping[str, str]) -> dict[str, object]:
     return {name: _value(name, text) for name, text in texts.items()}
 
 
+def with_fields(net: dict[str, Any], fields: Mapping[str, object]) -> dict[str, Any]:
+    """The surface that a file holds, with these fields; a group's axis is that of its members."""
+    if net["type"] == "group" and "up" in fields:
+        members = [
+            member | {"surface": member["surface"] | {"up": fields["up"]}}
+            for member in net["members"]
+        ]
+        net = net | {"members": members}
+    return {**fields, **net}
+
+
 def _value(name: str, text: str) -> object:
     if name == "degree":
         numbers = [int(part) if _DEGREE.fullmatch(part) else part for part in text.split(",")]

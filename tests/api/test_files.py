@@ -92,6 +92,16 @@ def test_texts_are_the_surfaces_that_they_describe(client: Client) -> None:
             assert found[name] == wanted[name]
 
 
+def test_a_group_of_patches_stands_where_its_control_points_are(client: Client) -> None:
+    text = b"LIST { BEZ113 0 0 0 1 0 0 0 1 2 1 1 2 } { BEZ213 0 0 0 1 0 0 2 0 0 0 1 2 1 1 2 2 1 2 }"
+    for up in ("y", "z"):
+        report = posted(client, text, OOGL, f"resolution=1&up={up}&name=both").json()["report"]
+        assert report["bounds"] == {"min": [0, 0, 0], "max": [2, 1, 2]}
+        assert len(report["parts"]) == 2
+        refused = posted(client, text, OOGL, f"up={up}&knots=uniform")
+        assert refused.json()["errors"][0]["parameter"] == "knots"
+
+
 def test_a_file_is_named_after_the_surface(client: Client) -> None:
     answer = posted(client, saved(net()), NPY, "format=stl&name=sail")
     assert "sail.stl" in answer.headers["content-disposition"]

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from service.api.app import create_app
+from service.encoders.format import Format
+from service.encoders.registry import FORMATS
 from service.errors import StoreFailed, StoreFull
 from service.schemas.canonical import canonical, surface_id
 from service.settings import Settings
@@ -85,6 +87,41 @@ def test_some_hundred_spellings_have_one_id_each(client: Client) -> None:
         answers = [client.request("POST", "/v1/surfaces", text, JSON) for text in texts]
         assert {answer.status_code for answer in answers} <= {201, 200}
         assert len({answer.content for answer in answers}) == 1
+
+
+@pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
+def test_every_spelling_has_the_mesh_of_the_stored_surface(client: Client, fmt: Format) -> None:
+    random = Random(4)
+    for surface in SURFACES.values():
+        address = f"{stored(client, surface)}/mesh.{fmt.suffix}"
+        fetched = client.get(f"{address}?resolution=2&engine=2")
+        assert fetched.status_code == 200
+        assert fetched.headers["cache-control"] == FOR_EVER
+        body = f'{{"surface":{spelled(surface, random)},"resolution":2}}'.encode()
+        posted = client.request("POST", f"/v1/mesh?format={fmt.name}", body, JSON)
+        assert posted.content == fetched.content
+
+
+def test_deleted_surfaces_have_no_meshes(fresh: Client) -> None:
+    address = stored(fresh, PATCH)
+    mesh = f"{address}/mesh.json?engine=2"
+    first = fresh.get(mesh)
+    assert (first.status_code, fresh.get(mesh).status_code) == (200, 200)
+    assert fresh.request("DELETE", address).status_code == 204
+    assert fresh.get(mesh).status_code == 404
+    assert fresh.get(mesh, {"If-None-Match": first.headers["etag"]}).status_code == 404
+    assert stored(fresh, PATCH) == address
+    assert fresh.get(mesh).content == first.content
+
+
+def test_links_of_storing_are_canonical(client: Client) -> None:
+    links = client.post("/v1/surfaces", {"surface": PATCH}).json()["links"]["mesh"]
+    assert list(links) == [fmt.suffix for fmt in FORMATS]
+    for address in links.values():
+        answer = client.get(address)
+        assert answer.status_code == 200
+        assert answer.headers["link"] == f'<{address}>; rel="canonical"'
+        assert answer.headers["cache-control"] == FOR_EVER
 
 
 def test_examples_are_surfaces_too(client: Client) -> None:

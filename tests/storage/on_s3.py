@@ -24,6 +24,7 @@ from tests.live import running_service
 from tests.storage.places import id_of, on
 
 BUCKET = "surfaces-of-a-test"
+PATCH = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
 TEN = [bytes([digit]) * 10 for digit in range(10)]
 
 
@@ -161,10 +162,21 @@ def test_service_outlives_its_store() -> None:
         with running_service(settings) as service:
             ready = httpx.get(f"{service}/health/ready")
             assert ready.json() == {"status": "ready", "store": "ready"}
+            stored = httpx.post(f"{service}/v1/surfaces", json=PATCH)
+            assert stored.status_code == 201
+            address = stored.headers["location"]
+            given = httpx.get(f"{service}{address}").json()["surface"]
+            assert given["control_net"] == PATCH["surface"]["control_net"]
     with account(url), running_service(settings) as service:  # nobody listens at `url` any more
         ready = httpx.get(f"{service}/health/ready")
         assert (ready.status_code, ready.json()["store"]) == (200, "unavailable")
         assert httpx.get(f"{service}/v1/surfaces/saddle/mesh.glb").status_code == 200
+        for answer in (
+            httpx.get(f"{service}{address}", timeout=60),
+            httpx.post(f"{service}/v1/surfaces", json=PATCH, timeout=60),
+        ):
+            assert (answer.status_code, answer.json()["code"]) == (503, "store_unavailable")
+            assert url not in answer.text
 
 
 def test_timings(address: str, capsys: pytest.CaptureFixture[str]) -> None:

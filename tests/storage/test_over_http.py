@@ -23,16 +23,19 @@ def test_a_damaged_surface_is_not_given_out_until_it_is_stored_again(
         other = client.post("/v1/surfaces", MOVED).json()
         kept = {path.name: path for path in files(tmp_path)}
         kept[stored["id"]].write_bytes(kept[other["id"]].read_bytes())
-        answer = client.get(address)
-        assert answer.status_code == 500
-        assert answer.json()["code"] == "damaged_object"
-        assert answer.headers["cache-control"] == "no-store"
-        assert str(tmp_path) not in answer.text
+        mesh = stored["links"]["mesh"]["glb"]
+        for url in (address, mesh):
+            answer = client.get(url)
+            assert answer.status_code == 500
+            assert answer.json()["code"] == "damaged_object"
+            assert answer.headers["cache-control"] == "no-store"
+            assert str(tmp_path) not in answer.text
         assert stored["id"] in caplog.text
         assert client.get(other["links"]["self"]).status_code == 200
         assert client.post("/v1/surfaces", PATCH).status_code == 201
         net = client.get(address).json()["surface"]["control_net"]
         assert net == NET
+        assert client.get(mesh).status_code == 200
 
 
 def test_a_quota_says_what_is_left(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """The editor in headless Chromium: a control point is dragged, and everything follows."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -10,8 +10,8 @@ from playwright.sync_api import Browser, Page, Route
 
 from service.api import page as editor
 from tests.web.browser import Stage
+from tests.web.editor import READY, choose, drag, listening, point, settled, show, value
 
-READY = 'html[data-state="ready"]'
 SADDLE = "/?surface=saddle&resolution=6"
 START = {"look": "shaded", "accuracy": "resolution", "axis": "free"}
 
@@ -58,62 +58,6 @@ def start_anew(page: Page) -> None:
     page.set_checked("#show-wires", False)
     page.click("#open")
     page.click('[data-example="saddle"]')
-    page.wait_for_selector(READY)
-
-
-def listening(page: Page) -> Stage:
-    complaints: list[str] = []
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.on("console", lambda message: complaints.append(message.text))
-    return Stage(page, complaints)
-
-
-def show(page: Page, address: str) -> None:
-    page.goto(address)
-    page.wait_for_selector(READY)
-
-
-def value(page: Page, name: str) -> float:
-    """A number of the readouts, all of its digits."""
-    return float(page.locator(f"#{name}").get_attribute("value") or "nan")
-
-
-def point(page: Page) -> list[float]:
-    return [float(page.input_value(f"#{axis}")) for axis in "xyz"]
-
-
-def settled(page: Page, act: Callable[[], Any]) -> dict[str, Any]:
-    """Does something that makes the page ask for a mesh, and waits for it; tells what was asked."""
-    with page.expect_response(
-        lambda answer: (
-            answer.url.endswith("/v1/mesh") and "surface" in (answer.request.post_data_json or {})
-        )
-    ) as waited:
-        act()
-    page.wait_for_selector(READY)
-    asked = waited.value.request.post_data_json
-    assert isinstance(asked, dict)
-    return asked
-
-
-def choose(page: Page, number: int) -> tuple[float, float]:
-    """Chooses a control point by its number; tells where in the window it is seen."""
-    page.fill("#point", str(number))
-    page.press("#point", "Enter")
-    marker = page.locator(f"#marker:has-text('{number}')")
-    marker.wait_for()
-    box = page.locator("#view").bounding_box()
-    assert box is not None
-    x, y = (float(marker.get_attribute(f"data-{axis}") or "nan") for axis in "xy")
-    return box["x"] + x, box["y"] + y
-
-
-def drag(page: Page, start: tuple[float, float], by: tuple[float, float]) -> None:
-    page.mouse.move(*start)
-    page.mouse.down()
-    page.mouse.move(start[0] + by[0] / 2, start[1] + by[1] / 2)
-    page.mouse.move(start[0] + by[0], start[1] + by[1])
-    page.mouse.up()
     page.wait_for_selector(READY)
 
 
@@ -267,6 +211,39 @@ def test_a_refusal_says_what_and_where(opened: Stage) -> None:
     page.click("#problem-undo")
     page.wait_for_selector(READY)
     assert page.is_hidden("#problem")
+
+
+def test_a_surface_that_is_refused_leaves_nothing_of_the_one_before(opened: Stage) -> None:
+    page = opened.page
+    start_anew(page)
+    page.click("#open")
+    page.fill("#paste", '{"name": "lost", "control_net": [[[0, 0, 0]], [[1, 0, 0]]]}')
+    page.click("#paste-open")
+    page.wait_for_selector('html[data-state="refused"]')
+    assert page.inner_text("#title") == "lost"
+    assert page.inner_text("#triangles") == page.inner_text("#deviation") == "–"
+
+
+def test_a_link_to_nothing_says_so(opened: Stage, server: str) -> None:
+    page = opened.page
+    page.goto(f"{server}/?surface={'0' * 64}")
+    page.wait_for_selector('html[data-state="refused"]')
+    assert page.inner_text("#problem-title") == "There is no surface at this address"
+    assert page.inner_text("#title") == "Open a surface"
+
+
+def test_a_surface_of_many_patches_opens_coarsely(opened: Stage) -> None:
+    """37 × 37 patches of 64 × 64 cells are refused; one cell a patch is something to look at."""
+    page = opened.page
+    start_anew(page)
+    settled(page, lambda: page.fill("#resolution", "64"))
+    rows = [[[i, j, (i * j) % 7] for j in range(40)] for i in range(40)]
+    page.click("#open")
+    page.fill("#paste", json.dumps({"type": "bspline", "control_net": rows, "knots": "uniform"}))
+    page.click("#paste-open")
+    page.wait_for_selector(READY)
+    assert page.input_value("#resolution") == "1"
+    assert value(page, "triangles") == 2 * 37 * 37
 
 
 def test_text_that_is_no_json_stays_on_the_page(page: Page) -> None:

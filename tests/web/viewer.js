@@ -4,6 +4,7 @@
 // Nothing about the geometry is mended here: normals and uprightness are the file's own.
 
 import * as THREE from 'three';
+import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
@@ -215,7 +216,8 @@ async function show(url) {
   scene.clear();
   renderer.setSize(innerWidth, innerHeight);
   camera.aspect = innerWidth / innerHeight;
-  const { scene: model } = await new GLTFLoader().loadAsync(url);
+  const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
+  const { scene: model } = await loader.loadAsync(url);
   scene.add(model);
   model.updateMatrixWorld(true);
   const meshes = nodesOf(model, 'isMesh');

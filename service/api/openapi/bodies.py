@@ -1,5 +1,6 @@
 """Bodies that are files of control points, in the OpenAPI document, and the queries beside them."""
 
+import json
 from collections.abc import Mapping
 from types import MappingProxyType
 
@@ -113,7 +114,7 @@ def _fields() -> list[Json]:
             "name": name,
             "in": "query",
             "required": False,
-            "description": f"Beside a file: {about[0].lower()}{about[1:]}",
+            "description": f"Beside a file: {about}",
             "schema": _FIELD_SCHEMAS[name],
             **(_PAIR if _FIELD_SCHEMAS[name]["type"] == "array" else {}),
         }
@@ -122,18 +123,25 @@ def _fields() -> list[Json]:
 
 
 def _options() -> list[Json]:
-    """The options of a mesh, their examples within their schemas.
+    """The options of a mesh: examples within their schemas, defaults in words.
 
-    Pages on which calls are tried begin with the examples of parameters; beside JSON these must be
-    empty.
+    Pages on which calls are tried begin with the examples and defaults of parameters, and beside
+    JSON these must be empty.
     """
-    parameters = []
-    for parameter in option_parameters():
-        if parameter["name"] not in MeshOptionFields.model_fields:
-            continue  # the engine is a matter of addresses
-        example = parameter.pop("example", None)
-        if example is not None:
-            parameter["schema"] = parameter["schema"] | {"examples": [example]}
-        parameter["description"] = f"Beside a file: {parameter['description']}"
-        parameters.append(parameter)
-    return parameters
+    return [
+        _beside_a_file(parameter)
+        for parameter in option_parameters()
+        # The engine, too, is a parameter, but of addresses.
+        if parameter["name"] in MeshOptionFields.model_fields
+    ]
+
+
+def _beside_a_file(parameter: Json) -> Json:
+    schema = dict(parameter["schema"])
+    about = f"Beside a file: {parameter['description']}"
+    if "example" in parameter:
+        schema["examples"] = [parameter["example"]]
+    if "default" in schema:
+        about += f" Left out: {json.dumps(schema.pop('default'))}."
+    kept = {key: value for key, value in parameter.items() if key != "example"}
+    return kept | {"description": about, "schema": schema}

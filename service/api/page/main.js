@@ -6,10 +6,10 @@ import { announce, element } from './page.js';
 import { watchPanel } from './panel.js';
 import { watchPointPanel } from './point-panel.js';
 import { hideProblem, showProblem, watchProblems } from './problems.js';
-import { showReadouts, speakReadouts } from './readouts.js';
+import { clearReadouts, showReadouts, speakReadouts } from './readouts.js';
 import { reportOf } from './report.js';
 import { contextOf } from './scene.js';
-import { mesh, Refusal } from './service.js';
+import { Away, mesh, Refusal } from './service.js';
 import { fromQuery, meshOptions } from './settings.js';
 import { watchShare } from './share.js';
 import { State } from './state.js';
@@ -31,6 +31,8 @@ element('no-webgl', HTMLElement).hidden = view !== null;
 
 /** How many patches the surface has: what a coarse mesh may divide depends on it. */
 let patches = 1;
+/** Whether the document that is open has a mesh. */
+let isShown = false;
 
 /** @type {MeshRequests<Wish, MeshAnswer>} */
 const requests = new MeshRequests({
@@ -43,6 +45,7 @@ const requests = new MeshRequests({
     const report = reportOf(content);
     if (view) await view.take(content, coarse);
     patches = report.patches;
+    isShown = true;
     hideProblem();
     view?.alarm(-1);
     root.dataset.state = 'busy';
@@ -61,8 +64,26 @@ function ask(coarse) {
 
 /** @param {Error} error */
 function fail(error) {
-  root.dataset.state = error instanceof Refusal ? 'refused' : 'away';
+  if (isTooFine(error)) {
+    state.set({ resolution: 1 });
+    return;
+  }
+  const foreseen = error instanceof Refusal || error instanceof Away;
+  root.dataset.state = error instanceof Away ? 'away' : 'refused';
+  if (!isShown) {
+    view?.clear();
+    clearReadouts();
+  }
   view?.alarm(showProblem(error, state));
+  // A mistake of ours is for the console as well.
+  if (!foreseen) reportError(error);
+}
+
+/** Whether a surface that was just opened has too many patches for the resolution. @param {Error} error */
+function isTooFine(error) {
+  const { resolution, accuracy } = state.settings;
+  return !isShown && error instanceof Refusal && accuracy === 'resolution' && resolution > 1
+    && error.issues.some(({ pointer }) => pointer === '/resolution');
 }
 
 /** What the mesh depends on, of all that is set. */
@@ -78,6 +99,8 @@ state.listen((change) => {
   if (change === 'opened') {
     requests.forget();
     hideProblem();
+    isShown = false;
+    patches = 1;
   }
   ask(change === 'moving');
 });

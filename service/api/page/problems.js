@@ -2,7 +2,7 @@
 
 import { pathOf } from './documents.js';
 import { button, element, made, write } from './page.js';
-import { Refusal } from './service.js';
+import { Away, Refusal } from './service.js';
 
 /** @typedef {import('./net.js').Net} Net */
 /** @typedef {import('./service.js').Issue} Issue */
@@ -20,13 +20,12 @@ export function watchProblems(state, retry) {
   });
 }
 
-/** Shows a problem; tells which control point it is about, or -1. @param {Error} error @param {State} state */
+/** Shows what went wrong; tells which control point it is about, or -1. @param {Error} error @param {State} state */
 export function showProblem(error, state) {
   const issues = error instanceof Refusal ? error.issues : [];
   const refused = error instanceof Refusal;
-  write('problem-title', refused ? 'The service refuses this surface' : 'The service is away');
-  const detail = refused ? error.message
-    : 'Nothing answers at its address. What you have made is kept; it is asked again with your next change.';
+  const { title, detail } = toldOf(error);
+  write('problem-title', title);
   write('problem-detail', issues.length === 1 ? '' : detail);
   element('problem-errors', HTMLElement).replaceChildren(...issues.slice(0, 5).map(line));
   const index = issues.map((issue) => pointNamed(issue, state.net)).find((at) => at >= 0) ?? -1;
@@ -35,9 +34,21 @@ export function showProblem(error, state) {
   point.dataset.index = String(index);
   point.textContent = `Show control point ${index + 1}`;
   button('problem-undo').hidden = !refused || !state.history.canUndo;
-  button('problem-retry').hidden = refused;
+  button('problem-retry').hidden = !(error instanceof Away);
   element('problem', HTMLElement).hidden = false;
   return index;
+}
+
+/** @param {Error} error @returns {{title: string, detail: string}} */
+function toldOf(error) {
+  if (error instanceof Away) {
+    const detail = 'Nothing answers at its address. What you have made is kept; it is asked again with your next change.';
+    return { title: 'The service is away', detail };
+  }
+  if (!(error instanceof Refusal)) return { title: 'The page made a mistake', detail: String(error) };
+  const lost = error.code === 'unknown_surface';
+  const title = lost ? 'There is no surface at this address' : 'The service refuses this surface';
+  return { title, detail: error.message };
 }
 
 export function hideProblem() {

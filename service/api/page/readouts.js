@@ -17,6 +17,12 @@ export function showReadouts(report, { bytes, serverTime, roundTrip }) {
   put('round-trip', roundTrip, milliseconds(roundTrip));
 }
 
+/** Of a surface that has no mesh. */
+export function clearReadouts() {
+  ['triangles', 'vertices', 'bytes', 'deviation', 'closed', 'server-time', 'round-trip']
+    .forEach((id) => put(id, null, '–'));
+}
+
 /** Tells those who listen. @param {Report} report */
 export function speakReadouts(report) {
   const bound = report.deviation_bound;

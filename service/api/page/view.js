@@ -49,6 +49,12 @@ export class View {
     this.fresh = false;
   }
 
+  /** Without a mesh: that of another document must not stand for this one. */
+  clear() {
+    this.surface.forget();
+    this.stage.settle(this.stage.box);
+  }
+
   /** The net of the document, and what is chosen of it. */
   follow() {
     const { state } = this;

@@ -1,0 +1,31 @@
+"""`surface store`: stores a surface at a service and prints its addresses."""
+
+import argparse
+
+from service.cli.nets import add_fields, chosen_fields, field_line
+from service.cli.output import print_lines
+from service.cli.refusals import OK, Refused
+from service.cli.source import Commands, add_command, add_source, surface_document, surface_source
+from service.errors import SurfaceError
+
+
+def add(commands: Commands) -> None:
+    """The command and its flags."""
+    store = add_command(commands, "store", "store a surface at a service and print its addresses")
+    add_source(store, "no options")
+    store.add_argument("--url", required=True, help="the service that stores it")
+    add_fields(store)
+    store.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    from service.remote import remote_store
+
+    document = surface_document(surface_source(arguments))
+    try:
+        addresses = remote_store(arguments.url, document)
+    except SurfaceError as error:
+        fields = chosen_fields(arguments)
+        raise Refused(*(field_line(issue, fields) for issue in error.issues)) from None
+    print_lines(f"{name:<5} {address}" for name, address in addresses.items())
+    return OK

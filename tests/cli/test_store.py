@@ -1,0 +1,107 @@
+"""`surface store`: a surface goes to a service, its addresses come back."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import numpy as np
+import pytest
+
+from service.cli.main import main
+from service.schemas.canonical import canonical, surface_id
+from service.surface.bezier import BezierSurface
+from service.surface.examples import find
+from tests.live import running_service
+
+NET = np.array([[[0.0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]])
+SURFACE = {"control_net": NET.tolist(), "name": "sail"}
+ID = surface_id(canonical(BezierSurface(NET, name="sail")))
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[str]:
+    with running_service() as url:
+        yield url
+
+
+@pytest.fixture
+def net(tmp_path: Path) -> str:
+    file = tmp_path / "net.json"
+    file.write_text(json.dumps(SURFACE), encoding="utf-8")
+    return str(file)
+
+
+def printed(capsys: pytest.CaptureFixture[str]) -> dict[str, str]:
+    return dict(line.split() for line in capsys.readouterr().out.splitlines())
+
+
+def test_addresses_are_printed_and_answer(
+    server: str, net: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = tmp_path / "net.npy"
+    np.save(files, NET.astype(np.float32))
+    for arguments in ([net], [net], [str(files), "--name", "sail"]):
+        assert main(["store", *arguments, "--url", server]) == 0
+        found = printed(capsys)
+        assert found["id"] == ID
+        assert found["self"] == f"{server}/v1/surfaces/{ID}"
+        assert httpx.get(found["self"]).json()["surface"]["control_net"] == NET.tolist()
+
+
+def test_examples_may_be_stored(server: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["store", "octahedral-sphere", "--url", server]) == 0
+    content = canonical(find("octahedral-sphere").surface())
+    assert printed(capsys)["id"] == surface_id(content)
+
+
+def test_the_mesh_of_a_stored_surface(server: str, net: str, tmp_path: Path) -> None:
+    assert main(["store", net, "--url", server]) == 0
+    ours, theirs = tmp_path / "ours.glb", tmp_path / "theirs.glb"
+    options = ["--resolution", "3,5"]
+    assert main(["mesh", net, "-o", str(ours), *options]) == 0
+    assert main(["mesh", ID, "-o", str(theirs), *options, "--url", server]) == 0
+    assert theirs.read_bytes() == ours.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "text"),
+    [
+        (["mesh", "0" * 64, "-o", "x.glb", "--url", "{server}"], 1, "No surface is kept"),
+        (["mesh", "0" * 64, "-o", "x.glb", "--url", "{server}", "--name", "x"], 2, "--name"),
+        (["mesh", ID, "-o", "x.glb"], 2, "no such file"),
+        (["store", "teapot", "--url", "{server}"], 2, "no such file"),
+        (["store", "saddle", "--url", "{server}/foo"], 3, "not a surface service"),
+        (["store", "saddle", "--url", "ftp://host"], 2, "--url"),
+        (["store", "saddle", "--name", "x", "--url", "{server}"], 2, "--name"),
+    ],
+)
+def test_what_does_not_work(
+    server: str,
+    capsys: pytest.CaptureFixture[str],
+    arguments: list[str],
+    status: int,
+    text: str,
+) -> None:
+    assert main([part.format(server=server) for part in arguments]) == status
+    assert text in capsys.readouterr().err
+
+
+def test_refusals_name_the_place(
+    server: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "net.json"
+    for document, place in (
+        ({"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1]]]}, "/surface/control_net/1"),
+        ({"surface": SURFACE, "resolution": 4}, "/resolution"),
+    ):
+        file.write_text(json.dumps(document), encoding="utf-8")
+        assert main(["store", str(file), "--url", server]) == 1
+        assert capsys.readouterr().err.startswith(f"surface: {place}: ")
+
+
+def test_a_service_is_needed(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ending:
+        main(["store", "saddle"])
+    assert ending.value.code == 2
+    assert "--url" in capsys.readouterr().err

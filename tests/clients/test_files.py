@@ -1,0 +1,65 @@
+"""Files as people have them, sent as curl sends them, and judged by Geomview."""
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from service.encoders.format import EncodeOptions
+from service.encoders.registry import BY_NAME
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import render
+from service.surface.bspline import BsplineSurface
+from service.surface.examples import find
+from service.surface.patches import PatchSurface
+from tests.clients.geomview import read_oogl
+from tests.tools import program
+
+GEOMVIEW = Path("/usr/share/geomview/geom")
+
+
+def posted(url: str, file: Path, media_type: str) -> bytes:
+    """The answer to a file, which curl sends as it is."""
+    command = [program("curl"), "--silent", "--show-error", "--fail", "--data-binary", f"@{file}",
+               "--header", f"Content-Type: {media_type}", url]  # fmt: skip
+    return subprocess.run(command, capture_output=True, timeout=60, check=True).stdout
+
+
+def test_an_array_becomes_a_mesh(server: str, tmp_path: Path) -> None:
+    net = np.random.default_rng(5).normal(size=(100, 100, 3))
+    np.save(tmp_path / "net.npy", net)
+    url = f"{server}/v1/mesh?type=bspline&format=glb&resolution=1"
+    surface = BsplineSurface(net, (3, 3), ("clamped", "clamped"))
+    wanted = render(surface, MeshOptions((1, 1)), BY_NAME["glb"])
+    assert posted(url, tmp_path / "net.npy", "application/x-npy") == wanted
+
+
+@pytest.mark.parametrize("name", ["teapot.bez", "octant.bez", "pieces/linkB.bez"])
+def test_geomview_draws_the_same_patches_before_and_after(
+    server: str, tmp_path: Path, name: str
+) -> None:
+    file = GEOMVIEW / name
+    if not file.exists():
+        pytest.skip("Geomview's examples are not installed")
+    answer = posted(f"{server}/v1/mesh?format=oogl&oogl=bez", file, "model/x-oogl")
+    before, after = (read_oogl(content, tmp_path) for content in (file.read_bytes(), answer))
+    assert len(before.vertices) == len(after.vertices) > 0
+    assert before.faces == after.faces
+    np.testing.assert_allclose(after.vertices, before.vertices, atol=1e-5)
+
+
+def test_the_text_of_the_teapot_becomes_its_patches(server: str, tmp_path: Path) -> None:
+    teapot = find("utah-teapot").surface()
+    assert isinstance(teapot, PatchSurface)
+    lines = [
+        str(len(teapot.patches)),
+        *(",".join(map(str, patch.ravel())) for patch in teapot.patches + 1),
+        str(len(teapot.vertices)),
+        *(",".join(map(str, vertex)) for vertex in teapot.vertices.tolist()),
+    ]
+    file = tmp_path / "teapot.txt"
+    file.write_text("\n".join(lines), encoding="ascii")
+    url = f"{server}/v1/mesh?format=oogl&oogl=bez&name=utah-teapot&up=z"
+    wanted = render(teapot, MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
+    assert posted(url, file, "text/x-teapot") == wanted
