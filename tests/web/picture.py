@@ -1,6 +1,6 @@
 """Draws the pictures of the documentation, and lists the examples beside theirs.
 
-`python -m tests.web.picture docs` writes `teapot.png`, `wires.png`, `adaptive.png`,
+`python -m tests.web.picture docs` writes `editor.png`, `teapot.png`, `wires.png`, `adaptive.png`,
 `examples/<id>.png`, `curves/<name>.png` and `examples.md`.
 """
 
@@ -9,6 +9,8 @@ import sys
 from base64 import b64encode
 from pathlib import Path
 from typing import Any
+
+from playwright.sync_api import Browser
 
 from service.api.openapi.curve import REQUESTS
 from service.encoders.curves.registry import CURVES_BY_NAME
@@ -19,6 +21,7 @@ from service.surface.examples import EXAMPLES, Example
 from tests.live import running_service
 from tests.tools import chromium
 from tests.web.browser import FOLDER, open_browser, open_page, open_viewer, serve_folder
+from tests.web.editor import choose, listening, show
 
 TEAPOT = "/v1/surfaces/utah-teapot/mesh.glb?resolution=32"
 WIRES = (
@@ -26,6 +29,10 @@ WIRES = (
     "&wire_width=0.03"
 )
 ADAPTIVE = "/v1/surfaces/utah-teapot/mesh.glb?relative_tolerance=0.001"
+EDITOR = "/?surface=utah-teapot"
+EDITOR_POINT = 200
+"""A control point at the tip of the spout."""
+
 LARGE = (1200, 800)
 MEDIUM = (900, 600)
 SMALL = (400, 300)
@@ -76,6 +83,21 @@ def _curve_address(request: dict[str, Any]) -> str:
     return f"data:{glb.media_type};base64,{b64encode(content).decode()}"
 
 
+def draw_editor(browser: Browser, service: str, target: Path) -> None:
+    """The editor as it opens, with a control point chosen."""
+    context = browser.new_context(
+        viewport={"width": 1280, "height": 800}, device_scale_factor=1.5, color_scheme="light"
+    )
+    stage = listening(context.new_page())
+    show(stage.page, service + EDITOR)
+    choose(stage.page, EDITOR_POINT)
+    stage.page.evaluate("document.activeElement.blur()")
+    stage.page.screenshot(path=target)
+    context.close()
+    if stage.complaints:
+        sys.exit("\n".join(stage.complaints))
+
+
 def main(folder: Path) -> None:
     """All pictures, and the page that shows them."""
     for name in ("examples", "curves"):
@@ -97,6 +119,7 @@ def main(folder: Path) -> None:
         serve_folder(FOLDER) as pages,
         open_browser(chromium()) as browser,
     ):
+        draw_editor(browser, service, folder / "editor.png")
         stage = open_page(browser)
         open_viewer(stage, pages)
         for target, (address, size) in pictures.items():

@@ -25,8 +25,8 @@ const DIVERGING = [
   [0.98, 0.80, 0.60], [0.93, 0.57, 0.25], [0.75, 0.35, 0.05], [0.45, 0.19, 0.02],
 ];
 
-/** Share of the vertices whose curvature the range of colours reaches. */
-const WITHIN = 0.95;
+/** Share of the area whose curvature the range of colours reaches. */
+const WITHIN = 0.9;
 
 /** The colour of a share from -1 to 1, sRGB. @param {number} share @returns {number[]} */
 export function diverging(share) {
@@ -41,17 +41,19 @@ export function linear(c) {
 }
 
 /**
- * How far the colours reach, on both sides of zero: so far that all but a twentieth of the values
- * lie within. A few extremes must not leave everything else grey.
- * @param {ArrayLike<number>[]} all
+ * How far the colours reach, on both sides of zero: so far that the values of all but a tenth of
+ * the area lie within. A sharp rim must not leave everything else grey.
+ * @param {{values: ArrayLike<number>, areas: ArrayLike<number>}[]} all  values and areas of vertices
  */
 export function rangeOf(all) {
-  const sizes = all.flatMap((values) => Array.from(values, Math.abs)).filter(Number.isFinite);
-  if (sizes.length === 0) return 1;
-  sizes.sort((a, b) => a - b);
-  const most = sizes[Math.floor(WITHIN * (sizes.length - 1))];
+  const sizes = all.flatMap(({ values, areas }) => (
+    Array.from(values, (value, i) => ({ size: Math.abs(value), area: areas[i] }))
+  )).filter(({ size }) => Number.isFinite(size));
+  sizes.sort((a, b) => a.size - b.size);
+  let left = WITHIN * sizes.reduce((sum, { area }) => sum + area, 0);
+  const most = sizes.find(({ area }) => { left -= area; return left <= 0; })?.size ?? 0;
   // What is flat but for rounding is shown as flat.
-  return most > 1e-9 ? most : sizes[sizes.length - 1] || 1;
+  return most > 1e-9 ? most : sizes.at(-1)?.size || 1;
 }
 
 /**

@@ -68,12 +68,17 @@ export class SurfaceView {
     return this.materials.get(name);
   }
 
-  /** @param {Look} look @param {boolean} wires @param {Palette} palette */
-  dress(look, wires, palette) {
+  /**
+   * @param {Look} look @param {boolean} wires @param {Palette} palette
+   * @param {boolean} coarse  a mesh that follows the mouse: its colours keep their meaning
+   */
+  dress(look, wires, palette, coarse) {
     this.wire.color.set(palette.wires);
     const curved = look === 'gaussian' || look === 'mean' ? ATTRIBUTES[look] : null;
-    if (curved) {
-      this.range = rangeOf(this.meshes.map((mesh) => mesh.geometry.getAttribute(curved)?.array ?? []));
+    if (curved && !coarse) {
+      this.range = rangeOf(this.meshes.map(({ geometry }) => ({
+        values: geometry.getAttribute(curved)?.array ?? [], areas: areasOf(geometry),
+      })));
     }
     this.meshes.forEach((mesh) => {
       const { own } = mesh.userData;
@@ -131,6 +136,21 @@ export class SurfaceView {
     });
     this.meshes = [];
   }
+}
+
+/** How much of the area is nearest to each vertex, twice and thrice over. @param {any} geometry */
+function areasOf(geometry) {
+  const position = geometry.getAttribute('position');
+  const areas = new Float32Array(position.count);
+  const triangles = geometry.index.array;
+  const [a, b, c] = [new Vector3(), new Vector3(), new Vector3()];
+  for (let i = 0; i < triangles.length; i += 3) {
+    const corners = [triangles[i], triangles[i + 1], triangles[i + 2]];
+    [a, b, c].forEach((corner, k) => corner.fromBufferAttribute(position, corners[k]));
+    const area = b.sub(a).cross(c.sub(a)).length();
+    corners.forEach((corner) => { areas[corner] += area; });
+  }
+  return areas;
 }
 
 /** Every edge of some triangles once: pairs of vertices. @param {ArrayLike<number>} triangles */

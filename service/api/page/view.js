@@ -43,7 +43,7 @@ export class View {
   /** The mesh that the service made. @param {ArrayBuffer} content @param {boolean} coarse */
   async take(content, coarse) {
     await this.surface.take(content);
-    this.dress();
+    this.dress(coarse);
     if (!coarse) this.stage.settle(this.surface.bounds());
     if (this.fresh) this.fit(true);
     this.fresh = false;
@@ -69,11 +69,12 @@ export class View {
     this.paint();
   }
 
-  dress() {
+  /** @param {boolean} coarse */
+  dress(coarse = false) {
     const { settings } = this.state;
     this.net.group.visible = settings.net;
     const look = lookOf(settings, this.state.surface);
-    this.surface.dress(look, settings.wires, PALETTES[theme()]);
+    this.surface.dress(look, settings.wires, PALETTES[theme()], coarse);
     this.paint();
     this.showLegend();
   }
