@@ -189,6 +189,12 @@ def test_what_is_certain_and_what_is_not() -> None:
     assert not told(angle_tolerance=0.1).certain
     assert told(max_triangles=200).counts.triangles == 200
     assert dict(sized(told(max_bytes=5000)))["glb"] == 5000
+    # How many samples are poles is known when they are computed: of so many, not too many.
+    for divisions, certain in ((16, True), (200, False)):
+        for curvatures in (True, False):
+            options = MeshOptions((divisions, divisions), curvatures=curvatures)
+            assert estimate(surface, options).certain == (certain or not curvatures)
+    assert estimate(surface, MeshOptions((200, 200), curvatures=True)).exact
 
 
 def sized(found: Estimate) -> list[tuple[str, int]]:
