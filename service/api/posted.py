@@ -22,6 +22,9 @@ from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.surface_query import document_from_query, with_fields
 from service.settings import Settings
 
+INLINE_TEXT = 1 << 14
+"""Texts up to this size are read in some 5 ms, even if they are a list of single patches."""
+
 
 @dataclass(frozen=True, slots=True)
 class Posting(Generic[AnyFormat]):
@@ -49,9 +52,9 @@ class Posting(Generic[AnyFormat]):
 
     def is_long(self, body: bytes) -> bool:
         """Whether the event loop cannot spare the time to parse and check it."""
-        if self.decoder is not None and self.decoder.binary:
-            return len(body) > INLINE_BYTES
-        return long_to_read(body)
+        if self.decoder is None:
+            return long_to_read(body)
+        return len(body) > (INLINE_BYTES if self.decoder.binary else INLINE_TEXT)
 
     def document(self, body: bytes, limits: DocumentLimits) -> object:
         """The whole request in the language of requests; of a file, with arrays in it.

@@ -36,13 +36,15 @@ def read_numbers(
     ----------
     most : int
     refused : callable
-        Makes the error that is raised when there are more than `most`, before these are read.
+        Makes the error that is raised when there are more than `most`, before any is read.
 
     Raises
     ------
     MalformedBody, InvalidRequest
         At a word that is no number, or no finite one; they tell its line.
     """
+    if (end - start) // 2 >= most and _words(text, start, end) > most:
+        raise refused()
     found: list[FloatArray] = []
     count = 0
     while start < end:
@@ -65,6 +67,18 @@ def line_of_number(text: bytes, start: int, index: int) -> int:
 def line_at(text: bytes, place: int) -> int:
     """The line, from 1, in which a place of the text is."""
     return text.count(b"\n", 0, place) + 1
+
+
+def _words(text: bytes, start: int, end: int) -> int:
+    """How many words there are, at least: runs of what is printed, a tenth of the time to read."""
+    count, was_printed = 0, False
+    for place in range(start, end, PIECE):
+        letters = np.frombuffer(text, np.uint8, min(PIECE, end - place), place)
+        printed = (letters > ord(" ")) & (letters != ord(","))
+        count += int(np.count_nonzero(printed[1:] & ~printed[:-1]))
+        count += bool(printed[0]) and not was_printed
+        was_printed = bool(printed[-1])
+    return count
 
 
 def _cut(text: bytes, start: int, end: int) -> int:

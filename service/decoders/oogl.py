@@ -5,16 +5,12 @@ coordinates and colours, `BEZ p q d` with blanks, braces, `=`, names, appearance
 (SKEL, VECT), which the exact form has beside the patches when overlays are asked for, are passed
 over: they are no surface. Any other object is refused, with its line.
 
-Control points run u fastest. Points of four numbers are homogeneous, (wx, wy, wz, w). Texture
-coordinates and colours belong to the corners (0, 0) (1, 0) (0, 1) (1, 1) of a patch.
-
 References
 ----------
 Geomview manual, "OOGL File Formats": Bezier surfaces; object references.
 """
 
 import re
-from dataclasses import dataclass, field
 from itertools import islice
 
 import numpy as np
@@ -22,6 +18,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.decoders.format import Tree, check_kind, malformed, too_many
 from service.decoders.numbers import line_at, line_of_number, read_numbers, refused_word
+from service.decoders.oogl_patches import Form, Patches
 from service.errors import InvalidRequest, Issue
 
 KINDS = ("patches",)
@@ -42,43 +39,12 @@ HIGHEST_DEGREE = 12
 """What Geomview reads."""
 
 _COMMENT = re.compile(rb"#[^\r\n]*")
-_WORD = re.compile(rb"\s*([{}=]|[^\s{}=]+)")
+_WORD = re.compile(rb"\s*+([{}=]|[^\s{}=]+)")
 _NUMBERS = re.compile(rb"[\s0-9.+-]*+(?:(?<=[0-9.])[eE][\s0-9.+-]*+)*+")
 _BEZIER = re.compile(rb"(ST)?(C)?(?:BBP|BEZ(?:([1-9])([1-9])([34]))?)(_ST)?")
-_DEGREES = re.compile(rb"\s+([1-9]|1[0-2])\s+([1-9]|1[0-2])\s+([34])(?=\s|[{}])")
+_DEGREES = re.compile(rb"\s++([1-9]|1[0-2])\s++([1-9]|1[0-2])\s++([34])(?=\s|[{}])")
 _BRACE = re.compile(rb"[{}]")
 _LINES = re.compile(rb"C?4?n?SKEL|4?VECT")
-
-
-@dataclass(frozen=True, slots=True)
-class _Form:
-    """What the patches of one object have."""
-
-    degree: tuple[int, int]
-    dimension: int
-    textured: bool
-    colored: bool
-
-    @property
-    def points(self) -> int:
-        """Control points of a patch."""
-        return (self.degree[0] + 1) * (self.degree[1] + 1)
-
-    @property
-    def numbers(self) -> int:
-        """Numbers of a patch."""
-        return self.points * self.dimension + 8 * self.textured + 16 * self.colored
-
-
-@dataclass(slots=True)
-class _Batch:
-    """Patches of one degree that carry the same: points, weights, corners, an array an object."""
-
-    points: list[FloatArray] = field(default_factory=list)
-    weights: list[FloatArray] = field(default_factory=list)
-    uvs: list[FloatArray] = field(default_factory=list)
-    colors: list[FloatArray] = field(default_factory=list)
-    rational: bool = False
 
 
 def decode(content: bytes, kind: str | None, most: int) -> Tree:
@@ -102,7 +68,7 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
         raise too_many("more comments than that", most)
     reader = _Reader(_COMMENT.sub(b"", content) if comments else content, most)
     reader.read()
-    surfaces = [_surface(key[0], batch) for key, batch in reader.batches.items()]
+    surfaces = list(reader.patches.surfaces())
     if len(surfaces) == 1:
         return surfaces[0]
     return {"type": "group", "members": [{"surface": surface} for surface in surfaces]}
@@ -123,14 +89,14 @@ class _Reader:
         self._most = most
         self._place = 0
         self._left = most
-        self.batches: dict[tuple[tuple[int, int], bool, bool], _Batch] = {}
+        self.patches = Patches()
 
     def read(self) -> None:
         """Reads the one object that a file is."""
         self._object(0)
         if word := self._next():
             raise self._refusal("The file goes on behind its object.", word, "one object, or LIST")
-        if not self.batches:
+        if self._left == self._most:
             raise self._refusal("The file has no patch.", b"", "BEZ or BBP")
 
     def _object(self, depth: int) -> None:
@@ -160,7 +126,7 @@ class _Reader:
         else:
             raise self._refusal("No patches begin here.", word, "BEZ, BBP, or LIST of such")
 
-    def _form(self, found: re.Match[bytes]) -> _Form:
+    def _form(self, found: re.Match[bytes]) -> Form:
         """What a keyword announces, with the degrees behind it where they are not in it."""
         texture, color, *digits, texture_behind = found.groups()
         if self._peek() == b"BINARY":
@@ -175,9 +141,9 @@ class _Reader:
             digits = list(behind.groups())
             self._place = behind.end()
         p, q, dimension = map(int, digits)
-        return _Form((p, q), dimension, bool(texture or texture_behind), bool(color))
+        return Form((p, q), dimension, bool(texture or texture_behind), bool(color))
 
-    def _patches(self, form: _Form) -> None:
+    def _patches(self, form: Form) -> None:
         """The patches behind a keyword, up to the end of the object."""
         start, end = self._place, self._end_of_numbers()
         most = self._left // form.points * form.numbers
@@ -194,35 +160,19 @@ class _Reader:
                 f"{len(values)} numbers",
                 f"{form.numbers} for each patch",
             )
-        self._left -= len(values) // form.numbers * form.points
-        self._keep(form, values.reshape(-1, form.numbers), start)
+        numbers = values.reshape(-1, form.numbers)
+        self._check_weights(form, numbers, start)
+        self._left -= len(numbers) * form.points
+        self.patches.add(form, numbers)
 
-    def _keep(self, form: _Form, values: FloatArray, start: int) -> None:
-        """Puts the patches of an object, shape (P, numbers), to others of their kind."""
-        batch = self.batches.setdefault((form.degree, form.textured, form.colored), _Batch())
-        size = form.points * form.dimension
-        points = values[:, :size].reshape(-1, form.points, form.dimension)
-        weights = np.ones(points.shape[:2])
-        if form.dimension == 4:
-            batch.rational = True
-            points, weights = points[..., :3], points[..., 3]
-            if not (weights > 0).all():
-                self._refuse_weight(form, weights, start)
-            with np.errstate(
-                over="ignore"
-            ):  # what it becomes is refused with all that is too large
-                points = points / weights[..., None]
-        batch.points.append(points)
-        batch.weights.append(weights)
-        if form.textured:
-            batch.uvs.append(values[:, size : size + 8].reshape(-1, 4, 2))
-        if form.colored:
-            batch.colors.append(values[:, -16:].reshape(-1, 4, 4))
-
-    def _refuse_weight(self, form: _Form, weights: FloatArray, start: int) -> None:
-        patch, point = np.argwhere(weights <= 0)[0].tolist()
-        index = patch * form.numbers + point * form.dimension + 3
-        line = line_of_number(self._text, start, index)
+    def _check_weights(self, form: Form, numbers: FloatArray, start: int) -> None:
+        """Refuses weights of zero and less, among patches that begin behind a place."""
+        columns = form.weight_numbers()
+        wrong = numbers[:, columns] <= 0
+        if not wrong.any():
+            return
+        patch, weight = np.argwhere(wrong)[0].tolist()
+        line = line_of_number(self._text, start, patch * form.numbers + columns[weight])
         raise InvalidRequest(
             Issue(
                 "weight_not_positive",
@@ -272,42 +222,3 @@ class _Reader:
         line = line_at(self._text, self._place if word else len(self._text))
         got = "another word" if word else "the end of the text"
         return malformed(f"{message[:-1]} (line {line}).", got, needed)
-
-
-def _surface(degree: tuple[int, int], batch: _Batch) -> Tree:
-    """Patches of one degree, each with vertices of its own."""
-    p, q = degree
-    points = np.concatenate(batch.points)
-    own = np.arange(points.shape[0] * points.shape[1]).reshape(-1, q + 1, p + 1)
-    tree: Tree = {"type": "patches", "vertices": points.reshape(-1, 3)}
-    tree["patches"] = own.swapaxes(1, 2)
-    if batch.rational:
-        tree["weights"] = np.concatenate(batch.weights).ravel()
-    for name, corners in (("uvs", batch.uvs), ("colors", batch.colors)):
-        if corners:
-            tree[name] = _blended(np.concatenate(corners), degree)
-    return tree
-
-
-def _blended(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:
-    """Values at the control points, u fastest, of the functions that blend those at the corners.
-
-    A function of degree (1, 1) raised to degree (p, q) has its own values at (i/p, j/q).
-
-    Parameters
-    ----------
-    corners : ndarray, shape (P, 4, d)
-
-    Returns
-    -------
-    ndarray, shape (P (q+1) (p+1), d)
-    """
-    s, t = (np.arange(n + 1) / n for n in degree)
-    along_u, along_v = (np.stack((1 - x, x)) for x in (s, t))
-    count, _, width = corners.shape
-    square = corners.reshape(count, 2, 2, width)
-    blended = np.einsum("kbad,ai,bj->kjid", square, along_u, along_v)
-    # Means of numbers are between these, though not always when they are rounded.
-    low, high = (limit(corners, axis=1)[:, None, None] for limit in (np.min, np.max))
-    values: FloatArray = np.clip(blended, low, high).reshape(-1, width)
-    return values

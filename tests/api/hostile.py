@@ -20,6 +20,11 @@ CHUNK = 1 << 16
 """Bytes that a server hands over at a time."""
 
 
+def pieces(body: bytes) -> list[bytes]:
+    """A body as a server would hand it over; of no bytes, one empty piece."""
+    return [body[start : start + CHUNK] for start in range(0, max(len(body), 1), CHUNK)]
+
+
 @dataclass(frozen=True)
 class Hostile:
     """One body; built on demand, for some are long."""
@@ -32,9 +37,7 @@ class Hostile:
 
     def chunks(self) -> Iterator[bytes]:
         """The body as it would arrive."""
-        body = self.build()
-        for start in range(0, max(len(body), 1), CHUNK):
-            yield body[start : start + CHUNK]
+        yield from pieces(self.build())
 
 
 def case(name: str, body: str | bytes, status: int, code: str, pointer: str) -> Hostile:

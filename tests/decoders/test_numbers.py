@@ -26,6 +26,18 @@ def test_pieces_are_cut_between_numbers(monkeypatch: pytest.MonkeyPatch, piece: 
     assert read(text.encode()) == values.tolist()
 
 
+@pytest.mark.parametrize("piece", [1, 2, 3, 5, 1 << 16])
+def test_words_are_counted_before_they_are_read(
+    monkeypatch: pytest.MonkeyPatch, piece: int
+) -> None:
+    monkeypatch.setattr(numbers, "PIECE", piece)
+    for text, count in ((b"", 0), (b"1", 1), (b" 1,, 22\n3\t", 3), (b"12 34 56", 3), (b" ,", 0)):
+        assert numbers._words(text, 0, len(text)) == count
+        if count:
+            with pytest.raises(SurfaceError, match="more control points"):
+                read(text, count - 1)
+
+
 def test_the_line_of_a_number() -> None:
     text = b"head 1,2\n\n3 ,\n4 5"
     assert [line_of_number(text, 4, index) for index in range(5)] == [1, 1, 3, 4, 4]
@@ -35,4 +47,4 @@ def test_no_more_numbers_are_read_than_are_wanted(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(numbers, "PIECE", 16)
     assert read(b"1 " * 100, 100) == [1.0] * 100
     with pytest.raises(SurfaceError, match="more control points"):
-        read(b"1 " * 101 + b"x", 100)  # what stands behind them is not looked at
+        read(b"1 " * 100 + b"x", 100)  # whatever stands behind them
