@@ -27,7 +27,7 @@ COPY --from=web \
     /web/node_modules/three/LICENSE \
     service/api/static/three/
 # NumPy brings its own tests, 15 MB that nobody runs here.
-RUN /tools/bin/pip --python /app/bin/python install --no-cache-dir --constraint constraints.txt . \
+RUN /tools/bin/pip --python /app/bin/python install --no-cache-dir --constraint constraints.txt '.[meshopt]' \
     && find /app -type d -name tests -prune -exec rm -rf {} +
 
 

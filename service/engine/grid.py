@@ -22,8 +22,8 @@ LONGEST = MOST - 2
 SMALLEST = 2.0**-126
 """The least step: below, float32 loses digits, and graphics cards take it for zero."""
 
-FINEST = 2.0**-40
-"""A step is no smaller part of the largest coordinate: float64 holds sums of its multiples."""
+FINEST = 2.0**-52
+"""A step is no smaller part of the largest coordinate: float64 holds its multiples."""
 
 CORNER = sqrt(3) / 2
 """How far, in steps, a position may be from the next one on the grid."""

@@ -9,6 +9,7 @@ from service.settings import pin_blas
 from tests.benchmarks import (
     awkward,
     caching,
+    compact,
     doors,
     encoding,
     evaluation,
@@ -19,7 +20,7 @@ from tests.benchmarks import (
 )
 
 pin_blas()
-for benchmark in (evaluation, methods, awkward, splines, doors, encoding, waterfall):
+for benchmark in (evaluation, methods, awkward, splines, doors, encoding, compact, waterfall):
     benchmark.run()
     print()
 fast = caching.report()

@@ -18,7 +18,7 @@ import pytest
 
 from service.cli import mesh as mesh_command
 from service.cli.main import main
-from service.encoders.format import Format
+from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
@@ -62,6 +62,17 @@ def test_options_of_the_command_are_stronger_than_those_of_the_file(tmp_path: Pa
     mesh = json.loads(output.read_bytes())
     assert len(mesh["vertices"]) == len(mesh["uvs"]) == 9
     assert "normals" not in mesh
+
+
+def test_compact(tmp_path: Path) -> None:
+    output = tmp_path / "saddle.glb"
+    flags = ["--quantize", "--compression", "meshopt"]
+    assert main(["mesh", "saddle", "-o", str(output), *flags]) == 0
+    encode = EncodeOptions(quantize=True, compression="meshopt")
+    wanted = render(find("saddle").surface(), MeshOptions(), BY_NAME["glb"], encode)
+    assert output.read_bytes() == wanted
+    assert main(["mesh", "saddle", "-o", str(tmp_path / "saddle.stl"), "--quantize"]) == 1
+    assert files(tmp_path) == [output.name]
 
 
 def test_a_file_of_ones_own_may_be_as_loose_as_one_likes(tmp_path: Path) -> None:

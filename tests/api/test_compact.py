@@ -1,0 +1,95 @@
+"""Compact glTF over HTTP: by URL and by body, refused where it is not to be had."""
+
+import pytest
+
+from service.api.openapi.codes import CODES
+from service.encoders.format import EncodeOptions
+from service.encoders.gltf import meshopt
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.mesh import ENGINE
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import render
+from service.surface.examples import find
+from tests.api.client import Client
+from tests.encoders.gltf.reader import read_glb
+
+SADDLE = "/v1/surfaces/saddle/mesh"
+BOTH = "quantize=true&compression=meshopt"
+
+
+def test_by_url_and_by_body(client: Client) -> None:
+    options, encode = MeshOptions((5, 5)), EncodeOptions(None, True, "meshopt")
+    wanted = render(find("saddle").surface(), options, BY_NAME["glb"], encode)
+    got = client.get(f"{SADDLE}.glb?resolution=5&{BOTH}", {"Accept-Encoding": "identity"})
+    assert got.content == wanted
+    surface = client.get("/v1/surfaces/saddle").json()["surface"]
+    body = {"surface": surface, "resolution": 5, "quantize": True, "compression": "meshopt"}
+    posted = client.post("/v1/mesh?format=glb", body)
+    assert posted.content == wanted
+    bound = read_glb(wanted).document["asset"]["extras"]["report"]["deviation_bound"]
+    plain = client.get(f"{SADDLE}.glb?resolution=5").headers["surface-deviation-bound"]
+    for answer in (got, posted):
+        assert answer.headers["surface-deviation-bound"] == repr(bound) != plain
+
+
+def test_defaults_are_no_part_of_the_address(client: Client) -> None:
+    said = client.get(f"{SADDLE}.glb?compression=none&resolution=3&quantize=false")
+    assert said.headers["link"].split(">")[0] == f"<{SADDLE}.glb?resolution=3&engine={ENGINE}"
+    said = client.get(f"{SADDLE}.glb?compression=meshopt&resolution=3&quantize=true")
+    address = f"<{SADDLE}.glb?resolution=3&quantize=true&compression=meshopt&engine={ENGINE}"
+    assert said.headers["link"].split(">")[0] == address
+
+
+@pytest.mark.parametrize("suffix", [fmt.suffix for fmt in FORMATS if not fmt.compact])
+@pytest.mark.parametrize("option", ["quantize=true", "compression=meshopt"])
+def test_other_formats_refuse_it_by_url_too(client: Client, suffix: str, option: str) -> None:
+    # Not even after the same mesh without the option was kept.
+    assert client.get(f"{SADDLE}.{suffix}?resolution=2").status_code == 200
+    answer = client.get(f"{SADDLE}.{suffix}?resolution=2&{option}")
+    assert answer.status_code == 422
+    (error,) = answer.json()["errors"]
+    assert error["code"] == "unsupported_by_format"
+    assert error["parameter"] == option.partition("=")[0]
+
+
+@pytest.mark.parametrize(
+    ("query", "code"),
+    [
+        ("quantize=1", "wrong_type"),
+        ("quantize=", "wrong_type"),
+        ("compression=zip", "wrong_value"),
+        ("compression=Meshopt", "wrong_value"),
+        ("quantize=true&quantize=true", "repeated_key"),
+    ],
+)
+def test_what_is_no_choice_is_refused(client: Client, query: str, code: str) -> None:
+    answer = client.get(f"{SADDLE}.glb?{query}")
+    assert answer.status_code == 422
+    assert [error["code"] for error in answer.json()["errors"]] == [code]
+
+
+@pytest.mark.parametrize("name", ["quantize", "compression"])
+def test_null_is_refused(client: Client, name: str) -> None:
+    surface = {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}
+    answer = client.post("/v1/mesh?format=glb", {"surface": surface, name: None})
+    (error,) = answer.json()["errors"]
+    assert (error["code"], error["pointer"]) == ("null_value", f"/{name}")
+
+
+def test_formats_tell(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    def told() -> dict[str, tuple[bool, list[str]]]:
+        formats = client.get("/v1/formats").json()["formats"]
+        return {each["name"]: (each["quantize"], each["compression"]) for each in formats}
+
+    nothing: dict[str, tuple[bool, list[str]]] = {
+        fmt.name: (False, []) for fmt in FORMATS if not fmt.compact
+    }
+    monkeypatch.setattr(meshopt, "available", lambda: True)
+    assert told() == {"glb": (True, ["meshopt"]), "gltf": (True, ["meshopt"])} | nothing
+    monkeypatch.setattr(meshopt, "available", lambda: False)
+    assert told() == {"glb": (True, []), "gltf": (True, [])} | nothing
+    answer = client.get(f"{SADDLE}.glb?resolution=2&compression=meshopt&uvs=true")
+    assert answer.status_code == 422
+    (error,) = answer.json()["errors"]
+    assert error["code"] == "compression_unavailable"
+    assert error["code"] in CODES
