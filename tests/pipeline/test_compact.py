@@ -54,9 +54,9 @@ def corners(gltf: Gltf) -> Array:
     return np.concatenate(found)
 
 
-@pytest.mark.parametrize("options", [MeshOptions((5, 5)), by(relative_tolerance=0.002)])
+@pytest.mark.parametrize("options", [MeshOptions((5, 5)), by(relative_tolerance=0.01)])
 def test_the_bound_is_that_of_what_is_stored(options: MeshOptions) -> None:
-    surface = find("utah-teapot").surface()
+    surface = find("bourke-1111").surface()
     plain = plan(surface, options, GLB).answer()
     answer = plan(surface, options, GLB, FORMS["both"]).answer()
     assert answer.report is not None
@@ -66,12 +66,12 @@ def test_the_bound_is_that_of_what_is_stored(options: MeshOptions) -> None:
     assert bound == answer.report.deviation_bound
     assert bound is not None
     assert bound != plain.report.deviation_bound
-    found = surface_to_mesh(sheets_of(surface.lower()), corners(gltf), 400)
+    found = surface_to_mesh(sheets_of(surface.lower()), corners(gltf), 50)
     assert found.distance <= bound
 
 
 @each_form
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 2e-4])
+@pytest.mark.parametrize("tolerance", [1e-2, 5e-4])
 def test_a_tolerance_holds_for_what_is_written(encode: EncodeOptions, tolerance: float) -> None:
     answer = plan(BezierSurface(WAVES), by(tolerance=tolerance), GLB, encode).answer()
     assert answer.report is not None
@@ -80,7 +80,7 @@ def test_a_tolerance_holds_for_what_is_written(encode: EncodeOptions, tolerance:
 
 
 def test_near_what_the_grid_takes_a_tolerance_still_holds_and_below_it_is_refused() -> None:
-    surface = BezierSurface(WAVES)
+    surface = find("heated-panel").surface()
     moved = grid_error(surface.lower(), MeshOptions())
     options = by(tolerance=2.2 * moved)
     answer = plan(surface, options, GLB, QUANTIZED).answer()
@@ -102,11 +102,11 @@ def test_near_what_the_grid_takes_a_tolerance_still_holds_and_below_it_is_refuse
 
 @each_form
 def test_a_budget_counts_the_bytes_of_the_compact_form(encode: EncodeOptions) -> None:
-    surface, options = BezierSurface(WAVES), by(max_bytes=12_000)
+    surface, options = BezierSurface(WAVES), by(max_bytes=9_000)
     plain, small = (
         plan(surface, options, GLB, form).answer() for form in (EncodeOptions(), encode)
     )
-    assert len(small.content) <= 12_000
+    assert len(small.content) <= 9_000
     assert plain.report is not None
     assert small.report is not None
     assert small.report.triangles > 1.2 * plain.report.triangles
@@ -126,10 +126,10 @@ def test_files_are_as_long_as_predicted_at_most(
     assert work.stored == predict(model, options, shared=True)
 
 
-@pytest.mark.parametrize("example", ["sphere", "nurbs-goblet", "torus"])
+@pytest.mark.parametrize("example", ["sphere", "torus"])
 def test_what_is_closed_stays_closed(example: str) -> None:
     surface = find(example).surface()
-    for options in (MeshOptions((24, 24)), by(relative_tolerance=2e-4)):
+    for options in (MeshOptions((12, 12)), by(relative_tolerance=2e-3)):
         content = render(surface, options, GLB, QUANTIZED)
         report = read_glb(content).document["asset"]["extras"]["report"]
         assert report["watertight"]
@@ -178,10 +178,10 @@ def test_without_the_library_compression_is_refused(monkeypatch: pytest.MonkeyPa
 
 @each_form
 @pytest.mark.parametrize(
-    "options", [MeshOptions(), by(relative_tolerance=1e-3), by(max_bytes=20_000)]
+    "options", [MeshOptions(), by(relative_tolerance=1e-3), by(max_bytes=9000)]
 )
 def test_an_estimate_is_an_upper_bound(encode: EncodeOptions, options: MeshOptions) -> None:
-    surface = find("utah-teapot").surface()
+    surface = find("saddle").surface()
     found = estimate(surface, options, encode)
     assert {name for name, _, _ in found.sizes} == {"glb", "gltf"}
     assert [refusal.formats for refusal in found.refusals] == [
@@ -192,7 +192,7 @@ def test_an_estimate_is_an_upper_bound(encode: EncodeOptions, options: MeshOptio
 
 
 def test_an_estimate_knows_that_a_grid_may_be_too_coarse() -> None:
-    surface = BezierSurface(WAVES)
+    surface = find("cone").surface()
     moved = grid_error(surface.lower(), MeshOptions())
     fine, coarse = by(tolerance=2.5 * moved), by(tolerance=100 * moved)
     glb = (GLB,)
