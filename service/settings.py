@@ -50,7 +50,10 @@ class Settings:
     allow_delete: bool = False
     """Whether stored surfaces may be deleted over HTTP."""
     cache_bytes: int = 128 << 20
-    """Encoded answers that are kept in memory, to be sent again; 0 keeps none."""
+    """Encoded answers that are kept in memory, to be sent again; 0 keeps none.
+
+    What is not kept is not compressed, either.
+    """
 
     def __post_init__(self) -> None:
         for name in _RANGES:

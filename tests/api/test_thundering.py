@@ -7,8 +7,11 @@ from collections.abc import Iterator
 from urllib.parse import urlsplit
 
 import pytest
+from backports import zstd
 
+from service.api import mesh_by_url
 from service.api.app import create_app
+from service.api.caching.codings import Coding, compressed
 from service.engine.mesh import ENGINE
 from service.errors import InvalidRequest, Issue
 from service.pipeline.mesh import Answer, Work
@@ -71,7 +74,13 @@ class Connection:
 
 
 async def crowd(
-    server: str, addresses: list[str], spy: Spy, method: str = "GET", count: int = 200
+    server: str,
+    addresses: list[str],
+    spy: Spy,
+    *,
+    method: str = "GET",
+    coding: str = "identity",
+    count: int = 200,
 ) -> list[tuple[int, bytes]]:
     """All of them connected and waiting before the work may go on; then their answers."""
     connections = [Connection() for _ in range(count)]
@@ -80,7 +89,7 @@ async def crowd(
         places = range(start, start + 100)
         await asyncio.gather(
             *(
-                c.open(server, addresses[i % len(addresses)], method)
+                c.open(server, addresses[i % len(addresses)], method, f"Accept-Encoding: {coding}")
                 for i, c in zip(places, chunk, strict=True)
             )
         )
@@ -118,7 +127,7 @@ def test_a_thousand_at_once_compute_once(
 def test_heads_compute_once_and_for_all(server: str, monkeypatch: pytest.MonkeyPatch) -> None:
     spy = spied(monkeypatch, Spy())
     address = f"{TEAPOT}?resolution=12"
-    answers = asyncio.run(crowd(server, [address], spy, "HEAD"))
+    answers = asyncio.run(crowd(server, [address], spy, method="HEAD"))
     assert set(answers) == {(200, b"")}
     (got,) = set(asyncio.run(crowd(server, [address], spy)))
     assert got[1][:4] == b"glTF"
@@ -137,6 +146,22 @@ def test_a_failure_is_everybody_s_and_is_not_kept(
     answers = asyncio.run(crowd(server, [address], spy))
     assert Counter(status for status, _ in answers) == {200: len(answers)}
     assert spy.calls == 2
+
+
+def test_what_is_compressed_is_compressed_once(
+    server: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spy, codings = spied(monkeypatch, Spy()), []
+
+    def counted(coding: Coding, content: bytes) -> bytes | None:
+        codings.append(coding)
+        return compressed(coding, content)
+
+    monkeypatch.setattr(mesh_by_url, "compressed", counted)
+    answers = asyncio.run(crowd(server, [f"{TEAPOT}?resolution=12"], spy, coding="zstd"))
+    (body,) = {body for _, body in answers}
+    assert zstd.decompress(body)[:4] == b"glTF"
+    assert (spy.calls, codings) == (1, ["zstd"])
 
 
 async def first_leaves(server: str, address: str, spy: Spy) -> tuple[int, bytes]:
