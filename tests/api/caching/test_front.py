@@ -1,0 +1,112 @@
+"""The front door by itself: what it answers, message by message, and what it hands on."""
+
+import asyncio
+from collections.abc import Mapping
+
+import pytest
+from starlette.types import Message, Receive, Scope, Send
+
+from service.api.answers import CHUNK
+from service.api.caching.answers import AnswerCache
+from service.api.caching.entries import Entry, Subject
+from service.api.caching.front import Front
+from service.api.cors import Origins
+
+PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=2"
+
+
+class Behind:
+    """What stands behind the door; it counts what comes through."""
+
+    def __init__(self) -> None:
+        self.requests = 0
+
+    async def __call__(self, _scope: Scope, _receive: Receive, _send: Send) -> None:
+        self.requests += 1
+
+
+def asked(
+    body: bytes = b"a body",
+    method: str = "GET",
+    headers: tuple[tuple[bytes, bytes], ...] = (),
+    scope: Mapping[str, object] | None = None,
+) -> tuple[list[Message], int]:
+    """The messages of an answer, and how many requests were handed on."""
+    answers, behind, messages = AnswerCache(1 << 30), Behind(), list[Message]()
+    entry = Entry(Subject(f"{PATH}?engine=2", "saddle", "name", False), body, {})
+    assert answers.put(entry, answers.age)
+    answers.add(entry, "gzip", b"packed")
+    answers.alias(entry, PATH, QUERY, pinned=True)
+    request = {"type": "http", "method": method, "path": PATH, "query_string": QUERY}
+
+    async def send(message: Message) -> None:
+        messages.append(message)
+
+    async def receive() -> Message:
+        raise AssertionError("a body was read")
+
+    async def ask() -> None:
+        door = Front(behind, answers, Origins(["https://example.com"]))
+        await door({**request, "headers": list(headers), **(scope or {})}, receive, send)
+
+    asyncio.run(ask())
+    assert answers.counts.hits == bool(messages)
+    return messages, behind.requests
+
+
+def test_a_hit_is_two_messages() -> None:
+    (start, body), behind = asked()
+    assert (start["status"], body["body"], behind) == (200, b"a body", 0)
+    assert dict(start["headers"])[b"content-length"] == b"6"
+    assert not body.get("more_body")
+
+
+def test_head_has_no_body() -> None:
+    (start, end), _ = asked(method="HEAD")
+    assert dict(start["headers"])[b"content-length"] == b"6"
+    assert end == {"type": "http.response.body", "body": b""}
+
+
+def test_a_long_body_comes_in_pieces() -> None:
+    content = bytes(range(256)) * (5 * CHUNK // 512)
+    (start, *pieces), _ = asked(content)
+    assert dict(start["headers"])[b"content-length"] == str(len(content)).encode()
+    assert b"".join(piece["body"] for piece in pieces) == content
+    assert max(len(piece["body"]) for piece in pieces) == CHUNK
+    assert [bool(piece.get("more_body")) for piece in pieces] == [True] * 3 + [False]
+
+
+def test_lines_of_a_header_are_one_list() -> None:
+    lines = ((b"accept-encoding", b"br"), (b"accept-encoding", b"gzip"))
+    (start, body), _ = asked(headers=lines)
+    assert (dict(start["headers"])[b"content-encoding"], body["body"]) == (b"gzip", b"packed")
+    tag = dict(start["headers"])[b"etag"]
+    conditions = ((b"if-none-match", b'"x"'), (b"if-none-match", tag))
+    (start, end), _ = asked(headers=(*lines, *conditions))
+    assert (start["status"], end["body"]) == (304, b"")
+
+
+def test_origins_are_told_apart() -> None:
+    for origin, allowed in ((b"https://example.com", True), (b"https://example.org", False)):
+        (start, _), _ = asked(headers=((b"origin", origin),))
+        assert (b"access-control-allow-origin" in dict(start["headers"])) == allowed
+
+
+@pytest.mark.parametrize(
+    ("headers", "scope"),
+    [
+        ((), {"method": "POST"}),
+        ((), {"method": "DELETE"}),
+        ((), {"path": "/v1/surfaces/saddle/mesh.stl"}),
+        ((), {"query_string": b"engine=2&"}),
+        ((), {"type": "lifespan"}),
+        ((), {"type": "websocket"}),
+        (((b"accept-encoding", b"zstd"),), {}),
+        (((b"accept-encoding", b"gzip, identity;q=0"),), {}),
+        (((b"accept-encoding", b"*;q=0"),), {}),
+    ],
+)
+def test_what_is_not_ready_is_handed_on(
+    headers: tuple[tuple[bytes, bytes], ...], scope: dict[str, object]
+) -> None:
+    assert asked(headers=headers, scope=scope) == ([], 1)
