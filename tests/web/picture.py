@@ -86,7 +86,7 @@ def _curve_address(request: dict[str, Any]) -> str:
 def draw_editor(browser: Browser, service: str, target: Path) -> None:
     """The editor as it opens, with a control point chosen."""
     context = browser.new_context(
-        viewport={"width": 1280, "height": 800}, device_scale_factor=1.5, color_scheme="light"
+        viewport={"width": 1280, "height": 800}, device_scale_factor=1.25, color_scheme="light"
     )
     stage = listening(context.new_page())
     show(stage.page, service + EDITOR)
