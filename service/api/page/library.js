@@ -27,7 +27,6 @@ export class Library {
     /** @type {Example[]} */
     this.examples = [];
     this.dialog = element('library', HTMLDialogElement);
-    this.current = '';
     button('open').addEventListener('click', () => this.dialog.showModal());
     button('paste-open').addEventListener('click', () => this.paste());
     input('file').addEventListener('change', () => {
@@ -36,6 +35,7 @@ export class Library {
       input('file').value = '';
     });
     this.watchDrops();
+    this.listed = this.list();
   }
 
   /** Lists what the service has built in. */
@@ -58,7 +58,7 @@ export class Library {
   async byId(id) {
     this.waiting();
     try {
-      const surface = await surfaceById(id);
+      const [surface] = await Promise.all([surfaceById(id), this.listed]);
       const example = this.examples.find((known) => known.id === id);
       this.show(surface, {
         title: example?.title ?? titleOf(surface),

@@ -115,9 +115,6 @@ const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, { 
   announce(`${title} is open`);
 }, fail);
 
-async function start() {
-  await Promise.all([library.list(), watchShare(state, fail)]);
-  await library.byId(query.get('surface') ?? FIRST);
-}
-
-start().catch(fail);
+// What cannot be taken along is a problem of its own: the surface that is seen is well.
+watchShare(state, (error) => showProblem(error, state));
+void library.byId(query.get('surface') ?? FIRST);

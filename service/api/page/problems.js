@@ -47,7 +47,8 @@ function toldOf(error) {
   }
   if (!(error instanceof Refusal)) return { title: 'The page made a mistake', detail: String(error) };
   const lost = error.code === 'unknown_surface';
-  const title = lost ? 'There is no surface at this address' : 'The service refuses this surface';
+  if (lost) return { title: 'There is no surface at this address', detail: error.message };
+  const title = error.status < 500 ? 'The service refuses this' : 'The service could not do this';
   return { title, detail: error.message };
 }
 

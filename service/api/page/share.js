@@ -8,7 +8,7 @@ import { addressOf, formats, mesh, store } from './service.js';
 /** @typedef {import('./service.js').Format} Format */
 
 /** @param {State} state @param {(error: Error) => void} failed */
-export async function watchShare(state, failed) {
+export function watchShare(state, failed) {
   const copies = { 'copy-link': link, 'copy-curl': curl, 'copy-snippet': snippet };
   Object.entries(copies).forEach(([id, make]) => button(id).addEventListener('click', async () => {
     try {
@@ -17,8 +17,10 @@ export async function watchShare(state, failed) {
       failed(/** @type {Error} */ (error));
     }
   }));
-  const chips = (await formats()).map((format) => chip(format, state, failed));
-  element('formats', HTMLElement).replaceChildren(...chips);
+  formats().then((known) => {
+    const chips = known.map((format) => chip(format, state, failed));
+    element('formats', HTMLElement).replaceChildren(...chips);
+  }).catch(failed);
 }
 
 /**

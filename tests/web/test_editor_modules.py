@@ -1,0 +1,171 @@
+"""Modules of the editor one by one, in the browser that they are written for."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, Page
+
+from service.api.answers import json_response
+from service.engine.build import build
+from service.engine.options import MeshOptions
+from service.schemas.surfaces import definition
+from service.surface.examples import EXAMPLES, find
+
+
+@pytest.fixture(scope="module")
+def page(server: str, browser: Browser) -> Iterator[Page]:
+    """An empty page of the service, which may import what the service serves."""
+    page = browser.new_page()
+    page.goto(f"{server}/health")
+    yield page
+    page.close()
+
+
+def net_of(page: Page, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Control points of an example in the scene, and the pairs of them that are joined."""
+    document = bytes(json_response(definition(find(name).surface())).body).decode()
+    told: dict[str, Any] = page.evaluate(
+        """async (text) => {
+          const { netOf, pointAt } = await import('/page/net.js');
+          const surface = JSON.parse(text);
+          const net = netOf(surface);
+          const points = net.handles.map((handle) => pointAt(surface, handle));
+          const frames = net.handles.map(({ frame }) => net.frames[frame]);
+          return { points, frames, edges: net.edges };
+        }""",
+        document,
+    )
+    points = np.array([[*point, 0, 0][:3] for point in told["points"]])
+    frames = np.array(told["frames"]).reshape(-1, 4, 4)
+    placed = np.einsum("hij,hj->hi", frames, np.column_stack([points, np.ones(len(points))]))
+    return placed[:, :3], np.array(told["edges"]).reshape(-1, 2)
+
+
+def upright(points: np.ndarray, up: str) -> np.ndarray:
+    return points if up == "y" else points @ np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
+
+
+def lines(points: np.ndarray, pairs: np.ndarray) -> set[frozenset[tuple[float, ...]]]:
+    """Lines by where they end; those of no length, at poles, are left out."""
+    ends = np.round(points, 6)[pairs] + 0.0
+    found = {frozenset(map(tuple, line.tolist())) for line in ends}
+    return {line for line in found if len(line) == 2}
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_nets_are_those_that_the_service_draws(page: Page, name: str) -> None:
+    """The lines of the overlay `control_net`, which the service computes on its own."""
+    model = find(name).surface().lower()
+    mesh = build(model, MeshOptions(resolution=(1, 1), overlays=("control_net",)))
+    wanted = set().union(
+        *(
+            lines(upright(overlay.positions + mesh.origin, mesh.up), overlay.segments)
+            for overlay in mesh.overlays
+        )
+    )
+    assert lines(*net_of(page, name)) == wanted
+
+
+def test_shared_vertices_and_weights_are_changed_in_a_copy(page: Page) -> None:
+    """The document before the change stays as it was; what is equal is shared."""
+    told = page.evaluate(
+        """async () => {
+          const { netOf, weightAt, withPoint, withWeight } = await import('/page/net.js');
+          const vertices = [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]];
+          const before = { type: 'patches', vertices, patches: [[[0, 1], [2, 3]]] };
+          const handle = netOf(before).handles[3];
+          const moved = withPoint(before, handle, [1, 1, 5]);
+          const weighed = withWeight(moved, handle, 2);
+          return {
+            before, weighed, shared: moved.patches === before.patches,
+            weights: [weightAt(before, handle), weightAt(weighed, handle)],
+          };
+        }"""
+    )
+    assert told["before"]["vertices"][3] == [1, 1, 0]
+    assert "weights" not in told["before"]
+    assert told["weighed"]["vertices"][3] == [1, 1, 5]
+    assert told["weighed"]["weights"] == [1, 1, 1, 2]
+    assert told["weights"] == [1, 2]
+    assert told["shared"]
+
+
+def test_one_request_is_in_flight_and_the_newest_wins(page: Page) -> None:
+    told = page.evaluate(
+        """async () => {
+          const { MeshRequests } = await import('/page/mesh-requests.js');
+          const [sent, answered, failed, answers] = [[], [], [], []];
+          let most = 0;
+          const requests = new MeshRequests({
+            send: (wish) => {
+              sent.push(wish);
+              most = Math.max(most, sent.length - answers.filter((answer) => answer.done).length);
+              return new Promise((resolve, reject) => {
+                answers.push({ resolve, reject, done: false });
+              });
+            },
+            answered: (answer) => { answered.push(answer); },
+            failed: (error) => { failed.push(error.message); },
+            idle: () => {},
+          });
+          const settle = async (index, act) => {
+            answers[index].done = true;
+            act(answers[index]);
+            await new Promise((resolve) => setTimeout(resolve));
+          };
+          requests.ask('a'); requests.ask('b'); requests.ask('c');
+          await settle(0, ({ resolve }) => resolve('A'));
+          requests.forget();
+          requests.ask('d');
+          await settle(1, ({ resolve }) => resolve('C'));
+          requests.ask('e');
+          await settle(2, ({ reject }) => reject(new Error('stale')));
+          await settle(3, ({ reject }) => reject(new Error('last')));
+          return { sent, answered, failed, most };
+        }"""
+    )
+    # b was overtaken by c; C came for a document that was no longer open; e had replaced d.
+    assert told == {
+        "sent": ["a", "c", "d", "e"],
+        "answered": ["A"],
+        "failed": ["last"],
+        "most": 1,
+    }
+
+
+def test_the_history_is_bounded_and_a_drag_is_one_step(page: Page) -> None:
+    told = page.evaluate(
+        """async () => {
+          const { History } = await import('/page/history.js');
+          const history = new History({ n: 0 });
+          history.preview({ n: 0.3 });
+          history.preview({ n: 0.6 });
+          history.keep({ n: 1 });
+          const steps = history.past.length;
+          for (let n = 2; n <= 500; n += 1) history.keep({ n });
+          const kept = history.past.length;
+          history.preview({ n: 501 });
+          history.cancel();
+          const cancelled = history.present.n;
+          history.undo();
+          const undone = history.present.n;
+          history.redo();
+          history.undo();
+          history.reset();
+          const reset = history.present.n;
+          history.undo();
+          const [last, redo] = [history.present.n, history.canRedo];
+          return { steps, kept, cancelled, undone, reset, last, redo };
+        }"""
+    )
+    assert told == {
+        "steps": 1,
+        "kept": 200,
+        "cancelled": 500,
+        "undone": 499,
+        "reset": 0,
+        "last": 499,
+        "redo": True,
+    }
