@@ -1,12 +1,14 @@
 """One browser for all tests of this folder: to start one takes longer than most of the tests."""
 
 from collections.abc import Iterator
+from urllib.parse import urlsplit
 
 import pytest
 from playwright.sync_api import Browser
 
 from tests.tools import chromium, node_package
 from tests.web.browser import FOLDER, Stage, open_browser, open_page, open_viewer, serve_folder
+from tests.web.editor import SADDLE, open_editor
 
 
 @pytest.fixture(scope="package")
@@ -24,6 +26,16 @@ def viewer(browser: Browser) -> Iterator[Stage]:
         stage = open_page(browser)
         open_viewer(stage, pages, "?plain")
         yield stage
+
+
+@pytest.fixture(scope="package")
+def editor(server: str, browser: Browser) -> Iterator[Stage]:
+    """The editor, kept open. It asks for nothing but what the service has."""
+    stage = open_editor(browser, server + SADDLE)
+    yield stage
+    hosts = {urlsplit(url).netloc for url in stage.asked if not url.startswith(("blob:", "data:"))}
+    assert hosts == {urlsplit(server).netloc}
+    stage.page.context.close()
 
 
 @pytest.fixture

@@ -3,20 +3,50 @@
 from collections.abc import Callable
 from typing import Any
 
-from playwright.sync_api import Page
+import pytest
+from playwright.sync_api import Browser, Page
 
+from service.api import page as editor
 from tests.web.browser import Stage
 
 READY = 'html[data-state="ready"]'
 """No request is under way, and the last one was answered with a mesh."""
 
+SADDLE = "/?surface=saddle&resolution=6"
+START = {"look": "shaded", "accuracy": "resolution", "axis": "free"}
+
 
 def listening(page: Page) -> Stage:
     """A page with all that its console says from now on."""
-    complaints: list[str] = []
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.on("console", lambda message: complaints.append(message.text))
-    return Stage(page, complaints)
+    stage = Stage(page, [])
+    page.on("pageerror", lambda error: stage.complaints.append(str(error)))
+    page.on("console", lambda message: stage.complaints.append(message.text))
+    page.on("request", lambda request: stage.asked.append(request.url))
+    return stage
+
+
+def open_editor(browser: Browser, address: str) -> Stage:
+    """The editor in a fresh profile, once it shows its first mesh."""
+    if not (editor.ASSETS / editor.THREE).is_file():
+        pytest.skip("three.js is not built ('make web')")
+    context = browser.new_context(viewport={"width": 900, "height": 640}, reduced_motion="reduce")
+    stage = listening(context.new_page())
+    show(stage.page, address)
+    return stage
+
+
+def start_anew(page: Page) -> None:
+    """As a page that was just loaded, of the saddle: to load it takes seconds without a GPU."""
+    if page.locator("#library").is_visible():
+        page.keyboard.press("Escape")
+    for name, choice in START.items():
+        page.check(f'input[name="{name}"][value="{choice}"]', force=True)
+    page.fill("#resolution", "6")
+    page.set_checked("#show-net", True)
+    page.set_checked("#show-wires", False)
+    page.click("#open")
+    page.click('[data-example="saddle"]')
+    page.wait_for_selector(READY)
 
 
 def show(page: Page, address: str) -> None:

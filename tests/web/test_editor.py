@@ -3,62 +3,21 @@
 import json
 from collections.abc import Iterator
 from typing import Any
-from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import Browser, Page, Route
+from playwright.sync_api import Page
 
-from service.api import page as editor
 from tests.web.browser import Stage
-from tests.web.editor import READY, choose, drag, listening, point, settled, show, value
-
-SADDLE = "/?surface=saddle&resolution=6"
-START = {"look": "shaded", "accuracy": "resolution", "axis": "free"}
-
-
-@pytest.fixture(scope="module")
-def opened(server: str, browser: Browser) -> Iterator[Stage]:
-    """The editor, with every request but those to the service cut off."""
-    if not (editor.ASSETS / editor.THREE).is_file():
-        pytest.skip("three.js is not built ('make web')")
-    context = browser.new_context(viewport={"width": 900, "height": 640}, reduced_motion="reduce")
-    stage = listening(context.new_page())
-    here = urlsplit(server).netloc
-
-    def only_here(route: Route) -> None:
-        if urlsplit(route.request.url).netloc == here:
-            route.continue_()
-        else:
-            stage.complaints.append(f"asked for {route.request.url}")
-            route.abort()
-
-    context.route("**/*", only_here)
-    show(stage.page, server + SADDLE)
-    yield stage
-    context.close()
+from tests.web.editor import READY, choose, drag, point, settled, start_anew, value
 
 
 @pytest.fixture
-def page(opened: Stage) -> Iterator[Page]:
+def page(editor: Stage) -> Iterator[Page]:
     """The saddle, freshly opened and coarse; the console must stay silent."""
-    opened.complaints.clear()
-    start_anew(opened.page)
-    yield opened.page
-    assert opened.complaints == []
-
-
-def start_anew(page: Page) -> None:
-    """As a page that was just loaded, of the saddle: to load it takes seconds without a GPU."""
-    if page.locator("#library").is_visible():
-        page.keyboard.press("Escape")
-    for name, choice in START.items():
-        page.check(f'input[name="{name}"][value="{choice}"]', force=True)
-    page.fill("#resolution", "6")
-    page.set_checked("#show-net", True)
-    page.set_checked("#show-wires", False)
-    page.click("#open")
-    page.click('[data-example="saddle"]')
-    page.wait_for_selector(READY)
+    editor.complaints.clear()
+    start_anew(editor.page)
+    yield editor.page
+    assert editor.complaints == []
 
 
 def test_the_readouts_are_those_of_the_mesh(page: Page) -> None:
@@ -191,9 +150,9 @@ def test_examples_are_listed_and_opened(page: Page) -> None:
     assert page.inner_text("#point-count") == "of 28"
 
 
-def test_a_refusal_says_what_and_where(opened: Stage) -> None:
+def test_a_refusal_says_what_and_where(editor: Stage) -> None:
     """The browser's own console says that a request failed: nothing that we could prevent."""
-    page = opened.page
+    page = editor.page
     start_anew(page)
     before = value(page, "triangles")
     choose(page, 2)
@@ -213,8 +172,8 @@ def test_a_refusal_says_what_and_where(opened: Stage) -> None:
     assert page.is_hidden("#problem")
 
 
-def test_a_surface_that_is_refused_leaves_nothing_of_the_one_before(opened: Stage) -> None:
-    page = opened.page
+def test_a_surface_that_is_refused_leaves_nothing_of_the_one_before(editor: Stage) -> None:
+    page = editor.page
     start_anew(page)
     page.click("#open")
     page.fill("#paste", '{"name": "lost", "control_net": [[[0, 0, 0]], [[1, 0, 0]]]}')
@@ -224,17 +183,17 @@ def test_a_surface_that_is_refused_leaves_nothing_of_the_one_before(opened: Stag
     assert page.inner_text("#triangles") == page.inner_text("#deviation") == "–"
 
 
-def test_a_link_to_nothing_says_so(opened: Stage, server: str) -> None:
-    page = opened.page
+def test_a_link_to_nothing_says_so(editor: Stage, server: str) -> None:
+    page = editor.page
     page.goto(f"{server}/?surface={'0' * 64}")
     page.wait_for_selector('html[data-state="refused"]')
     assert page.inner_text("#problem-title") == "There is no surface at this address"
     assert page.inner_text("#title") == "Open a surface"
 
 
-def test_a_surface_of_many_patches_opens_coarsely(opened: Stage) -> None:
+def test_a_surface_of_many_patches_opens_coarsely(editor: Stage) -> None:
     """37 × 37 patches of 64 × 64 cells are refused; one cell a patch is something to look at."""
-    page = opened.page
+    page = editor.page
     start_anew(page)
     settled(page, lambda: page.fill("#resolution", "64"))
     rows = [[[i, j, (i * j) % 7] for j in range(40)] for i in range(40)]
@@ -268,8 +227,8 @@ def test_every_format_is_downloaded(page: Page) -> None:
     assert waited.value.path().read_text().splitlines()[:2] == ["OFF", "49 72 0"]
 
 
-def test_the_service_is_away(opened: Stage) -> None:
-    page = opened.page
+def test_the_service_is_away(editor: Stage) -> None:
+    page = editor.page
     start_anew(page)
     choose(page, 1)
     page.route("**/v1/mesh", lambda route: route.abort())

@@ -1,0 +1,145 @@
+"""The editor for those who do not see it, or have no mouse: judged by axe, walked by keyboard."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page
+
+from service.encoders.registry import FORMATS
+from tests.tools import node_package
+from tests.web.browser import Stage
+from tests.web.editor import READY, choose, start_anew, value
+
+WIDE, NARROW = (1200, 800), (360, 740)
+# Where the mouse pointer is is of no interest to those who have none.
+FOCUS = """() => {
+    const { activeElement: now } = document;
+    const { outlineStyle, boxShadow } = getComputedStyle(now);
+    return [now.id || now.name || now.className || now.dataset.format || now.tagName,
+            now.matches(':focus-visible') && (outlineStyle !== 'none' || boxShadow !== 'none')];
+}"""
+
+# What the tab key comes to, in this order: of radio buttons the one that is checked.
+REACHED = [
+    "open",
+    "help",
+    "theme",
+    "view",
+    "fit",
+    "look",
+    "show-net",
+    "show-wires",
+    "accuracy",
+    "resolution",
+    "point-previous",
+    "point",
+    "point-next",
+    "axis",
+    "copy-link",
+    "copy-curl",
+    "copy-snippet",
+]
+
+
+@pytest.fixture
+def page(editor: Stage) -> Iterator[Page]:
+    """The saddle, freshly opened; the console must stay silent."""
+    editor.complaints.clear()
+    start_anew(editor.page)
+    yield editor.page
+    editor.page.set_viewport_size({"width": 900, "height": 640})
+    editor.page.emulate_media(color_scheme="light")
+    assert editor.complaints == []
+
+
+def violations(page: Page) -> list[tuple[str, str, list[Any]]]:
+    """What axe finds on the page as it stands: rule, impact and places."""
+    if not page.evaluate("'axe' in window"):
+        page.evaluate((node_package("axe-core") / "axe.min.js").read_text(encoding="utf-8"))
+    found = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")
+    return [
+        (rule["id"], rule["impact"], [node["target"] for node in rule["nodes"]])
+        for rule in found["violations"]
+    ]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [WIDE, NARROW], ids=["wide", "narrow"])
+def test_axe_finds_nothing(page: Page, scheme: Any, size: tuple[int, int]) -> None:
+    page.emulate_media(color_scheme=scheme)
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    assert violations(page) == []
+    for opener in ("#open", "#help"):
+        page.click(opener)
+        assert page.locator("dialog[open]").count() == 1
+        assert violations(page) == [], opener
+        page.keyboard.press("Escape")
+    choose(page, 2)
+    assert violations(page) == []
+    # No side scrolling, whatever the width.
+    assert page.evaluate("document.documentElement.scrollWidth") == size[0]
+
+
+def test_axe_finds_nothing_in_a_refusal(editor: Stage) -> None:
+    page = editor.page
+    start_anew(page)
+    choose(page, 2)
+    page.fill("#weight", "0")
+    page.press("#weight", "Enter")
+    page.wait_for_selector("#problem[role=alert]")
+    assert violations(page) == []
+    page.click("#problem-undo")
+    page.wait_for_selector(READY)
+
+
+def test_axe_can_find_something(page: Page) -> None:
+    """The judge is awake: a button without a name is one of its findings."""
+    page.evaluate("""() => {
+        const nameless = document.createElement('button');
+        nameless.id = 'nameless';
+        document.querySelector('main').append(nameless);
+    }""")
+    assert [rule for rule, _, _ in violations(page)] == ["button-name"]
+    page.evaluate("document.querySelector('#nameless').remove()")
+
+
+def test_the_tab_key_reaches_everything_and_shows_where_it_is(page: Page) -> None:
+    page.focus(".skip")
+    walked: list[str] = []
+    for _ in range(80):
+        page.keyboard.press("Tab")
+        name, is_seen = page.evaluate(FOCUS)
+        if name == "BODY" or name in walked:
+            break
+        assert is_seen, name
+        walked.append(name)
+    formats = [fmt.suffix for fmt in FORMATS]
+    assert [name for name in walked if name in {*REACHED, *formats}] == [*REACHED, *formats]
+
+
+def test_a_surface_is_edited_without_a_mouse(page: Page) -> None:
+    """Opened from the library, a point chosen and moved, taken back: by keys alone."""
+    keys = page.keyboard
+    page.focus("#open")
+    keys.press("Enter")
+    page.wait_for_selector("#library[open]")
+    while page.evaluate("document.activeElement.dataset.example") != "sphere":
+        keys.press("Tab")
+    keys.press("Enter")
+    page.wait_for_selector(READY)
+    assert page.inner_text("#title") == "Sphere"
+    assert page.evaluate("document.activeElement.id") == "open"
+    page.focus(".skip")
+    keys.press("Enter")
+    assert page.evaluate("document.activeElement.id") == "view"
+    keys.press("]")
+    assert page.inner_text("#status").startswith("Control point 1 of 28")
+    before = value(page, "deviation")
+    keys.press("PageUp")
+    page.wait_for_selector(READY)
+    page.wait_for_selector("#status:has-text('triangles')")
+    assert value(page, "deviation") != before
+    keys.press("Control+z")
+    page.wait_for_selector(READY)
+    assert value(page, "deviation") == before

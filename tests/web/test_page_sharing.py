@@ -1,0 +1,89 @@
+"""What is taken along from the editor: a link that opens the same surface elsewhere, a snippet, a
+command; and that the editor asks nobody but the service."""
+
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from playwright.sync_api import Browser, Page
+
+from tests.test_readme import run_shell
+from tests.web.browser import Stage
+from tests.web.clients import held, open_client, site
+from tests.web.editor import READY, choose, drag, open_editor, point, start_anew, value
+
+VIEWER = """<!doctype html><html lang="en"><title>A shop</title><link rel="icon" href="data:,">
+<script type="module" src="/node_modules/@google/model-viewer/dist/model-viewer.min.js"></script>
+"""
+
+
+@pytest.fixture(scope="module")
+def edited(editor: Stage) -> Iterator[Page]:
+    """The saddle by a tolerance, with one of its corners dragged away."""
+    page = editor.page
+    start_anew(page)
+    page.check('input[name="accuracy"][value="tolerance"]', force=True)
+    page.wait_for_selector(READY)
+    before = [value(page, name) for name in ("triangles", "deviation", "bytes")]
+    picture = picture_of_mesh(editor)
+    editor.complaints.clear()
+    drag(page, choose(page, 4), (90, -70))
+    after = [value(page, name) for name in ("triangles", "deviation", "bytes")]
+    assert all(was != now for was, now in zip(before, after, strict=True)), (before, after)
+    assert (np.abs(picture_of_mesh(editor) - picture).max(axis=1) > 30).mean() > 0.02
+    yield page
+    assert editor.complaints == []
+
+
+def picture_of_mesh(stage: Stage) -> NDArray[np.int64]:
+    """The page without the control net, which follows the mouse by itself."""
+    stage.page.set_checked("#show-net", False)
+    picture = stage.picture()
+    stage.page.set_checked("#show-net", True)
+    return picture
+
+
+def copied(page: Page, button: str) -> str:
+    """What a button has copied, or shows to be copied."""
+    page.locator("#copied").evaluate("place => place.replaceChildren()")
+    page.click(f"#{button}")
+    page.wait_for_selector("#copied:not(:empty)")
+    return page.inner_text("#copied").removeprefix("Copied: ")
+
+
+def test_the_link_opens_the_same_surface_in_a_fresh_profile(
+    edited: Page, server: str, browser: Browser
+) -> None:
+    address = copied(edited, "copy-link")
+    assert address.startswith(f"{server}/?surface=")
+    fresh = open_editor(browser, address)
+    for name in ("triangles", "vertices", "bytes", "deviation"):
+        assert value(fresh.page, name) == value(edited, name)
+    choose(fresh.page, 4)
+    assert point(fresh.page) == point(edited)
+    assert fresh.page.is_checked('input[name="accuracy"][value="tolerance"]')
+    assert {urlsplit(url).netloc for url in fresh.asked} == {urlsplit(server).netloc}
+    assert fresh.complaints == []
+    fresh.page.context.close()
+
+
+def test_the_snippet_draws_it_on_a_page_of_another_origin(edited: Page, browser: Browser) -> None:
+    with site({"/": VIEWER + copied(edited, "copy-snippet")}) as origin:
+        stage = open_client(browser, f"{origin}/")
+        (mesh,) = held(stage)
+        assert len(mesh["triangles"]) == 3 * value(edited, "triangles")
+        assert len(mesh["positions"]) == value(edited, "vertices")
+        assert stage.complaints == []
+        stage.page.close()
+
+
+def test_the_command_writes_the_file(edited: Page, tmp_path: Path) -> None:
+    command = copied(edited, "copy-curl")
+    run_shell(command.replace("curl", "curl -s"), tmp_path)
+    (written,) = tmp_path.iterdir()
+    assert written.name in shlex.split(command)
+    assert written.stat().st_size == value(edited, "bytes")
