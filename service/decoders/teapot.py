@@ -68,7 +68,7 @@ def _layout(content: bytes, numbers: FloatArray) -> tuple[int, int]:
     if patches > 0 and numbers[0] == patches:
         for side in range(2, isqrt(len(numbers) // patches) + 1):
             place = 1 + patches * side**2
-            if place < len(numbers) and len(numbers) == place + 1 + 3 * numbers[place]:
+            if place < len(numbers) and len(numbers) == place + 1 + 3 * float(numbers[place]):
                 return patches, side**2
     _refuse_lines(content)
 

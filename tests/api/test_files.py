@@ -6,14 +6,20 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from service.api.app import create_app
+from service.api.posted import Posting
+from service.decoders.registry import BY_NAME
+from service.encoders.format import Format
 from service.settings import Settings
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
 from tests.api.client import Client, client_of
 from tests.api.hostile_files import NPY, OOGL, TEAPOT, net, saved
+from tests.decoders.test_npy import damaged
 
 WAVE = np.stack(
     (*np.meshgrid(np.arange(12.0), np.arange(9.0), indexing="ij"), np.zeros((12, 9))), axis=-1
@@ -145,18 +151,46 @@ def test_what_is_stored_has_no_options(client: Client) -> None:
         assert (error["code"], error["parameter"]) == ("unknown_field", name)
 
 
-def test_large_files_are_read_off_the_event_loop(client: Client) -> None:
-    array = np.zeros((200, 200, 3))
-    array[..., 0], array[..., 1] = np.indices((200, 200))
-    answer = posted(client, saved(array), NPY, "type=bspline&degree=1&resolution=1&format=glb")
-    assert answer.status_code == 200
-    assert len(array.tobytes()) > 1 << 18
+def test_large_files_are_read_off_the_event_loop() -> None:
+    npy: Posting[Format] = Posting(BY_NAME["npy"], None)
+    oogl: Posting[Format] = Posting(BY_NAME["oogl"], None)
+    json: Posting[Format] = Posting(None, None)
+    assert [npy.is_long(b"{" * size) for size in (1 << 18, (1 << 18) + 1)] == [False, True]
+    assert [oogl.is_long(b" " * size) for size in (1 << 14, (1 << 14) + 1)] == [False, True]
+    assert [json.is_long(b"{" * size) for size in (32, 33)] == [False, True]
+
+
+TEXTS = {
+    OOGL: b"LIST { = BEZ 2 1 4 0 0 0 1 1 0 0 1 2 0 0 1 0 1 0 1 1 1 0 2 2 1 0 1 } {CBEZ113_ST "
+    b"0 0 0 1 0 0 0 1 0 1 1 0 0 0 1 0 0 1 1 1 1 0 0 1 0 1 0 1 0 0 1 1 1 1 1 1}",
+    TEAPOT: b"2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n",
+}
+
+
+@st.composite
+def changed_text(draw: st.DrawFn) -> tuple[bytes, str]:
+    """A text of patches with some words put in or taken out, and its type."""
+    media_type = draw(st.sampled_from(sorted(TEXTS)))
+    words = TEXTS[media_type].replace(b"\n", b" \n ").split(b" ")
+    others = (b"{", b"}", b"1e308", b"-1", b"0", b"1e-308", b"nan", b"\n", b"BBP", b"7")
+    for _ in range(draw(st.integers(1, 3))):
+        place = draw(st.integers(0, len(words)))
+        new = draw(st.lists(st.sampled_from(others), max_size=2))
+        words[place : place + draw(st.integers(0, 2))] = new
+    return b" ".join(words), media_type
+
+
+@settings(max_examples=150)
+@given(st.one_of(changed_text(), damaged().map(lambda content: (content, NPY))))
+def test_no_damage_to_a_file_breaks_the_service(client: Client, file: tuple[bytes, str]) -> None:
+    answer = posted(client, *file, "resolution=1&format=glb")
+    assert answer.status_code in (200, 400, 422)
 
 
 def test_the_limits_of_the_service_hold_for_files() -> None:
-    settings = Settings(max_control_points=8, max_degree=1, max_body_bytes=1024)
+    limited = Settings(max_control_points=8, max_degree=1, max_body_bytes=1024)
     text = b"BEZ113 0 0 0 1 0 0 0 1 0 1 1 0 "
-    with client_of(create_app(settings)) as client:
+    with client_of(create_app(limited)) as client:
         for content, media_type, code in (
             (saved(net(3, 2)), NPY, "degree_too_high"),
             (saved(net(3, 3)), NPY, "too_many_control_points"),

@@ -95,6 +95,8 @@ REFUSED = {
     "a coordinate more": (GOOD.replace("1,0,1", "1,0,1,1"), "malformed_body", 7),
     "1e999": (GOOD.replace("1,0,1", "1,1e999,1"), "not_finite", 7),
     "NaN": (GOOD.replace("1,0,1", "1,0,NaN"), "not_finite", 7),
+    "a huge number among indices": (
+        GOOD.replace("3,4,5,6\n", "3,4,5,6,1e308\n"), "malformed_body", 3),
     "bytes": (GOOD.replace("1,0,1", "1,\0,1"), "malformed_body", 7),
 }  # fmt: skip
 
