@@ -71,14 +71,15 @@ def body_type(content_type: str | None, decoders: Sequence[Decoder] = ()) -> Dec
         For any other body.
     """
     media_type, charset = _media_type(content_type)
-    if charset in ("utf-8", "utf8", "us-ascii"):
-        for decoder in decoders:
-            if decoder.media_type == media_type:
-                return decoder
-        if media_type == "application/json" or (
-            media_type.startswith("application/") and media_type.endswith("+json")
-        ):
-            return None
+    is_utf8 = charset in ("utf-8", "utf8", "us-ascii")
+    for decoder in decoders:
+        if decoder.media_type == media_type and (is_utf8 or decoder.binary):
+            return decoder
+    if is_utf8 and (
+        media_type == "application/json"
+        or (media_type.startswith("application/") and media_type.endswith("+json"))
+    ):
+        return None
     names = ", ".join(("application/json", *(decoder.media_type for decoder in decoders)))
     raise UnsupportedMediaType(
         Issue(

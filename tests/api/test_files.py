@@ -219,6 +219,7 @@ def test_the_refusal_of_a_type_lists_those_that_are_taken(client: Client) -> Non
     for media_type in ("application/json", NPY, OOGL, TEAPOT):
         assert media_type in answer.json()["errors"][0]["needed"]
     assert posted(client, b"BBP", f"{OOGL}; charset=utf-16").status_code == 415
+    assert posted(client, saved(net()), f"{NPY}; charset=binary").status_code == 200
 
 
 def test_json_has_no_more_in_its_query_than_before(client: Client) -> None:
