@@ -1,6 +1,8 @@
 """No file is longer than was predicted from the shapes, however awkward its numbers."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,11 +12,13 @@ from hypothesis.extra import numpy as arrays
 
 from service.encoders import json_mesh
 from service.encoders.format import EncodeOptions, Format, MeshSize, OoglForm
+from service.encoders.gltf import meshopt
 from service.encoders.oogl import byte_bound
 from service.encoders.oogl_patches import HIGHEST_DEGREE, encode_patches
 from service.encoders.registry import FORMATS
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, json_array
 from service.engine.closure import Closure
+from service.engine.gridded import snapped
 from service.engine.mesh import Mesh
 from service.errors import UnsupportedByFormat
 from service.surface.batches import TensorPatches
@@ -23,23 +27,40 @@ from tests.meshes import Faces, carrying, control_net, sheet, silo, single, size
 
 LARGEST = float(np.finfo(np.float32).max)
 FORMS: list[OoglForm | None] = [None, "cquad", "mesh", "off"]
+COMPACT: list[dict[str, Any]] = [
+    {"quantize": quantize, "compression": compression}
+    for quantize in (False, True)
+    for compression in ("none", "meshopt")
+    if compression == "none" or meshopt.available()
+]
 AWKWARD = -1.2345678901234567e-305
 """A float64 that needs all the characters there can be."""
 
 each_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.name)
 
 
-def written(known: Format, mesh: Mesh) -> list[tuple[int, int]]:
-    """Bytes of the mesh, and their predicted bound, in every form of a format that can hold it."""
+def written(
+    known: Format, mesh: Mesh, compact: Sequence[dict[str, Any]] = COMPACT
+) -> list[tuple[int, int]]:
+    """Bytes of the mesh, and their predicted bound, in every form of a format that can hold it.
+
+    How well a `compact` form compresses is not predicted.
+    """
     sizes = []
-    for form in FORMS if known.name == "oogl" else [None]:
-        options = EncodeOptions(form)
+    choices = [EncodeOptions(form) for form in (FORMS if known.name == "oogl" else [None])]
+    choices += [replace(choices[0], **choice) for choice in compact if known.compact]
+    for options in choices:
         try:
-            length = len(known.encode(mesh, options))
+            length = len(known.encode(on_grid(mesh) if options.quantize else mesh, options))
         except UnsupportedByFormat:
             continue
         sizes.append((length, known.byte_bound(size_of(mesh), options)))
     return sizes
+
+
+def on_grid(mesh: Mesh) -> Mesh:
+    """The mesh with its positions on the finest grid that 16 bits allow."""
+    return snapped(mesh, 2.0**-126)
 
 
 @each_format
@@ -106,7 +127,7 @@ def test_the_bound_is_of_use(known: Format, faces: Faces) -> None:
             colors=made.colors if "colors" in known.carries else None,
             attributes=made.attributes if "attribute" in known.carries else (),
         )
-        for length, bound in written(known, single(kept) if known.single else kept):
+        for length, bound in written(known, single(kept) if known.single else kept, ()):
             assert length <= bound <= 3 * length
 
 

@@ -1,4 +1,4 @@
-"""Views compressed, without a change of any number but one: EXT_meshopt_compression.
+"""Views compressed, with the same numbers in them, but for some normals: EXT_meshopt_compression.
 
 Triangles are put in the order that a graphics card likes and vertices in the order in which they
 are used, which is what compresses well; in every view, elements are then stored by what has
@@ -20,7 +20,6 @@ octahedral filter. A. Kapoulkine, meshoptimizer.
 from functools import cache
 from importlib import import_module
 from importlib.metadata import version
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -44,7 +43,11 @@ FALLBACK: JsonObject = {EXTENSION: {"fallback": True}}
 @cache
 def available() -> bool:
     """Whether the library is there."""
-    return find_spec("meshopt") is not None
+    try:
+        _library()
+    except ImportError:
+        return False
+    return True
 
 
 @cache

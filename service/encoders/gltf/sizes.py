@@ -6,8 +6,9 @@ from service.encoders.gltf.columns import attribute_columns
 from service.encoders.gltf.document import DATA_URI
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 
-GRID = len('"scale":[,,],"normalized":true,"normalized":true,') + 3 * FLOAT64_CHARS
-"""Characters that a node on a grid has more, at most: its scaling, and what its accessors add."""
+GRID = len('"scale":[,,],') + 3 * FLOAT64_CHARS + 3 * len('"normalized":true,"byteStride":8,')
+"""Characters that a node on a grid has more, at most: its scaling, and what is said of its normals,
+texture coordinates and colours; its bounds are shorter than those of others."""
 
 COMPRESSED = 320
 """Characters that a compressed view has more, at most, with numbers of ten digits."""
