@@ -2481,7 +2481,7 @@ export interface components {
              *       "meshopt"
              *     ]
              */
-            compression: string[];
+            compression: "meshopt"[];
         };
         /** @description The formats of meshes. */
         FormatList: {
@@ -2999,7 +2999,7 @@ export interface operations {
                      * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
-                    "Server-Timing"?: string;
+                    "Server-Timing": string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -3330,7 +3330,7 @@ export interface operations {
                  * @description Id of a surface: the name of a built-in one, or what storing it answered.
                  * @example utah-teapot
                  */
-                id: string | ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | unknown;
+                id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | string;
             };
             cookie?: never;
         };
@@ -3387,7 +3387,7 @@ export interface operations {
                  * @description Id of a surface: the name of a built-in one, or what storing it answered.
                  * @example utah-teapot
                  */
-                id: string | ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | unknown;
+                id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | string;
             };
             cookie?: never;
         };
@@ -3543,7 +3543,7 @@ export interface operations {
                  * @description Id of a surface: the name of a built-in one, or what storing it answered.
                  * @example utah-teapot
                  */
-                id: string | ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | unknown;
+                id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | string;
                 /**
                  * @description Suffix of the format of the answer; `Accept` is not read.
                  * @example glb
@@ -3561,7 +3561,7 @@ export interface operations {
                      * @description A name to save the file under.
                      * @example inline; filename="sail.glb"
                      */
-                    "Content-Disposition"?: string;
+                    "Content-Disposition": string;
                     /**
                      * @description Number of vertices, as in the report. Not with the exact patches.
                      * @example 8257
@@ -3581,22 +3581,22 @@ export interface operations {
                      * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
-                    "Server-Timing"?: string;
+                    "Server-Timing": string;
                     /**
                      * @description Strong tag of these very bytes, in this coding.
                      * @example "3q2-7wEAAAAAAAAAAAAAAA"
                      */
-                    ETag?: string;
+                    ETag: string;
                     /**
                      * @description `public, max-age=31536000, immutable` under canonical addresses of surfaces whose id is a hash; else `public, max-age=3600, must-revalidate`.
                      * @example public, max-age=3600, must-revalidate
                      */
-                    "Cache-Control"?: string;
+                    "Cache-Control": string;
                     /**
                      * @description What else the answer depends on.
                      * @example Accept-Encoding
                      */
-                    Vary?: string;
+                    Vary: string;
                     /**
                      * @description The coding; not there where the body is sent as it is.
                      * @example zstd
@@ -3606,7 +3606,7 @@ export interface operations {
                      * @description The canonical address.
                      * @example </v1/surfaces/utah-teapot/mesh.glb?engine=2>; rel="canonical"
                      */
-                    Link?: string;
+                    Link: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -3629,22 +3629,22 @@ export interface operations {
                      * @description Strong tag of these very bytes, in this coding.
                      * @example "3q2-7wEAAAAAAAAAAAAAAA"
                      */
-                    ETag?: string;
+                    ETag: string;
                     /**
                      * @description `public, max-age=31536000, immutable` under canonical addresses of surfaces whose id is a hash; else `public, max-age=3600, must-revalidate`.
                      * @example public, max-age=3600, must-revalidate
                      */
-                    "Cache-Control"?: string;
+                    "Cache-Control": string;
                     /**
                      * @description What else the answer depends on.
                      * @example Accept-Encoding
                      */
-                    Vary?: string;
+                    Vary: string;
                     /**
                      * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
-                    "Server-Timing"?: string;
+                    "Server-Timing": string;
                     [name: string]: unknown;
                 };
                 content?: never;

@@ -14,12 +14,14 @@ from typing import Any, BinaryIO
 
 from playwright.sync_api import Browser
 
+from tests.tools import node_package
 from tests.web.browser import FOLDER, QuietHandler, Stage, open_page, serve
 
 PAGE = Path(__file__).parents[2] / "docs" / "browser.md"
 HELD = FOLDER / "held.js"
 # Of each library, a word that its page alone has.
 LIBRARIES = {"three": "GLTFLoader", "model-viewer": "</model-viewer>", "babylon": "BABYLON"}
+PACKAGES = ("three", "@google/model-viewer", "babylonjs", "babylonjs-loaders", "meshoptimizer")
 SERVED_AT = "http://127.0.0.1:8000"
 MODEL = re.compile(rf"{SERVED_AT}/v1/surfaces/[\w-]+/mesh\.glb[^'\"]*")
 
@@ -68,6 +70,8 @@ def site(pages: Mapping[str, str]) -> Iterator[str]:
 
     Pages may be added to the mapping as long as the site stands.
     """
+    for name in PACKAGES:
+        node_package(name)
     with serve(partial(_SiteHandler, pages=pages, directory=str(FOLDER))) as origin:
         yield origin
 

@@ -3,9 +3,12 @@
 
 import createClient from 'openapi-fetch';
 import type {
-  BsplineDefinition, CurveDefinition, Format, Issue, Mesh, MeshReport, MeshRequest, paths, Points,
-  Problem, SurfaceDefinition,
+  BsplineDefinition, CurveDefinition, Format, Issue, Mesh, MeshReport, MeshRequest, operations, paths,
+  Points, Problem, StoredSurface, SurfaceDefinition,
 } from '../../openapi/surface-service';
+
+type MeshQuery = NonNullable<operations['getSurfaceMesh']['parameters']['query']>;
+type Headers = operations['getSurfaceMesh']['responses'][200]['headers'];
 
 type Equal<A, B> = [A] extends [B] ? ([B] extends [A] ? true : false) : false;
 
@@ -78,6 +81,9 @@ declare const problem: Problem;
 declare const format: Format;
 same<Mesh['vertices'][number], [number, number, number]>(true);
 same<Mesh['report'], MeshReport>(true);
+same<Headers['ETag'], string>(true);
+same<StoredSurface['links']['mesh']['glb'], string>(true);
+same<Format['compression'], 'meshopt'[]>(true);
 same<Problem['errors'][number], Issue>(true);
 export const height: number = mesh.report.bounds.max[1] + mesh.vertices.length;
 export const second: number | null | undefined = points.mean_curvature?.[0];
@@ -103,5 +109,19 @@ export async function calls(): Promise<string | undefined> {
   await service.PUT('/v1/mesh', { body: { surface: patch } });
   // @ts-expect-error a body without a surface
   await service.POST('/v1/mesh', { body: {} });
+  const stored = await service.POST('/v1/surfaces', { body: { surface: patch } });
+  const link: string | undefined = stored.data?.links.mesh.glb;
+  const path = { id: stored.data?.id ?? 'saddle', suffix: 'glb' } as const;
+  const address = '/v1/surfaces/{id}/mesh.{suffix}';
+  const query = { resolution: [4, 8], engine: 2 } satisfies MeshQuery;
+  const { data: file } = await service.GET(address, { params: { path, query }, parseAs: 'blob' });
+  same<typeof file, Blob | undefined>(true);
+  // @ts-expect-error no file has this suffix
+  await service.GET(address, { params: { path: { ...path, suffix: 'fbx' } } });
+  // @ts-expect-error an address without its id
+  await service.GET(address, { params: { path: { suffix: 'glb' } } });
+  // @ts-expect-error a camera stands in bodies only
+  const seen: MeshQuery = { camera: { position: [0, 0, 1], field_of_view: 1, height: 1 } };
+  if (link || file || seen) return link;
   return vertices && positions ? undefined : issues?.[0]?.pointer;
 }

@@ -7,8 +7,9 @@ from service.api.links import mesh_address
 from service.api.openapi.schemas import Json
 
 
-def _header(description: str, example: str, kind: str = "string") -> Json:
-    return {"description": description, "schema": {"type": kind}, "example": example}
+def _header(description: str, example: str, *, is_sure: bool = True) -> Json:
+    schema = {"type": "string"}
+    return {"description": description, "required": is_sure, "schema": schema, "example": example}
 
 
 def _count(what: str, example: int) -> Json:
@@ -40,7 +41,9 @@ URL_HEADERS: Json = {
         FOR_AN_HOUR,
     ),
     "Vary": _header("What else the answer depends on.", "Accept-Encoding"),
-    "Content-Encoding": _header("The coding; not there where the body is sent as it is.", "zstd"),
+    "Content-Encoding": _header(
+        "The coding; not there where the body is sent as it is.", "zstd", is_sure=False
+    ),
     "Content-Disposition": _header("A name to save the file under.", 'inline; filename="sail.glb"'),
     "Link": _header(
         "The canonical address.",

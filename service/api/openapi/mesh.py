@@ -23,8 +23,10 @@ ID_PARAMETER = {
     "required": True,
     "description": "Id of a surface: the name of a built-in one, or what storing it answered.",
     "schema": {
-        "type": "string",
-        "anyOf": [{"enum": list(EXAMPLES)}, {"pattern": "^[0-9a-f]{64}$"}],
+        "anyOf": [
+            {"type": "string", "enum": list(EXAMPLES)},
+            {"type": "string", "pattern": "^[0-9a-f]{64}$"},
+        ],
     },
     "example": "utah-teapot",
 }

@@ -368,7 +368,7 @@ _FORMAT = _object(
         "quantize": {"type": "boolean", "description": "Whether it takes `quantize`."},
         "compression": {
             "type": "array",
-            "items": {"type": "string"},
+            "items": {"type": "string", "enum": ["meshopt"]},
             "description": "The kinds of `compression` that it takes here, beside `none`.",
             "examples": [["meshopt"]],
         },
