@@ -17,6 +17,8 @@ const sizeFor = (count) => Math.max(3.4, 10.5 - 0.62 * Math.log2(Math.max(4, cou
 const REACH = { mouse: 11, touch: 24 };
 /** Of points that are equally near to the mouse the front one counts: pixels for a depth of 1. */
 const BEHIND = 14;
+/** How far away lines and points are for the depth test, as a share of how far they are. */
+const NEARER = '0.994';
 
 export class NetView {
   /** @param {Stage} stage */
@@ -29,11 +31,11 @@ export class NetView {
     const lines = { transparent: true };
     const points = { transparent: true, sizeAttenuation: false, map: dot, alphaTest: 0.01 };
     this.lines = [
-      new LineBasicMaterial({ ...lines, opacity: 0.13, depthTest: false, depthWrite: false }),
+      new LineBasicMaterial({ ...lines, depthTest: false, depthWrite: false }),
       nearer(new LineBasicMaterial({ ...lines, opacity: 0.6, depthWrite: false })),
     ];
     this.points = [
-      new PointsMaterial({ ...points, opacity: 0.22, depthTest: false, depthWrite: false }),
+      new PointsMaterial({ ...points, depthTest: false, depthWrite: false }),
       nearer(new PointsMaterial({ ...points, depthWrite: false })),
     ];
     this.mark = new PointsMaterial({ ...points, depthTest: false });
@@ -56,6 +58,12 @@ export class NetView {
     object.frustumCulled = false;
     object.renderOrder = order;
     this.group.add(object);
+  }
+
+  /** How clearly the surface lets the net through that is behind it or inside. @param {boolean} clear */
+  veil(clear) {
+    this.lines[0].opacity = clear ? 0.4 : 0.13;
+    this.points[0].opacity = clear ? 0.75 : 0.25;
   }
 
   /** Draws the net of a document. @param {Net} net @param {Surface} surface */
@@ -164,7 +172,7 @@ function dotTexture() {
 }
 
 /**
- * Drawn a little nearer than it is, so that what lies upon the surface is not cut by it.
+ * Drawn where it is, but as if it were a little nearer: what lies upon the surface is not cut by it.
  * @template {import('./three.js').Material} M
  * @param {M} material @returns {M}
  */
@@ -172,7 +180,7 @@ function nearer(material) {
   material.onBeforeCompile = (shader) => {
     const project = '#include <project_vertex>';
     shader.vertexShader = shader.vertexShader
-      .replace(project, `${project}\n  gl_Position.z -= 0.0012 * gl_Position.w;`);
+      .replace(project, `${project}\n  gl_Position = projectionMatrix * vec4(${NEARER} * mvPosition.xyz, 1.0);`);
   };
   return material;
 }

@@ -38,10 +38,11 @@ export class Stage {
     this.controls.addEventListener('change', () => this.draw());
     this.box = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
     this.pending = false;
+    /** Nothing is drawn before there is something to see: to compile what draws takes its time. */
+    this.awake = false;
     /** @type {(() => void)[]} */
     this.drawn = [];
     new ResizeObserver(() => this.resize()).observe(canvas);
-    this.resize();
   }
 
   addLightAndFloor() {
@@ -58,14 +59,16 @@ export class Stage {
 
   /** Draws with the next frame, once however often it is asked for. */
   draw() {
-    if (this.pending) return;
+    if (this.pending || !this.awake) return;
     this.pending = true;
-    requestAnimationFrame(() => {
-      this.pending = false;
-      this.controls.update();
-      this.renderer.render(this.scene, this.camera);
-      this.drawn.forEach((tell) => tell());
-    });
+    requestAnimationFrame(() => this.drawNow());
+  }
+
+  drawNow() {
+    this.pending = false;
+    this.controls.update();
+    this.renderer.render(this.scene, this.camera);
+    this.drawn.forEach((tell) => tell());
   }
 
   resize() {
@@ -75,7 +78,8 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.setViewOffset(width, height, 0, this.covered() / 2, width, height);
-    this.draw();
+    // A canvas of a new size is empty: not even for one frame shall that be seen.
+    if (this.awake) this.drawNow();
   }
 
   /** How much of the canvas, from below, other things stand upon: the middle is above them. */
@@ -87,6 +91,7 @@ export class Stage {
 
   /** Light, shadow and floor for what fills this box. @param {Box3} box */
   settle(box) {
+    this.awake = true;
     this.box = box;
     const radius = this.radius();
     const center = box.getCenter(new Vector3());

@@ -6,7 +6,7 @@ import { NetView } from './net-view.js';
 import { check, checked, element, write } from './page.js';
 import { watchPointer } from './pointer.js';
 import { Stage } from './scene.js';
-import { lookOf } from './settings.js';
+import { isParametric, lookOf } from './settings.js';
 import { SurfaceView } from './surface-view.js';
 import { theme } from './theme.js';
 
@@ -59,6 +59,8 @@ export class View {
   follow() {
     const { state } = this;
     this.net.take(state.net, state.surface);
+    // The curve of a tube runs inside of it.
+    this.net.veil(!isParametric(state.surface));
     this.net.highlight(state.chosen, -1);
     this.paint();
   }
