@@ -139,6 +139,24 @@ def test_what_is_closed_stays_closed(example: str) -> None:
         assert loaded.is_watertight
 
 
+@pytest.mark.parametrize("options", [MeshOptions((7, 7)), by(tolerance=0.02)])
+def test_neighbours_in_two_files_meet(options: MeshOptions) -> None:
+    """The grid goes through the zero of both, and both have the same step."""
+    left = np.array([[[i, j, (i + j * j) % 3] for j in range(4)] for i in range(4)]) / 0.7
+    right = left * [1, 1, -0.7]
+    right[:, :, 0] += left[-1, 0, 0]
+    right[0] = left[-1]
+    rows = []
+    for net in (left, right):
+        made = corners(read_glb(render(BezierSurface(net), options, GLB, QUANTIZED)))
+        rows.append({tuple(point) for point in made.reshape(-1, 3).tolist()})
+    # Where the first one ends, which is no multiple of the step.
+    edge = max(point[0] for point in rows[0])
+    shared = {point for point in rows[0] if point[0] == edge}
+    assert len(shared) >= 8
+    assert {point for point in rows[1] if point[0] == edge} == shared
+
+
 def test_triangles_smaller_than_the_grid_stay_and_the_mesh_is_closed() -> None:
     """A needle: beside its length, its width is nothing."""
     surface = find("sphere").surface()
