@@ -29,7 +29,7 @@ serve: $(VENV)/.runtime ## Install what is needed and serve on HOST:PORT (127.0.
 	$(BIN)/surface serve --host $(HOST) --port $(PORT)
 
 test: check web tests/web/node_modules/.package-lock.json ## Every check and every test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --dist loadscope
 
 check: $(VENV)/.dev ## Linters, types and import rules, without the tests
 	$(BIN)/ruff check .

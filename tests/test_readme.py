@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple, get_args
 
+import numpy as np
 import pytest
 
 from service.encoders.registry import FORMATS
@@ -69,12 +70,16 @@ def test_there_are_three_requests_to_begin_with() -> None:
 @pytest.mark.parametrize("request_", REQUESTS, ids=[f"{n}" for n in range(len(REQUESTS))])
 def test_requests_are_answered_as_shown(request_: Block, server: str, tmp_path: Path) -> None:
     program("curl")
+    np.save(tmp_path / "net.npy", np.arange(30_000.0).reshape(100, 100, 3))
     answer = run_shell(request_.text.replace(SERVED_AT, server), tmp_path)
     shown = [after.text for before, after in SHOWN if before is request_]
     if shown:
         assert json.loads(answer) == json.loads(shown[0])
+        return
+    (file,) = set(tmp_path.iterdir()) - {tmp_path / "net.npy"}
+    if file.suffix == ".json":
+        assert json.loads(file.read_bytes()).keys() == {"id", "links"}
     else:
-        (file,) = tmp_path.iterdir()
         assert file.read_bytes()[:4] == b"glTF"
 
 
