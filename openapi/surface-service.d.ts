@@ -1366,7 +1366,7 @@ export interface components {
             oogl?: "cquad" | "mesh" | "off" | "bez";
             /**
              * Quantize
-             * @description glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that touch in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
+             * @description glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
              * @default false
              * @example true
              */
@@ -2957,7 +2957,7 @@ export interface operations {
                 method?: "matrix" | "de_casteljau" | "forward_difference";
                 /** @description Beside a file: Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` (the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description Beside a file: glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that touch in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Left out: false. */
+                /** @description Beside a file: glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Left out: false. */
                 quantize?: boolean;
                 /** @description Beside a file: `meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, vertices and triangles in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Left out: "none". */
                 compression?: "none" | "meshopt";
@@ -3088,7 +3088,7 @@ export interface operations {
                 method?: "matrix" | "de_casteljau" | "forward_difference";
                 /** @description Beside a file: Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` (the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description Beside a file: glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that touch in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Left out: false. */
+                /** @description Beside a file: glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Left out: false. */
                 quantize?: boolean;
                 /** @description Beside a file: `meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, vertices and triangles in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Left out: "none". */
                 compression?: "none" | "meshopt";
@@ -3511,7 +3511,7 @@ export interface operations {
                  */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
                 /**
-                 * @description glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that touch in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
+                 * @description glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
                  * @example true
                  */
                 quantize?: boolean;

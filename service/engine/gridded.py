@@ -3,18 +3,20 @@
 The step is known from the control points, before any mesh is made: the same for all tolerances
 and resolutions.
 
-Models of a group that stand in the same place and touch get the largest step of theirs, and so do
-all that touch those: where they met they still meet. Others keep their own. A cup is not made
-coarse by the hall it stands in, unless it is a part of its walls; and how long many members are
-together does not matter.
+Models of a group that stand in the same place and have a corner of a patch in common, as all have
+that meet along an edge, get the largest step of theirs, and so do all that these meet: where they
+met they still meet. Others keep their own. A cup is not made coarse by the hall it stands in, and
+how long many members are together does not matter.
 """
 
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints, RealArray
+from service.bases.arrays import FloatArray, RealArray
+from service.bases.distinct import distinct_rows
 from service.engine.adaptive.storage import Storage, slack
 from service.engine.deviation.bound import largest
 from service.engine.extent import extent
@@ -32,18 +34,20 @@ def grid_steps(model: Model, options: MeshOptions) -> tuple[float, ...]:
     """The step of every different model of a group, or of the one that there is."""
     if not isinstance(model, GroupModel):
         return (step_of(*_box(model, options)),)
-    boxes = [_box(own, options) for own in model.models]
-    low, high = (np.array(bounds) for bounds in zip(*boxes, strict=True))
-    steps = np.array([step_of(*box) for box in boxes])
-    joined = np.arange(len(steps))
-    for there in _places(model):
-        for row in there:
-            touch = (low[there] <= high[row]).all(axis=1) & (low[row] <= high[there]).all(axis=1)
-            numbers = np.unique(joined[there[touch]])
-            joined[np.isin(joined, numbers)] = numbers[0]
-    coarsest = np.zeros(len(steps))
-    np.maximum.at(coarsest, joined, steps)
-    return tuple(coarsest[joined].tolist())
+    steps = [step_of(*_box(own, options)) for own in model.models]
+    family = list(range(len(steps)))
+
+    def eldest(number: int) -> int:
+        while family[number] != number:
+            family[number] = family[family[number]]
+            number = family[number]
+        return number
+
+    for pair in _neighbours(model):
+        one, other = sorted(map(eldest, pair))
+        family[other] = one
+        steps[one] = max(steps[one], steps[other])
+    return tuple(steps[eldest(number)] for number in range(len(steps)))
 
 
 def grid_error(model: Model, options: MeshOptions) -> float:
@@ -132,10 +136,24 @@ def _box(model: PatchModel | SweepModel, options: MeshOptions) -> tuple[FloatArr
     return low - around, high + around
 
 
-def _places(group: GroupModel) -> list[Ints]:
-    """The models that stand in each place."""
+def _neighbours(group: GroupModel) -> Iterator[list[int]]:
+    """Pairs of models that have a corner in common in one place: enough to tell who is together."""
     places: dict[bytes, set[int]] = defaultdict(set)
     for member in group.members:
         place = b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
         places[place].add(member.model)
-    return [np.array(sorted(there)) for there in places.values()]
+    for there in places.values():
+        rows = [(number, _corners(group.models[number])) for number in sorted(there)]
+        owner = np.concatenate([np.full(len(corners), number) for number, corners in rows])
+        _, corner = distinct_rows(np.concatenate([corners for _, corners in rows]))
+        order = np.lexsort((owner, corner))
+        same = corner[order[1:]] == corner[order[:-1]]
+        pairs = np.stack([owner[order[:-1]], owner[order[1:]]], axis=1)[same]
+        yield from np.unique(pairs, axis=0).tolist()
+
+
+def _corners(model: PatchModel | SweepModel) -> FloatArray:
+    """The corners of all patches, (N, 3)."""
+    if isinstance(model, SweepModel):
+        return np.empty((0, 3))
+    return np.concatenate([batch.corners.reshape(-1, 3) for batch in model.batches])

@@ -137,7 +137,7 @@ class MeshOptionFields(StrictModel):
         "points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. "
         "Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a "
         "tolerance holds for what is written. All parts of a surface have one grid, and so have "
-        "members of a group that touch in the same place: seams stay closed. Other formats refuse "
+        "members of a group that meet in the same place: seams stay closed. Other formats refuse "
         "it (`unsupported_by_format`).",
         examples=[True],
     )

@@ -105,17 +105,20 @@ def test_a_step_that_would_not_do_is_widened() -> None:
     assert on.step == 2.0**-14
 
 
-def test_what_touches_in_one_place_has_one_step() -> None:
+def test_what_meets_in_one_place_has_one_step() -> None:
     small, large, far = square(), square(1.0, 40.0), square(100.0)
     alone = [grid_steps(surface.lower(), COARSE)[0] for surface in (small, large, far)]
     assert alone[0] == alone[2] < alone[1]
     assert grid_steps(placed(small, large, far), COARSE) == (alone[1], alone[1], alone[2])
-    # A chain of neighbours: each touches the next.
+    # One that stands before a part of the large one has nothing in common with it.
+    before = square(20.0)
+    assert grid_steps(placed(before, large), COARSE) == (alone[0], alone[1])
+    # A chain of neighbours: each meets the next.
     chain = grid_steps(placed(small, large, square(41.0)), COARSE)
     assert chain == (alone[1],) * 3
 
 
-def test_in_another_place_nothing_touches() -> None:
+def test_in_another_place_nothing_meets() -> None:
     twice = np.diag([2.0, 2, 2, 1])
     large = Member(square(1.0, 40.0), name="b", matrix=twice)
     model = GroupSurface((Member(square(), name="a"), large)).lower()
