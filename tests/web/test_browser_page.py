@@ -14,6 +14,8 @@ from playwright.sync_api import Browser
 
 from service.api.cors import EXPOSED
 from service.settings import Settings, from_environment
+from tests.test_readme import run_shell
+from tests.tools import node_package, program
 from tests.web.browser import Stage
 from tests.web.clients import PAGE, SERVED_AT, blocks, held, open_client, page_of, site
 from tests.web.test_client_types import TYPES, complaints, project_of
@@ -116,6 +118,17 @@ def test_the_client_in_typescript_compiles_and_runs(opened: Any, tmp_path: Path)
     assert int(told[1]) > 2
     assert 0 < float(told[2]) <= 0.01
     assert stage.complaints == []
+
+
+def test_types_made_from_a_server_are_those_of_the_project(server: str, tmp_path: Path) -> None:
+    """But for files, which openapi-typescript takes for texts unless it is told."""
+    (command,) = (block for block in blocks("sh") if block.startswith("npx "))
+    maker = node_package("openapi-typescript") / "bin" / "cli.js"
+    command = command.replace("npx openapi-typescript", f"{program('node')} {maker}")
+    run_shell(command.replace(SERVED_AT, server), tmp_path)
+    made = (tmp_path / TYPES.name).read_text(encoding="utf-8")
+    ours = TYPES.read_text(encoding="utf-8").replace(": Blob;", ": string;")
+    assert made.split("\n\n", 1)[1] == ours.split("\n\n", 1)[1]
 
 
 def test_meshes_are_kept_as_the_table_says(server: str) -> None:
