@@ -85,7 +85,7 @@ class PointsRequest(StrictModel):
         if (self.uv is None) == (self.barycentric is None):
             given = "neither" if self.uv is None else "both"
             message = "There must be one list of places: `uv`, or on triangles `barycentric`."
-            issue = Issue("missing_field" if self.uv is None else "unexpected_field", message)
+            issue = Issue("missing_field" if self.uv is None else "conflicting_options", message)
             where = ("uv",) if self.uv is None else ("barycentric",)
             raise refusal([(where, replace(issue, got=given, needed="one of the two"))])
         return self

@@ -775,7 +775,7 @@ def queries() -> Iterator[Hostile]:
         yield case(f"uv {text}", query(f'"uv":{text}'), 422, code, "/uv" + place)
     yield case("no uv", query('"derivatives":1'), 422, "missing_field", "/uv")
     yield case("both kinds of places", query('"uv":[[0,0]],"barycentric":[[1,0,0]]'), 422,
-               "unexpected_field", "/barycentric")  # fmt: skip
+               "conflicting_options", "/barycentric")  # fmt: skip
     yield case("barycentric places of a square", query('"barycentric":[[1,0,0]]'), 422,
                "wrong_parameters", "/barycentric/0")  # fmt: skip
     yield case("two barycentric coordinates", query('"barycentric":[[1,0,0],[1,0]]'), 422,
