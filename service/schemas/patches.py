@@ -87,11 +87,8 @@ class PatchesDefinition(StrictModel):
             raise in_rows(error, r"/triangles/\d+", self.triangles.shape[1]) from None
 
 
-def define(surface: PatchSurface, *, flat: bool = False) -> dict[str, Any]:
-    """The surface in the language of requests, its arrays as they are; what it lacks left out.
-
-    Triangles come in rows, or `flat`, each as one run of numbers.
-    """
+def define(surface: PatchSurface) -> dict[str, Any]:
+    """The surface in the language of requests, its arrays as they are; what it lacks left out."""
     content: dict[str, Any] = {
         "type": "patches",
         "vertices": surface.vertices,
@@ -99,8 +96,7 @@ def define(surface: PatchSurface, *, flat: bool = False) -> dict[str, Any]:
     if len(surface.patches):
         content["patches"] = surface.patches
     if len(surface.triangles):
-        rows = [] if flat else [rows_of(indices) for indices in surface.triangles]
-        content["triangles"] = surface.triangles if flat else rows
+        content["triangles"] = surface.triangles
     if surface.parts:
         content["parts"] = {
             name: np.array(members, dtype=np.int64) for name, members in surface.parts
@@ -109,3 +105,10 @@ def define(surface: PatchSurface, *, flat: bool = False) -> dict[str, Any]:
         content["weights"] = surface.weights
     content |= define_channels(surface.channels)
     return content | {"up": surface.up, "name": surface.name}
+
+
+def with_rows(content: dict[str, Any]) -> dict[str, Any]:
+    """The same with rows for every triangle, as documents write it."""
+    if "triangles" not in content:
+        return content
+    return content | {"triangles": [rows_of(indices) for indices in content["triangles"]]}

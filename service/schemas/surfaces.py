@@ -1,7 +1,8 @@
 """The kinds of surface as a document says them: one model a kind, one union of them all.
 
 To add a kind: a module with its model (a `type` of its own and a `to_surface`) and its `define`;
-here its line in `DEFINE`, its name in `KINDS` and its line in `SurfaceDefinition`.
+here its line in `DEFINE` (and in `WITH_ROWS`, if it has nets over triangles), its name in `KINDS`
+and its line in `SurfaceDefinition`.
 """
 
 from collections.abc import Callable, Mapping
@@ -34,9 +35,13 @@ DEFINE: Mapping[type[Surface], Callable[..., dict[str, Any]]] = MappingProxyType
 )
 """What writes each kind of surface but groups back in the language of requests."""
 
+WITH_ROWS: Mapping[type[Surface], Callable[[dict[str, Any]], dict[str, Any]]] = MappingProxyType(
+    {PatchSurface: patches.with_rows, TriangleSurface: triangle.with_rows}
+)
+"""What turns nets over triangles, one array each, into the rows that documents have for them."""
+
 KINDS = ("bezier", "bspline", "triangle", "patches", "tube", "ribbon", "group")
 """Names of the kinds of surface; the first is meant where none is said."""
-
 
 _UNKNOWN = Issue("unknown_type", "There is no such kind of surface.")
 
@@ -62,8 +67,8 @@ def definition(surface: Surface, *, flat: bool = False) -> dict[str, Any]:
 
     Nets over triangles come in rows, as documents write them, or `flat`, as one array each.
     """
+    kind = type(surface)
     if isinstance(surface, GroupSurface):
         return group.define(surface, partial(definition, flat=flat))
-    if isinstance(surface, TriangleSurface | PatchSurface):
-        return DEFINE[type(surface)](surface, flat=flat)
-    return DEFINE[type(surface)](surface)
+    content = DEFINE[kind](surface)
+    return content if flat or kind not in WITH_ROWS else WITH_ROWS[kind](content)

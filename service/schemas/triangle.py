@@ -1,6 +1,6 @@
 """One triangular Bézier patch as a document says it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -71,18 +71,19 @@ class TriangleDefinition(StrictModel):
             yield pointer(("attributes", name)), net
 
 
-def define(surface: TriangleSurface, *, flat: bool = False) -> dict[str, Any]:
-    """The surface in the language of requests; what it lacks left out.
-
-    Its nets come as rows, or `flat`, each as one run of values.
-    """
-    rows: Callable[[FloatArray], Any] = (lambda net: net) if flat else rows_of
-    content: dict[str, Any] = {"type": "triangle", "control_net": rows(surface.control_net)}
+def define(surface: TriangleSurface) -> dict[str, Any]:
+    """The surface in the language of requests, its arrays as they are; what it lacks left out."""
+    content: dict[str, Any] = {"type": "triangle", "control_net": surface.control_net}
     if surface.weights is not None:
-        content["weights"] = rows(surface.weights)
-    carried = define_channels(surface.channels)
-    for name in carried.keys() - {"attributes"}:
-        carried[name] = rows(carried[name])
-    if "attributes" in carried:
-        carried["attributes"] = {k: rows(v) for k, v in carried["attributes"].items()}
-    return content | carried | {"up": surface.up, "name": surface.name}
+        content["weights"] = surface.weights
+    content |= define_channels(surface.channels)
+    return content | {"up": surface.up, "name": surface.name}
+
+
+def with_rows(content: dict[str, Any]) -> dict[str, Any]:
+    """The same with rows for every net, as documents write it."""
+    nets = ("control_net", "weights", "colors", "uvs")
+    rows: dict[str, Any] = {name: rows_of(content[name]) for name in nets if name in content}
+    if "attributes" in content:
+        rows["attributes"] = {name: rows_of(net) for name, net in content["attributes"].items()}
+    return content | rows
