@@ -81,7 +81,6 @@ _RANGES = MappingProxyType(
     }
 )
 
-
 _SWITCHES = MappingProxyType({"1": True, "true": True, "0": False, "false": False})
 
 

@@ -1,4 +1,4 @@
-"""The application: settings, routes, problems, CORS.
+"""The application: settings, routes, problems, the store, and what answers in front of all these.
 
 `uvicorn service.api.app:create_app --factory` serves it.
 """

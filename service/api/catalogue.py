@@ -7,6 +7,7 @@ from starlette.responses import Response
 
 from service import __version__
 from service.api.answers import json_response
+from service.api.links import mesh_path, surface_address
 from service.api.parameters import no_parameters
 from service.encoders.gltf import meshopt
 from service.encoders.registry import FORMATS
@@ -77,7 +78,6 @@ async def ready(request: Request) -> Response:
 def _summary(example: Example, root: str) -> dict[str, Any]:
     surface = example.surface()
     model = surface.lower()
-    address = f"{root}/v1/surfaces/{example.id}"
     return {
         "id": example.id,
         "title": example.title,
@@ -86,8 +86,8 @@ def _summary(example: Example, root: str) -> dict[str, Any]:
         "patches": model.patch_count,
         "degree": _degree(model),
         "links": {
-            "self": address,
-            "mesh": {f.suffix: f"{address}/mesh.{f.suffix}" for f in FORMATS},
+            "self": surface_address(root, example.id),
+            "mesh": {f.suffix: mesh_path(root, example.id, f.suffix) for f in FORMATS},
         },
     }
 

@@ -9,9 +9,14 @@ def surface_address(root: str, surface: str) -> str:
     return f"{root}/v1/surfaces/{surface}"
 
 
+def mesh_path(root: str, surface: str, suffix: str) -> str:
+    """Where its meshes of one format are, in whichever numbers are computed."""
+    return f"{surface_address(root, surface)}/mesh.{suffix}"
+
+
 def mesh_address(root: str, surface: str, suffix: str, query: str = f"engine={ENGINE}") -> str:
     """Where a mesh of it is; with no other query, the one of all defaults, in these numbers."""
-    return f"{surface_address(root, surface)}/mesh.{suffix}?{query}"
+    return f"{mesh_path(root, surface, suffix)}?{query}"
 
 
 def mesh_links(root: str, surface: str) -> dict[str, str]:

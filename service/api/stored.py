@@ -7,7 +7,7 @@ from functools import cache, partial
 from starlette.requests import Request
 
 from service.api.work import long_to_read, run
-from service.errors import DamagedObject, InvalidRequest, UnknownSurface
+from service.errors import DamagedObject, InvalidRequest, Issue, UnknownSurface
 from service.schemas.canonical import canonical, restored, surface_id
 from service.schemas.document import DocumentLimits
 from service.settings import document_limits
@@ -52,7 +52,7 @@ async def surface_of(request: Request, id: str) -> Stored:
     if id in EXAMPLES:
         return Stored(id, find(id).surface(), is_hash=False)
     if not is_id(id):
-        raise unknown(id)
+        raise _unknown()
     store: SurfaceStore = request.app.state.store
     try:
         content = await store.get(id)
@@ -82,19 +82,21 @@ def content_id(id: str) -> str:
     if id in EXAMPLES:
         return _hash_of_example(id)
     if not is_id(id):
-        raise unknown(id)
+        raise _unknown()
     return id
 
 
-def unknown(id: str) -> UnknownSurface:
+def _unknown() -> UnknownSurface:
     """The error of a name that is no example's, and no hash."""
-    try:
-        find(id)
-    except UnknownSurface as error:
-        (issue,) = error.issues
-        needed = f"{issue.needed}; or the id of a stored surface, 64 hexadecimal digits"
-        return UnknownSurface(replace(issue, pointer="/id", needed=needed))
-    raise ValueError("an example is known")
+    return UnknownSurface(
+        Issue(
+            "unknown_surface",
+            "No surface is known by this id.",
+            "/id",
+            "an unknown id",
+            f"one of {', '.join(EXAMPLES)}; or the id of a stored surface, 64 hexadecimal digits",
+        )
+    )
 
 
 @cache

@@ -9,6 +9,7 @@ from starlette.responses import Response
 from service.api.answers import HEADERS, ChunkedResponse, json_response
 from service.api.caching.answers import AnswerCache
 from service.api.caching.entries import FOR_AN_HOUR, FOR_EVER
+from service.api.caching.requested import condition_of
 from service.api.caching.tags import is_any, listed
 from service.api.catalogue import list_surfaces
 from service.api.links import mesh_links, surface_address
@@ -111,5 +112,5 @@ def _written(surface: Surface, limits: Limits) -> bytes:
 
 def _has(request: Request, tag: str) -> bool:
     """Whether the client has the answer of this tag already."""
-    condition = ",".join(request.headers.getlist("if-none-match")).encode("latin-1")
+    condition = condition_of(request) or b""
     return is_any(condition) or tag.encode() in listed(condition)

@@ -1,7 +1,6 @@
 """What commands have in common: a file or an example to begin with, a file to end with."""
 
 import argparse
-import re
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -19,8 +18,6 @@ if TYPE_CHECKING:
 AnyFormat = TypeVar("AnyFormat", bound="FileFormat")
 Commands = Any
 """What `add_subparsers` gives; its type has no public name."""
-
-_ID = re.compile("[0-9a-f]{64}")
 
 _FILE_HELP = (
     "a JSON file (a surface, or a request with a surface and {}), a file of control points, the id "
@@ -128,8 +125,10 @@ def surface_source(arguments: argparse.Namespace) -> str | dict[str, Any] | NetF
 
 def stored_id(arguments: argparse.Namespace) -> str | None:
     """The source, if it is the id of a surface that the service at `--url` may have stored."""
+    from service.storage.keys import is_id
+
     source = arguments.source
-    if arguments.url is None or not _ID.fullmatch(source) or Path(source).exists():
+    if arguments.url is None or not is_id(source) or Path(source).exists():
         return None
     check_no_fields(arguments)
     return str(source)

@@ -42,7 +42,6 @@ DECODERS: tuple[Decoder, ...] = (
 """In the order in which they are listed."""
 
 BY_NAME: Mapping[str, Decoder] = MappingProxyType({d.name: d for d in DECODERS})
-BY_MEDIA_TYPE: Mapping[str, Decoder] = MappingProxyType({d.media_type: d for d in DECODERS})
 BY_SUFFIX: Mapping[str, Decoder] = MappingProxyType(
     {suffix: decoder for decoder in DECODERS for suffix in decoder.suffixes}
 )

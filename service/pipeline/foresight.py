@@ -26,7 +26,6 @@ LEAST_FACE, LEAST_COMPRESSED = 6, 1
 SURE = 2.0**-16
 """A tolerance above this part of the largest coordinate is above whatever is rounded."""
 
-
 GRID_SHARE = 4
 """A tolerance is above what putting vertices on a grid leaves if it is so many times that."""
 

@@ -102,8 +102,7 @@ def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
 
 def _value(name: str, text: str) -> object:
     if name in _PAIR_NAMES:
-        numbers = [_whole(part) for part in text.split(",")]
-        return numbers[0] if len(numbers) == 1 else numbers
+        return pair_from_text(text)
     if name == "overlays":
         return text.split(",") if text else []
     if name in _WHOLE_NAMES:
@@ -113,6 +112,12 @@ def _value(name: str, text: str) -> object:
     if name in _FLAG_NAMES:
         return _FLAGS.get(text, text)
     return text
+
+
+def pair_from_text(text: str) -> object:
+    """One whole number, or a list of them: one for u and one for v."""
+    numbers = [_whole(part) for part in text.split(",")]
+    return numbers[0] if len(numbers) == 1 else numbers
 
 
 def number_from_text(text: str) -> int | float | str:

@@ -3,13 +3,12 @@
 In a query they stand beside the options of a mesh; on a command line they are flags.
 """
 
-import re
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
 
 from service.errors import InvalidRequest, Issue
-from service.schemas.query import option_values
+from service.schemas.query import option_values, pair_from_text
 
 FIELDS: Mapping[str, str] = MappingProxyType(
     {
@@ -23,8 +22,6 @@ FIELDS: Mapping[str, str] = MappingProxyType(
     }
 )
 """What each is, by name, as the documentation says it."""
-
-_DEGREE = re.compile(r"-?\d{1,9}", re.ASCII)
 
 
 def document_from_query(pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
@@ -64,8 +61,7 @@ def with_fields(net: dict[str, Any], fields: Mapping[str, object]) -> dict[str, 
 
 def _value(name: str, text: str) -> object:
     if name == "degree":
-        numbers = [int(part) if _DEGREE.fullmatch(part) else part for part in text.split(",")]
-        return numbers[0] if len(numbers) == 1 else numbers
+        return pair_from_text(text)
     if name == "knots" and "," in text:
         return text.split(",")
     return text
