@@ -86,14 +86,16 @@ clean: ## Remove everything that was made here
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
 	find service tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# What was installed is remembered by a file that is younger than what asked for it.
+# What was installed is remembered by a file that is younger than what asked for it. Where there is
+# no wheel of meshopt, the service does without.
 $(BIN)/python:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed.")'
 	$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); exit 1; }
 
 $(VENV)/.runtime: pyproject.toml constraints.txt | $(BIN)/python
 	@echo 'Installing the service into $(VENV) …'
-	$(PIP) install --constraint constraints.txt --editable .
+	$(PIP) install --constraint constraints.txt --only-binary meshopt --editable '.[meshopt]' \
+	  || $(PIP) install --constraint constraints.txt --editable .
 	touch $@
 
 $(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
