@@ -18,7 +18,8 @@ from tests.test_readme import run_shell
 from tests.tools import node_package, program
 from tests.web.browser import Stage
 from tests.web.clients import PAGE, SERVED_AT, blocks, held, open_client, page_of, site
-from tests.web.test_client_types import TYPES, complaints, project_of
+from tests.web.compiler import complaints
+from tests.web.test_client_types import TYPES, project_of
 
 TEXT = PAGE.read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", TEXT, re.MULTILINE | re.DOTALL))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from tests.tools import node_package, program
 from tests.web.browser import FOLDER
+from tests.web.compiler import complaints
 
 TYPES = FOLDER.parents[1] / "openapi" / "surface-service.d.ts"
 STRICT = {
@@ -26,13 +27,6 @@ def project_of(source: Path, folder: Path, **settings: object) -> Path:
     described = {"compilerOptions": STRICT | settings, "files": [str(source)]}
     project.write_text(json.dumps(described), encoding="utf-8")
     return project
-
-
-def complaints(project: Path) -> str:
-    """What the compiler has against this project."""
-    compiler = node_package("typescript") / "bin" / "tsc"
-    command = [program("node"), str(compiler), "--project", str(project)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False).stdout
 
 
 def test_committed_types_are_those_of_the_document() -> None:
