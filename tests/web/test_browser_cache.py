@@ -54,10 +54,16 @@ def links(watched: Watched) -> dict[str, str]:
     return {suffix: watched.url + link for suffix, link in answer.json()["links"]["mesh"].items()}
 
 
-@pytest.fixture(scope="module")
-def stage(watched: Watched, links: dict[str, str], browser: Browser) -> Iterator[Stage]:
-    """A page of another origin that has loaded the mesh once."""
-    with site({"/": client("three", links["glb"])}) as origin:
+@pytest.fixture(scope="module", params=["three", "babylon"])
+def stage(
+    request: pytest.FixtureRequest, watched: Watched, links: dict[str, str], browser: Browser
+) -> Iterator[Stage]:
+    """A page of another origin that has loaded the mesh once, in a fresh profile.
+
+    The one fetches, the other makes an XMLHttpRequest; model-viewer loads as three.js does.
+    """
+    with site({"/": client(request.param, links["glb"])}) as origin:
+        watched.seen.clear()
         stage = open_client(browser, f"{origin}/")
         held(stage)
         assert watched.seen == [(False, 200)]
