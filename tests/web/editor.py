@@ -29,7 +29,7 @@ def open_editor(browser: Browser, address: str) -> Stage:
     """The editor in a fresh profile, once it shows its first mesh."""
     if not (editor.ASSETS / editor.THREE).is_file():
         pytest.skip("three.js is not built ('make web')")
-    context = browser.new_context(viewport={"width": 900, "height": 640}, reduced_motion="reduce")
+    context = browser.new_context(viewport={"width": 880, "height": 440}, reduced_motion="reduce")
     stage = listening(context.new_page())
     show(stage.page, address)
     return stage

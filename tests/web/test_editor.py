@@ -5,10 +5,21 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Browser, Page
 
 from tests.web.browser import Stage
-from tests.web.editor import READY, choose, drag, point, settled, start_anew, value
+from tests.web.editor import (
+    READY,
+    SADDLE,
+    choose,
+    drag,
+    listening,
+    point,
+    settled,
+    show,
+    start_anew,
+    value,
+)
 
 
 @pytest.fixture
@@ -239,3 +250,23 @@ def test_the_service_is_away(editor: Stage) -> None:
     page.click("#problem-retry")
     page.wait_for_selector(READY)
     assert page.is_hidden("#problem")
+
+
+def test_without_webgl_everything_but_the_picture_works(server: str, browser: Browser) -> None:
+    page = browser.new_page()
+    stage = listening(page)
+    page.add_init_script(
+        "const get = HTMLCanvasElement.prototype.getContext;"
+        "HTMLCanvasElement.prototype.getContext = function (kind, ...more) {"
+        "  return kind.startsWith('webgl') ? null : get.call(this, kind, ...more); };"
+    )
+    show(page, server + SADDLE)
+    assert "WebGL" in page.inner_text("#no-webgl")
+    assert value(page, "triangles") == 72
+    page.fill("#point", "4")
+    page.press("#point", "Enter")
+    page.fill("#z", "3")
+    asked = settled(page, lambda: page.press("#z", "Enter"))
+    assert asked["surface"]["control_net"][1][1] == [1, 1, 3]
+    page.close()
+    assert stage.complaints == []

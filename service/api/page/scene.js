@@ -48,9 +48,9 @@ export class Stage {
   addLightAndFloor() {
     const { key, rim, floor } = this;
     key.castShadow = true;
-    key.shadow.mapSize.set(1024, 1024);
-    key.shadow.radius = 9;
-    key.shadow.blurSamples = 16;
+    key.shadow.mapSize.set(512, 512);
+    key.shadow.radius = 5;
+    key.shadow.blurSamples = 12;
     floor.rotation.x = -Math.PI / 2;
     floor.receiveShadow = true;
     const ambient = new HemisphereLight('#eaf1fb', '#b9a58d', 1.6);
