@@ -9,7 +9,7 @@ from service import __version__
 from service.api.answers import json_response
 from service.api.links import mesh_path, surface_address
 from service.api.parameters import no_parameters
-from service.encoders.gltf import meshopt
+from service.encoders.compression import compressions
 from service.encoders.registry import FORMATS
 from service.engine.mesh import ENGINE
 from service.surface.examples import EXAMPLES, Example
@@ -45,7 +45,7 @@ def formats() -> list[dict[str, Any]]:
             "attributes": "attribute" in f.carries,
             "precision": "float32" if f.single else "float64",
             "quantize": f.compact,
-            "compression": ["meshopt"] if f.compact and meshopt.available() else [],
+            "compression": compressions() if f.compact else (),
         }
         for f in FORMATS
     ]

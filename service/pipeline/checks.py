@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from service.encoders.compression import compressions
 from service.encoders.format import EncodeOptions, Format, MeshSize
-from service.encoders.gltf import meshopt
 from service.engine.adaptive.aims import has_sweeps, stated
 from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
@@ -127,7 +127,7 @@ def _check_compact(fmt: Format, encode: EncodeOptions) -> None:
                     "nothing here, or one of the formats glb and gltf",
                 )
             )
-    if encode.compression != "none" and not meshopt.available():
+    if encode.compression not in ("none", *compressions()):
         raise UnsupportedByFormat(
             Issue(
                 "compression_unavailable",

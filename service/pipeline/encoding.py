@@ -1,7 +1,7 @@
 """Which choices of the written form a request makes."""
 
+from service.encoders.compression import made_by
 from service.encoders.format import EncodeOptions
-from service.encoders.gltf.meshopt import library_version
 from service.schemas.options import MeshOptionFields
 
 
@@ -12,4 +12,4 @@ def encode_options(wanted: MeshOptionFields) -> EncodeOptions:
 
 def written_by(wanted: MeshOptionFields) -> str:
     """What else the bytes depend on, beside surface, options and engine: a library's version."""
-    return f"meshopt {library_version()}" if wanted.compression == "meshopt" else ""
+    return made_by(wanted.compression)

@@ -1,11 +1,12 @@
 """The schemas of the OpenAPI document: requests from the models, answers by hand."""
 
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, get_args
 
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue, models_json_schema
 from pydantic_core import core_schema
 
 from service.api.problems import INTERNAL_ERROR, METHOD_NOT_ALLOWED, NOT_FOUND, PROBLEMS
+from service.encoders.format import Compression
 from service.encoders.registry import FORMATS
 from service.errors import MAX_ISSUES
 from service.schemas.convert import ConvertRequest
@@ -353,6 +354,8 @@ _SUMMARY = _object(
     description="A built-in surface.",
 )
 
+_COMPRESSIONS = [kind for kind in get_args(Compression) if kind != "none"]
+
 _FORMAT = _object(
     {
         "name": _text("Name for `?format=`."),
@@ -368,9 +371,9 @@ _FORMAT = _object(
         "quantize": {"type": "boolean", "description": "Whether it takes `quantize`."},
         "compression": {
             "type": "array",
-            "items": {"type": "string", "enum": ["meshopt"]},
+            "items": {"type": "string", "enum": _COMPRESSIONS},
             "description": "The kinds of `compression` that it takes here, beside `none`.",
-            "examples": [["meshopt"]],
+            "examples": [_COMPRESSIONS],
         },
     },
     description="A format that meshes are written in.",
