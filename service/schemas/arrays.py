@@ -18,7 +18,15 @@ from pydantic_core import core_schema
 from service.errors import Issue
 from service.schemas.document import DocumentLimits
 from service.schemas.ndarrays import checked_array
-from service.schemas.refusals import MAX_INDEX, Path, index_too_large, refusal, wrong_type
+from service.schemas.refusals import (
+    MAX_INDEX,
+    Path,
+    empty_list,
+    index_too_large,
+    ragged_triangle,
+    refusal,
+    wrong_type,
+)
 
 Array: TypeAlias = NDArray[np.float64] | NDArray[np.int64]
 
@@ -150,10 +158,7 @@ class NumberGrid:
             return
         expected = lengths[level]
         if not value:
-            yield (
-                path,
-                Issue("empty_list", "The list is empty.", got="an empty list", needed=needed),
-            )
+            yield path, empty_list(needed)
             return
         if level == self.ragged:
             expected = (lengths[level - 1] or 0) - int(path[-1])
@@ -185,27 +190,13 @@ class NumberGrid:
 
     def wrong_length(self, level: int, got: int, needed: int) -> Issue:
         """The issue of a list at a level that is longer or shorter than it must be."""
-        what = self.levels[level]
+        found, wanted = (f"{length} {self.levels[level]}" for length in (got, needed))
         if self._is_last(level) and self.width is not None:
-            return Issue(
-                "wrong_dimension",
-                self.width_rule,
-                got=f"{got} {what}",
-                needed=f"{needed} {what}",
-            )
+            return Issue("wrong_dimension", self.width_rule, got=found, needed=wanted)
         if level == self.ragged:
-            return Issue(
-                "ragged",
-                "The rows of a triangle shorten by one: n + 1 rows have n + 1, n, … 1 entries.",
-                got=f"{got} {what}",
-                needed=f"{needed} {what}",
-            )
-        return Issue(
-            "ragged",
-            "Lists side by side must be equally long; the first one sets the length.",
-            got=f"{got} {what}",
-            needed=f"{needed} {what}",
-        )
+            return ragged_triangle(found, wanted)
+        rule = "Lists side by side must be equally long; the first one sets the length."
+        return Issue("ragged", rule, got=found, needed=wanted)
 
     def __get_pydantic_core_schema__(
         self, source: object, handler: GetCoreSchemaHandler

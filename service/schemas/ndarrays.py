@@ -13,7 +13,15 @@ from numpy.typing import NDArray
 from service.bases.triangle import degree_or_none, row_starts
 from service.errors import MAX_ISSUES, Issue
 from service.schemas.document import DocumentLimits
-from service.schemas.refusals import MAX_INDEX, Path, index_too_large, refusal, wrong_type
+from service.schemas.refusals import (
+    MAX_INDEX,
+    Path,
+    empty_list,
+    index_too_large,
+    ragged_triangle,
+    refusal,
+    wrong_type,
+)
 
 if TYPE_CHECKING:
     from service.schemas.arrays import Array, NumberGrid
@@ -65,12 +73,12 @@ def _check_shape(
             raise refusal([(first, wrong_type(one, needed))])
         length, total = shape[axis], prod(shape[: axis + 1])
         if not length:
-            issue = Issue("empty_list", "The list is empty.", "", "an empty list", needed)
-            raise refusal([(first, issue)])
+            raise refusal([(first, empty_list(needed))])
         if level + 1 == grid.ragged:
             degree = degree_or_none(length)
             if degree is None:
-                raise refusal([(first, _no_triangle(length))])
+                issue = ragged_triangle(f"{length} entries", "3, 6, 10, 15, … entries")
+                raise refusal([(first, issue)])
             grid.check_size(level, prod(shape[:axis]) * (degree + 1), degree + 1, limits)
             level += 1
             length = degree + 1
@@ -97,12 +105,3 @@ def _path(grid: "NumberGrid", place: tuple[int, ...], shape: tuple[int, ...]) ->
     starts = row_starts(degree_or_none(shape[axis]) or 0)
     row = int(np.searchsorted(starts, place[axis], side="right")) - 1
     return (*place[:axis], row, place[axis] - int(starts[row]), *place[axis + 1 :])
-
-
-def _no_triangle(count: int) -> Issue:
-    return Issue(
-        "ragged",
-        "The rows of a triangle shorten by one: n + 1 rows have n + 1, n, … 1 entries.",
-        got=f"{count} entries",
-        needed="3, 6, 10, 15, … entries",
-    )

@@ -102,6 +102,17 @@ def index_too_large() -> Issue:
     return Issue("index_out_of_range", message, got=got, needed="an index")
 
 
+def empty_list(needed: str) -> Issue:
+    """The issue of a list of nothing."""
+    return Issue("empty_list", "The list is empty.", got="an empty list", needed=needed)
+
+
+def ragged_triangle(got: str, needed: str) -> Issue:
+    """The issue of rows that make no triangle."""
+    rule = "The rows of a triangle shorten by one: n + 1 rows have n + 1, n, … 1 entries."
+    return Issue("ragged", rule, got=got, needed=needed)
+
+
 def _issue(detail: ErrorDetails) -> Issue:
     where = _pointer(detail["loc"])
     context: dict[str, Any] = detail.get("ctx", {})
