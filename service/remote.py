@@ -51,8 +51,9 @@ def remote_mesh_of_file(
     """
     params = {**query, "format": fmt.name}
     headers = {"Content-Type": media_type}
-    return _asked(url, fmt.media_type, "POST", "/v1/mesh", params=params, content=content,
-                  headers=headers)  # fmt: skip
+    return _asked(
+        url, fmt.media_type, "POST", "/v1/mesh", params=params, content=content, headers=headers
+    )
 
 
 def remote_store(url: str, document: dict[str, Any]) -> dict[str, str]:

@@ -10,6 +10,7 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
 
 from service.api.answers import HEADERS
+from service.api.not_built import not_built
 from service.api.openapi.document import document
 from service.api.stills import Still, Stills
 
@@ -49,26 +50,18 @@ _START = """SwaggerUIBundle({
 });
 """
 
-_NOT_BUILT = """<!doctype html>
-<html lang="en">
-<meta charset="utf-8">
-<title>Surface Service</title>
-<link rel="icon" href="data:,">
-<h1>Surface Service</h1>
-<p>The scripts of this page are not installed. In the project's folder, run</p>
-<pre>make web</pre>
-<p>and load the page again. Nothing else depends on them; the interface is described in
-<a href="openapi.json">openapi.json</a>.</p>
-</html>
-"""
-
 
 async def page(_: Request) -> Response:
     """GET /docs: Swagger UI, or what to run to have it."""
     built = all((ASSETS / name).is_file() for name in _MEDIA_TYPES)
     if built:
         return HTMLResponse(_PAGE, headers=_HEADERS)
-    return HTMLResponse(_NOT_BUILT, status_code=503, headers=_HEADERS)
+    return not_built(
+        "The scripts of this page are not installed.",
+        "Nothing else depends on them; the interface is described in "
+        '<a href="openapi.json">openapi.json</a>.',
+        _HEADERS,
+    )
 
 
 async def asset(request: Request) -> Response:

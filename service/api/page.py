@@ -9,9 +9,10 @@ from pathlib import Path
 from types import MappingProxyType
 
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, Response
+from starlette.responses import Response
 
 from service.api.answers import HEADERS
+from service.api.not_built import not_built
 from service.api.stills import Still, Stills
 
 SOURCES = Path(__file__).parent / "page"
@@ -32,24 +33,15 @@ _POLICY = (
 )
 _HEADERS = {"Content-Security-Policy": _POLICY, "Referrer-Policy": "no-referrer"}
 
-_NOT_BUILT = """<!doctype html>
-<html lang="en">
-<meta charset="utf-8">
-<title>Surface Service</title>
-<link rel="icon" href="data:,">
-<h1>Surface Service</h1>
-<p>The editor draws with three.js, which is not installed. In the project's folder, run</p>
-<pre>make web</pre>
-<p>and load the page again. Nothing else depends on it; <a href="docs">the interface</a> answers as
-ever.</p>
-</html>
-"""
-
 
 async def home(request: Request) -> Response:
     """GET /: the editor, or what to run to have it. Its query is read by the editor."""
     if not (ASSETS / THREE).is_file():
-        return HTMLResponse(_NOT_BUILT, status_code=503, headers=HEADERS | _HEADERS)
+        return not_built(
+            "The editor draws with three.js, which is not installed.",
+            'Nothing else depends on it; <a href="docs">the interface</a> answers as ever.',
+            HEADERS | _HEADERS,
+        )
     stills: Stills = request.app.state.stills
     return await stills.answer(request, "page")
 

@@ -95,17 +95,22 @@ def _read_header(content: bytes) -> _Header:
     if not content.startswith(MAGIC):
         raise malformed("The bytes are no .npy file.", "other first bytes", _NEEDED)
     if length_bytes is None:
-        raise malformed("The .npy file has a version that is not known.", "another version",
-                        "version 1.0, 2.0 or 3.0")  # fmt: skip
+        raise malformed(
+            "The .npy file has a version that is not known.",
+            "another version",
+            "version 1.0, 2.0 or 3.0",
+        )
     first = 8 + length_bytes
     length = int.from_bytes(content[8:first], "little")
     if length > MAX_HEADER:
-        raise malformed("The header of the .npy file is too long.", f"{length} bytes",
-                        f"at most {MAX_HEADER}")  # fmt: skip
+        raise malformed(
+            "The header of the .npy file is too long.", f"{length} bytes", f"at most {MAX_HEADER}"
+        )
     start = first + length
     if len(content) < start:
-        raise malformed("The .npy file ends within its header.", f"{len(content)} bytes",
-                        "a whole header")  # fmt: skip
+        raise malformed(
+            "The .npy file ends within its header.", f"{len(content)} bytes", "a whole header"
+        )
     entries = _entries(content[first:start].decode("latin-1"))
     header = _Header(
         _number_type(entries["descr"]),
@@ -115,8 +120,11 @@ def _read_header(content: bytes) -> _Header:
     )
     needed, got = prod(header.shape) * header.dtype.itemsize, len(content) - start
     if got != needed:
-        raise malformed("The bytes behind the header are not those of an array of its shape.",
-                        f"{got} bytes", f"{needed} bytes")  # fmt: skip
+        raise malformed(
+            "The bytes behind the header are not those of an array of its shape.",
+            f"{got} bytes",
+            f"{needed} bytes",
+        )
     return header
 
 
@@ -131,11 +139,17 @@ def _entries(text: str) -> dict[str, str]:
         entries[found["key"]] = found["value"]
         place = found.end()
     if text[place:].strip() != "}" or entries.keys() != _KEYS:
-        raise malformed("The header of the .npy file cannot be read.", "another text",
-                        "descr, fortran_order and shape, each once")  # fmt: skip
+        raise malformed(
+            "The header of the .npy file cannot be read.",
+            "another text",
+            "descr, fortran_order and shape, each once",
+        )
     if entries["fortran_order"] not in ("True", "False") or not entries["shape"].startswith("("):
-        raise malformed("The header of the .npy file cannot be read.", "values of other types",
-                        "fortran_order True or False, shape a tuple")  # fmt: skip
+        raise malformed(
+            "The header of the .npy file cannot be read.",
+            "values of other types",
+            "fortran_order True or False, shape a tuple",
+        )
     return entries
 
 
