@@ -141,10 +141,11 @@ class GroupMeshing:
         self._group = each_alone(group) if seen else group
         self._storage, self._nodes = storage, nodes
         own = storage if nodes else Storage()
-        steps = grid_steps(self._group, options) if quantized else (0.0,) * len(group.members)
+        models = self._group.models
+        steps = grid_steps(self._group, options) if quantized else (0.0,) * len(models)
         self._models = [
             Meshing(model, options, replace(own, step=step))
-            for model, step in zip(self._group.models, steps, strict=False)
+            for model, step in zip(models, steps, strict=True)
             if isinstance(model, PatchModel)
         ]
 
