@@ -7,6 +7,7 @@ import pytest
 from fastapi import FastAPI
 
 from service.api.app import create_app
+from service.encoders.registry import FORMATS
 from service.engine.mesh import ENGINE
 from service.pipeline.mesh import Answer, Work
 from service.settings import Settings
@@ -36,7 +37,9 @@ def stored(client: Client) -> dict[str, str]:
 
 
 def test_links_are_canonical_and_for_ever(client: Client) -> None:
-    for suffix, address in stored(client).items():
+    links = stored(client)
+    assert list(links) == [fmt.suffix for fmt in FORMATS]
+    for suffix, address in links.items():
         assert address.endswith(f"/mesh.{suffix}?engine={ENGINE}")
         for _ in range(2):
             answer = client.get(address, PLAIN)
@@ -91,12 +94,15 @@ def test_304_without_computing_but_only_where_the_surface_is(client: Client, app
 
 def test_a_deleted_surface_has_no_meshes(client: Client, app: FastAPI) -> None:
     address = stored(client)["glb"]
-    client.get(address)
+    first = client.get(address)
     kept = client.get("/v1/surfaces/saddle/mesh.glb").headers["link"]
     assert client.request("DELETE", address.rpartition("/")[0]).status_code == 204
     assert client.get(address).status_code == 404
+    assert client.get(address, {"If-None-Match": first.headers["etag"]}).status_code == 404
     assert len(app.state.answers) == 1
     assert client.get("/v1/surfaces/saddle/mesh.glb").headers["link"] == kept
+    assert stored(client)["glb"] == address
+    assert client.get(address).content == first.content
 
 
 def test_what_is_deleted_while_it_is_computed_is_not_kept(

@@ -102,28 +102,6 @@ def test_every_spelling_has_the_mesh_of_the_stored_surface(client: Client, fmt: 
         assert posted.content == fetched.content
 
 
-def test_deleted_surfaces_have_no_meshes(fresh: Client) -> None:
-    address = stored(fresh, PATCH)
-    mesh = f"{address}/mesh.json?engine=2"
-    first = fresh.get(mesh)
-    assert (first.status_code, fresh.get(mesh).status_code) == (200, 200)
-    assert fresh.request("DELETE", address).status_code == 204
-    assert fresh.get(mesh).status_code == 404
-    assert fresh.get(mesh, {"If-None-Match": first.headers["etag"]}).status_code == 404
-    assert stored(fresh, PATCH) == address
-    assert fresh.get(mesh).content == first.content
-
-
-def test_links_of_storing_are_canonical(client: Client) -> None:
-    links = client.post("/v1/surfaces", {"surface": PATCH}).json()["links"]["mesh"]
-    assert list(links) == [fmt.suffix for fmt in FORMATS]
-    for address in links.values():
-        answer = client.get(address)
-        assert answer.status_code == 200
-        assert answer.headers["link"] == f'<{address}>; rel="canonical"'
-        assert answer.headers["cache-control"] == FOR_EVER
-
-
 def test_examples_are_surfaces_too(client: Client) -> None:
     for name in EXAMPLES:
         answer = client.get(f"/v1/surfaces/{name}")

@@ -1,6 +1,7 @@
 """A thousand clients at once at one address that nobody has asked for before; on a real server."""
 
 import asyncio
+import resource
 import threading
 from collections import Counter
 from collections.abc import Iterator
@@ -38,6 +39,15 @@ class Spy:
         if self.fails:
             raise InvalidRequest(Issue("tolerance_too_small", "No.", "/tolerance"))
         return self._answer(work)
+
+
+@pytest.fixture(autouse=True)
+def open_files() -> Iterator[None]:
+    """Room for both ends of a thousand connections: many systems allow a process 1024 files."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, 3 * COUNT), hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
 @pytest.fixture

@@ -20,7 +20,13 @@ def storing(folder: Path) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "tests.storage.storing", str(folder)]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     return subprocess.Popen(
-        command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, text=True, bufsize=1
+        command,
+        cwd=ROOT,
+        env=environment,
+        stdout=subprocess.PIPE,
+        text=True,
+        # It waits before it is far ahead of whoever reads: there is always something to kill.
+        pipesize=4096,
     )
 
 
