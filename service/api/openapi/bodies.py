@@ -4,7 +4,8 @@ import json
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from service.api.openapi.schemas import Json, option_parameters
+from service.api.openapi.references import Json
+from service.api.openapi.requests import option_parameters
 from service.decoders.registry import DECODERS
 from service.schemas.options import MeshOptionFields
 from service.schemas.surface_query import FIELDS

@@ -8,7 +8,7 @@ from typing import Any
 import orjson
 
 from service.api.openapi.operations import post_operation
-from service.api.openapi.schemas import Json, ref
+from service.api.openapi.references import Json, ref
 from service.pipeline.conversion import converted
 from service.schemas.convert import convert_request
 from service.schemas.document import DocumentLimits

@@ -6,7 +6,7 @@ from typing import Any
 import orjson
 
 from service.api.openapi.operations import file_answer, file_schema, post_operation
-from service.api.openapi.schemas import Json, ref
+from service.api.openapi.references import Json, ref
 from service.encoders.curves.format import CurveFormat
 from service.encoders.curves.registry import CURVE_FORMATS, CURVES_BY_NAME
 from service.pipeline.curve import render_curve

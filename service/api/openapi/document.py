@@ -9,6 +9,7 @@ from functools import cache
 
 from service import __version__
 from service.api.openapi import surfaces
+from service.api.openapi.answers import ANSWERS
 from service.api.openapi.codes import code_list
 from service.api.openapi.convert import post_convert
 from service.api.openapi.curve import curve_schema, post_curve
@@ -18,7 +19,8 @@ from service.api.openapi.mesh import get_mesh, post_mesh
 from service.api.openapi.operations import get_operation
 from service.api.openapi.points import points_schema, post_points
 from service.api.openapi.problems import responses
-from service.api.openapi.schemas import Json, ref, schemas
+from service.api.openapi.references import Json, ref
+from service.api.openapi.requests import request_schemas
 from service.api.openapi.shapes import with_named_unions, with_tuples
 
 _DESCRIPTION = """\
@@ -61,7 +63,8 @@ def document() -> Json:
         "paths": _paths(),
         "components": {
             "schemas": with_named_unions(
-                schemas()
+                request_schemas()
+                | ANSWERS
                 | {
                     "Points": points_schema(),
                     "Curve": curve_schema(),

@@ -7,8 +7,8 @@ import orjson
 
 from service.api.openapi.bodies import with_files
 from service.api.openapi.examples import REQUESTS as MESHES
-from service.api.openapi.operations import post_operation
-from service.api.openapi.schemas import Json, ref
+from service.api.openapi.operations import format_parameter, post_operation
+from service.api.openapi.references import Json, ref
 from service.encoders.registry import FORMATS
 from service.encoders.text import json_text
 from service.pipeline.encoding import encode_options
@@ -54,14 +54,7 @@ def post_estimate() -> Json:
         request=("MeshRequest", REQUESTS),
         answer={"description": "The estimate.", "content": {"application/json": content}},
     )
-    named = {
-        "name": "format",
-        "in": "query",
-        "required": False,
-        "description": "The one format to estimate for; all of them if left out.",
-        "schema": {"type": "string", "enum": [fmt.name for fmt in FORMATS]},
-        "example": "glb",
-    }
+    named = format_parameter(FORMATS, "The one format to estimate for; all of them if left out.")
     return with_files(operation | {"parameters": [named]}, options=True)
 
 

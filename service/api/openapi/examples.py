@@ -5,7 +5,7 @@ from typing import Any
 
 import orjson
 
-from service.api.openapi.schemas import Json
+from service.api.openapi.references import Json
 from service.encoders.registry import BY_NAME
 from service.pipeline.mesh import render
 from service.schemas.document import DocumentLimits

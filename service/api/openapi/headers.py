@@ -4,7 +4,7 @@ from service.api.answers import TRIANGLES_HEADER, VERTICES_HEADER
 from service.api.caching.codings import CODINGS
 from service.api.caching.entries import FOR_AN_HOUR, FOR_EVER
 from service.api.links import mesh_address
-from service.api.openapi.schemas import Json
+from service.api.openapi.references import Json
 
 
 def _header(description: str, example: str, *, is_sure: bool = True) -> Json:

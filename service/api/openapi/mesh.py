@@ -12,7 +12,8 @@ from service.api.openapi.headers import (
     unchanged_headers,
 )
 from service.api.openapi.operations import file_answer, file_schema, post_operation, problems
-from service.api.openapi.schemas import Json, option_parameters, ref
+from service.api.openapi.references import Json, ref
+from service.api.openapi.requests import option_parameters
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.surface.examples import EXAMPLES

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from service.api.openapi.problems import status_of
-from service.api.openapi.schemas import Json, ref
+from service.api.openapi.references import Json, ref
 from service.encoders.format import FileFormat
 
 
@@ -46,12 +46,13 @@ def post_operation(
     """
     schema, examples = request
     negotiated = ("NotAcceptable",) if formats else ()
+    named = format_parameter(formats, "Format of the answer, stronger than `Accept`.")
     return {
         "operationId": operation,
         "tags": [tag],
         "summary": summary,
         "description": description,
-        **({"parameters": [_format_parameter(formats)]} if formats else {}),
+        **({"parameters": [named]} if formats else {}),
         "requestBody": {
             "required": True,
             "content": {"application/json": {"schema": ref(schema), "examples": examples}},
@@ -72,12 +73,13 @@ _BODY_PROBLEMS = (
 )
 
 
-def _format_parameter(formats: Sequence[FileFormat]) -> Json:
+def format_parameter(formats: Sequence[FileFormat], description: str) -> Json:
+    """The format that a query may name."""
     return {
         "name": "format",
         "in": "query",
         "required": False,
-        "description": "Format of the answer, stronger than `Accept`.",
+        "description": description,
         "schema": {"type": "string", "enum": [fmt.name for fmt in formats]},
         "example": "glb",
     }

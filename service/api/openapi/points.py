@@ -6,7 +6,7 @@ from typing import Any
 import orjson
 
 from service.api.openapi.operations import post_operation
-from service.api.openapi.schemas import Json, ref
+from service.api.openapi.references import Json, ref
 from service.engine.points.answer import COLUMNS
 from service.pipeline.points import plan_points
 from service.schemas.document import DocumentLimits

@@ -11,7 +11,7 @@ from service.api.body import body_too_large, body_too_slow, body_type
 from service.api.caching.requested import check_codings
 from service.api.mesh_by_url import check_engine
 from service.api.negotiation import by_accept, by_suffix
-from service.api.openapi.schemas import Json, ref
+from service.api.openapi.references import Json, ref
 from service.api.parameters import only_format
 from service.api.problems import MEDIA_TYPE, Place, problem_document, problem_of
 from service.api.stored import content_id

@@ -8,7 +8,7 @@ is a tuple: a point is three numbers.
 from collections.abc import Mapping
 from typing import Any
 
-from service.api.openapi.schemas import Json, ref
+from service.api.openapi.references import Json, ref
 
 _MOST = 4
 """Longest lists that become tuples: points, colours, bounds, rows of a matrix."""

@@ -9,7 +9,7 @@ from service.api.openapi.examples import REQUESTS
 from service.api.openapi.headers import IF_NONE_MATCH
 from service.api.openapi.mesh import ID_PARAMETER
 from service.api.openapi.operations import get_operation, post_operation, problems
-from service.api.openapi.schemas import Json, ref
+from service.api.openapi.references import Json, ref
 from service.api.stored import content_id
 from service.encoders.registry import FORMATS
 from service.schemas.canonical import canonical, surface_id

@@ -1,76 +1,13 @@
-"""The schemas of the OpenAPI document: requests from the models, answers by hand."""
+"""The schemas of answers in the OpenAPI document, by hand."""
 
-from typing import Any, TypeAlias, get_args
+from typing import Any, get_args
 
-from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue, models_json_schema
-from pydantic_core import core_schema
-
+from service.api.openapi.references import Json, ref
 from service.api.problems import INTERNAL_ERROR, METHOD_NOT_ALLOWED, NOT_FOUND, PROBLEMS
 from service.encoders.format import Compression
 from service.encoders.registry import FORMATS
 from service.errors import MAX_ISSUES
-from service.schemas.convert import ConvertRequest
-from service.schemas.curve_request import CurveRequest
-from service.schemas.mesh_query import MeshQuery
-from service.schemas.points import PointsRequest
-from service.schemas.query import LIST_NAMES
-from service.schemas.request import MeshRequest, SurfaceRequest
 from service.surface.channels import MAX_DIMENSION
-
-Json: TypeAlias = dict[str, Any]
-
-
-class _WithoutNull(GenerateJsonSchema):
-    """A field that may be left out but not be null has no default to show."""
-
-    def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
-        """The inner schema alone where the default is only a mark for "left out"."""
-        if schema.get("default", ...) is None or "default_factory" in schema:
-            return self.generate_inner(schema["schema"])
-        return super().default_schema(schema)
-
-
-_REQUESTS = (MeshRequest, SurfaceRequest, PointsRequest, ConvertRequest, CurveRequest)
-
-
-def ref(name: str) -> Json:
-    """Reference to a schema among the components."""
-    return {"$ref": f"#/components/schemas/{name}"}
-
-
-def schemas() -> dict[str, Json]:
-    """All component schemas by name."""
-    _, generated = models_json_schema(
-        [(model, "validation") for model in _REQUESTS],
-        ref_template="#/components/schemas/{model}",
-        schema_generator=_WithoutNull,
-    )
-    models: dict[str, Json] = generated["$defs"]
-    return models | ANSWERS
-
-
-def option_parameters() -> list[Json]:
-    """The options of a mesh and the engine as query parameters, lists comma-separated."""
-    properties = MeshQuery.model_json_schema(schema_generator=_WithoutNull)["properties"]
-    parameters = []
-    for name, schema in properties.items():
-        content = {key: value for key, value in schema.items() if key not in _PARAMETER_KEYS}
-        parameter: Json = {
-            "name": name,
-            "in": "query",
-            "required": False,
-            "description": schema["description"],
-            "schema": content,
-        }
-        if name in LIST_NAMES:
-            parameter |= {"style": "form", "explode": False}
-        if "examples" in schema:
-            parameter["example"] = schema["examples"][0]
-        parameters.append(parameter)
-    return parameters
-
-
-_PARAMETER_KEYS = frozenset({"title", "description", "examples"})
 
 
 def _object(properties: dict[str, Json], required: list[str] | None = None, **more: Any) -> Json:
