@@ -1,14 +1,14 @@
 """Draws the pictures of the documentation, and lists the examples beside theirs.
 
-`python -m tests.web.picture docs` writes `editor.png`, `teapot.png`, `wires.png`, `adaptive.png`,
-`examples/<id>.png`, `curves/<name>.png` and `examples.md`.
+`python -m tests.web.picture docs` writes `editor.png`, `curvature.png`, `wires.png`,
+`adaptive.png`, `examples/<id>.png`, `curves/<name>.png` and `examples.md`.
 """
 
 import json
 import sys
 from base64 import b64encode
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 from playwright.sync_api import Browser
 
@@ -23,15 +23,17 @@ from tests.tools import chromium
 from tests.web.browser import FOLDER, open_browser, open_page, open_viewer, serve_folder
 from tests.web.editor import choose, listening, show
 
-TEAPOT = "/v1/surfaces/utah-teapot/mesh.glb?resolution=32"
 WIRES = (
     "/v1/surfaces/utah-teapot/mesh.glb?resolution=12&faces=none&isocurves=4&wires=tubes"
     "&wire_width=0.03"
 )
 ADAPTIVE = "/v1/surfaces/utah-teapot/mesh.glb?relative_tolerance=0.001"
 EDITOR = "/?surface=utah-teapot"
-EDITOR_POINT = 200
+SPOUT = 200
 """A control point at the tip of the spout."""
+CURVATURE = "/?surface=nurbs-goblet&relative_tolerance=0.001&look=gaussian"
+
+Scheme: TypeAlias = Literal["light", "dark"]
 
 LARGE = (1200, 800)
 MEDIUM = (900, 600)
@@ -83,14 +85,15 @@ def _curve_address(request: dict[str, Any]) -> str:
     return f"data:{glb.media_type};base64,{b64encode(content).decode()}"
 
 
-def draw_editor(browser: Browser, service: str, target: Path) -> None:
-    """The editor as it opens, with a control point chosen."""
+def draw_editor(browser: Browser, address: str, scheme: Scheme, target: Path, point: int) -> None:
+    """The editor as it opens at an address, in light or dark; with a control point chosen, or 0."""
     context = browser.new_context(
-        viewport={"width": 1280, "height": 800}, device_scale_factor=1.25, color_scheme="light"
+        viewport={"width": 1280, "height": 800}, device_scale_factor=1.25, color_scheme=scheme
     )
     stage = listening(context.new_page())
-    show(stage.page, service + EDITOR)
-    choose(stage.page, EDITOR_POINT)
+    show(stage.page, address)
+    if point:
+        choose(stage.page, point)
     stage.page.evaluate("document.activeElement.blur()")
     stage.page.screenshot(path=target)
     context.close()
@@ -103,7 +106,6 @@ def main(folder: Path) -> None:
     for name in ("examples", "curves"):
         (folder / name).mkdir(parents=True, exist_ok=True)
     pictures = {
-        folder / "teapot.png": (TEAPOT, LARGE),
         folder / "wires.png": (WIRES, MEDIUM),
         folder / "adaptive.png": (ADAPTIVE, LARGE),
     }
@@ -119,7 +121,8 @@ def main(folder: Path) -> None:
         serve_folder(FOLDER) as pages,
         open_browser(chromium()) as browser,
     ):
-        draw_editor(browser, service, folder / "editor.png")
+        draw_editor(browser, service + EDITOR, "light", folder / "editor.png", SPOUT)
+        draw_editor(browser, service + CURVATURE, "dark", folder / "curvature.png", 0)
         stage = open_page(browser)
         open_viewer(stage, pages)
         for target, (address, size) in pictures.items():
