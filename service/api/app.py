@@ -31,7 +31,7 @@ from service.api.caching.flights import Flights
 from service.api.caching.front import Front
 from service.api.cors import CrossOrigin, Origins
 from service.api.openapi.document import document
-from service.api.stills import Stills
+from service.api.static_files import StaticFiles
 from service.settings import InvalidSettings, Settings, from_environment, pin_blas
 from service.storage.address import InvalidStore, open_store
 from service.storage.store import SurfaceStore
@@ -77,7 +77,7 @@ def _add_front(app: Application) -> None:
     app.state.origins = Origins(app.state.settings.cors_origins)
     app.state.answers = AnswerCache(app.state.settings.cache_bytes)
     app.state.flights = Flights()
-    app.state.stills = Stills({**docs.FILES, **page.FILES})
+    app.state.static_files = StaticFiles({**docs.FILES, **page.FILES})
     reachable = CrossOrigin(partial(FastAPI.__call__, app), app.state.origins)
     app.front = Front(reachable, app.state.answers, app.state.origins)
 

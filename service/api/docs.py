@@ -12,7 +12,7 @@ from starlette.responses import HTMLResponse, Response
 from service.api.answers import HEADERS
 from service.api.not_built import not_built
 from service.api.openapi.document import document
-from service.api.stills import Still, Stills
+from service.api.static_files import StaticFile, StaticFiles
 
 ASSETS = Path(__file__).parent / "static" / "swagger-ui"
 """Filled by `make web` and by the image build."""
@@ -66,26 +66,26 @@ async def page(_: Request) -> Response:
 
 async def asset(request: Request) -> Response:
     """GET /docs/{asset}: the scripts and the style of the page, by a closed list of names."""
-    stills: Stills = request.app.state.stills
-    return await stills.answer(request, f"docs/{request.path_params['asset']}")
+    static_files: StaticFiles = request.app.state.static_files
+    return await static_files.answer(request, f"docs/{request.path_params['asset']}")
 
 
 async def openapi(request: Request) -> Response:
     """GET /openapi.json: the interface as a document."""
-    stills: Stills = request.app.state.stills
-    return await stills.answer(request, "openapi.json")
+    static_files: StaticFiles = request.app.state.static_files
+    return await static_files.answer(request, "openapi.json")
 
 
 def _read(name: str) -> bytes:
     return (ASSETS / name).read_bytes()
 
 
-FILES: Mapping[str, Still] = MappingProxyType(
+FILES: Mapping[str, StaticFile] = MappingProxyType(
     {
-        "openapi.json": Still(lambda: orjson.dumps(document()), "application/json"),
-        "docs/start.js": Still(_START.encode, "text/javascript"),
+        "openapi.json": StaticFile(lambda: orjson.dumps(document()), "application/json"),
+        "docs/start.js": StaticFile(_START.encode, "text/javascript"),
         **{
-            f"docs/{name}": Still(partial(_read, name), media_type)
+            f"docs/{name}": StaticFile(partial(_read, name), media_type)
             for name, media_type in _MEDIA_TYPES.items()
         },
     }

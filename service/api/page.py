@@ -13,7 +13,7 @@ from starlette.responses import Response
 
 from service.api.answers import HEADERS
 from service.api.not_built import not_built
-from service.api.stills import Still, Stills
+from service.api.static_files import StaticFile, StaticFiles
 
 SOURCES = Path(__file__).parent / "page"
 """Written by us: the page, its style and its modules."""
@@ -42,26 +42,26 @@ async def home(request: Request) -> Response:
             'Nothing else depends on it; <a href="docs">the interface</a> answers as ever.',
             HEADERS | _HEADERS,
         )
-    stills: Stills = request.app.state.stills
-    return await stills.answer(request, "page")
+    static_files: StaticFiles = request.app.state.static_files
+    return await static_files.answer(request, "page")
 
 
 async def part(request: Request) -> Response:
     """GET /page/{file}: a module, the style or three.js, by a closed list of names."""
-    stills: Stills = request.app.state.stills
-    return await stills.answer(request, f"page/{request.path_params['file']}")
+    static_files: StaticFiles = request.app.state.static_files
+    return await static_files.answer(request, f"page/{request.path_params['file']}")
 
 
 def _read_three() -> bytes:
     return (ASSETS / THREE).read_bytes()
 
 
-FILES: Mapping[str, Still] = MappingProxyType(
+FILES: Mapping[str, StaticFile] = MappingProxyType(
     {
-        "page": Still((SOURCES / "index.html").read_bytes, "text/html", _HEADERS),
-        f"page/{THREE}": Still(_read_three, _MEDIA_TYPES[".js"]),
+        "page": StaticFile((SOURCES / "index.html").read_bytes, "text/html", _HEADERS),
+        f"page/{THREE}": StaticFile(_read_three, _MEDIA_TYPES[".js"]),
         **{
-            f"page/{path.name}": Still(path.read_bytes, _MEDIA_TYPES[path.suffix])
+            f"page/{path.name}": StaticFile(path.read_bytes, _MEDIA_TYPES[path.suffix])
             for path in sorted(SOURCES.iterdir())
             if path.suffix in _MEDIA_TYPES
         },

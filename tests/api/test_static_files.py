@@ -8,7 +8,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service.api.app import create_app
-from service.api.stills import Still, Stills
+from service.api.static_files import StaticFile, StaticFiles
 from service.settings import Settings
 from tests.api.client import Client, client_of
 from tests.packed import unpacked_gzip, unpacked_zstd
@@ -34,15 +34,15 @@ class Folder:
 
     def app(self) -> FastAPI:
         app = create_app(Settings())
-        stills = Stills(
+        static_files = StaticFiles(
             {
-                "app.js": Still(self.script, "text/javascript", {"X-Own": "yes"}),
-                "late.css": Still(self.late, "text/css"),
+                "app.js": StaticFile(self.script, "text/javascript", {"X-Own": "yes"}),
+                "late.css": StaticFile(self.late, "text/css"),
             }
         )
 
         async def route(request: Request) -> Response:
-            return await stills.answer(request, request.path_params["name"])
+            return await static_files.answer(request, request.path_params["name"])
 
         app.add_route("/files/{name}", route)
         return app

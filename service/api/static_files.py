@@ -19,7 +19,7 @@ from service.api.work import run
 
 
 @dataclass(frozen=True, slots=True)
-class Still:
+class StaticFile:
     """A file: how it is read, what it is, and headers of its own."""
 
     read: Callable[[], bytes]
@@ -36,14 +36,14 @@ class _Kept:
     codings: dict[Coding, bytes | None] = field(default_factory=dict)
 
 
-class Stills:
+class StaticFiles:
     """A closed list of files by name.
 
     Their tags are those of their bytes, so that `no-cache` costs a client one short question a file
     and never leaves it with a mixture of two releases.
     """
 
-    def __init__(self, files: Mapping[str, Still]) -> None:
+    def __init__(self, files: Mapping[str, StaticFile]) -> None:
         self._files = files
         self._kept: dict[str, _Kept] = {}
         self._flights = Flights()
