@@ -23,7 +23,7 @@ FORMS = {
     "both": EncodeOptions(quantize=True, compression="meshopt"),
 }
 LEVEL = 6
-"""Of gzip, as the service answers."""
+"""Of gzip: what zlib takes where nothing is said."""
 
 
 def writer(model: PatchModel, options: MeshOptions, encode: EncodeOptions) -> Callable[[], bytes]:

@@ -13,7 +13,7 @@ from service.encoders.curves.format import CurveSize, in_space, report_object
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
 from service.encoders.gltf.columns import Column, single
 from service.encoders.gltf.document import GENERATOR, Z_UP_TO_Y_UP, File, binary, textual
-from service.encoders.gltf.materials import LINE_MATERIAL
+from service.encoders.gltf.materials import LINE_MATERIAL, UNLIT
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 from service.engine.curves.polyline import Polyline
 
@@ -63,7 +63,7 @@ def _document(line: Polyline) -> File:
             "generator": GENERATOR,
             "extras": {"report": report_object(line.report)},
         },
-        "extensionsUsed": ["KHR_materials_unlit"],
+        "extensionsUsed": [UNLIT],
         "scene": 0,
         "scenes": [{"name": line.name, "nodes": [0]}],
         "nodes": [{"name": line.name, "mesh": 0, **_place(line)}],
