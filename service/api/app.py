@@ -32,6 +32,7 @@ from service.api.caching.front import Front
 from service.api.cors import CrossOrigin, Origins
 from service.api.openapi.document import document
 from service.api.static_files import StaticFiles
+from service.api.stored import Loaded
 from service.settings import InvalidSettings, Settings, from_environment, pin_blas
 from service.storage.address import InvalidStore, open_store
 from service.storage.store import SurfaceStore
@@ -52,6 +53,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     app.state.settings = settings or from_environment()
     app.state.limiter = CapacityLimiter(app.state.settings.workers)
+    app.state.few = CapacityLimiter(app.state.settings.workers)
     app.state.turn = Lock()
     app.state.store = _store(app.state.settings)
     app.state.ready = True
@@ -78,6 +80,7 @@ def _add_front(app: Application) -> None:
     app.state.answers = AnswerCache(app.state.settings.cache_bytes)
     app.state.flights = Flights()
     app.state.static_files = StaticFiles({**docs.FILES, **page.FILES})
+    app.state.loaded = Loaded()
     reachable = CrossOrigin(partial(FastAPI.__call__, app), app.state.origins)
     app.front = Front(reachable, app.state.answers, app.state.origins)
 

@@ -15,7 +15,7 @@ from service.api.answers import (
 from service.api.negotiation import by_accept
 from service.api.posted import Posting, posting
 from service.api.timing import Timing
-from service.api.work import run
+from service.api.work import one_of_few, run
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.engine.mesh import MeshReport
@@ -44,12 +44,14 @@ async def post_mesh(request: Request) -> Response:
     fmt = posted.format or by_accept(request.headers.get("accept"), FORMATS)
     with timing.step("read"):
         body = await posted.read(request, settings)
-    with timing.step("parse"):
-        parse = partial(_parse, posted, body, fmt, settings)
-        work = await run(request, parse, in_thread=posted.is_long(body))
-    del body, parse  # half of the memory of a large request
-    with timing.step("mesh"):
-        answer = await answered(request, work)
+    is_long = posted.is_long(body)
+    async with one_of_few(request, is_long=is_long):
+        with timing.step("parse"):
+            parse = partial(_parse, posted, body, fmt, settings)
+            work = await run(request, parse, in_thread=is_long)
+        del body, parse  # half of the memory of a large request
+        with timing.step("mesh"):
+            answer = await answered(request, work)
     headers = POST_HEADERS | report_headers(answer.report) | {"Server-Timing": str(timing)}
     return file_response(answer.content, fmt, work.model.name, headers)
 

@@ -21,7 +21,7 @@ from service.api.negotiation import by_suffix
 from service.api.problems import EngineGone
 from service.api.stored import content_id, exists, surface_of
 from service.api.timing import Timing
-from service.api.work import run
+from service.api.work import one_of_few, run
 from service.encoders.format import Format
 from service.engine.mesh import ENGINE
 from service.errors import Issue
@@ -127,12 +127,13 @@ async def _make(request: Request, subject: Subject, fmt: Format, query: str) -> 
     timing, age = Timing(), answers.age
     with timing.step("surface"):
         stored = await surface_of(request, subject.surface)
-    with timing.step("plan"):
-        options = mesh_query(parse_qsl(query))
-        work = partial(planned, stored.surface, options, fmt, settings)
-        plan = await run(request, work, in_thread=stored.is_long)
-    with timing.step("mesh"):
-        answer = await answered(request, plan)
+    async with one_of_few(request, is_long=stored.is_long):
+        with timing.step("plan"):
+            options = mesh_query(parse_qsl(query))
+            work = partial(planned, stored.surface, options, fmt, settings)
+            plan = await run(request, work, in_thread=stored.is_long)
+        with timing.step("mesh"):
+            answer = await answered(request, plan)
     name = plan.model.name if stored.is_hash else stored.id
     described = {
         **HEADERS,

@@ -3,9 +3,13 @@
 import logging
 from dataclasses import dataclass, replace
 from functools import cache, partial
+from typing import TypeAlias
+from weakref import WeakValueDictionary
 
 from starlette.requests import Request
 
+from service.api.caching.answers import AnswerCache
+from service.api.caching.flights import Flights
 from service.api.work import long_to_read, run
 from service.errors import DamagedObject, InvalidRequest, Issue, UnknownSurface
 from service.schemas.canonical import canonical, restored, surface_id
@@ -19,7 +23,7 @@ from service.surface.examples import EXAMPLES, find
 _log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True)
 class Stored:
     """A surface that was asked for by its id.
 
@@ -40,6 +44,10 @@ class Stored:
     is_long: bool = False
 
 
+Loaded: TypeAlias = WeakValueDictionary[str, Stored]
+"""The stored surfaces that somebody works on, by their ids: many who ask for one share it."""
+
+
 async def surface_of(request: Request, id: str) -> Stored:
     """The surface of this id.
 
@@ -53,16 +61,19 @@ async def surface_of(request: Request, id: str) -> Stored:
         return Stored(id, find(id).surface(), is_hash=False)
     if not is_id(id):
         raise _unknown()
-    store: SurfaceStore = request.app.state.store
-    try:
-        content = await store.get(id)
-    except UnknownSurface as error:
-        raise error.within("/id") from None
-    limits = document_limits(request.app.state.settings)
-    is_long = long_to_read(content)
-    work = partial(_restored, id, content, limits)
-    surface = await run(request, work, in_thread=is_long)
-    return Stored(id, surface, is_hash=True, is_long=is_long)
+    loaded: Loaded = request.app.state.loaded
+    stored = loaded.get(id)
+    if stored is None:
+        answers: AnswerCache = request.app.state.answers
+        flights: Flights = request.app.state.flights
+        stored = await flights.join(("surface", id, answers.age), partial(_load, request, id))
+    return stored
+
+
+def forget(request: Request, id: str) -> None:
+    """Drops whatever is in memory of a surface that was deleted."""
+    request.app.state.answers.forget(id)
+    request.app.state.loaded.pop(id, None)
 
 
 async def exists(request: Request, id: str) -> bool:
@@ -102,6 +113,25 @@ def _unknown() -> UnknownSurface:
 @cache
 def _hash_of_example(name: str) -> str:
     return surface_id(canonical(find(name).surface()))
+
+
+async def _load(request: Request, id: str) -> Stored:
+    """The surface that is stored under a hash."""
+    store: SurfaceStore = request.app.state.store
+    answers: AnswerCache = request.app.state.answers
+    age = answers.age
+    try:
+        content = await store.get(id)
+    except UnknownSurface as error:
+        raise error.within("/id") from None
+    limits = document_limits(request.app.state.settings)
+    is_long = long_to_read(content)
+    work = partial(_restored, id, content, limits)
+    surface = await run(request, work, in_thread=is_long)
+    stored = Stored(id, surface, is_hash=True, is_long=is_long)
+    if age == answers.age:  # nothing was deleted since
+        request.app.state.loaded[id] = stored
+    return stored
 
 
 def _restored(id: str, content: bytes, limits: DocumentLimits) -> Surface:

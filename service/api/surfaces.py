@@ -7,7 +7,6 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service.api.answers import HEADERS, ChunkedResponse, json_response
-from service.api.caching.answers import AnswerCache
 from service.api.caching.entries import FOR_AN_HOUR, FOR_EVER
 from service.api.caching.requested import condition_of
 from service.api.caching.tags import is_any, listed
@@ -15,7 +14,7 @@ from service.api.catalogue import list_surfaces
 from service.api.links import mesh_links, surface_address
 from service.api.parameters import no_parameters
 from service.api.posted import Posting, posting
-from service.api.stored import content_id, exists, surface_of
+from service.api.stored import content_id, exists, forget, surface_of
 from service.api.work import run
 from service.encoders.format import Format
 from service.encoders.text import json_bound, json_text
@@ -83,7 +82,6 @@ async def delete_surface(request: Request) -> Response:
     Comes here only where the settings allow it. Examples stay.
     """
     store: SurfaceStore = request.app.state.store
-    answers: AnswerCache = request.app.state.answers
     no_parameters(request.query_params)
     id = request.path_params["id"]
     if id in EXAMPLES:
@@ -91,7 +89,7 @@ async def delete_surface(request: Request) -> Response:
     if not await store.delete(content_id(id)):
         issue = Issue("unknown_surface", "No surface is kept under this id.", "/id")
         raise UnknownSurface(issue)
-    answers.forget(id)
+    forget(request, id)
     return Response(status_code=204)
 
 

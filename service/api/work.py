@@ -1,6 +1,7 @@
 """Where work is done: short work on the event loop, long work in a thread."""
 
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from typing import TypeVar
 
 from anyio import CapacityLimiter, to_thread
@@ -32,3 +33,17 @@ async def run(request: Request, work: Callable[[], Result], *, in_thread: bool) 
             return work()
     limiter: CapacityLimiter = request.app.state.limiter
     return await to_thread.run_sync(work, limiter=limiter)
+
+
+@asynccontextmanager
+async def one_of_few(request: Request, *, is_long: bool) -> AsyncIterator[None]:
+    """A place among the large surfaces that are worked on, as many as there are threads.
+
+    As patches a surface takes ten times the memory of its control points. Who waits here for a
+    thread has only these, where each step that waits by itself would have left all of them.
+    """
+    if not is_long:
+        yield
+        return
+    async with request.app.state.few:
+        yield
