@@ -7,6 +7,7 @@ import pytest
 
 from service.api import page
 from service.api.app import create_app
+from service.decoders.registry import BY_NAME, BY_SUFFIX
 from service.settings import Settings
 from tests.api.client import Client, client_of
 
@@ -52,6 +53,17 @@ def test_every_module_is_announced_on_the_page() -> None:
     announced = re.findall(r'<link rel="modulepreload" href="page/([^"]+)">', text)
     modules = {name.removeprefix("page/") for name in page.FILES if name.endswith(".js")}
     assert announced == sorted(modules - {"main.js"})
+
+
+def test_files_go_to_the_service_as_what_it_reads() -> None:
+    """By the suffixes of the decoders, and `.txt`, as which teapots are handed on."""
+    library = (page.SOURCES / "library.js").read_text(encoding="utf-8")
+    told = dict(re.findall(r"\['(\w+)', '([\w/-]+)'\]", library))
+    read = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
+    assert told == read | {"txt": BY_NAME["teapot"].media_type}
+    text = (page.SOURCES / "index.html").read_text(encoding="utf-8")
+    (accepted,) = re.findall(r'type="file" accept="([^"]+)"', text)
+    assert set(accepted.split(",")) == {".json", *(f".{suffix}" for suffix in told)}
 
 
 def test_modules_are_short_and_say_what_they_are_for() -> None:

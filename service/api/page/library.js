@@ -12,7 +12,7 @@ import { examples, store, surfaceById } from './service.js';
 /** Files that the service reads in its own way, by their suffix. */
 const MEDIA_TYPES = new Map([
   ['npy', 'application/x-npy'], ['bez', 'model/x-oogl'], ['bbp', 'model/x-oogl'],
-  ['oogl', 'model/x-oogl'], ['txt', 'text/x-teapot'],
+  ['oogl', 'model/x-oogl'], ['teapot', 'text/x-teapot'], ['txt', 'text/x-teapot'],
 ]);
 
 export class Library {
