@@ -165,10 +165,11 @@ export interface paths {
         /**
          * The mesh of a surface, by URL
          * @description For browsers, and for everything between them and this service that keeps answers. An address is a
-         *     pure function of its parts: the same bytes come from every service with the same version of the
-         *     numbers. `Link` names the canonical spelling of the address: options in one order, without defaults,
-         *     `engine` at the end. Under that address the mesh of a surface whose id is a hash may be kept for
-         *     ever; all others for an hour, after which `ETag` tells whether they changed.
+         *     pure function of its parts: the same mesh comes from every service with the same version of the
+         *     numbers. Processors and libraries of another kind may round the last digit of a number differently;
+         *     then the tag is another, too. `Link` names the canonical spelling of the address: options in one
+         *     order, without defaults, `engine` at the end. Under that address the mesh of a surface whose id is a
+         *     hash may be kept for ever; all others for an hour, after which `ETag` tells whether they changed.
          *
          *     Equal requests that come together are computed once. Answers are kept in memory, compressed as well.
          */
@@ -3521,7 +3522,7 @@ export interface operations {
                  */
                 compression?: "none" | "meshopt";
                 /**
-                 * @description Version of the numbers. With it the address of a surface whose id is a hash stands for the same bytes for ever. A service with another version answers 410.
+                 * @description Version of the numbers. With it the address of a surface whose id is a hash stands for the same mesh for ever. A service with another version answers 410.
                  * @example 2
                  */
                 engine?: number;

@@ -2,6 +2,7 @@
 
 from service.encoders.compression import made_by
 from service.encoders.format import EncodeOptions
+from service.engine.arithmetic import arithmetic
 from service.schemas.options import MeshOptionFields
 
 
@@ -11,5 +12,5 @@ def encode_options(wanted: MeshOptionFields) -> EncodeOptions:
 
 
 def written_by(wanted: MeshOptionFields) -> str:
-    """What else the bytes depend on, beside surface, options and engine: a library's version."""
-    return made_by(wanted.compression)
+    """What else the bytes depend on, beside surface, options and engine: libraries, processor."""
+    return f"{arithmetic()} {made_by(wanted.compression)}"

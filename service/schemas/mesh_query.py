@@ -24,7 +24,7 @@ class MeshQuery(MeshOptionFields):
     engine: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = Field(
         default=None,
         description="Version of the numbers. With it the address of a surface whose id is a hash "
-        "stands for the same bytes for ever. A service with another version answers 410.",
+        "stands for the same mesh for ever. A service with another version answers 410.",
         examples=[ENGINE],
     )
 

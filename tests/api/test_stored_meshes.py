@@ -151,3 +151,16 @@ def test_unknown_ids(client: Client, id: str) -> None:
     assert answer.status_code == 404
     assert answer.json()["errors"][0]["parameter"] == "id"
     assert answer.headers["cache-control"] == "no-store"
+
+
+def test_where_numbers_are_rounded_differently_the_tag_is_another(
+    client: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    address = stored(client)["glb"]
+    tag = client.get(address, PLAIN).headers["etag"]
+    monkeypatch.setattr("service.pipeline.encoding.arithmetic", lambda: "another processor")
+    with client_of(create_app(Settings())) as other:
+        stored(other)
+        answer = other.get(address, {**PLAIN, "If-None-Match": tag})
+    assert answer.status_code == 200
+    assert answer.headers["etag"] != tag
