@@ -10,11 +10,11 @@ from starlette.responses import Response
 
 from service.api.answers import HEADERS, ChunkedResponse, disposition
 from service.api.caching.answers import AnswerCache
-from service.api.caching.codings import COMPRESS, Accepted, Coding, compressed
+from service.api.caching.codings import COMPRESS, Accepted, compressed
 from service.api.caching.entries import Entry, RawHeaders, Subject, Variant
 from service.api.caching.flights import Flights
 from service.api.caching.requested import codings_of, condition_of
-from service.api.caching.tags import is_any, listed
+from service.api.caching.tags import held, is_any
 from service.api.links import mesh_address
 from service.api.mesh import answered, planned, report_headers
 from service.api.negotiation import by_suffix
@@ -53,7 +53,7 @@ async def get_mesh(request: Request) -> Response:
 
     answers: AnswerCache = request.app.state.answers
     entry = answers.get(subject.address)
-    known = _known(subject, wanted, condition)
+    known = held(condition, wanted.order, subject.tag)
     if known is not None and (entry is not None or await exists(request, subject.surface)):
         return _unchanged(subject.unchanged(known, pinned=pinned))
     if entry is not None:
@@ -93,10 +93,10 @@ def check_engine(engine: int | None) -> None:
         )
 
 
-def _subject(request: Request, fmt: Format, query: str, written_by: str) -> Subject:
+def _subject(request: Request, fmt: Format, query: str, made_by: str) -> Subject:
     """What the request asks for; raises `UnknownSurface` where nothing can have such an id.
 
-    The bytes are named after the content of the surface and all that is done with it.
+    The bytes are named after the content of the surface, what is done with it, and what does it.
     """
     id = request.path_params["id"]
     content = content_id(id)
@@ -104,17 +104,9 @@ def _subject(request: Request, fmt: Format, query: str, written_by: str) -> Subj
     return Subject(
         address=mesh_address(root, id, fmt.suffix, query),
         surface=id,
-        content=f"{content} {fmt.suffix} {query} {written_by}",
+        content=f"{content} {fmt.suffix} {query} {made_by}",
         for_ever=id == content,
     )
-
-
-def _known(subject: Subject, wanted: Accepted, condition: bytes | None) -> Coding | None:
-    """The coding in which the client has the answer already, told by its tag alone."""
-    if condition is None:
-        return None
-    tags = listed(condition)
-    return next((coding for coding in wanted.order if subject.tag(coding) in tags), None)
 
 
 async def _make(request: Request, subject: Subject, fmt: Format, query: str) -> Made:

@@ -14,7 +14,7 @@ from service.api.answers import HEADERS, ChunkedResponse
 from service.api.caching.codings import Coding, compressed
 from service.api.caching.flights import Flights
 from service.api.caching.requested import codings_of, condition_of
-from service.api.caching.tags import entity_tag, is_any, listed
+from service.api.caching.tags import entity_tag, held, is_any
 from service.api.work import run
 
 
@@ -59,11 +59,9 @@ class StaticFiles:
         wanted, condition = codings_of(request), condition_of(request)
         kept = await self._read(name)
         coding, body = await self._coded(request, kept, wanted.order[0])
-        same = None
-        if condition is not None:
-            tags = listed(condition)
-            codings = [each for each in wanted.order if entity_tag(kept.name, each) in tags]
-            same = next(iter(codings), coding if is_any(condition) else None)
+        same = held(condition, wanted.order, partial(entity_tag, kept.name))
+        if condition is not None and is_any(condition):
+            same = coding
         headers = {
             **HEADERS,
             **self._files[name].headers,

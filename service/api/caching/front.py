@@ -1,6 +1,7 @@
 """The front door: what is known is answered here, before anything else sees the request."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterator
+from operator import attrgetter
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -8,7 +9,7 @@ from service.api.answers import CHUNK
 from service.api.caching.answers import AnswerCache
 from service.api.caching.codings import Accepted, accepted
 from service.api.caching.entries import Entry, Variant
-from service.api.caching.tags import is_any, listed
+from service.api.caching.tags import held, is_any
 from service.api.cors import Origins
 
 _END: Message = {"type": "http.response.body", "body": b""}
@@ -66,19 +67,19 @@ def _choose(entry: Entry, wanted: Accepted, condition: bytes | None) -> tuple[Va
     """The bytes to send, and whether the client has them; None if they are yet to be made."""
     if not wanted.plain:
         return None  # a coding that does not pay must be used after all
-    if condition is not None:
-        known = _held(entry, wanted, condition)
-        if known is not None:
-            return known, True
+    known = held(condition, _ready(entry, wanted), _TAG)
+    if known is not None:
+        return known, True
     variant = entry.variants.get(wanted.order[0])
     return None if variant is None else (variant, condition is not None and is_any(condition))
 
 
-def _held(entry: Entry, wanted: Accepted, condition: bytes) -> Variant | None:
-    """The bytes that the client has already, in a coding that it accepts."""
-    tags = listed(condition)
-    variants: Iterable[Variant] = (entry.variants[c] for c in wanted.order if c in entry.variants)
-    return next((variant for variant in variants if variant.tag in tags), None)
+def _ready(entry: Entry, wanted: Accepted) -> Iterator[Variant]:
+    """The bytes in the codings that the client accepts, as far as they are there."""
+    return (entry.variants[coding] for coding in wanted.order if coding in entry.variants)
+
+
+_TAG: Callable[[Variant], bytes] = attrgetter("tag")
 
 
 async def _send_pieces(body: bytes, send: Send) -> None:

@@ -2,9 +2,13 @@
 
 import re
 from base64 import urlsafe_b64encode
+from collections.abc import Callable, Iterable
 from hashlib import sha256
+from typing import TypeVar
 
 from service.api.caching.codings import MADE_BY, Coding
+
+Choice = TypeVar("Choice")
 
 _TAG_BYTES = 16
 """A hash of so many bytes names more answers than will ever be given."""
@@ -31,6 +35,16 @@ def listed(header: bytes) -> frozenset[bytes]:
     They are compared weakly there (section 13.1.2), so a `W/` before one is not looked at.
     """
     return frozenset(_LISTED.findall(header))
+
+
+def held(
+    condition: bytes | None, choices: Iterable[Choice], tag: Callable[[Choice], bytes]
+) -> Choice | None:
+    """The first of these choices whose tag If-None-Match lists: the client has it already."""
+    if condition is None:
+        return None
+    tags = listed(condition)
+    return next((choice for choice in choices if tag(choice) in tags), None)
 
 
 def is_any(header: bytes) -> bool:
