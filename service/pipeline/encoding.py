@@ -2,7 +2,7 @@
 
 from service.encoders.compression import made_by
 from service.encoders.format import EncodeOptions
-from service.engine.arithmetic import arithmetic
+from service.pipeline.arithmetic import arithmetic
 from service.schemas.options import MeshOptionFields
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from threadpoolctl import threadpool_info
 
-PROGRAM = "from service.engine.arithmetic import arithmetic; print(arithmetic())"
+PROGRAM = "from service.pipeline.arithmetic import arithmetic; print(arithmetic())"
 
 
 def told(core: str) -> str:
