@@ -77,8 +77,15 @@ def validated(model: type[Model], document: object, context: object = None) -> M
 
 def invalid_request(error: ValidationError) -> InvalidRequest:
     """The same refusal in the words of this service."""
-    details = error.errors(include_url=False)[:MAX_ISSUES]
-    return InvalidRequest(*(_issue(detail) for detail in details))
+    details = [d for d in error.errors(include_url=False) if not _is_consequence(d)]
+    return InvalidRequest(*(_issue(detail) for detail in details[:MAX_ISSUES]))
+
+
+def _is_consequence(detail: ErrorDetails) -> bool:
+    """Whether a list is said to be too short only because its bad members were not counted."""
+    value = detail["input"]
+    short = detail["type"] == "too_short" and isinstance(value, Sized)
+    return short and len(value) >= detail["ctx"]["min_length"]
 
 
 def kind(value: object) -> str:

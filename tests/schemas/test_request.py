@@ -129,6 +129,17 @@ def test_a_field_called_surface_is_no_level_of_its_own() -> None:
     assert refusal.value.issues[0].pointer == "/surface/surface"
 
 
+def test_a_bad_member_is_the_only_fault_of_a_group() -> None:
+    """The list is not too short as well for want of a good one."""
+    group = {"type": "group", "members": [{"surface": {"control_net": [[[0, 0, "0"]]]}}]}
+    with pytest.raises(InvalidRequest) as caught:
+        mesh_request({"surface": group}, LIMITS)
+    assert {issue.pointer[:19] for issue in caught.value.issues} == {"/surface/members/0/"}
+    with pytest.raises(InvalidRequest) as caught:
+        mesh_request({"surface": group | {"members": []}}, LIMITS)
+    assert [issue.code for issue in caught.value.issues] == ["wrong_length"]
+
+
 def test_requests_do_not_change() -> None:
     request = mesh_request({"surface": {"control_net": NET}}, LIMITS)
     with pytest.raises(ValueError, match="frozen"):
