@@ -29,6 +29,9 @@ MAX_DEPTH = 16
 FREE_COMMENTS = 1000
 """Comments beside one for each control point that is allowed."""
 
+FREE_OBJECTS = 1000
+"""Objects beside two for each patch that is allowed: that in the braces, and the braces."""
+
 MAX_BRACES = 1000
 """Braces of an appearance."""
 
@@ -89,6 +92,7 @@ class _Reader:
         self._most = most
         self._place = 0
         self._left = most
+        self._objects = 0
         self.patches = Patches()
 
     def read(self) -> None:
@@ -101,6 +105,7 @@ class _Reader:
 
     def _object(self, depth: int) -> None:
         """An object, in braces or not."""
+        self._count()
         word = self._next()
         for _ in range(MAX_DEPTH):
             if word not in (b"=", b"define", b"appearance"):
@@ -125,6 +130,12 @@ class _Reader:
             self._place = self._end_of_numbers()
         else:
             raise self._refusal("No patches begin here.", word, "BEZ, BBP, or LIST of such")
+
+    def _count(self) -> None:
+        """Counts an object; patches have four control points and more."""
+        self._objects += 1
+        if self._objects > self._most // 2 + FREE_OBJECTS:
+            raise too_many("more objects than these have", self._most)
 
     def _form(self, found: re.Match[bytes]) -> Form:
         """What a keyword announces, with the degrees behind it where they are not in it."""

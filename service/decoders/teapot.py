@@ -12,8 +12,8 @@ p + 1 lines, one for each row of its control net. As the numbers tell on their o
 belong, lines are looked at only where something is wrong.
 """
 
+import re
 from collections.abc import Iterator
-from io import BytesIO
 from math import isqrt
 from typing import NoReturn
 
@@ -21,10 +21,12 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.decoders.format import Tree, check_count, check_kind, malformed, too_many
-from service.decoders.numbers import line_of_number, read_numbers
+from service.decoders.numbers import PIECE, line_of_number, read_numbers
 from service.errors import InvalidRequest, Issue, MalformedBody
 
 KINDS = ("patches",)
+
+_PRINTED = re.compile(rb"[^\s,]")
 
 
 def decode(content: bytes, kind: str | None, most: int) -> Tree:
@@ -126,9 +128,18 @@ def _refuse_lines(content: bytes) -> NoReturn:
 
 def _lines(content: bytes) -> Iterator[tuple[int, int, float]]:
     """Lines that are not empty: which line it is, how many numbers it has, and the first."""
-    for number, line in enumerate(BytesIO(content), start=1):
-        if words := line.replace(b",", b" ").split():
-            yield number, len(words), float(words[0])
+    line, place = 1, 0
+    while place < len(content):
+        # Step by step, so that other threads have their turn; blank lines may be many.
+        found = _PRINTED.search(content, place, place + PIECE)
+        start = found.start() if found else min(place + PIECE, len(content))
+        line += content.count(b"\n", place, start)
+        place = start
+        if found:
+            end = content.find(b"\n", start)
+            place = end if end >= 0 else len(content)
+            words = content[start:place].replace(b",", b" ").split()
+            yield line, len(words), float(words[0])
 
 
 def _at_line(message: str, line: int, got: str, needed: str) -> MalformedBody:

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from service.decoders.oogl import decode
+from service.decoders.oogl import FREE_OBJECTS, decode
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
@@ -241,6 +241,16 @@ def test_control_points_are_counted_over_the_whole_file() -> None:
         with pytest.raises(SurfaceError) as caught:
             decode(text, None, most)
         assert caught.value.issues[0].code == "too_many_control_points"
+
+
+@pytest.mark.parametrize("nothing", [b"{VECT 1}", b"{LIST}", b"{appearance {} VECT 1}"])
+def test_objects_without_patches_are_counted_too(nothing: bytes) -> None:
+    patches = (b"{BEZ113 " + FLAT + b"}") * 3
+    beside = b"{VECT 1}" * (FREE_OBJECTS // 2 - 4)
+    assert decode(b"LIST" + patches + beside, None, 12)
+    with pytest.raises(SurfaceError) as caught:
+        decode(b"LIST" + patches + nothing * (FREE_OBJECTS // 2 + 1), None, 12)
+    assert caught.value.issues[0].code == "too_many_control_points"
 
 
 def test_long_texts_are_refused_before_much_is_made_of_them() -> None:

@@ -91,6 +91,8 @@ REFUSED = {
     "no number of vertices": ("2\n1,2,3,4\n3,4,5,6\n", "malformed_body", 3),
     "a vertex less": (GOOD.replace("6\n0", "7\n0"), "malformed_body", 10),
     "a vertex more": (GOOD + "1,1,1\n", "malformed_body", 11),
+    "a vertex more, far below": (
+        GOOD + "\n ,\n" * 70_000 + "1,1,1\n", "malformed_body", 140_011),
     "a coordinate less": (GOOD.replace("1,0,1", "1,0"), "malformed_body", 7),
     "a coordinate more": (GOOD.replace("1,0,1", "1,0,1,1"), "malformed_body", 7),
     "1e999": (GOOD.replace("1,0,1", "1,1e999,1"), "not_finite", 7),
