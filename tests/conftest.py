@@ -8,6 +8,7 @@ import hypothesis
 import pytest
 
 from tests.live import running_service
+from tests.scheduling import Scheduling, scheduling
 
 Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 
@@ -21,6 +22,11 @@ def server() -> Iterator[str]:
     """URL of the running service, for the length of the test run."""
     with running_service() as url:
         yield url
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> Scheduling | None:
+    return scheduling(config, log)
 
 
 @pytest.hookimpl(wrapper=True)
