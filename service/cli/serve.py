@@ -15,10 +15,8 @@ def add(commands: Commands) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    import uvicorn
-
     from service.api.app import create_app
-    from service.cli.server import OPTIONS
+    from service.cli.server import serve
     from service.settings import from_environment, with_flags
 
     given = {"host": arguments.host, "port": arguments.port}
@@ -26,7 +24,7 @@ def _run(arguments: argparse.Namespace) -> int:
     settings = with_flags(from_environment(), flags)
     host, port = settings.host, settings.port
     try:
-        uvicorn.run(create_app(settings), host=host, port=port, **OPTIONS)
+        serve(create_app(settings), host, port)
     except SystemExit as stop:
         if stop.code:
             # It has logged why; its exit code would mean something else here.

@@ -15,12 +15,11 @@ from pathlib import Path
 from statistics import median
 
 import httpx
-import uvicorn
 from fastapi import FastAPI, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.api.app import create_app
-from service.cli.server import OPTIONS
+from service.cli.server import serve
 from service.encoders.registry import BY_NAME
 from service.engine.mesh import ENGINE
 from service.engine.options import MeshOptions
@@ -49,11 +48,6 @@ def beside_echo(app: ASGIApp) -> ASGIApp:
         await chosen(scope, receive, send)
 
     return both
-
-
-def serve(port: int) -> None:
-    """Serves both until it is stopped."""
-    uvicorn.run(beside_echo(create_app(Settings())), port=port, **OPTIONS)
 
 
 @contextmanager
@@ -170,6 +164,6 @@ _PLAIN = {"Accept-Encoding": "identity"}
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
-        serve(int(sys.argv[1]))
+        serve(beside_echo(create_app(Settings())), "127.0.0.1", int(sys.argv[1]))
     else:
         sys.exit(0 if report() else 1)
