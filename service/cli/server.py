@@ -80,6 +80,9 @@ OPTIONS: dict[str, Any] = {
     "http": BoundedProtocol,
     "log_config": _logging(),
     "timeout_graceful_shutdown": DRAIN,
+    # Nobody need know what serves; and nothing here asks who a proxy says that the client is.
+    "server_header": False,
+    "proxy_headers": False,
 }
 """What uvicorn is told, wherever it listens."""
 
