@@ -9,8 +9,8 @@ import uvicorn
 from starlette.types import ASGIApp
 
 from service.api.app import create_app
-from service.cli.server import OPTIONS
-from service.settings import Settings
+from service.server.run import options
+from service.settings.values import Settings
 
 
 @contextmanager
@@ -22,9 +22,10 @@ def running_service(
     Its surfaces are kept in memory unless the settings say otherwise. What is put around the
     application sees every request that reaches the server.
     """
-    app = around(create_app(settings or Settings()))
-    options = {**OPTIONS, "log_config": None}
-    config = uvicorn.Config(app, host="127.0.0.1", port=0, **options)
+    settings = settings or Settings()
+    app = around(create_app(settings))
+    told = {**options(settings), "log_config": None}
+    config = uvicorn.Config(app, host="127.0.0.1", port=0, **told)
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, name="service")
     thread.start()

@@ -30,7 +30,7 @@ from service.schemas.points import points_request
 from service.schemas.request import mesh_request
 from service.schemas.surface_query import FIELDS, document_from_query
 from service.schemas.surfaces import KINDS
-from service.settings import Settings
+from service.settings.values import Settings
 from service.surface.examples import find
 from tests.api.client import Client, client_of
 from tests.api.hostile import HOSTILE, QUERIES

@@ -1,76 +1,144 @@
-"""Settings from the environment."""
+"""Settings from the environment and from the command line."""
 
 import logging
-from dataclasses import fields, replace
+import os
+import re
 from pathlib import Path
 
 import pytest
 from threadpoolctl import threadpool_info
 
-from service.settings import InvalidSettings, Settings, from_environment, pin_blas, with_flags
+from service.settings.environment import InvalidSettings, from_environment, values, with_flags
+from service.settings.process import pin_blas
+from service.settings.values import Settings
+from tests.settings_page import PAGE, page
+
+OTHER = {
+    "host": "::1",
+    "cors_origins": "https://a, https://b",
+    "trusted_proxies": "10.0.0.0/8",
+    "store": "./data",
+    "allow_delete": "true",
+    "public_reads": "0",
+    "access_log": "False",
+    "tracing": "1",
+    "api_keys": "alice:00",
+    "api_keys_file": "keys",
+    "signing_keys": "0123456789abcdef0123456789abcdef",
+    "metrics": "off",
+    "log_format": "json",
+    "log_level": "error",
+    "max_degree": "5",
+    "memory_bytes": "1 GB",
+    "drain_delay": "2.5",
+}
+
+
+@pytest.fixture(autouse=True)
+def _empty_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [name for name in os.environ if name.startswith("SURFACE_")]:
+        monkeypatch.delenv(name)
+
+
+def found(monkeypatch: pytest.MonkeyPatch, **variables: str) -> Settings:
+    for name, text in variables.items():
+        monkeypatch.setenv(f"SURFACE_{name.upper()}", text)
+    return from_environment()
 
 
 def test_an_empty_environment_gives_the_defaults() -> None:
-    settings = from_environment({"PATH": "/bin"})
-    assert replace(settings, store=Settings().store) == Settings()
+    settings = from_environment()
+    assert settings.model_copy(update={"store": Settings().store}) == Settings()
     assert settings.workers >= 1
 
 
-def test_surfaces_are_kept_in_the_folder_of_the_user_unless_another_place_is_named() -> None:
-    assert Path(from_environment({}).store).is_absolute()
-    assert from_environment({"SURFACE_STORE": "./data"}).store == "./data"
+def test_the_environment_is_read_where_it_is_asked_for_only(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("SURFACE_PORT", "81")
+    assert Settings().port == 8000
+    assert from_environment().port == 81
 
 
-def test_switches_are_words_or_digits() -> None:
+def test_surfaces_are_kept_in_the_folder_of_the_user_unless_another_place_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert Path(from_environment().store).is_absolute()
+    assert found(monkeypatch, store="./data").store == "./data"
+
+
+def test_switches_are_words_or_digits(monkeypatch: pytest.MonkeyPatch) -> None:
     for text, on in (("1", True), ("true", True), ("False", False), ("0", False)):
-        assert from_environment({"SURFACE_ALLOW_DELETE": text}).allow_delete is on
+        assert found(monkeypatch, allow_delete=text).allow_delete is on
 
 
-def test_every_setting_has_a_variable() -> None:
-    environment = {f"SURFACE_{field.name.upper()}": "1024" for field in fields(Settings)}
-    environment |= {"SURFACE_ALLOW_DELETE": "1", "SURFACE_MAX_DEGREE": "5"}
-    environment |= {"SURFACE_CORS_ORIGINS": "https://a, https://b"}
-    settings = from_environment(environment)
-    assert settings.max_body_bytes == settings.port == settings.threads == settings.workers == 1024
-    assert (settings.host, settings.max_degree) == ("1024", 5)
+def test_sizes_may_have_a_unit(monkeypatch: pytest.MonkeyPatch) -> None:
+    for text, size in (("2048", 2048), ("64 MiB", 64 << 20), ("1.5GB", 1_500_000_000)):
+        assert found(monkeypatch, max_response_bytes=text).max_response_bytes == size
+
+
+def test_every_setting_has_a_variable(monkeypatch: pytest.MonkeyPatch) -> None:
+    texts = {name: OTHER.get(name, "1024") for name in Settings.model_fields}
+    texts |= {
+        name: "99" for name, field in Settings.model_fields.items() if field.annotation is float
+    }
+    settings = found(monkeypatch, **texts)
+    same = [n for n in texts if getattr(settings, n) == getattr(Settings(), n)]
+    assert same == []
     assert settings.cors_origins == ("https://a", "https://b")
+    assert [key.get_secret_value() for key in settings.signing_keys] == [OTHER["signing_keys"]]
+    assert settings.max_body_bytes == settings.threads == settings.workers == 1024
 
 
-def test_no_origins_is_a_list_too() -> None:
-    assert from_environment({"SURFACE_CORS_ORIGINS": ""}).cors_origins == ()
+def test_no_origins_is_a_list_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert found(monkeypatch, cors_origins="").cors_origins == ()
 
 
 @pytest.mark.parametrize(
-    ("variable", "text"),
+    ("variable", "text", "message"),
     [
-        ("SURFACE_PORT", "tcp://10.0.0.1:80"),
-        ("SURFACE_PORT", "65536"),
-        ("SURFACE_PORT", ""),
-        ("SURFACE_HOST", ""),
-        ("SURFACE_THREADS", "-1"),
-        ("SURFACE_MAX_DEGREE", "65"),
-        ("SURFACE_MAX_BODY_BYTES", "64 MiB"),
-        ("SURFACE_BODY_TIMEOUT", "0"),
-        ("SURFACE_STORE", ""),
-        ("SURFACE_ALLOW_DELETE", "yes"),
+        ("port", "tcp://10.0.0.1:80", "needed a whole number from 0 to 65535."),
+        ("port", "65536", "got '65536', needed a whole number from 0 to 65535."),
+        ("port", "", "got nothing"),
+        ("host", "", "got nothing, needed a text, not empty."),
+        ("threads", "-1", "needed a whole number from 0 to 1024."),
+        ("max_degree", "65", "needed a whole number from 1 to 64."),
+        ("max_body_bytes", "64 MiBs", "needed bytes, such as"),
+        ("max_body_bytes", "nan", "needed bytes"),
+        ("body_timeout", "0", "needed seconds above 0, to 3600."),
+        ("body_timeout", "inf", "needed seconds above 0, to 3600."),
+        ("store", "", "got nothing"),
+        ("allow_delete", "2", "needed true or false."),
+        ("metrics", "maybe", "needed one of open, key, off."),
     ],
 )
-def test_nonsense_stops_the_start_and_is_named(variable: str, text: str) -> None:
-    with pytest.raises(InvalidSettings, match=variable):
-        from_environment({variable: text})
+def test_nonsense_stops_the_start_and_is_named(
+    variable: str, text: str, message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = f"SURFACE_{variable.upper()}"
+    with pytest.raises(InvalidSettings, match=f"^{name}: .*{re.escape(message)}"):
+        found(monkeypatch, **{variable: text})
 
 
-def test_flags_are_stronger_than_the_environment() -> None:
-    settings = from_environment({"SURFACE_PORT": "81", "SURFACE_HOST": "::1"})
-    assert with_flags(settings, {"port": "82"}) == replace(settings, host="::1", port=82)
+def test_all_nonsense_is_named_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(InvalidSettings) as caught:
+        found(monkeypatch, port="x", max_degree="y", tracing="z")
+    places = [line.partition(":")[0] for line in str(caught.value).splitlines()]
+    assert places == ["SURFACE_PORT", "SURFACE_MAX_DEGREE", "SURFACE_TRACING"]
+
+
+def test_flags_are_stronger_than_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    settings = found(monkeypatch, port="81", host="::1")
+    stronger = with_flags(settings, {"port": "82"})
+    assert stronger == settings.model_copy(update={"port": 82})
     assert with_flags(settings, {}) == settings
 
 
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
-        ("port", "70000", "--port: got 70000, needed 0 to 65535"),
-        ("port", "-1", "--port: got -1, needed 0 to 65535"),
+        ("port", "70000", "--port: got '70000', needed a whole number from 0 to 65535."),
+        ("port", "-1", "--port: got '-1', needed a whole number from 0 to 65535."),
         ("port", "http", "--port: got 'http', needed a whole number"),
         ("host", "", "--host: got nothing"),
     ],
@@ -80,11 +148,25 @@ def test_flags_are_checked_as_variables_are(name: str, text: str, message: str) 
         with_flags(Settings(), {name: text})
 
 
-def test_unknown_variable_is_reported(caplog: pytest.LogCaptureFixture) -> None:
+def test_unknown_variable_is_reported(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = from_environment()
     with caplog.at_level(logging.WARNING):
-        found = from_environment({"SURFACE_MAX_VERTICE": "5"})
-    assert found == from_environment({})
+        assert found(monkeypatch, max_vertice="5") == before
     assert "SURFACE_MAX_VERTICE" in caplog.text
+
+
+def test_the_page_of_the_settings_is_that_of_the_code() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    assert text == page(text), "run `python -m tests.settings_page`"
+
+
+def test_defaults_are_within_their_own_bounds() -> None:
+    for name, field in Settings.model_fields.items():
+        assert Settings(**{name: field.default}) == Settings(), name
+        assert field.description, name
+        assert values(field), name
 
 
 def test_blas_is_pinned() -> None:

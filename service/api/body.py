@@ -13,7 +13,7 @@ from service.api.problems import BodyTooLarge, BodyTooSlow, UnsupportedMediaType
 from service.decoders.format import Decoder
 from service.errors import Issue
 from service.schemas.document import Budget
-from service.settings import Settings, document_limits
+from service.settings.values import Settings, document_limits
 
 
 async def read_body(request: Request, settings: Settings, queries: int = 0) -> bytes:
@@ -118,7 +118,7 @@ def body_too_slow(received: int, settings: Settings) -> BodyTooSlow:
             "body_too_slow",
             "The body did not arrive in time.",
             got=f"{received} bytes",
-            needed=f"all of it within {settings.body_timeout} s",
+            needed=f"all of it within {settings.body_timeout:g} s",
         )
     )
 

@@ -12,7 +12,7 @@ from service.api.work import run
 from service.pipeline.conversion import converted
 from service.schemas.convert import convert_request
 from service.schemas.document import parse_document
-from service.settings import Settings, document_limits, result_limits
+from service.settings.values import Settings, document_limits, result_limits
 from service.surface.convert.nets import Allowed
 
 

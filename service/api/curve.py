@@ -15,7 +15,7 @@ from service.encoders.curves.registry import CURVE_FORMATS
 from service.pipeline.curve import CurveWork, plan_curve
 from service.schemas.curve_request import curve_request
 from service.schemas.document import parse_document
-from service.settings import Settings, document_limits, result_limits
+from service.settings.values import Settings, document_limits, result_limits
 
 INLINE_WORK = 600
 """Points times the degree up to which a curve takes 1 to 2 ms, which the event loop can spare."""

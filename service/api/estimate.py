@@ -15,7 +15,7 @@ from service.encoders.text import json_text
 from service.pipeline.encoding import encode_options
 from service.pipeline.estimate import estimate, estimate_object
 from service.schemas.request import mesh_request
-from service.settings import Settings, document_limits, result_limits
+from service.settings.values import Settings, document_limits, result_limits
 
 
 async def post_estimate(request: Request) -> Response:

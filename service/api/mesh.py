@@ -24,7 +24,7 @@ from service.pipeline.encoding import encode_options
 from service.pipeline.mesh import Answer, Work, plan
 from service.schemas.options import MeshOptionFields
 from service.schemas.request import mesh_request
-from service.settings import Settings, document_limits, result_limits
+from service.settings.values import Settings, document_limits, result_limits
 from service.surface import Surface
 from service.surface.lowered import GroupModel
 from service.surface.sweep_model import SweepModel

@@ -27,7 +27,7 @@ from service.engine.mesh import ENGINE
 from service.errors import Issue
 from service.pipeline.encoding import written_by
 from service.schemas.mesh_query import canonical_query, mesh_query
-from service.settings import Settings
+from service.settings.values import Settings
 
 
 class Made(NamedTuple):

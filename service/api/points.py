@@ -12,7 +12,7 @@ from service.api.work import INLINE_BYTES, run
 from service.pipeline.points import PointsWork, plan_points
 from service.schemas.document import parse_document
 from service.schemas.points import points_request
-from service.settings import Settings, document_limits, result_limits
+from service.settings.values import Settings, document_limits, result_limits
 
 INLINE_POINTS, INLINE_DEGREE = 16, 4
 """Up to here a query takes 1 ms, some 5 at poles, which the event loop can spare."""

@@ -20,7 +20,7 @@ from service.decoders.registry import DECODERS
 from service.errors import InvalidRequest
 from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.surface_query import document_from_query, with_fields
-from service.settings import Settings
+from service.settings.values import Settings
 
 INLINE_TEXT = 1 << 14
 """Texts up to this size are read in some 5 ms, even if they are a list of single patches."""

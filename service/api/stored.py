@@ -14,7 +14,7 @@ from service.api.work import long_to_read, run
 from service.errors import DamagedObject, InvalidRequest, Issue, UnknownSurface
 from service.schemas.canonical import canonical, restored, surface_id
 from service.schemas.document import DocumentLimits
-from service.settings import document_limits
+from service.settings.values import document_limits
 from service.storage.keys import is_id
 from service.storage.store import SurfaceStore
 from service.surface import Surface

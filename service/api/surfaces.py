@@ -23,7 +23,7 @@ from service.pipeline.limits import Limits
 from service.schemas.canonical import canonical, surface_id
 from service.schemas.request import surface_request
 from service.schemas.surfaces import definition
-from service.settings import Settings, document_limits, result_limits
+from service.settings.values import Settings, document_limits, result_limits
 from service.storage.store import SurfaceStore
 from service.surface import Surface
 from service.surface.examples import EXAMPLES

@@ -93,7 +93,9 @@ def _local(document: dict[str, Any]) -> bytes:
     """The new surface, computed in this process."""
     from service.pipeline.conversion import converted
     from service.schemas.convert import convert_request
-    from service.settings import document_limits, from_environment, pin_blas, result_limits
+    from service.settings.environment import from_environment
+    from service.settings.process import pin_blas
+    from service.settings.values import document_limits, result_limits
     from service.surface.convert.nets import Allowed
 
     pin_blas()

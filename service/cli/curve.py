@@ -72,7 +72,9 @@ def _local(source: dict[str, Any], chosen: Mapping[str, str], fmt: "CurveFormat"
     from service.pipeline.curve import render_curve
     from service.schemas.curve_request import curve_request
     from service.schemas.query import values_from_text
-    from service.settings import document_limits, from_environment, pin_blas, result_limits
+    from service.settings.environment import from_environment
+    from service.settings.process import pin_blas
+    from service.settings.values import document_limits, result_limits
 
     pin_blas()
     settings = from_environment()

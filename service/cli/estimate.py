@@ -61,7 +61,9 @@ def _local(document: dict[str, Any], formats: "Sequence[Format]") -> bytes:
     from service.pipeline.encoding import encode_options
     from service.pipeline.estimate import estimate, estimate_object
     from service.schemas.request import mesh_request
-    from service.settings import document_limits, from_environment, pin_blas, result_limits
+    from service.settings.environment import from_environment
+    from service.settings.process import pin_blas
+    from service.settings.values import document_limits, result_limits
 
     pin_blas()
     settings = from_environment()

@@ -20,7 +20,7 @@ from service.errors import BadAddress, ServiceFailed, SurfaceError
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and returns its exit code."""
     options = _parser().parse_args(arguments)
-    from service.settings import InvalidSettings
+    from service.settings.environment import InvalidSettings
 
     try:
         return int(options.run(options))

@@ -150,7 +150,9 @@ def _local(
     from service.pipeline.mesh import Lowerable, render
     from service.schemas.query import options_from_text, values_from_text
     from service.schemas.request import mesh_request
-    from service.settings import document_limits, from_environment, pin_blas, result_limits
+    from service.settings.environment import from_environment
+    from service.settings.process import pin_blas
+    from service.settings.values import document_limits, result_limits
     from service.surface.examples import find
 
     pin_blas()

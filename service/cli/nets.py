@@ -27,7 +27,7 @@ class NetFile:
     def document(self) -> dict[str, Any]:
         """The request that it makes, without options; raises what is wrong with the file."""
         from service.schemas.surface_query import surface_fields, with_fields
-        from service.settings import from_environment
+        from service.settings.environment import from_environment
 
         most = from_environment().max_control_points
         net = self.decoder.decode(self.content, self.fields.get("type"), most)

@@ -74,7 +74,9 @@ def _local(document: Mapping[str, Any]) -> bytes:
     """The answer, computed in this process."""
     from service.pipeline.points import plan_points
     from service.schemas.points import points_request
-    from service.settings import document_limits, from_environment, pin_blas, result_limits
+    from service.settings.environment import from_environment
+    from service.settings.process import pin_blas
+    from service.settings.values import document_limits, result_limits
 
     pin_blas()
     settings = from_environment()

@@ -16,17 +16,17 @@ def add(commands: Commands) -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     from service.api.app import create_app
-    from service.cli.server import serve
-    from service.settings import from_environment, with_flags
+    from service.server.run import serve
+    from service.settings.environment import from_environment, with_flags
 
     given = {"host": arguments.host, "port": arguments.port}
     flags = {name: text for name, text in given.items() if text is not None}
     settings = with_flags(from_environment(), flags)
-    host, port = settings.host, settings.port
     try:
-        serve(create_app(settings), host, port)
+        serve(create_app(settings), settings)
     except SystemExit as stop:
         if stop.code:
             # It has logged why; its exit code would mean something else here.
-            raise Refused(f"cannot serve at {host}, port {port}; the reason stands above") from None
+            place = f"{settings.host}, port {settings.port}"
+            raise Refused(f"cannot serve at {place}; the reason stands above") from None
     return OK

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from service.api.app import create_app
-from service.settings import Settings
+from service.settings.values import Settings
 from tests.api.client import Client, client_of
 
 

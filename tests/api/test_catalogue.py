@@ -5,7 +5,7 @@ import pytest
 from service import __version__
 from service.api.app import create_app
 from service.encoders.registry import FORMATS
-from service.settings import Settings
+from service.settings.values import Settings
 from service.surface.examples import EXAMPLES
 from tests.api.client import Client, client_of
 

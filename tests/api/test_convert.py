@@ -9,7 +9,7 @@ import pytest
 from service.api.app import create_app
 from service.errors import MAX_ISSUES
 from service.schemas.convert import OPERATIONS
-from service.settings import Settings
+from service.settings.values import Settings
 from tests.api.client import Client, client_of
 from tests.api.hostile import ECHO, MIB
 

@@ -15,7 +15,7 @@ from service.encoders.curves.registry import CURVE_FORMATS
 from service.encoders.registry import FORMATS
 from service.engine.curves.options import CurveOptions
 from service.pipeline.curve import plan_curve
-from service.settings import Settings
+from service.settings.values import Settings
 from service.surface.curve import BezierCurve
 from tests.api.client import Client, client_of
 from tests.clients.gltf_validator import issues

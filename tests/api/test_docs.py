@@ -7,7 +7,7 @@ import pytest
 
 from service.api import docs
 from service.api.app import create_app
-from service.settings import Settings
+from service.settings.values import Settings
 from tests.api.client import Client, client_of
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from service.api.app import create_app
 from service.encoders.registry import BY_NAME
-from service.settings import Settings
+from service.settings.values import Settings
 from tests.api.client import Client, client_of
 from tests.api.hostile import HOSTILE, Hostile
 

@@ -14,7 +14,7 @@ from service.api.app import create_app
 from service.api.posted import Posting
 from service.decoders.registry import BY_NAME
 from service.encoders.format import Format
-from service.settings import Settings
+from service.settings.values import Settings
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
 from tests.api.client import Client, client_of

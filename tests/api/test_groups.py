@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from service.api.app import create_app
-from service.settings import Settings
+from service.settings.values import Settings
 from tests.api.client import Client, client_of
 
 NET = {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]}

@@ -13,7 +13,7 @@ from service.api.app import create_app
 from service.api.posted import Posting
 from service.api.stored import Stored
 from service.pipeline.mesh import Answer, Work
-from service.settings import Settings
+from service.settings.values import Settings
 from service.storage.store import SurfaceStore
 from tests.api.client import Client, client_of
 

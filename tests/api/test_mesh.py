@@ -12,7 +12,7 @@ from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions, Method
 from service.pipeline.mesh import render
-from service.settings import Settings
+from service.settings.values import Settings
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
 from tests.api.client import Client

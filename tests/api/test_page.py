@@ -8,7 +8,7 @@ import pytest
 from service.api import page
 from service.api.app import create_app
 from service.decoders.registry import BY_NAME, BY_SUFFIX
-from service.settings import Settings
+from service.settings.values import Settings
 from tests.api.client import Client, client_of
 
 needs_three = pytest.mark.skipif(

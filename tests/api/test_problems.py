@@ -11,7 +11,7 @@ from starlette.responses import Response
 from service.api.app import create_app
 from service.api.problems import PROBLEMS, problem_of
 from service.errors import DamagedObject, Issue, StoreFailed, StoreFull, SurfaceError
-from service.settings import Settings
+from service.settings.values import Settings
 from tests.api.client import Client, client_of
 
 JSON = {"Content-Type": "application/json"}

@@ -9,7 +9,7 @@ from starlette.responses import Response
 
 from service.api.app import create_app
 from service.api.static_files import StaticFile, StaticFiles
-from service.settings import Settings
+from service.settings.values import Settings
 from tests.api.client import Client, client_of
 from tests.packed import unpacked_gzip, unpacked_zstd
 

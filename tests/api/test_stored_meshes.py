@@ -10,7 +10,7 @@ from service.api.app import create_app
 from service.encoders.registry import FORMATS
 from service.engine.mesh import ENGINE
 from service.pipeline.mesh import Answer, Work
-from service.settings import Settings
+from service.settings.values import Settings
 from service.storage.store import SurfaceStore
 from tests.api.client import Client, client_of
 

@@ -8,7 +8,7 @@ import pytest
 from service.api.app import create_app
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
-from service.settings import Settings
+from service.settings.values import Settings
 from tests.api.client import Client, client_of
 from tests.clients.gltf_validator import issues
 

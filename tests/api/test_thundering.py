@@ -15,7 +15,7 @@ from service.api.caching.codings import Coding, compressed
 from service.engine.mesh import ENGINE
 from service.errors import InvalidRequest, Issue
 from service.pipeline.mesh import Answer, Work
-from service.settings import Settings
+from service.settings.values import Settings
 from tests.live import running_service
 from tests.packed import unpacked_zstd
 

@@ -17,7 +17,7 @@ from service.api.app import create_app
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.schemas.accuracy import NAMES
-from service.settings import Settings
+from service.settings.values import Settings
 from tests.api.client import Client, client_of
 from tests.encoders.gltf.reader import read_glb
 

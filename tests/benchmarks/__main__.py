@@ -5,7 +5,7 @@ What runs against each other runs in turns: read the ratios.
 
 import sys
 
-from service.settings import pin_blas
+from service.settings.process import pin_blas
 from tests.benchmarks import (
     awkward,
     caching,

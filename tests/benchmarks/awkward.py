@@ -6,7 +6,7 @@ import numpy as np
 
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.scratch import Real
-from service.settings import pin_blas
+from service.settings.process import pin_blas
 from service.surface.batches import TensorPatches
 from tests.benchmarks.alternately import alternately
 

@@ -19,12 +19,12 @@ from fastapi import FastAPI, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.api.app import create_app
-from service.cli.server import serve
 from service.encoders.registry import BY_NAME
 from service.engine.mesh import ENGINE
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
-from service.settings import Settings
+from service.server.run import serve
+from service.settings.values import Settings
 from service.surface.examples import find
 
 ADDRESS = f"/v1/surfaces/utah-teapot/mesh.glb?engine={ENGINE}"
@@ -170,6 +170,7 @@ _PLAIN = {"Accept-Encoding": "identity"}
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
-        serve(beside_echo(create_app(Settings())), "127.0.0.1", int(sys.argv[1]))
+        settings = Settings(port=int(sys.argv[1]))
+        serve(beside_echo(create_app(settings)), settings)
     else:
         sys.exit(0 if report() else 1)

@@ -9,7 +9,7 @@ from service.encoders.registry import BY_NAME
 from service.engine.gridded import gridded
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import mesh
-from service.settings import pin_blas
+from service.settings.process import pin_blas
 from service.surface.bezier import BezierSurface
 from service.surface.lowered import PatchModel
 from tests.benchmarks.alternately import alternately

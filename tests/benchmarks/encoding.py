@@ -10,7 +10,7 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import mesh
-from service.settings import pin_blas
+from service.settings.process import pin_blas
 from service.surface.bezier import BezierSurface
 from tests.benchmarks.alternately import alternately
 from tests.benchmarks.evaluation import hills

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.engine.evaluation.evaluate import Formulation, choose, evaluate
-from service.settings import pin_blas
+from service.settings.process import pin_blas
 from service.surface.batches import TensorPatches
 from tests.benchmarks.alternately import alternately
 from tests.strategies import example_batch

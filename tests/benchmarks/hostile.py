@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from service.api.app import create_app
-from service.settings import Settings
+from service.settings.values import Settings
 from tests.api.client import Client, client_of
 from tests.api.hostile import HOSTILE, pieces
 from tests.api.hostile_files import FILES

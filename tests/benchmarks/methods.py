@@ -14,7 +14,7 @@ from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.forward_difference import MAX_DEGREE
 from service.engine.options import Method
 from service.engine.scratch import Real
-from service.settings import pin_blas
+from service.settings.process import pin_blas
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from tests.benchmarks.alternately import alternately
 from tests.oracles import exact

@@ -29,7 +29,7 @@ from service.engine.build import build
 from service.engine.deviation.bends import blocks_along, grid_bends
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
-from service.settings import pin_blas
+from service.settings.process import pin_blas
 from service.surface.batches import TensorPatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface

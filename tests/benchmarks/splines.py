@@ -11,7 +11,7 @@ from service.engine.evaluation.evaluate import evaluate
 from service.engine.options import MeshOptions
 from service.engine.stitch import find_seams
 from service.engine.tessellate import tessellate
-from service.settings import pin_blas
+from service.settings.process import pin_blas
 from service.surface.batches import TensorPatches
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel

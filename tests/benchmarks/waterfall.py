@@ -21,7 +21,8 @@ from service.pipeline.mesh import plan
 from service.schemas.document import parse_document
 from service.schemas.request import mesh_request
 from service.schemas.surfaces import definition
-from service.settings import Settings, document_limits, pin_blas
+from service.settings.process import pin_blas
+from service.settings.values import Settings, document_limits
 from service.surface.examples import find
 from tests.benchmarks.alternately import alternately
 from tests.examples import patches_of

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from multiprocessing import Pool, cpu_count
 from typing import Literal, TypeAlias
 
-from service.settings import pin_blas
+from service.settings.process import pin_blas
 from tests.certify import groups, seams, table
 from tests.certify.groups import judge_group
 from tests.certify.judge import TOLERANCES, Case, Verdict, judge

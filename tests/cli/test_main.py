@@ -140,7 +140,10 @@ def test_refused_option_names_itself(
         (["mesh", "", "-o", "x.glb"], "the name is empty"),
         (["mesh", "saddle", "-o", "x.glb", "--format", "fbx"], "glb"),
         (["mesh", "saddle", "-o", "x.glb", "--url", "ftp://127.0.0.1"], "--url"),
-        (["serve", "--port", "70000"], "--port: got 70000, needed 0 to 65535"),
+        (
+            ["serve", "--port", "70000"],
+            "--port: got '70000', needed a whole number from 0 to 65535",
+        ),
         (["serve", "--port", "http"], "--port: got 'http', needed a whole number"),
     ],
 )

@@ -10,7 +10,8 @@ import pytest
 import yaml
 
 from service import __version__
-from service.settings import from_environment
+from service.settings.environment import with_flags
+from service.settings.values import Settings
 from service.storage.address import open_store
 from tests.tools import program
 
@@ -89,7 +90,8 @@ def test_on_a_volume_there_is_one_replica() -> None:
     mount = {"name": volume["name"], "mountPath": variables["SURFACE_STORE"]}
     assert container["volumeMounts"] == [mount]
     assert claim["spec"]["resources"]["requests"]["storage"] == "10Gi"
-    assert from_environment(variables).store_quota < 10 << 30
+    quota = with_flags(Settings(), {"store_quota": variables["SURFACE_STORE_QUOTA"]}).store_quota
+    assert quota < 10 << 30
 
 
 def test_in_a_bucket_there_may_be_more() -> None:

@@ -16,7 +16,7 @@ import obstore
 import pytest
 
 from service.errors import DamagedObject, StoreFailed, StoreFull, UnknownSurface
-from service.settings import Settings
+from service.settings.values import Settings
 from service.storage.address import open_store
 from service.storage.keys import key_of
 from service.storage.store import SurfaceStore

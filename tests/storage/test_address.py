@@ -11,7 +11,8 @@ import pytest
 from service.api.app import create_app
 from service.cli.main import main
 from service.errors import StoreFailed
-from service.settings import InvalidSettings, Settings
+from service.settings.environment import InvalidSettings
+from service.settings.values import Settings
 from service.storage import address
 from service.storage.address import InvalidStore, open_store
 from service.storage.store import SurfaceStore

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from service.api.app import create_app
-from service.settings import Settings
+from service.settings.values import Settings
 from tests.api.client import client_of
 from tests.storage.places import files
 

@@ -28,7 +28,7 @@ from service.pipeline.points import plan_points
 from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.mesh_query import mesh_query
 from service.schemas.request import mesh_request
-from service.settings import Settings
+from service.settings.values import Settings
 from service.storage.failures import disk_full
 from service.storage.usage import no_room
 from service.surface.convert.nets import Allowed

@@ -1,19 +1,6 @@
-"""How uvicorn serves: its protocol with a bound on heads, and its log of requests.
+"""HTTP/1.1 as it is spoken here: uvicorn's own protocol, with bounds."""
 
-Its event loop is uvloop, which it takes where that is installed.
-"""
-
-import logging
-from copy import deepcopy
-from typing import Any
-
-import uvicorn
-from starlette.types import ASGIApp
-from uvicorn.config import LOGGING_CONFIG
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
-
-DRAIN = 25
-"""Seconds that answers under way may take once the service is told to stop."""
 
 MAX_HEAD = 1 << 16
 """Bytes of an address and of all headers together. Uvicorn's other protocol has the same bound."""
@@ -67,37 +54,3 @@ class BoundedProtocol(HttpToolsProtocol):
         if self._head > MAX_HEAD:
             # For the parser this is a request that it cannot read: 400, and the connection closes.
             raise ValueError("the head of the request is too long")
-
-
-def _logging() -> dict[str, Any]:
-    """Uvicorn's log, its lines about requests written in half of the time."""
-    config = deepcopy(LOGGING_CONFIG)
-    config["formatters"]["access"] = {"format": "%(levelname)s:     %(message)s"}
-    return config
-
-
-OPTIONS: dict[str, Any] = {
-    "http": BoundedProtocol,
-    "log_config": _logging(),
-    "timeout_graceful_shutdown": DRAIN,
-    # Nobody need know what serves; and nothing here asks who a proxy says that the client is.
-    "server_header": False,
-    "proxy_headers": False,
-}
-"""What uvicorn is told, wherever it listens."""
-
-
-def serve(app: ASGIApp, host: str, port: int) -> None:
-    """Answers until the process is told to stop."""
-    _shorten_records()
-    uvicorn.run(app, host=host, port=port, **OPTIONS)
-
-
-def _shorten_records() -> None:
-    """Leaves out of log records what no line of ours shows: a third of the time of a request's.
-
-    The switches are those of the section "Optimization" in Python's "Logging HOWTO".
-    """
-    logging.logThreads = logging.logProcesses = False
-    logging.logMultiprocessing = False
-    logging._srcfile = None

@@ -8,7 +8,9 @@ import uvicorn
 from starlette.types import Receive, Scope, Send
 from uvicorn.server import ServerState
 
-from service.cli.server import MAX_HEAD, OPTIONS, BoundedProtocol
+from service.server.protocol import MAX_HEAD, BoundedProtocol
+from service.server.run import options
+from service.settings.values import Settings
 
 CHUNK = 1 << 14
 FIRST = b"POST /v1/mesh HTTP/1.1\r\nHost: x\r\n"
@@ -47,7 +49,7 @@ async def patient(_scope: Scope, receive: Receive, _send: Send) -> None:
 
 async def read(start: bytes, piece: bytes, most: int) -> tuple[int, bytes]:
     """How much of an endless request is read, and what is answered."""
-    config = uvicorn.Config(patient, **{**OPTIONS, "log_config": None})
+    config = uvicorn.Config(patient, **{**options(Settings()), "log_config": None})
     config.load()
     protocol, wire = BoundedProtocol(config, ServerState(), {}), Wire()
     protocol.connection_made(wire)
