@@ -78,6 +78,10 @@ class DamagedObject(SurfaceError):
     """What is kept under an id is not what was stored under it."""
 
 
+class InvalidSettings(ValueError):
+    """A variable or a flag makes no sense; the service must not start."""
+
+
 class BadAddress(Exception):
     """The address of a service is none."""
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from threadpoolctl import threadpool_info
 
-from service.settings.environment import InvalidSettings, from_environment, values, with_flags
+from service.errors import InvalidSettings
+from service.settings.environment import from_environment, values, with_flags
 from service.settings.process import pin_blas
 from service.settings.values import Settings
 from tests.settings_page import PAGE, page

@@ -33,7 +33,8 @@ from service.api.cors import CrossOrigin, Origins
 from service.api.openapi.document import document
 from service.api.static_files import StaticFiles
 from service.api.stored import Loaded
-from service.settings.environment import InvalidSettings, from_environment
+from service.errors import InvalidSettings
+from service.settings.environment import from_environment
 from service.settings.process import pin_blas
 from service.settings.values import Settings
 from service.storage.address import InvalidStore, open_store

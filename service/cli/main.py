@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Sequence
 
-from service.cli import convert, curve, estimate, lists, mesh, points, serve, store
+from service.cli import convert, curve, estimate, health, lists, mesh, points, serve, store
 from service.cli.refusals import (
     EXIT_CODES,
     REFUSED,
@@ -14,14 +14,12 @@ from service.cli.refusals import (
     complain,
     issue_line,
 )
-from service.errors import BadAddress, ServiceFailed, SurfaceError
+from service.errors import BadAddress, InvalidSettings, ServiceFailed, SurfaceError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and returns its exit code."""
     options = _parser().parse_args(arguments)
-    from service.settings.environment import InvalidSettings
-
     try:
         return int(options.run(options))
     except SurfaceError as error:
@@ -51,6 +49,6 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (serve, mesh, estimate, points, convert, curve, store, lists):
+    for command in (serve, health, mesh, estimate, points, convert, curve, store, lists):
         command.add(commands)
     return parser

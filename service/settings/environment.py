@@ -14,13 +14,11 @@ from pydantic import BeforeValidator, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_settings import BaseSettings, EnvSettingsSource, PydanticBaseSettingsSource
 
-from service.settings.values import PREFIX, Settings
+from service.errors import InvalidSettings
+from service.settings.listening import PREFIX
+from service.settings.values import Settings
 
 _log = logging.getLogger(__name__)
-
-
-class InvalidSettings(ValueError):
-    """A variable or a flag makes no sense; the service must not start."""
 
 
 class _FromEnvironment(Settings):

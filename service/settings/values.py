@@ -12,10 +12,8 @@ from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, Settings
 from service.pipeline.limits import Limits
 from service.schemas.document import DocumentLimits
 from service.settings.kinds import Bytes, Seconds, Secrets, Texts
+from service.settings.listening import HOST, PORT, PREFIX
 from service.surface.checks import MAX_DEGREE
-
-PREFIX = "SURFACE_"
-"""What the environment variables of all settings begin with."""
 
 
 class Settings(BaseSettings):
@@ -33,8 +31,8 @@ class Settings(BaseSettings):
     )
 
     # Where
-    host: str = Field(default="127.0.0.1", min_length=1, description="Address to listen at.")
-    port: int = Field(default=8000, ge=0, le=65535, description="Port to listen at; 0 takes any.")
+    host: str = Field(default=HOST, min_length=1, description="Address to listen at.")
+    port: int = Field(default=PORT, ge=0, le=65535, description="Port to listen at; 0 takes any.")
     trusted_proxies: Texts = Field(
         default=(),
         description="Addresses and networks of proxies in front, `10.0.0.0/8` say: what these say "

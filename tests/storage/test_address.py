@@ -10,8 +10,7 @@ import pytest
 
 from service.api.app import create_app
 from service.cli.main import main
-from service.errors import StoreFailed
-from service.settings.environment import InvalidSettings
+from service.errors import InvalidSettings, StoreFailed
 from service.settings.values import Settings
 from service.storage import address
 from service.storage.address import InvalidStore, open_store

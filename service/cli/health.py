@@ -1,0 +1,44 @@
+"""`surface health`: whether the service of this machine answers, as a container's check asks it.
+
+It imports nothing that is slow to import, and takes a twentieth of the time of a start.
+"""
+
+import argparse
+
+from service.cli.output import print_lines
+from service.cli.refusals import OK, Refused
+from service.cli.source import Commands
+
+
+def add(commands: Commands) -> None:
+    """The command and its flags."""
+    health = commands.add_parser(
+        "health",
+        help="ask the service of this machine how it is",
+        description="Exit code 0 if it is ready for requests, 1 if it is not or does not answer.",
+    )
+    health.add_argument("--live", action="store_true", help="only whether it lives")
+    health.add_argument("--host", help="where it listens (SURFACE_HOST, 127.0.0.1)")
+    health.add_argument("--port", help="where it listens (SURFACE_PORT, 8000)")
+    health.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    from http.client import HTTPConnection, HTTPException
+
+    from service.settings.listening import listening_at
+
+    host, port = listening_at(arguments.host, arguments.port)
+    state = "live" if arguments.live else "ready"
+    connection = HTTPConnection(host, port, timeout=2)
+    try:
+        connection.request("GET", f"/health/{state}")
+        status = connection.getresponse().status
+    except (OSError, HTTPException) as error:
+        raise Refused(f"no answer at {host}, port {port}: {type(error).__name__}") from None
+    finally:
+        connection.close()
+    if status != 200:
+        raise Refused(f"not {state}: the answer at {host}, port {port} is {status}")
+    print_lines([state])
+    return OK

@@ -1,0 +1,101 @@
+"""`surface health`: what a container's health check runs."""
+
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Thread
+from urllib.parse import urlsplit
+
+import pytest
+
+from service.cli.main import main
+from service.errors import InvalidSettings
+from service.settings.listening import listening_at
+from service.settings.values import Settings
+from tests.live import running_service
+
+
+@pytest.fixture(autouse=True)
+def _nothing_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("SURFACE_HOST", "SURFACE_PORT"):
+        monkeypatch.delenv(name, raising=False)
+
+
+@contextmanager
+def answering(answer: bytes) -> Iterator[str]:
+    """Port of a server that takes one connection and answers it so."""
+
+    def once() -> None:
+        connection, _ = listener.accept()
+        with connection:
+            connection.recv(1 << 16)
+            connection.sendall(answer)
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        thread = Thread(target=once)
+        thread.start()
+        yield str(listener.getsockname()[1])
+        thread.join()
+
+
+def test_a_service_that_is_well(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with running_service() as url:
+        monkeypatch.setenv("SURFACE_HOST", "0.0.0.0")
+        monkeypatch.setenv("SURFACE_PORT", str(urlsplit(url).port))
+        assert main(["health"]) == main(["health", "--live"]) == 0
+    assert capsys.readouterr().out == "ready\nlive\n"
+
+
+@pytest.mark.parametrize(
+    ("answer", "told"),
+    [
+        (b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\n\r\n", "is 503"),
+        (b"SSH-2.0-OpenSSH_9.2\r\n", "no answer"),
+        (b"", "no answer"),
+    ],
+    ids=["draining", "another program", "silence"],
+)
+def test_one_that_is_not(answer: bytes, told: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with answering(answer) as port:
+        assert main(["health", "--port", port]) == 1
+    shown = capsys.readouterr()
+    assert told in shown.err
+    assert shown.out == ""
+
+
+def test_none_at_all(capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.socket() as nobody:
+        nobody.bind(("127.0.0.1", 0))  # and does not listen
+        assert main(["health", "--port", str(nobody.getsockname()[1])]) == 1
+    assert "no answer at 127.0.0.1" in capsys.readouterr().err
+
+
+def test_where_it_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the service listens, as it reads it itself; and at an address that can be asked."""
+    assert listening_at(None, None) == (Settings().host, Settings().port)
+    assert listening_at("10.1.2.3", "81") == ("10.1.2.3", 81)
+    monkeypatch.setenv("SURFACE_HOST", "::")
+    monkeypatch.setenv("SURFACE_PORT", " 82 ")
+    assert listening_at(None, None) == ("::1", 82)
+
+
+@pytest.mark.parametrize("port", ["0", "65536", "", "http", "-1", "8" * 99, "８"])
+def test_a_port_that_cannot_be_asked(port: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SURFACE_PORT", port)
+    with pytest.raises(InvalidSettings, match=r"^SURFACE_PORT: got"):
+        listening_at(None, None)
+    assert main(["health", "--port", port]) == 2
+
+
+def test_it_waits_for_no_heavy_import() -> None:
+    code = (
+        "import sys; from service.cli.main import main; main(['health', '--port', '1'])\n"
+        "print(*{'numpy', 'pydantic', 'fastapi', 'uvicorn', 'asyncio'} & sys.modules.keys())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "no answer" in done.stderr
+    assert done.stdout == "\n"
