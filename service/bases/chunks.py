@@ -2,10 +2,13 @@
 
 from collections.abc import Iterator
 
+from service.stopping import checkpoint
+
 
 def runs(count: int, step: int) -> Iterator[tuple[int, int]]:
-    """Rows [first, last) of `count`, in order, `step` at a time."""
+    """Rows [first, last) of `count`, in order, `step` at a time; work may be stopped between."""
     for first in range(0, count, step):
+        checkpoint()
         yield first, min(first + step, count)
 
 

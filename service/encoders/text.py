@@ -11,6 +11,7 @@ import orjson
 from numpy.typing import NDArray
 
 from service.bases.arrays import IndexArray, RealArray
+from service.stopping import checkpoint
 
 FLOAT64_CHARS = 24
 """Longest shortest-round-trip float64: sign, 17 digits, point, and e-308 or 0.0000 in front."""
@@ -41,6 +42,7 @@ def json_bound(value: object) -> int:
 
 def json_array(array: NDArray[np.generic]) -> bytes:
     """JSON of one array, made contiguous first where it is not."""
+    checkpoint()
     return json_text(np.ascontiguousarray(array))
 
 
@@ -54,6 +56,7 @@ def rows(array: RealArray | IndexArray | NDArray[np.int64], start: bytes = b"") 
     """
     if not len(array):
         return b""
+    checkpoint()
     inside = json_array(array)[2:-2]
     return start + inside.replace(b"],[", b"\n" + start).replace(b",", b" ") + b"\n"
 

@@ -23,6 +23,7 @@ from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.near import leaders
 from service.engine.options import Method
 from service.engine.raised import lowest
+from service.stopping import checkpoint
 from service.surface.batches import Patches
 from service.surface.sides import BEGINS, ENDS
 
@@ -77,6 +78,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
     curves: list[EdgeCurves] = []
     found = 0
     for sides in _sides_by_degree(batches):
+        checkpoint()
         points, weights, turned = _canonical(sides)
         place = sides.place
         if weights is not None:
@@ -95,6 +97,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
             EdgeCurves(ids, points[distinct], None if weights is None else weights[distinct])
         )
         found += len(distinct)
+    checkpoint()
     corners = np.concatenate([batch.corners for batch in batches]).reshape(-1, 3)
     distinct, number = distinct_rows(corners)
     collapsed = np.concatenate([batch.collapsed for batch in batches])

@@ -28,6 +28,7 @@ from service.engine.patterns import used_samples
 from service.engine.sampling import SampleRows, sample
 from service.engine.scratch import Real
 from service.engine.weld import Welding, count_places, shared_places, weld, without_unused
+from service.stopping import checkpoint
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 
@@ -50,16 +51,21 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     if options.curvatures:
         bent = layout_curvatures(model, layout, dtype)
         rows = replace(rows, channels=(*rows.channels, *bent))
+    checkpoint()
     bounds = deviations(layout, options, rows, origin, lambda: places(layout))
+    checkpoint()
     welding = _weld(layout, rows, options)
+    checkpoint()
     triangles, quads, parts = join(model, layout, welding, options.faces)
     if welding is not None:
         if layout.folds and options.weld:
             welding = without_unused(welding, (triangles, quads))
             triangles, quads, parts = join(model, layout, welding, options.faces)
         rows = rows.take(welding.samples)
+    checkpoint()
     welds = shared_places(welding) if options.weld else None
     boundary, watertight = borders(layout, options, (triangles, quads), welds)
+    checkpoint()
     low, high = stored_bounds(rows.positions, origin)
     uvs, colors, attributes = by_kind(rows.channels)
     return Mesh(

@@ -33,6 +33,7 @@ from service.pipeline.checks import (
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.parametric import patches_of
 from service.pipeline.prediction import Known, predict
+from service.stopping import checkpoint
 from service.surface.lowered import GroupModel, Model
 from service.surface.sweep_model import SweepModel
 
@@ -137,6 +138,7 @@ class Work:
         return make
 
     def _written(self, made: Mesh | Scene) -> bytes:
+        checkpoint()
         return self.fmt.write(made, self.encode)
 
     def _reported(self, made: Mesh | Scene) -> MeshReport:

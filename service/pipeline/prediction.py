@@ -14,6 +14,7 @@ from service.engine.tessellate import predicted_size
 from service.engine.wires.draw import NAME as WIRES
 from service.engine.wires.draw import most_solids
 from service.engine.wires.isocurves import most_isocurves
+from service.stopping import checkpoint
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel
@@ -68,6 +69,7 @@ def _largest(found: Iterable[Attributes]) -> Attributes:
 
 def _predict_alone(model: PatchModel | SweepModel, options: MeshOptions, known: Known) -> MeshSize:
     """Counts of the mesh of a model that is no group."""
+    checkpoint()
     if isinstance(model, SweepModel):
         return _predict_sweep(model, options)
     return _predict_patches(model, options, known)

@@ -19,6 +19,7 @@ from service.schemas.arrays import MATRIX, NumberGrid
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import Name, Omittable, StrictModel, UpField
 from service.schemas.refusals import refusal
+from service.stopping import checkpoint
 from service.surface.group import MAX_MEMBERS, GroupSurface, Member, nested
 
 if TYPE_CHECKING:
@@ -145,6 +146,7 @@ class GroupDefinition(StrictModel):
         """The group itself; raises `InvalidRequest` with pointers relative to it."""
         members = []
         for index, definition in enumerate(self.members):
+            checkpoint()
             try:
                 members.append(definition.to_member())
             except InvalidRequest as error:

@@ -15,6 +15,7 @@ from tests.benchmarks import (
     evaluation,
     hostile,
     methods,
+    patience,
     splines,
     waterfall,
 )
@@ -23,6 +24,8 @@ pin_blas()
 for benchmark in (evaluation, methods, awkward, splines, doors, encoding, compact, waterfall):
     benchmark.run()
     print()
+patience.run()
+print()
 fast = caching.report()
 print()
 sys.exit(0 if hostile.report() and fast else 1)

@@ -26,6 +26,7 @@ import numpy as np
 
 from service.bases.arrays import Bytes, IndexArray, Ints
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject, Packed, View, described, padded
+from service.stopping import checkpoint
 
 EXTENSION = "EXT_meshopt_compression"
 
@@ -87,6 +88,7 @@ def compressed(buffer: BufferBuilder) -> Packed:
     chunks: list[memoryview | bytes] = []
     length = promised = 0
     for view in buffer.views:
+        checkpoint()
         content, more = _encoded(view)
         entry = described(view)
         if len(content) >= view.rows.nbytes:

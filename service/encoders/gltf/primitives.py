@@ -20,6 +20,7 @@ from service.encoders.gltf.columns import Column, Columns, plain_columns, single
 from service.encoders.gltf.materials import LINE_MATERIAL, surface_material
 from service.encoders.gltf.quantized import grid_positions, quantized_columns
 from service.engine.mesh import Mesh, MeshPart
+from service.stopping import checkpoint
 from service.surface.lowered import Color
 
 LINES, TRIANGLES = 1, 4
@@ -53,6 +54,7 @@ def pieces(mesh: Mesh, buffer: BufferBuilder, options: EncodeOptions) -> Iterato
     refuse_quads(mesh, "glTF")
     columns = quantized_columns(mesh) if mesh.step else plain_columns(mesh)
     for part, own, triangles in _parts(mesh):
+        checkpoint()
         mine = {name: column.take(own) for name, column in columns.items()}
         yield Piece(part.name, _primitive(mine, triangles, buffer, options), mesh, part.color)
     for overlay in drawn(mesh.overlays):

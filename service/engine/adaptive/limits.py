@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from math import inf
 
 from service.errors import InvalidRequest, Issue, TooLarge
+from service.stopping import checkpoint
 
 
 @dataclass(slots=True)
@@ -18,7 +19,8 @@ class Effort:
     reserve: float = 0.0
 
     def spend(self, work: float) -> None:
-        """Take work, or refuse."""
+        """Take work, or refuse; or stop, where nobody waits for it any more."""
+        checkpoint()
         self.spent += work
         if self.spent > self.whole - self.reserve:
             raise TooLarge(

@@ -21,6 +21,7 @@ from service.bases.cache import PLANS
 from service.engine.layout import Layout
 from service.engine.options import Faces, MeshOptions
 from service.engine.patterns import AnyShape, TriangleShape, faces, merged_samples
+from service.stopping import checkpoint
 
 NOTHING = (False, False, False, False)
 
@@ -105,6 +106,7 @@ class _Rim:
 
     def missing(self) -> Bools:
         """Which triangles are gone and do not fall to a side of one that is there."""
+        checkpoint()
         there, gone = self.corners[~self.gone], self.corners[self.gone]
         # A triangle without area is a line or a point: two places in any case.
         ends = np.stack([gone.min(axis=1), gone.max(axis=1)], axis=1)

@@ -18,6 +18,7 @@ from service.bases.bernstein import samples
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.evaluation.triangle_nets import neighbours
+from service.stopping import checkpoint
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
 
@@ -40,6 +41,7 @@ def grids(work: GridEvaluation) -> None:
     out = work.positions.reshape(work.patches.count, work.each, 3)
     normals = None if work.normals is None else work.normals.reshape(out.shape)
     for first, last, begin, end in _pieces(work.patches.count, work.each, (p + 1) * (q + 1)):
+        checkpoint()
         nets = work.nets(first, last)
         net = work.local(first, last).reshape(p + 1, q + 1, -1, last - first)
         i, j = np.divmod(np.arange(begin, end), work.shape[1])

@@ -25,6 +25,7 @@ from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.evaluation.triangle_nets import differences
 from service.engine.scratch import Real
+from service.stopping import checkpoint
 
 MAX_DEGREE: dict[Real, int] = {np.float32: 8, np.float64: 16}
 """Rounding grows with 3 to the power of the degree: beyond these it is 1e-3 (float32) or 1e-9
@@ -38,6 +39,7 @@ def grids(work: GridEvaluation) -> None:
     """Points and normals of tensor-product patches: rows along v, as many as fit step together."""
     p, q = work.patches.degree
     for first, last, begin, end in _pieces(work.patches.count, *work.shape):
+        checkpoint()
         nets = work.nets(first, last)
         local = work.local(first, last).reshape(p + 1, q + 1, -1, last - first)
         rows = slice(begin, end)

@@ -22,6 +22,7 @@ from service.engine.evaluation.triangle_nets import differences
 from service.engine.evaluation.triangle_normals import triangle_normals
 from service.engine.evaluation.under_way import ChunkNets, Evaluation, Samples
 from service.engine.scratch import Real, scratch
+from service.stopping import checkpoint
 from service.surface.batches import TrianglePatches
 
 CHUNK_SAMPLES = 18_432
@@ -93,6 +94,7 @@ class TriangleEvaluation(Evaluation):
 
     def _write(self, nets: ChunkNets, patches: slice, samples: slice, product: Product) -> None:
         """Positions and normals: of all samples of some patches, or some samples of one."""
+        checkpoint()
         at = product("at", nets.at)
         self.write_positions(at, self.positions[patches, samples])
         if self.normals is None or nets.du is None or nets.dv is None:

@@ -26,6 +26,7 @@ from service.engine.sweeps.frames import frames
 from service.engine.sweeps.paths import Paths
 from service.engine.sweeps.rows import Rows, Swept, joined
 from service.engine.vectors import cross
+from service.stopping import checkpoint
 
 NO_SIDE = 1e-9
 """Sine of the angle between curve and facing below which no crossbar is at right angles to both."""
@@ -64,11 +65,13 @@ def tubes(
         plane = paths.mitres[:, :, None]
         slide = -(ring * plane).sum(axis=-1) / (tangents * plane).sum(axis=-1)
         reach = ring + slide[..., None] * tangents
+    checkpoint()
     positions = paths.points[:, :, None] + radius[:, None, None] * reach
     leaning = ring
     if slopes is not None and slopes.any():
         leaning = ring - slopes[:, :, None, None] * tangents
         leaning = leaning / np.sqrt(1.0 + slopes**2)[:, :, None, None]
+    checkpoint()
     share = np.arange(sides + 1) / sides
     uvs = np.empty((count, stations, sides + 1, 2))
     uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], share

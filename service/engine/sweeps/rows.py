@@ -8,6 +8,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, IndexArray, Ints
 from service.engine.options import Faces
+from service.stopping import checkpoint
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +66,9 @@ def joined(rows: Rows, faces: Faces) -> Swept:
     each = np.arange(count)[:, None] * (height * width)
     places = (each + place.ravel()).ravel()
     positions = rows.positions.reshape(-1, 3)[places]
+    checkpoint()
     triangles, quads = _faces(number, rows, faces)
+    checkpoint()
     return Swept(
         positions,
         rows.normals.reshape(-1, 3),

@@ -9,6 +9,7 @@ from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
 from service.engine.options import MeshOptions
 from service.engine.sweeps.rows import Swept
 from service.engine.weld import Welding, weld
+from service.stopping import checkpoint
 from service.surface.checks import Up
 
 
@@ -33,11 +34,13 @@ def swept_mesh(
     polygon : ndarray of float64, shape (K, 3), optional
         The control polygon of the curve.
     """
+    checkpoint()
     normals = swept.normals.copy() if options.normals else None
     welding = _weld(swept, normals, options)
     triangles, quads = (
         welding.vertex[rows].astype(np.uint32) for rows in (swept.triangles, swept.quads)
     )
+    checkpoint()
     positions = swept.positions[welding.samples]
     origin = np.zeros(3)
     if single:
@@ -45,6 +48,7 @@ def swept_mesh(
     dtype = np.float32 if single else np.float64
     stored: RealArray = (positions - origin).astype(dtype) if single else positions
     welds = _welds(welding) if options.weld else None
+    checkpoint()
     boundary, watertight = count_borders((triangles, quads), welds)
     low, high = (bound.astype(np.float64) + origin for bound in extent(stored))
     drawn = "control_net" in options.overlays and polygon is not None

@@ -1,0 +1,60 @@
+"""Work that is stopped midway: it ends soon, and leaves nothing behind that others would notice."""
+
+import pytest
+
+from service.encoders.format import EncodeOptions
+from service.encoders.registry import BY_NAME
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import Work, plan
+from service.stopping import Stop, Stopped, stopped_by
+from service.surface.examples import find
+
+KINDS = {
+    "patches": ("utah-teapot", MeshOptions(resolution=(7, 7)), "glb"),
+    "unequal": ("utah-teapot", MeshOptions(resolution=(5, 3)), "json"),
+    "rational": ("sphere", MeshOptions(resolution=(9, 9), curvatures=True), "ply"),
+    "triangles": ("octahedral-sphere", MeshOptions(resolution=(11, 11)), "obj"),
+    "splines": ("bspline-hills", MeshOptions(resolution=(3, 3)), "off"),
+    "forward": ("saddle", MeshOptions(resolution=(30, 30), method="forward_difference"), "glb"),
+    "casteljau": ("saddle", MeshOptions(resolution=(30, 30), method="de_casteljau"), "glb"),
+    "tubes": ("trefoil-tube", MeshOptions(resolution=(20, 20)), "stl"),
+    "groups": ("tea-service", MeshOptions(resolution=(3, 3)), "gltf"),
+    "tolerance": ("utah-teapot", MeshOptions(accuracy=Accuracy(relative_tolerance=0.01)), "glb"),
+    "budget": ("monkey-saddle", MeshOptions(accuracy=Accuracy(max_triangles=90)), "glb"),
+}
+
+
+class Counted(Stop):
+    """Stops at the checkpoint of a number, and counts them."""
+
+    def __init__(self, last: float = float("inf")) -> None:
+        super().__init__()
+        self.seen = 0
+        self._last = last
+
+    def check(self) -> None:
+        self.seen += 1
+        if self.seen > self._last:
+            self.tell()
+        super().check()
+
+
+def planned(kind: str) -> Work:
+    name, options, fmt = KINDS[kind]
+    return plan(find(name).surface(), options, BY_NAME[fmt], EncodeOptions())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_work_stops_wherever_it_is_and_comes_out_the_same_afterwards(kind: str) -> None:
+    expected = planned(kind).run()
+    whole = Counted()
+    with stopped_by(whole):
+        assert planned(kind).run() == expected
+    assert whole.seen >= 3
+    for last in sorted({whole.seen * part // 7 for part in range(7)}):
+        stop = Counted(last)
+        with stopped_by(stop), pytest.raises(Stopped):
+            planned(kind).run()
+        assert stop.seen == last + 1, "it went on after it was told"
+    assert planned(kind).run() == expected
