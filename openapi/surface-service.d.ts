@@ -2368,7 +2368,7 @@ export interface components {
              * @description Kind of problem, stable, for programs.
              * @enum {string}
              */
-            code: "body_too_large" | "body_too_slow" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "result_too_large" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
+            code: "body_too_large" | "body_too_slow" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "key_needed" | "key_unknown" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "result_too_large" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
             /** @description Kind of problem, for people. */
             detail: string;
             /** @description What is wrong, place by place; at most 20 of them. */
@@ -2694,6 +2694,20 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
+        /** @description A key is needed for this. The key is not one of those known here. */
+        KeyNeeded: {
+            headers: {
+                /**
+                 * @description How to come back (RFC 6750).
+                 * @example Bearer realm="surface"
+                 */
+                "WWW-Authenticate": string;
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
         /** @description There is nothing at this address. */
         NotFound: {
             headers: {
@@ -2877,6 +2891,7 @@ export type MemberSurfaceDefinition = components['schemas']['MemberSurfaceDefini
 export type CurveDefinition = components['schemas']['CurveDefinition'];
 export type OperationDefinition = components['schemas']['OperationDefinition'];
 export type ResponseMalformedJson = components['responses']['MalformedJson'];
+export type ResponseKeyNeeded = components['responses']['KeyNeeded'];
 export type ResponseNotFound = components['responses']['NotFound'];
 export type ResponseUnknownSurface = components['responses']['UnknownSurface'];
 export type ResponseMethodNotAllowed = components['responses']['MethodNotAllowed'];
@@ -3017,6 +3032,7 @@ export interface operations {
                 };
             };
             400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
             406: components["responses"]["NotAcceptable"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
@@ -3117,6 +3133,7 @@ export interface operations {
                 };
             };
             400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
@@ -3147,6 +3164,7 @@ export interface operations {
                 };
             };
             400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
@@ -3177,6 +3195,7 @@ export interface operations {
                 };
             };
             400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
@@ -3221,6 +3240,7 @@ export interface operations {
                 };
             };
             400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
             406: components["responses"]["NotAcceptable"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
@@ -3307,6 +3327,7 @@ export interface operations {
                 };
             };
             400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
@@ -3373,6 +3394,7 @@ export interface operations {
                 };
                 content?: never;
             };
+            401: components["responses"]["KeyNeeded"];
             404: components["responses"]["UnknownSurface"];
             422: components["responses"]["InvalidQuery"];
             500: components["responses"]["DamagedObject"];
@@ -3401,6 +3423,7 @@ export interface operations {
                 };
                 content?: never;
             };
+            401: components["responses"]["KeyNeeded"];
             404: components["responses"]["UnknownSurface"];
             405: components["responses"]["MethodNotAllowed"];
             422: components["responses"]["InvalidQuery"];
@@ -3650,6 +3673,7 @@ export interface operations {
                 };
                 content?: never;
             };
+            401: components["responses"]["KeyNeeded"];
             404: components["responses"]["UnknownSurface"];
             406: components["responses"]["CodingNotAcceptable"];
             410: components["responses"]["EngineGone"];

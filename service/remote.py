@@ -1,5 +1,7 @@
 """The same work, done by a service that runs elsewhere."""
 
+import os
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,6 +14,9 @@ from service.schemas.query import values_from_text
 
 PATIENCE = 600.0
 """Seconds to wait for the answer."""
+
+KEY = "SURFACE_KEY"
+"""The environment variable with the key of who asks, where the service needs one."""
 
 
 def remote_mesh(
@@ -109,6 +114,7 @@ def _posted(
 
 def _asked(url: str, wanted: str, method: str, path: str, **request: Any) -> bytes:
     """The body of the answer, if it is of the media type that is wanted."""
+    request["headers"] = {**request.get("headers", {}), **_credentials()}
     try:
         with httpx.Client(base_url=url, timeout=httpx.Timeout(PATIENCE, connect=10)) as client:
             answer = client.request(method, path, **request)
@@ -124,7 +130,19 @@ def _asked(url: str, wanted: str, method: str, path: str, **request: Any) -> byt
         raise ServiceFailed(f"{url}: not a surface service ({answer.status_code} {answer.url})")
     if answer.is_server_error:
         raise ServiceFailed(f"{url} failed: {problem['detail']}")
+    if answer.status_code == httpx.codes.UNAUTHORIZED:
+        raise InvalidRequest(Issue(problem["code"], problem["detail"], needed=f"a key in {KEY}"))
     raise InvalidRequest(*_issues(problem))
+
+
+def _credentials() -> dict[str, str]:
+    """The header that a key in the environment makes; it goes to the service at `--url` alone."""
+    key = os.environ.get(KEY, "")
+    if not key:
+        return {}
+    if not re.fullmatch("[!-~]+", key):
+        raise BadAddress(f"{KEY}: needed a key, letters and digits alone")
+    return {"Authorization": f"Bearer {key}"}
 
 
 def _problem(answer: httpx.Response) -> dict[str, Any]:

@@ -158,6 +158,15 @@ def test_unknown_variable_is_reported(
     assert "SURFACE_MAX_VERTICE" in caplog.text
 
 
+def test_the_key_of_a_client_is_no_setting(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = from_environment()
+    with caplog.at_level(logging.WARNING):
+        assert found(monkeypatch, key="sfk_0") == before
+    assert caplog.text == ""
+
+
 def test_the_page_of_the_settings_is_that_of_the_code() -> None:
     text = PAGE.read_text(encoding="utf-8")
     assert text == page(text), "run `python -m tests.settings_page`"

@@ -30,6 +30,7 @@ from service.api.caching.answers import AnswerCache
 from service.api.caching.flights import Flights
 from service.api.caching.front import Front
 from service.api.cors import CrossOrigin, Origins
+from service.api.guard.guard import guarded
 from service.api.openapi.document import document
 from service.api.static_files import StaticFiles
 from service.api.stored import Loaded
@@ -41,7 +42,7 @@ from service.storage.address import InvalidStore, open_store
 from service.storage.store import SurfaceStore
 
 
-def create_app(settings: Settings | None = None) -> FastAPI:
+def create_app(settings: Settings | None = None) -> "Application":
     """The service as an ASGI application; settings come from the environment if not given."""
     pin_blas()
     app = Application(
@@ -85,7 +86,8 @@ def _add_front(app: Application) -> None:
     app.state.static_files = StaticFiles({**docs.FILES, **page.FILES})
     app.state.loaded = Loaded()
     reachable = CrossOrigin(partial(FastAPI.__call__, app), app.state.origins)
-    app.front = Front(reachable, app.state.answers, app.state.origins)
+    front = Front(reachable, app.state.answers, app.state.origins)
+    app.front = guarded(front, app.state.settings, app.state.origins)
 
 
 def _add_routes(app: FastAPI) -> None:

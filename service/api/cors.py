@@ -26,7 +26,7 @@ EXPOSED = (
 
 _PREFLIGHT: RawHeaders = (
     (b"access-control-allow-methods", b"GET, HEAD, POST"),
-    (b"access-control-allow-headers", b"Content-Type, If-None-Match"),
+    (b"access-control-allow-headers", b"Authorization, Content-Type, If-None-Match"),
     # A day; browsers shorten it to what they like.
     (b"access-control-max-age", b"86400"),
 )

@@ -65,6 +65,14 @@ class UnsupportedMediaType(SurfaceError):
     """The body is said to be something else than what is read here."""
 
 
+class KeyNeeded(SurfaceError):
+    """Nobody may do this without a key, and none was sent."""
+
+
+class KeyUnknown(SurfaceError):
+    """The key that was sent is none of ours."""
+
+
 @dataclass(frozen=True, slots=True)
 class Problem:
     """What a class of errors is over HTTP.
@@ -85,6 +93,10 @@ PROBLEMS: dict[type[SurfaceError], Problem] = {
     MalformedJson: Problem(400, "Bad Request", "malformed_json", "The body is not JSON."),
     MalformedBody: Problem(
         400, "Bad Request", "malformed_body", "The body is not of the type that it is said to be."
+    ),
+    KeyNeeded: Problem(401, "Unauthorized", "key_needed", "A key is needed for this.", "header"),
+    KeyUnknown: Problem(
+        401, "Unauthorized", "key_unknown", "The key is not one of those known here.", "header"
     ),
     UnknownSurface: Problem(
         404, "Not Found", "unknown_surface", "No surface is known by this id.", "parameter"

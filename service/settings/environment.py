@@ -20,6 +20,9 @@ from service.settings.values import Settings
 
 _log = logging.getLogger(__name__)
 
+_OF_CLIENTS = frozenset({f"{PREFIX}KEY"})
+"""Variables of the command line as a client: a machine that serves may have them too."""
+
 
 class _FromEnvironment(Settings):
     """The same, from the environment too."""
@@ -45,7 +48,7 @@ def from_environment() -> Settings:
     """
     known = {variable(name) for name in Settings.model_fields}
     for name in sorted(os.environ):
-        if name.startswith(PREFIX) and name not in known:
+        if name.startswith(PREFIX) and name not in known | _OF_CLIENTS:
             _log.warning("%s is not a setting of this service", name)
     given: dict[str, Any] = {}
     if variable("store") not in os.environ:

@@ -77,6 +77,8 @@ CODES: Mapping[str, str] = MappingProxyType(
         "store_full": "more bytes than the service may still keep",
         "disk_full": "the disk of the service is full",
         # The request around the body.
+        "key_needed": "a call for which a key must be sent, and none was",
+        "key_unknown": "a key that is not known here, or not any more",
         "unknown_surface": "no surface has this id",
         "unknown_suffix": "no format has this suffix",
         "unknown_format": "there is no such format",

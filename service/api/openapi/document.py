@@ -9,6 +9,7 @@ from functools import cache
 
 from service import __version__
 from service.api.openapi import surfaces
+from service.api.openapi.access import SECURITY_SCHEMES, guarded
 from service.api.openapi.answers import ANSWERS
 from service.api.openapi.codes import code_list
 from service.api.openapi.convert import post_convert
@@ -60,7 +61,7 @@ def document() -> Json:
             "description": _DESCRIPTION + code_list(),
         },
         "tags": _TAGS,
-        "paths": _paths(),
+        "paths": guarded(_paths()),
         "components": {
             "schemas": with_named_unions(
                 request_schemas()
@@ -73,6 +74,7 @@ def document() -> Json:
                 }
             ),
             "responses": responses(),
+            "securitySchemes": SECURITY_SCHEMES,
             "examples": meshes(),
         },
     }

@@ -9,6 +9,7 @@ import numpy as np
 from service.api import problems
 from service.api.body import body_too_large, body_too_slow, body_type
 from service.api.caching.requested import check_codings
+from service.api.guard.refusals import REALM, key_needed, key_unknown
 from service.api.mesh_by_url import check_engine
 from service.api.negotiation import by_accept, by_suffix
 from service.api.openapi.references import Json, ref
@@ -87,6 +88,10 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
             "truncated": lambda: _refused(_post(b'{"surface": {')),
             "file": lambda: _refused(lambda: teapot.decode(b"1\n1,2,3,4\n3\n", None, 4)),
         },
+        "KeyNeeded": {
+            "none": lambda: _raised(key_needed()),
+            "unknown": lambda: _raised(key_unknown()),
+        },
         "NotFound": {"no such path": lambda: problem_document(problems.NOT_FOUND)},
         "UnknownSurface": {
             "id": lambda: _refused(lambda: content_id("teapot")),
@@ -134,10 +139,27 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
 )
 
 
+_HEADERS: Mapping[str, Json] = MappingProxyType(
+    {
+        "KeyNeeded": {
+            "WWW-Authenticate": {
+                "required": True,
+                "description": "How to come back (RFC 6750).",
+                "schema": {"type": "string"},
+                "example": REALM,
+            }
+        },
+    }
+)
+
+
 @cache
 def responses() -> dict[str, Json]:
     """The error answers by name."""
-    return {name: _response(examples) for name, examples in _EXAMPLES.items()}
+    found = {name: _response(examples) for name, examples in _EXAMPLES.items()}
+    for name, headers in _HEADERS.items():
+        found[name]["headers"] = headers
+    return found
 
 
 @cache

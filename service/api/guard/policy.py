@@ -1,0 +1,38 @@
+"""What a request needs: nothing, or a key; told by its method and its path alone."""
+
+from typing import Literal, TypeAlias
+
+from service.settings.values import Settings
+
+Need: TypeAlias = Literal["nothing", "key", "key or signature"]
+
+READING = frozenset({"GET", "HEAD", "OPTIONS"})
+"""Methods that change nothing, and compute only what has an address."""
+
+HEALTH = frozenset({"/health", "/health/live", "/health/ready"})
+METRICS = "/metrics"
+
+_LISTS = frozenset({"/v1/formats", "/v1/surfaces"})
+
+
+class Policy:
+    """The rules, by settings.
+
+    Whatever is not a page, a list or the service's own state is closed where it can be: a new call
+    below `/v1` needs a key until somebody decides otherwise.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self.has_keys = bool(settings.api_keys or settings.api_keys_file)
+        self._private = not settings.public_reads
+        self._metrics = settings.metrics == "key"
+
+    def need(self, method: str, path: str) -> Need:
+        """What a request needs to be answered."""
+        if method not in READING:
+            return "key" if self.has_keys else "nothing"
+        if path == METRICS and self._metrics:
+            return "key"
+        if self._private and path.startswith("/v1/") and path not in _LISTS:
+            return "key or signature"
+        return "nothing"

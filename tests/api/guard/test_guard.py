@@ -1,0 +1,155 @@
+"""What needs a key, and what is answered without one."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from starlette.types import Message, Receive, Scope, Send
+
+from service.api.app import create_app
+from service.api.caching.front import Front
+from service.api.guard.keys import entry_line, new_key
+from service.errors import InvalidSettings
+from service.settings.values import Settings
+from tests.api.client import Client, client_of
+
+KEY = new_key()
+SETTINGS = Settings(api_keys=(entry_line("bob", new_key()), entry_line("alice", KEY)))
+WITH = {"Authorization": f"Bearer {KEY}"}
+NET = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
+MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
+OPEN = ("/v1/surfaces", "/v1/formats", "/openapi.json", "/docs", "/health", "/health/live")
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    with client_of(create_app(SETTINGS)) as client:
+        yield client
+
+
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [
+        *(("POST", f"/v1/{name}") for name in ("mesh", "points", "curve", "estimate", "convert")),
+        ("POST", "/v1/surfaces"),
+        ("DELETE", "/v1/surfaces/" + "0" * 64),
+        ("PUT", "/v1/surfaces/saddle"),
+        ("BREW", "/nothing"),
+    ],
+)
+def test_whatever_computes_or_stores_needs_a_key(client: Client, method: str, path: str) -> None:
+    answer = client.request(method, path, b"{}", {"Content-Type": "application/json"})
+    assert answer.status_code == 401
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert answer.headers["www-authenticate"] == 'Bearer realm="surface"'
+    assert answer.headers["cache-control"] == "no-store"
+    assert answer.json()["code"] == answer.json()["errors"][0]["code"] == "key_needed"
+    assert answer.json()["errors"][0]["header"] == "Authorization"
+
+
+def test_a_key_lets_in(client: Client) -> None:
+    assert client.post("/v1/mesh", NET, WITH).status_code == 200
+    assert client.post("/v1/surfaces", NET, WITH).status_code == 201
+    assert client.request("DELETE", "/v1/surfaces/saddle", headers=WITH).status_code == 405
+
+
+@pytest.mark.parametrize(
+    "value", [f"Bearer {new_key()}", f"Bearer {KEY[:-1]}", "Bearer", "Bearer \xff", f"bearer,{KEY}"]
+)
+def test_another_key_does_not(client: Client, value: str) -> None:
+    headers = {"Authorization": value.encode("latin-1")}
+    answer = client.request("POST", "/v1/mesh", b"", headers)  # type: ignore[arg-type]
+    assert answer.status_code == 401
+    known = answer.json()["code"] == "key_needed"
+    assert known is ("," in value)
+    assert ("invalid_token" in answer.headers["www-authenticate"]) is not known
+    assert KEY not in answer.text
+
+
+def test_a_key_in_the_address_is_none(client: Client) -> None:
+    for name in ("key", "api_key", "access_token", "Authorization"):
+        answer = client.post(f"/v1/mesh?{name}={KEY}", NET)
+        assert answer.json()["code"] == "key_needed"
+        assert KEY not in answer.text
+
+
+@pytest.mark.parametrize("path", [*OPEN, MESH, "/v1/surfaces/saddle"])
+def test_what_is_read_by_an_address_stays_open(client: Client, path: str) -> None:
+    assert client.get(path).status_code in (200, 503)
+    assert client.request("HEAD", path).status_code in (200, 503)
+    assert client.get(path, {"Authorization": "Bearer none"}).status_code in (200, 503)
+
+
+def test_without_keys_nothing_is_checked_and_there_is_no_guard() -> None:
+    app = create_app(Settings())
+    assert isinstance(app.front, Front)
+    with client_of(app) as client:
+        assert client.post("/v1/mesh", NET).status_code == 200
+
+
+def test_keys_may_stand_in_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "keys"
+    file.write_text(entry_line("alice", KEY), encoding="utf-8")
+    with client_of(create_app(Settings(api_keys_file=str(file)))) as client:
+        assert client.post("/v1/mesh", NET).status_code == 401
+        assert client.post("/v1/mesh", NET, WITH).status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (Settings(api_keys=("alice:0123",)), "^SURFACE_API_KEYS: key 1 "),
+        (Settings(api_keys_file="/nowhere/keys"), "^SURFACE_API_KEYS_FILE: it cannot be read"),
+        (Settings(metrics="key"), "^SURFACE_METRICS: got 'key' where there are no keys"),
+    ],
+)
+def test_settings_that_make_no_sense_stop_the_start(settings: Settings, message: str) -> None:
+    with pytest.raises(InvalidSettings, match=message) as caught:
+        create_app(settings)
+    assert "0123" not in str(caught.value)
+
+
+def test_scripts_of_other_origins_may_send_keys_and_read_refusals(client: Client) -> None:
+    origin = {"Origin": "https://example.com"}
+    asked = {"Access-Control-Request-Method": "POST"}
+    before = client.request("OPTIONS", "/v1/mesh", headers=origin | asked)
+    assert before.status_code == 204
+    allowed = before.headers["access-control-allow-headers"].lower().split(", ")
+    assert "authorization" in allowed
+    refused = client.post("/v1/mesh", NET, origin)
+    assert refused.status_code == 401
+    assert refused.headers["access-control-allow-origin"] == "*"
+
+
+def test_the_name_of_the_key_is_told_to_who_stands_around() -> None:
+    app = create_app(SETTINGS)
+    seen: list[Scope] = []
+    inner = app.front
+
+    async def front(scope: Scope, receive: Receive, send: Send) -> None:
+        seen.append(scope)
+        await inner(scope, receive, send)
+
+    app.front = front
+    with client_of(app) as client:
+        client.post("/v1/mesh", NET, WITH)
+        client.get(MESH, WITH)
+        client.get(MESH)
+        client.post("/v1/mesh", NET)
+    assert [scope["state"].get("key") for scope in seen] == ["alice", "alice", None, None]
+    assert seen[-1]["state"]["problem"] == "key_needed"
+
+
+def test_other_protocols_go_their_way(client: Client) -> None:
+    """The life of the server, which has neither a method nor headers."""
+    app = create_app(SETTINGS)
+    sent: list[Message] = []
+
+    async def receive() -> Message:
+        return {"type": "lifespan.startup" if not sent else "lifespan.shutdown"}
+
+    async def send(message: Message) -> None:
+        sent.append(message)
+
+    client.call(app, {"type": "lifespan", "app": app, "state": {}}, receive, send)
+    assert [m["type"] for m in sent] == ["lifespan.startup.complete", "lifespan.shutdown.complete"]

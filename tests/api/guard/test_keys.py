@@ -1,0 +1,107 @@
+"""Keys: how they are made, listed, recognised and sent."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+from service.api.guard import keys
+from service.api.guard.keys import InvalidKeys, bearer, entries, entry_line, new_key, owner
+
+OLD, NEW = new_key(), new_key()
+KNOWN = entries([entry_line("alice", OLD), entry_line("alice", NEW), entry_line("bob", new_key())])
+
+
+def test_a_key_is_256_bits_that_nobody_else_has() -> None:
+    assert re.fullmatch("sfk_[0-9a-f]{64}", NEW)
+    assert len({new_key() for _ in range(100)}) == 100
+
+
+def test_the_service_is_told_a_hash_and_never_the_key() -> None:
+    line = entry_line("alice", NEW)
+    assert line.startswith("alice:")
+    assert NEW.removeprefix(keys.PREFIX) not in line
+
+
+def test_old_and_new_keys_hold_together() -> None:
+    assert owner(OLD.encode(), KNOWN) == owner(NEW.encode(), KNOWN) == "alice"
+    assert owner(new_key().encode(), KNOWN) is None
+    assert owner(NEW.encode(), ()) is None
+
+
+def test_what_differs_anywhere_is_another_key() -> None:
+    for at in range(len(NEW)):
+        other = NEW[:at] + ("0" if NEW[at] != "0" else "1") + NEW[at + 1 :]
+        assert owner(other.encode(), KNOWN) is None
+    for other in (NEW.upper(), NEW[:-1], NEW + "0", NEW + "\n", ""):
+        assert owner(other.encode(), KNOWN) is None
+
+
+def test_a_password_whose_hash_is_listed_is_no_key() -> None:
+    assert owner(b"password", entries([entry_line("eve", "password")])) is None
+
+
+def test_all_keys_are_compared_wherever_the_right_one_stands(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    compared: list[bytes] = []
+
+    def compare(mine: bytes, other: bytes) -> bool:
+        compared.append(mine)
+        return mine == other
+
+    monkeypatch.setattr(keys, "compare_digest", compare)
+    for key in (OLD, NEW, new_key()):
+        compared.clear()
+        owner(key.encode(), KNOWN)
+        assert compared == [entry.digest for entry in KNOWN]
+
+
+@pytest.mark.parametrize(
+    "line", ["alice", "alice:", "alice:00", ":" + "0" * 64, "a b:" + "0" * 64, "alice:" + "g" * 64]
+)
+def test_wrong_entries_are_told_by_their_number_and_not_repeated(line: str) -> None:
+    with pytest.raises(InvalidKeys, match="key 2 ") as caught:
+        entries([entry_line("bob", NEW), line])
+    assert "alice" not in str(caught.value)
+    assert "0000" not in str(caught.value)
+
+
+def test_a_key_in_place_of_its_hash_is_refused_and_not_repeated() -> None:
+    with pytest.raises(InvalidKeys) as caught:
+        entries([f"alice:{NEW}"])
+    assert NEW not in str(caught.value)
+
+
+def test_one_key_is_listed_once_and_keys_are_not_endless() -> None:
+    with pytest.raises(InvalidKeys, match="twice"):
+        keys.together(entries([entry_line("alice", NEW)]), entries([entry_line("bob", NEW)]))
+    many = entries([entry_line("alice", str(i)) for i in range(keys.MOST + 1)])
+    with pytest.raises(InvalidKeys, match="too many"):
+        keys.together(many)
+
+
+@pytest.mark.parametrize(
+    ("header", "key"),
+    [
+        (None, None),
+        (b"", None),
+        (b"Bearer abc", b"abc"),
+        (b"bearer  abc ", b"abc"),
+        (b"Bearer", b""),
+        (b"Basic YWxpY2U6c2VjcmV0", None),
+        (b"abc", None),
+    ],
+)
+def test_keys_come_as_bearer_tokens(header: bytes | None, key: bytes | None) -> None:
+    assert bearer(header) == key
+
+
+def test_the_command_prints_a_key_and_what_the_service_is_told() -> None:
+    command = [sys.executable, "-m", "service", "key", "alice"]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    (_, key), (_, line) = (each.split() for each in printed.splitlines())
+    assert owner(key.encode(), entries([line])) == "alice"
+    wrong = subprocess.run([*command[:-1], "a b"], capture_output=True, text=True, check=False)
+    assert (wrong.returncode, wrong.stdout) == (2, "")

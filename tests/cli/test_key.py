@@ -1,0 +1,45 @@
+"""A service that needs a key, from the command line."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from service.api.guard.keys import entry_line, new_key
+from service.cli.main import main
+from service.settings.values import Settings
+from tests.live import running_service
+
+KEY = new_key()
+MESH = ["mesh", "saddle", "--resolution", "1", "-o", "-", "--format", "json"]
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[str]:
+    settings = Settings(api_keys=(entry_line("alice", KEY),), public_reads=False)
+    with running_service(settings) as url:
+        yield url
+
+
+def test_the_key_of_the_environment_is_sent(
+    server: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("SURFACE_KEY", KEY)
+    assert main([*MESH, "--url", server]) == 0
+    assert '"vertices"' in capsys.readouterr().out
+    assert main(["store", "saddle", "--url", server]) == 0
+
+
+@pytest.mark.parametrize(("key", "code"), [("", 1), ("sfk_0", 1), ("sfk_0\n", 2), ("schlüssel", 2)])
+def test_without_it_the_line_says_where_it_belongs(
+    server: str,
+    key: str,
+    code: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv("SURFACE_KEY", key)
+    assert main([*MESH, "--url", server]) == code
+    output = capsys.readouterr()
+    assert "SURFACE_KEY" in output.err
+    assert output.out == ""
+    assert not key or key not in output.err
