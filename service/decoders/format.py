@@ -29,6 +29,8 @@ class Decoder:
         Of the bytes, the kind of surface that is asked for (None leaves the choice to the file) and
         the most control points. Its answer is to be checked like any document: it has the values of
         the file, whatever they are.
+    weight : float
+        Bytes for each byte of a file, its own included, until it has become a surface.
     """
 
     name: str
@@ -38,6 +40,11 @@ class Decoder:
     binary: bool
     kinds: tuple[str, ...]
     decode: Callable[[bytes, str | None, int], Tree]
+    weight: float
+
+    def memory(self, length: int) -> int:
+        """Bytes that a file of this length takes at most until it has become a surface."""
+        return int(self.weight * length)
 
 
 def malformed(message: str, got: str, needed: str) -> MalformedBody:

@@ -19,6 +19,7 @@ DECODERS: tuple[Decoder, ...] = (
         binary=True,
         kinds=npy.KINDS,
         decode=npy.decode,
+        weight=8,
     ),
     Decoder(
         name="oogl",
@@ -28,6 +29,7 @@ DECODERS: tuple[Decoder, ...] = (
         binary=False,
         kinds=oogl.KINDS,
         decode=oogl.decode,
+        weight=24,
     ),
     Decoder(
         name="teapot",
@@ -37,6 +39,7 @@ DECODERS: tuple[Decoder, ...] = (
         binary=False,
         kinds=teapot.KINDS,
         decode=teapot.decode,
+        weight=24,
     ),
 )
 """In the order in which they are listed."""

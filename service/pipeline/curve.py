@@ -8,6 +8,7 @@ from service.engine.curves.options import CurveOptions
 from service.engine.curves.trace import choose_samples, trace
 from service.errors import Issue, TooLarge
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.memory import tracing
 from service.surface.curve_pieces import CurvePieces
 
 
@@ -48,6 +49,15 @@ class CurveWork:
         at = choose_samples(self.pieces, self.options, self.most, single=self.fmt.single)
         _check_curve(self, len(at))
         return self.fmt.encode(trace(self.pieces, at, self.options, single=self.fmt.single))
+
+    @property
+    def memory(self) -> int:
+        """Bytes that the work takes at most, the curve and the file included."""
+        points = self.points
+        most = self.fmt.byte_bound(CurveSize(points, len(self.pieces.name.encode())))
+        if self.options.tolerance is not None:
+            most = min(most, self.limits.max_bytes)
+        return tracing(self.pieces.points.nbytes, points, most)
 
     @property
     def points(self) -> int:

@@ -11,6 +11,7 @@ from service.engine.options import MeshOptions
 from service.errors import Issue, SurfaceError, TooLarge
 from service.pipeline.foresight import foreseen
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.memory import check_lowering
 from service.pipeline.mesh import PLAIN, Lowerable, carried, plan_model, shares
 from service.pipeline.prediction import Known, predict
 
@@ -60,6 +61,7 @@ def estimate(
 
     At a small part of the cost: shared edges are found, and nothing is evaluated.
     """
+    check_lowering(surface, limits)
     model = surface.lower()
     if options.curvatures:
         # Copies that are bent in different ways are stored apart.

@@ -1,5 +1,6 @@
 """How large, and how long, a result may become."""
 
+import sys
 from dataclasses import dataclass
 
 from service.errors import Issue, TooLarge
@@ -9,6 +10,8 @@ from service.errors import Issue, TooLarge
 class Limits:
     """The largest result that is computed: vertices, bytes of one answer, points of a query.
 
+    `max_patches` are those that a surface may become; `max_memory` are the bytes that one piece of
+    work may take, its answer included.
     `max_multiplications` is the most that the method `de_casteljau`, a query, a curve, or what is
     swept along curves may take: seconds.
     """
@@ -17,6 +20,8 @@ class Limits:
     max_bytes: int = 256 << 20
     max_points: int = 250_000
     max_multiplications: int = 5_000_000_000
+    max_patches: int = 1_000_000
+    max_memory: int = sys.maxsize
 
     def check_bytes(self, most: int, message: str, where: str) -> None:
         """Refuses an answer that may have more bytes than are allowed; `where` asked for it."""
@@ -30,6 +35,13 @@ class Limits:
             needed = f"at most {self.max_multiplications}; {instead}"
             got = f"up to {count} multiplications"
             raise TooLarge(Issue("too_costly", message, where, got, needed))
+
+    def check_memory(self, most: int, what: str, where: str, instead: str) -> None:
+        """Refuses `what` may take too much memory; `instead` is what would take less."""
+        if most > self.max_memory:
+            message = f"{what} would take more memory than this service has for one request."
+            needed = f"at most {self.max_memory}; {instead}"
+            raise TooLarge(Issue("too_much_memory", message, where, f"up to {most} bytes", needed))
 
 
 DEFAULT_LIMITS = Limits()

@@ -31,6 +31,7 @@ from service.pipeline.checks import (
     check_wires,
 )
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.memory import check_lowering, meshing, model_bytes
 from service.pipeline.parametric import patches_of
 from service.pipeline.prediction import Known, predict
 from service.stopping import checkpoint
@@ -76,6 +77,11 @@ class Work:
     size: MeshSize
     stored: MeshSize
     limits: Limits = DEFAULT_LIMITS
+
+    @property
+    def memory(self) -> int:
+        """Bytes that the work takes at most, the model and the file included."""
+        return meshing(self.fmt, self.encode, self.size, self.stored, model_bytes(self.model))
 
     def run(self) -> bytes:
         """The file.
@@ -167,6 +173,7 @@ def plan(
         From the shapes alone: nothing large has been allocated. How large a mesh by tolerance
         becomes is known only when it is made; `Work.run` refuses it as soon as it is too large.
     """
+    check_lowering(surface, limits)
     return plan_model(surface.lower(), options, fmt, encode, limits)
 
 
@@ -197,7 +204,11 @@ def plan_model(
         check_sweeps(model, options, limits)
         check_method(model, options, fmt, limits)
         check_bytes(stored, fmt, encode, limits)
-    return Work(model, options, fmt, encode, size, stored, limits)
+    work = Work(model, options, fmt, encode, size, stored, limits)
+    if options.accuracy is None:
+        less = "a lower resolution, or another format"
+        limits.check_memory(work.memory, "The mesh", "/resolution", less)
+    return work
 
 
 def render(

@@ -7,6 +7,7 @@ from service.engine.points.answer import effort, points
 from service.engine.points.places import Places, Query, locate
 from service.errors import Issue, TooLarge
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.memory import answering, check_lowering, model_bytes
 from service.pipeline.mesh import Lowerable
 from service.pipeline.parametric import parametric
 from service.surface.lowered import PatchModel
@@ -19,6 +20,11 @@ class PointsWork:
     model: PatchModel
     places: Places
     order: int
+
+    @property
+    def memory(self) -> int:
+        """Bytes that the work takes at most, the model and the answer included."""
+        return answering(model_bytes(self.model), len(self.places.patch), self.order)
 
     def run(self) -> bytes:
         """The answer as JSON."""
@@ -36,6 +42,7 @@ def plan_points(surface: Lowerable, query: Query, limits: Limits = DEFAULT_LIMIT
         From the number of places, and the degrees of the patches on which they lie.
     """
     _check_points(query, limits)
+    check_lowering(surface, limits)
     model = parametric(surface.lower())
     places = locate(model, query)
     count = effort(model, places, query.order)
@@ -45,7 +52,10 @@ def plan_points(surface: Lowerable, query: Query, limits: Limits = DEFAULT_LIMIT
         f"/{query.field}",
         "fewer points on fewer patches at once",
     )
-    return PointsWork(model, places, query.order)
+    work = PointsWork(model, places, query.order)
+    where = f"/{query.field}"
+    limits.check_memory(work.memory, "The answer", where, "fewer points at once")
+    return work
 
 
 def _check_points(query: Query, limits: Limits) -> None:

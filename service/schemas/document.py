@@ -20,6 +20,16 @@ MAX_STRINGS = 50_000
 BYTES_PER_VALUE = 256
 """Bytes that a number may take with its indentation; all its digits need 25."""
 
+PARSED = 16
+"""Bytes that the parser needs for a value while it reads, beside a copy of the text."""
+
+NUMBER, LIST, OBJECT, STRING = 32, 72, 1500, 100
+"""Bytes of what a text becomes: a number with its place in a list; a list; an object and what is
+made of it; a string."""
+
+ARRAYS = 32
+"""Bytes for each number while lists become arrays, and these are checked."""
+
 FREE_BYTES = 1 << 20
 FREE_VALUES = 1000
 """What every document may have, however little it asks for."""
@@ -73,6 +83,7 @@ class Budget:
     received: int = 0
     commas: int = 0
     brackets: int = 0
+    braces: int = 0
     quotes: int = 0
 
     def take(self, chunk: bytes) -> None:
@@ -85,7 +96,9 @@ class Budget:
         """
         self.received += len(chunk)
         self.commas += chunk.count(b",")
-        self.brackets += chunk.count(b"[") + chunk.count(b"{")
+        braces = chunk.count(b"{")
+        self.braces += braces
+        self.brackets += chunk.count(b"[") + braces
         self.quotes += chunk.count(b'"')
         points = self.limits.max_control_points
         commas = 6 * points + 4 * self.queries + FREE_VALUES
@@ -117,6 +130,16 @@ class Budget:
                     needed=f"at most {BYTES_PER_VALUE} bytes a value beyond the first MiB",
                 )
             )
+
+    @property
+    def memory(self) -> int:
+        """Bytes that the text so far takes at most until it has become a surface, its own too."""
+        values = self.commas + self.brackets + 1
+        lists = self.brackets - self.braces
+        made = NUMBER * values + LIST * lists + OBJECT * self.braces + STRING * self.quotes // 2
+        # First the parser has a copy of the text, then lists become arrays.
+        beside = max(self.received + PARSED * values, ARRAYS * values)
+        return self.received + made + beside
 
     def _needed(self) -> str:
         needed = (

@@ -15,6 +15,9 @@ from service.settings.kinds import Bytes, Seconds, Secrets, Texts
 from service.settings.listening import HOST, PORT, PREFIX
 from service.surface.checks import MAX_DEGREE
 
+WORKING = 65
+"""Percentage of the memory that surfaces, meshes and answers may take; bodies may take the rest."""
+
 
 class Settings(BaseSettings):
     """What an operator may choose; as it stands here, the defaults.
@@ -217,6 +220,16 @@ class Settings(BaseSettings):
         return (sources["init_settings"],)
 
     @property
+    def working_bytes(self) -> int:
+        """The share of `memory_bytes` for what is computed; one request may take all of it."""
+        return self.memory_bytes * WORKING // 100
+
+    @property
+    def arriving_bytes(self) -> int:
+        """The share for bodies, and for what they become."""
+        return self.memory_bytes - self.working_bytes
+
+    @property
     def workers(self) -> int:
         """Number of threads, with 0 resolved."""
         return self.threads or os.cpu_count() or 1
@@ -229,4 +242,10 @@ def document_limits(settings: Settings) -> DocumentLimits:
 
 def result_limits(settings: Settings) -> Limits:
     """The settings that the pipeline needs."""
-    return Limits(settings.max_vertices, settings.max_response_bytes, settings.max_points)
+    return Limits(
+        settings.max_vertices,
+        settings.max_response_bytes,
+        settings.max_points,
+        max_patches=settings.max_patches,
+        max_memory=settings.working_bytes,
+    )

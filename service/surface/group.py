@@ -1,7 +1,7 @@
 """A group: surfaces with names, colours and places of their own, equal ones lowered once."""
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
@@ -9,10 +9,14 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, pointer
+from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_COORDINATE, Up, check_up
 from service.surface.lowered import Color, GroupModel, PatchModel, PlacedModel
+from service.surface.patches import PatchSurface
 from service.surface.placement import checked_matrix, placed_bounds, upright
 from service.surface.sweep_model import SweepModel
+from service.surface.triangle import TriangleSurface
 
 if TYPE_CHECKING:
     from service.surface import Surface
@@ -91,7 +95,6 @@ class GroupSurface:
     members: tuple[Member, ...]
     up: Up = "y"
     name: str = "group"
-    _model: GroupModel = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         check_up(self.up)
@@ -105,11 +108,28 @@ class GroupSurface:
                     f"1 to {MAX_MEMBERS}",
                 )
             )
-        object.__setattr__(self, "_model", _lowered(self))
+        for index, member in enumerate(self.members):
+            _check_place(member, self.up, index)
 
     def lower(self) -> GroupModel:
         """The different surfaces, each lowered once, and where their copies stand."""
-        return self._model
+        surfaces, numbers = distinct(self.members)
+        models: list[PatchModel | SweepModel] = []
+        for surface in surfaces:
+            model = surface.lower()
+            if isinstance(model, GroupModel):
+                raise InvalidRequest(nested(""))  # refused when the member was born
+            models.append(model)
+        placed = tuple(
+            PlacedModel(
+                member.name or member.surface.name,
+                number,
+                _with_opacity(member.color),
+                upright(member.matrix, member.surface.up, self.up),
+            )
+            for member, number in zip(self.members, numbers, strict=True)
+        )
+        return GroupModel(self.name, tuple(models), placed, self.up)
 
 
 def nested(where: str) -> Issue:
@@ -139,39 +159,56 @@ def content_key(value: Any) -> Hashable:
     return value  # type: ignore[no-any-return]
 
 
-def _lowered(group: GroupSurface) -> GroupModel:
-    """The group's model; checks on the way that every member stands within float32."""
-    numbers: dict[Hashable, int] = {}
-    models: list[PatchModel | SweepModel] = []
-    placed: list[PlacedModel] = []
-    for index, member in enumerate(group.members):
+def distinct(members: tuple[Member, ...]) -> tuple[list["Surface"], list[int]]:
+    """The surfaces that are different models, and the number among them of each member's."""
+    found: dict[Hashable, int] = {}
+    surfaces: list[Surface] = []
+    numbers = []
+    for member in members:
         surface = member.surface
-        key = (type(surface), *_content_of(surface))
-        number = numbers.setdefault(key, len(models))
-        if number == len(models):
-            model = surface.lower()
-            if isinstance(model, GroupModel):
-                raise InvalidRequest(nested(f"/members/{index}/surface/type"))
-            models.append(model)
-        matrix = upright(member.matrix, surface.up, group.up)
-        low, high = placed_bounds(models[number].bounds, matrix)
-        furthest = float(max(-low.min(), high.max()))
-        if furthest > MAX_COORDINATE:
-            raise InvalidRequest(
-                Issue(
-                    "coordinate_too_large",
-                    "Coordinates are stored in single precision.",
-                    pointer(("members", index, "matrix")),
-                    f"points placed as far as {furthest:.6g}",
-                    f"at most {MAX_COORDINATE:.7g}",
-                )
+        number = found.setdefault((type(surface), *_content_of(surface)), len(surfaces))
+        if number == len(surfaces):
+            surfaces.append(surface)
+        numbers.append(number)
+    return surfaces, numbers
+
+
+def _check_place(member: Member, up: Up, index: int) -> None:
+    """Refuses a member whose control points would stand beyond float32."""
+    matrix = upright(member.matrix, member.surface.up, up)
+    low, high = placed_bounds(_bounds(member.surface), matrix)
+    furthest = float(max(-low.min(), high.max()))
+    if furthest > MAX_COORDINATE:
+        raise InvalidRequest(
+            Issue(
+                "coordinate_too_large",
+                "Coordinates are stored in single precision.",
+                pointer(("members", index, "matrix")),
+                f"points placed as far as {furthest:.6g}",
+                f"at most {MAX_COORDINATE:.7g}",
             )
-        color = member.color
-        rgba: Color | None = None
-        if color is not None:
-            rgba = (color[0], color[1], color[2], color[3] if len(color) > 3 else 1.0)
-        placed.append(PlacedModel(member.name or surface.name, number, rgba, matrix))
-    return GroupModel(group.name, tuple(models), tuple(placed), group.up)
+        )
+
+
+def _bounds(surface: "Surface") -> tuple[FloatArray, FloatArray]:
+    """Least and greatest coordinates that a surface stays within; it need not be lowered."""
+    if isinstance(surface, PatchSurface):
+        points = surface.vertices
+    elif isinstance(surface, BezierSurface | BsplineSurface | TriangleSurface):
+        points = surface.control_net.reshape(-1, 3)
+    else:
+        model = surface.lower()
+        if isinstance(model, GroupModel):
+            raise InvalidRequest(nested(""))  # refused when the member was born
+        return model.bounds
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _with_opacity(color: tuple[float, ...] | None) -> Color | None:
+    """The colour as four numbers."""
+    if color is None:
+        return None
+    return color[0], color[1], color[2], color[3] if len(color) > 3 else 1.0
 
 
 def _content_of(surface: "Surface") -> tuple[Hashable, ...]:

@@ -70,6 +70,8 @@ CODES: Mapping[str, str] = MappingProxyType(
         "too_many_vertices": "a mesh or curve of more vertices than are answered",
         "too_many_triangles": "a tolerance that takes more triangles than are allowed",
         "too_many_bytes": "an answer of more bytes than are sent",
+        "too_many_patches": "a surface of more Bézier patches than are taken",
+        "too_much_memory": "work that would take more memory than there is for one request",
         "too_costly": "work of more than some seconds",
         "unsupported_by_format": "quads, lines, wires or a compact form where the format has none",
         "compression_unavailable": "a compression whose library the service was installed without",

@@ -1,0 +1,141 @@
+"""How much memory a step takes at most, from shapes alone: before anything is allocated.
+
+Every number counts the bytes above what was there before the step, its result included, until the
+step is over.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from service.encoders import json_points
+from service.encoders.format import EncodeOptions, Format, MeshSize
+from service.errors import Issue, TooLarge
+from service.pipeline.limits import Limits
+from service.surface import Surface
+from service.surface.convert.operations import Elevate, Operation, Split, ToTriangle
+from service.surface.group import GroupSurface
+from service.surface.lowered import GroupModel, Model, PatchModel
+from service.surface.sizes import NUMBER, LoweredSize, lowered_size
+
+if TYPE_CHECKING:
+    from service.pipeline.mesh import Lowerable
+
+SEAMS, SIDES = 1000, 7
+"""Bytes for each patch, and for each byte of its sides, that finding shared edges takes."""
+
+POINT = 1500
+"""Bytes that a place of a surface, or a point of a curve, takes while it is computed."""
+
+CONVERTED = 1000
+"""Bytes that a control point takes while it is converted and written."""
+
+WORKING = 16 << 20
+"""Bytes of work arrays, which do not grow with what is computed in them."""
+
+
+def lowering(surface: "Lowerable") -> int:
+    """Lowering a surface to patches, and finding out how large its mesh becomes."""
+    return _lowering(_size(surface))
+
+
+def model_bytes(model: Model) -> int:
+    """Bytes of the arrays of a model."""
+    if isinstance(model, GroupModel):
+        return sum(map(model_bytes, model.models))
+    if not isinstance(model, PatchModel):
+        pieces = model.pieces
+        return pieces.points.nbytes + (0 if pieces.weights is None else pieces.weights.nbytes)
+    arrays = [model.order, model.sequence, model.control_net]
+    for batch in model.batches:
+        arrays += [batch.points, batch.weights, *(channel.nets for channel in batch.channels)]
+    return sum(int(array.nbytes) for array in arrays if array is not None)
+
+
+def estimating(surface: "Lowerable") -> int:
+    """What `service.pipeline.estimate.estimate` takes."""
+    return lowering(surface) + WORKING
+
+
+def meshing(
+    fmt: Format, encode: EncodeOptions, size: MeshSize, stored: MeshSize, model: int
+) -> int:
+    """A mesh of this size as a file, from the `model` on, which has so many bytes."""
+    seams = size.patches * (SEAMS + SIDES * 8 * 4 * 16)
+    samples = 300 * (size.vertices + size.overlay_points)
+    faces = 60 * (size.triangles + size.quads)
+    return model + WORKING + seams + samples + faces + 6 * fmt.byte_bound(stored, encode)
+
+
+def compressing(length: int) -> int:
+    """An answer of so many bytes in another coding."""
+    return 2 * length + WORKING
+
+
+def answering(model: int, places: int, order: int) -> int:
+    """The answer to a query of so many places, from the `model` on, which has so many bytes."""
+    return model + WORKING + POINT * places + 3 * json_points.byte_bound(places, order)
+
+
+def tracing(pieces: int, points: int, file: int) -> int:
+    """A curve as a file of so many bytes at most, from its pieces on, which have so many bytes."""
+    return pieces + WORKING + POINT * points + 3 * file
+
+
+def converting(surface: Surface, operations: Sequence[Operation], allowed: int) -> int:
+    """A surface after some operations, none of which may lead to more control points than allowed.
+
+    Every Bézier patch, or span, is counted with all of its points.
+    """
+    size = lowered_size(surface)
+    p, q = _degree(surface)
+    patches = max(1, size.patches)
+    most = patches * (p + 1) * (q + 1)
+    for operation in operations:
+        if isinstance(operation, Elevate):
+            p, q = max(p, operation.degree[0]), max(q, operation.degree[1])
+        elif isinstance(operation, Split):
+            patches *= 4
+        elif isinstance(operation, ToTriangle):
+            p = q = p + q
+        most = max(most, patches * (p + 1) * (q + 1))
+    points = min(most, allowed)
+    return WORKING + size.peak + CONVERTED * points
+
+
+def check_lowering(surface: "Lowerable", limits: Limits) -> None:
+    """Refuses a surface of too many patches, or one that takes too much memory as patches.
+
+    Raises
+    ------
+    TooLarge
+    """
+    size = _size(surface)
+    if size.patches > limits.max_patches:
+        raise TooLarge(
+            Issue(
+                "too_many_patches",
+                "The surface has too many Bézier patches: one for every span of its knots.",
+                "/surface",
+                f"{size.patches} patches",
+                f"at most {limits.max_patches}",
+            )
+        )
+    limits.check_memory(_lowering(size), "As patches the surface", "/surface", "a smaller surface")
+
+
+def _degree(surface: Surface) -> tuple[int, int]:
+    """The degree of a surface along u and along v."""
+    if isinstance(surface, GroupSurface):
+        return max(_degree(member.surface) for member in surface.members)
+    degree = surface.degree
+    return degree if isinstance(degree, tuple) else (degree, degree)
+
+
+def _lowering(size: LoweredSize) -> int:
+    seams = size.patches * SEAMS + SIDES * NUMBER * size.side_numbers
+    return max(size.peak, size.kept + seams)
+
+
+def _size(surface: "Lowerable") -> LoweredSize:
+    """What is known of a surface; nothing of one that is none of ours."""
+    return lowered_size(surface) if isinstance(surface, Surface) else LoweredSize(0, 0, 0, 0)
