@@ -7,7 +7,7 @@ from service.encoders.text import json_bound, json_text
 from service.engine.models import NOT_PATCHES
 from service.errors import InvalidRequest
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.memory import converting
+from service.pipeline.memory import convertible, converting
 from service.pipeline.parametric import NOT_PARAMETRIC
 from service.schemas.surfaces import definition
 from service.surface import Surface
@@ -58,16 +58,14 @@ def plan_conversion(
     ------
     InvalidRequest
         `not_parametric`.
-    TooLarge
     """
     if isinstance(surface, GroupSurface):
         raise InvalidRequest(NOT_PARAMETRIC)
     if isinstance(surface, TubeSurface | RibbonSurface):
         raise InvalidRequest(replace(NOT_PATCHES, pointer="/surface"))
-    work = ConversionWork(surface, operations, allowed, limits)
-    less = "a lower degree, or a smaller surface"
-    limits.check_memory(work.memory, "The conversion", "/operations", less)
-    return work
+    # Too large is then what more than the memory would be needed for, at whichever step.
+    most = min(allowed.control_points, convertible(surface, limits.max_memory))
+    return ConversionWork(surface, operations, replace(allowed, control_points=most), limits)
 
 
 def converted(

@@ -98,8 +98,12 @@ def converting(surface: Surface, operations: Sequence[Operation], allowed: int) 
         elif isinstance(operation, ToTriangle):
             p = q = p + q
         most = max(most, patches * (p + 1) * (q + 1))
-    points = min(most, allowed)
-    return WORKING + size.peak + CONVERTED * points
+    return WORKING + size.peak + CONVERTED * min(most, allowed)
+
+
+def convertible(surface: Surface, memory: int) -> int:
+    """Control points that so much memory allows a surface to have after a conversion."""
+    return max(0, memory - WORKING - lowered_size(surface).peak) // CONVERTED
 
 
 def check_lowering(surface: "Lowerable", limits: Limits) -> None:
