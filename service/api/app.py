@@ -31,6 +31,11 @@ from service.api.caching.flights import Flights
 from service.api.caching.front import Front
 from service.api.cors import CrossOrigin, Origins
 from service.api.guard.guard import guarded
+from service.api.observing.lines import Write
+from service.api.observing.metrics import metrics, registry_of
+from service.api.observing.observed import Observed
+from service.api.observing.observer import Observer
+from service.api.observing.places import Places
 from service.api.openapi.document import document
 from service.api.static_files import StaticFiles
 from service.api.stored import Loaded
@@ -42,8 +47,11 @@ from service.storage.address import InvalidStore, open_store
 from service.storage.store import SurfaceStore
 
 
-def create_app(settings: Settings | None = None) -> "Application":
-    """The service as an ASGI application; settings come from the environment if not given."""
+def create_app(settings: Settings | None = None, log: Write | None = None) -> "Application":
+    """The service as an ASGI application; settings come from the environment if not given.
+
+    `log` takes the lines about requests, of which there are none without it.
+    """
     pin_blas()
     app = Application(
         title="Surface Service",
@@ -65,6 +73,7 @@ def create_app(settings: Settings | None = None) -> "Application":
     _add_routes(app)
     problems.install(app)
     _add_front(app)
+    _add_observer(app, log)
     return app
 
 
@@ -90,6 +99,14 @@ def _add_front(app: Application) -> None:
     app.front = guarded(front, app.state.settings, app.state.origins)
 
 
+def _add_observer(app: Application, log: Write | None) -> None:
+    """What sees every request first, and counts."""
+    app.state.observed = Observed()
+    app.state.registry = registry_of(app.state)
+    places = Places(app.routes)
+    app.front = Observer(app.front, places, app.state.observed, app.state.settings, log)
+
+
 def _add_routes(app: FastAPI) -> None:
     app.add_route("/v1/mesh", mesh.post_mesh, methods=["POST"])
     app.add_route("/v1/estimate", estimate.post_estimate, methods=["POST"])
@@ -105,6 +122,8 @@ def _add_routes(app: FastAPI) -> None:
     app.add_route("/health", catalogue.health)
     app.add_route("/health/live", catalogue.live)
     app.add_route("/health/ready", catalogue.ready)
+    if app.state.settings.metrics != "off":
+        app.add_route("/metrics", metrics)
     app.add_route("/openapi.json", docs.openapi)
     app.add_route("/docs", docs.page)
     app.add_route("/docs/{asset}", docs.asset)

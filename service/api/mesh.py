@@ -13,6 +13,8 @@ from service.api.answers import (
     file_response,
 )
 from service.api.negotiation import by_accept
+from service.api.observing.exchange import exchange_of
+from service.api.observing.observed import Observed
 from service.api.posted import Posting, posting
 from service.api.timing import Timing
 from service.api.work import one_of_few, run
@@ -42,6 +44,7 @@ async def post_mesh(request: Request) -> Response:
     timing = Timing()
     posted = posting(request, FORMATS)
     fmt = posted.format or by_accept(request.headers.get("accept"), FORMATS)
+    exchange_of(request.scope).format = fmt.name
     with timing.step("read"):
         body = await posted.read(request, settings)
     is_long = posted.is_long(body)
@@ -89,4 +92,7 @@ async def answered(request: Request, work: Work) -> Answer:
         or work.size.vertices > INLINE_VERTICES
         or highest_degree(work.model) > INLINE_DEGREE
     )
-    return await run(request, work.answer, in_thread=is_long)
+    answer = await run(request, work.answer, in_thread=is_long)
+    observed: Observed = request.app.state.observed
+    observed.made(answer.report)
+    return answer

@@ -18,6 +18,7 @@ from service.api.caching.tags import held, is_any
 from service.api.links import mesh_address
 from service.api.mesh import answered, planned, report_headers
 from service.api.negotiation import by_suffix
+from service.api.observing.exchange import exchange_of
 from service.api.problems import EngineGone
 from service.api.stored import content_id, exists, surface_of
 from service.api.timing import Timing
@@ -52,15 +53,18 @@ async def get_mesh(request: Request) -> Response:
     subject = _subject(request, fmt, query, written_by(asked))
 
     answers: AnswerCache = request.app.state.answers
+    exchange = exchange_of(request.scope)
     entry = answers.get(subject.address)
     known = held(condition, wanted.order, subject.tag)
     if known is not None and (entry is not None or await exists(request, subject.surface)):
         return _unchanged(subject.unchanged(known, pinned=pinned))
     if entry is not None:
         answers.counts.hits += 1
+        exchange.cache = "hit"
         timing = Timing("cache;desc=hit")
     else:
         answers.counts.misses += 1
+        exchange.cache = "miss"
         flights: Flights = request.app.state.flights
         work = partial(_make, request, subject, fmt, query)
         made = await flights.join(subject.address, work)

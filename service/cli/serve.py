@@ -1,6 +1,7 @@
 """`surface serve`: answers over HTTP."""
 
 import argparse
+from contextlib import ExitStack
 
 from service.cli.refusals import OK, Refused
 from service.cli.source import Commands
@@ -16,17 +17,21 @@ def add(commands: Commands) -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     from service.api.app import create_app
+    from service.server.logs import held, logs
     from service.server.run import serve
     from service.settings.environment import from_environment, with_flags
 
     given = {"host": arguments.host, "port": arguments.port}
     flags = {name: text for name, text in given.items() if text is not None}
-    settings = with_flags(from_environment(), flags)
-    try:
-        serve(create_app(settings), settings)
-    except SystemExit as stop:
-        if stop.code:
-            # It has logged why; its exit code would mean something else here.
-            place = f"{settings.host}, port {settings.port}"
-            raise Refused(f"cannot serve at {place}; the reason stands above") from None
+    with ExitStack() as stack:
+        with held():
+            settings = with_flags(from_environment(), flags)
+            log = stack.enter_context(logs(settings))
+        try:
+            serve(create_app(settings, log.requests.write), settings)
+        except SystemExit as stop:
+            if stop.code:
+                # It has logged why; its exit code would mean something else here.
+                place = f"{settings.host}, port {settings.port}"
+                raise Refused(f"cannot serve at {place}; the reason stands above") from None
     return OK

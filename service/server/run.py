@@ -8,7 +8,6 @@ from typing import Any
 import uvicorn
 from starlette.types import ASGIApp
 
-from service.server.logs import log_config, shorten_records
 from service.server.protocol import BoundedProtocol
 from service.settings.values import Settings
 
@@ -17,7 +16,9 @@ def options(settings: Settings) -> dict[str, Any]:
     """What uvicorn is told, wherever it listens."""
     return {
         "http": BoundedProtocol,
-        "log_config": log_config(),
+        # Its records are written as all others are, and of requests the application tells itself.
+        "log_config": None,
+        "access_log": False,
         "timeout_graceful_shutdown": round(settings.drain_timeout),
         # Nobody need know what serves; and nothing here asks who a proxy says that the client is.
         "server_header": False,
@@ -26,6 +27,5 @@ def options(settings: Settings) -> dict[str, Any]:
 
 
 def serve(app: ASGIApp, settings: Settings) -> None:
-    """Answers until the process is told to stop."""
-    shorten_records()
+    """Answers until the process is told to stop; `service.server.logs` says where the log goes."""
     uvicorn.run(app, host=settings.host, port=settings.port, **options(settings))

@@ -21,6 +21,10 @@ Result = TypeVar("Result")
 Body: TypeAlias = bytes | Iterable[bytes] | AsyncIterable[bytes]
 
 
+_ALWAYS = {"X-Request-Id": "a-test"}
+"""One id for all, so that answers can be compared, heads and all."""
+
+
 class Client:
     """Requests to one application, on one event loop."""
 
@@ -66,13 +70,13 @@ class Client:
         if content is not None and not isinstance(content, bytes | AsyncIterable):
             content = _pieces(content)
         async with httpx.AsyncClient(
-            transport=self._transport, base_url="http://service"
+            transport=self._transport, base_url="http://service", headers=_ALWAYS
         ) as client:
             return await client.request(method, url, content=content, headers=headers)
 
     async def _raw(self, url: str, headers: Mapping[str, str] | None) -> httpx.Response:
         async with httpx.AsyncClient(
-            transport=self._transport, base_url="http://service"
+            transport=self._transport, base_url="http://service", headers=_ALWAYS
         ) as client:
             client.headers.pop("Accept-Encoding")
             async with client.stream("GET", url, headers=headers) as answer:

@@ -3,8 +3,12 @@
 One uvicorn server in a process of its own, as `surface serve` runs it; the rivals take turns on the
 same connections. The client asks on all connections, then reads them in turn, so that the server
 never waits for it: a read is one system call, since every answer's length is known.
+
+Both log every request: the service as it does, the rival as uvicorn does, its records without what
+no line shows.
 """
 
+import logging
 import socket
 import subprocess
 import sys
@@ -13,16 +17,18 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from statistics import median
+from urllib.parse import quote
 
 import httpx
 from fastapi import FastAPI, Response
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.app import create_app
 from service.encoders.registry import BY_NAME
 from service.engine.mesh import ENGINE
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
+from service.server.logs import logs
 from service.server.run import serve
 from service.settings.values import Settings
 from service.surface.examples import find
@@ -43,11 +49,36 @@ def beside_echo(app: ASGIApp) -> ASGIApp:
     async def echo() -> Response:
         return Response(content, media_type="model/gltf-binary")
 
+    told = _access_log()
+
     async def both(scope: Scope, receive: Receive, send: Send) -> None:
-        chosen = plain if scope["type"] == "http" and scope["path"] == ECHO else app
-        await chosen(scope, receive, send)
+        if scope["type"] != "http" or scope["path"] != ECHO:
+            await app(scope, receive, send)
+            return
+
+        async def logged(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                (host, at), version = scope["client"], scope["http_version"]
+                line = (host, at, scope["method"], quote(scope["path"]), version, message["status"])
+                told.info('%s:%d - "%s %s HTTP/%s" %d', *line)
+            await send(message)
+
+        await plain(scope, receive, logged)
 
     return both
+
+
+def _access_log() -> logging.Logger:
+    """What uvicorn writes of requests, in the quickest way that `logging` has."""
+    logging.logThreads = logging.logProcesses = logging.logMultiprocessing = False
+    logging._srcfile = None
+    handler = logging.StreamHandler(sys.stdout)
+    handler.setFormatter(logging.Formatter("%(levelname)s:     %(message)s"))
+    logger = logging.getLogger("rival")
+    logger.addHandler(handler)
+    logger.setLevel(logging.INFO)
+    logger.propagate = False
+    return logger
 
 
 @contextmanager
@@ -171,6 +202,7 @@ _PLAIN = {"Accept-Encoding": "identity"}
 if __name__ == "__main__":
     if len(sys.argv) > 1:
         settings = Settings(port=int(sys.argv[1]))
-        serve(beside_echo(create_app(settings)), settings)
+        with logs(settings) as log:
+            serve(beside_echo(create_app(settings, log.requests.write)), settings)
     else:
         sys.exit(0 if report() else 1)

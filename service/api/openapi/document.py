@@ -17,6 +17,7 @@ from service.api.openapi.curve import curve_schema, post_curve
 from service.api.openapi.estimate import estimate_schema, post_estimate
 from service.api.openapi.examples import meshes
 from service.api.openapi.mesh import get_mesh, post_mesh
+from service.api.openapi.observing import metrics_operation
 from service.api.openapi.operations import get_operation
 from service.api.openapi.points import points_schema, post_points
 from service.api.openapi.problems import responses
@@ -107,6 +108,7 @@ def _paths() -> Json:
             )
         },
         "/health/ready": {"get": _ready()},
+        "/metrics": {"get": metrics_operation()},
     }
 
 

@@ -11,6 +11,8 @@ from service.api.caching.answers import AnswerCache
 from service.api.caching.entries import Entry, Subject
 from service.api.caching.front import Front
 from service.api.cors import Origins
+from service.api.observing.exchange import KEY, Exchange
+from service.api.observing.places import NOWHERE
 
 PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=2"
 
@@ -37,7 +39,8 @@ def asked(
     assert answers.put(entry, answers.age)
     answers.add(entry, "gzip", b"packed")
     answers.alias(entry, PATH, QUERY, pinned=True)
-    request = {"type": "http", "method": method, "path": PATH, "query_string": QUERY}
+    exchange = Exchange("1", "1", "1", NOWHERE)
+    request = {"type": "http", "method": method, "path": PATH, "query_string": QUERY, KEY: exchange}
 
     async def send(message: Message) -> None:
         messages.append(message)
@@ -50,7 +53,7 @@ def asked(
         await door({**request, "headers": list(headers), **(scope or {})}, receive, send)
 
     asyncio.run(ask())
-    assert answers.counts.hits == bool(messages)
+    assert answers.counts.hits == bool(messages) == (exchange.cache == "hit")
     return messages, behind.requests
 
 

@@ -1,0 +1,78 @@
+"""What becomes known of a request and its answer on the way through the service."""
+
+from contextvars import ContextVar
+from typing import Any
+
+from starlette.types import Scope
+
+from service.api.observing.places import Place
+from service.api.timing import Timing
+
+KEY = "exchange"
+"""Where it stands in an ASGI scope."""
+
+
+class Exchange:
+    """One request and its answer; whoever learns something of them writes it here.
+
+    Attributes
+    ----------
+    id : str
+        The request's id: the client's, if that was harmless; else that of the trace.
+    trace_id, span_id : str
+        In hexadecimal digits; the span is the service's own part of the trace.
+    place : Place
+        What the path stands for.
+    client : str
+        The address that asks.
+    key : str
+        Name of the API key that it asks with.
+    status : int
+        That of the answer; 0 until it has begun.
+    sent : int
+        Bytes of its body that were handed to the server.
+    code : str
+        Of the problem that the answer is.
+    cache : str
+        "hit" or "miss", where it is a matter of the cache.
+    format : str
+        Name of the format of the answer.
+    timing : Timing or None
+        The steps of the work.
+    """
+
+    __slots__ = (
+        "cache",
+        "client",
+        "code",
+        "format",
+        "id",
+        "key",
+        "place",
+        "sent",
+        "span_id",
+        "status",
+        "timing",
+        "trace_id",
+    )
+
+    def __init__(self, id: str, trace_id: str, span_id: str, place: Place) -> None:
+        self.id = id
+        self.trace_id = trace_id
+        self.span_id = span_id
+        self.place = place
+        self.client = "-"
+        self.status = self.sent = 0
+        self.key = self.code = self.cache = ""
+        self.format = place.format
+        self.timing: Timing | None = None
+
+
+current: ContextVar[Exchange | None] = ContextVar("exchange", default=None)
+"""The one under way: log records take ids from it."""
+
+
+def exchange_of(scope: Scope | dict[str, Any]) -> Exchange:
+    """The exchange that a scope belongs to."""
+    found: Exchange = scope[KEY]
+    return found

@@ -1,0 +1,136 @@
+"""GET /metrics: what it says, in both forms, and that it stays small."""
+
+from collections.abc import Callable, Iterator
+
+import pytest
+from prometheus_client import Metric
+from prometheus_client.openmetrics import parser as open_parser
+from prometheus_client.parser import text_string_to_metric_families as families
+
+from service.api.app import create_app
+from service.api.observing.observed import BOUNDS, Histogram
+from service.settings.values import Settings
+from tests.api.client import Client, client_of
+
+NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]
+MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
+
+
+@pytest.fixture
+def own() -> Iterator[Client]:
+    """A client of an application of its own: counts begin at zero."""
+    with client_of(create_app(Settings())) as client:
+        yield client
+
+
+def sample(client: Client, name: str, **labels: str) -> float:
+    """One number of a scrape; 0 where there is none."""
+    for family in families(client.get("/metrics").text):
+        for found in family.samples:
+            if found.name == name and labels.items() <= found.labels.items():
+                return float(found.value)
+    return 0.0
+
+
+def names(client: Client) -> list[str]:
+    return [family.name for family in families(client.get("/metrics").text)]
+
+
+def test_requests_are_counted_by_route_method_and_status(own: Client) -> None:
+    for url in (MESH, MESH, "/v1/surfaces/none/mesh.glb", "/a", "/b"):
+        own.get(url)
+    count = "surface_http_request_duration_seconds_count"
+    route = "/v1/surfaces/{id}/mesh.{suffix}"
+    assert sample(own, count, route=route, method="GET", status="2xx") == 2
+    assert sample(own, count, route=route, method="GET", status="4xx") == 1
+    assert sample(own, count, route="unmatched") == 2
+    assert sample(own, "surface_http_requests_in_flight") == 1  # this one
+
+
+def test_hits_misses_bytes_and_what_was_made(own: Client) -> None:
+    answers = [own.raw(MESH) for _ in range(3)]
+    assert sample(own, "surface_cache_hits_total") == 2
+    assert sample(own, "surface_cache_misses_total") == 1
+    assert sample(own, "surface_cache_entries") == 1
+    assert sample(own, "surface_cache_bytes") > len(answers[0].content)
+    sent = sum(len(answer.content) for answer in answers)
+    assert sample(own, "surface_http_response_bytes_total", format="glb") == sent
+    assert sample(own, "surface_vertices_total") == 9
+    assert sample(own, "surface_triangles_total") == 8
+    own.post("/v1/mesh", {"surface": {"control_net": NET}, "resolution": 1})
+    assert sample(own, "surface_vertices_total") == 13
+
+
+def test_refusals_are_counted_by_code(own: Client) -> None:
+    for document in ({}, {"surface": 1}, {"surface": {"control_net": NET}, "colour": 1}):
+        assert own.post("/v1/mesh", document).status_code == 422
+    own.get("/nowhere")
+    own.request("DELETE", "/v1/mesh")
+    assert sample(own, "surface_refused_total", code="invalid_request") == 3
+    assert sample(own, "surface_refused_total", code="not_found") == 1
+    assert sample(own, "surface_refused_total", code="method_not_allowed") == 1
+
+
+def test_two_applications_count_apart() -> None:
+    with client_of(create_app(Settings())) as one, client_of(create_app(Settings())) as other:
+        one.get(MESH)
+        assert sample(one, "surface_cache_misses_total") == 1
+        assert sample(other, "surface_cache_misses_total") == 0
+
+
+def test_hundreds_of_paths_make_one_series(own: Client) -> None:
+    for number in range(300):
+        own.get(f"/{number}")
+        own.get(f"/v1/surfaces/{number}")
+    text = own.get("/metrics").text
+    assert text.count("surface_http_request_duration_seconds_count{") == 2
+
+
+@pytest.mark.parametrize(
+    ("accept", "opened"),
+    [
+        ("", False),
+        ("*/*", False),
+        ("text/plain;version=0.0.4", False),
+        (
+            "application/openmetrics-text;version=1.0.0,text/plain;version=0.0.4;q=0.5,*/*;q=0.1",
+            True,
+        ),
+        ("application/openmetrics-text; version=99\t\x7f.0; escaping=\\", True),
+        ("text/plain; version=abc", False),
+    ],
+)
+def test_form_by_accept(own: Client, accept: str, opened: bool) -> None:
+    answer = own.get("/metrics", headers={"Accept": accept})
+    assert answer.status_code == 200
+    assert answer.headers["cache-control"] == "no-store"
+    assert answer.headers["content-type"].startswith(
+        "application/openmetrics-text" if opened else "text/plain; version=0.0.4"
+    )
+    open_families: Callable[[str], Iterator[Metric]] = open_parser.text_string_to_metric_families
+    found = list(open_families(answer.text) if opened else families(answer.text))
+    assert len({family.name for family in found}) == len(found) > 15
+
+
+def test_names_of_ours_have_one_beginning(own: Client) -> None:
+    assert all(name.startswith(("surface_", "process_", "python_")) for name in names(own))
+
+
+def test_it_can_be_switched_off() -> None:
+    with client_of(create_app(Settings(metrics="off"))) as client:
+        assert client.get("/metrics").status_code == 404
+
+
+def test_no_parameters(own: Client) -> None:
+    assert own.get("/metrics?name=a").status_code == 422
+
+
+def test_buckets_hold_what_is_no_longer_than_their_end() -> None:
+    histogram = Histogram()
+    for seconds in (0.0, BOUNDS[0], BOUNDS[0] * 1.01, BOUNDS[-1], BOUNDS[-1] + 1):
+        histogram.add(seconds)
+    buckets = dict(histogram.buckets())
+    assert buckets[repr(BOUNDS[0])] == 2
+    assert buckets[repr(BOUNDS[1])] == 3
+    assert buckets[repr(BOUNDS[-1])] == 4
+    assert buckets["+Inf"] == 5

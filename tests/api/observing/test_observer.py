@@ -1,0 +1,213 @@
+"""What stands around every request: ids on answers, lines of the log, and what they never say."""
+
+import asyncio
+import json
+from collections.abc import Iterator
+from typing import Any, Literal
+
+import pytest
+from starlette.types import Message, Receive, Scope, Send
+
+from service.api.app import create_app
+from service.api.observing.exchange import exchange_of
+from service.api.observing.observed import Observed
+from service.api.observing.observer import Observer
+from service.api.observing.places import Places
+from service.settings.values import Settings
+from tests.api.client import Client, client_of
+
+TRACE, SPAN = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
+PARENT = f"00-{TRACE}-{SPAN}-01"
+NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]
+MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
+
+
+class Logged:
+    """A client, and what was logged of its requests."""
+
+    def __init__(self, client: Client, lines: list[str]) -> None:
+        self.client, self.lines = client, lines
+
+    def last(self) -> dict[str, Any]:
+        found: dict[str, Any] = json.loads(self.lines[-1])
+        return found
+
+
+@pytest.fixture
+def logged() -> Iterator[Logged]:
+    lines: list[str] = []
+    with client_of(create_app(Settings(log_format="json"), lines.append)) as client:
+        yield Logged(client, lines)
+
+
+def asked(
+    headers: list[tuple[bytes, bytes]],
+    settings: Settings | None = None,
+    path: str = "/",
+    fails: Exception | None = None,
+    method: str = "GET",
+) -> tuple[list[Message], list[str], Observed]:
+    """What an application that answers 204, or fails, sends with the observer around it."""
+    sent: list[Message] = []
+    lines: list[str] = []
+    observed = Observed()
+
+    async def inner(scope: Scope, _: Receive, send: Send) -> None:
+        exchange_of(scope).code = "a_code" if path == "/refused" else ""
+        scope["state"]["key"] = "alice"
+        scope["client"] = ("2001:db8::1", 1)
+        if fails:
+            raise fails
+        await send({"type": "http.response.start", "status": 204, "headers": []})
+        await send({"type": "http.response.body"})
+
+    async def send(message: Message) -> None:
+        sent.append(message)
+
+    async def receive() -> Message:
+        raise AssertionError("a body was read")
+
+    outer = Observer(inner, Places([]), observed, settings or Settings(), lines.append)
+    scope = {"type": "http", "method": method, "path": path, "headers": headers, "state": {}}
+    try:
+        asyncio.run(outer(scope, receive, send))
+    except ZeroDivisionError:
+        assert fails
+    assert observed.in_flight == 0
+    return sent, lines, observed
+
+
+def id_of(headers: list[tuple[bytes, bytes]]) -> bytes:
+    (start, *_), _, _ = asked(headers)
+    found: bytes = dict(start["headers"])[b"x-request-id"]
+    return found
+
+
+def test_every_answer_has_an_id(logged: Logged) -> None:
+    for url, status in ((MESH, 200), (MESH, 200), ("/nowhere", 404), ("/health/live", 200)):
+        answer = logged.client.get(url, headers={"X-Request-Id": "mine-1"})
+        assert (answer.status_code, answer.headers["x-request-id"]) == (status, "mine-1")
+    refused = logged.client.post("/v1/mesh", {"surface": 1}, headers={"X-Request-Id": "mine-2"})
+    assert (refused.status_code, refused.headers["x-request-id"]) == (422, "mine-2")
+    assert b"mine" not in refused.content
+
+
+def test_an_id_that_is_not_harmless_or_not_alone_is_made_anew() -> None:
+    assert id_of([(b"x-request-id", b"mine")]) == b"mine"
+    for headers in (
+        [],
+        [(b"x-request-id", b"a b")],
+        [(b"x-request-id", b"a"), (b"x-request-id", b"b")],
+        [(b"x-request-id", b"a" * 200)],
+    ):
+        assert len(id_of(headers)) == 32
+
+
+def test_the_trace_is_that_of_the_caller(logged: Logged) -> None:
+    logged.client.get(MESH, headers={"traceparent": PARENT, "X-Request-Id": "mine"})
+    line = logged.last()
+    assert (line["trace_id"], line["request_id"]) == (TRACE, "mine")
+    assert line["span_id"] != SPAN
+    logged.client.get(MESH, headers={"traceparent": PARENT.upper()})
+    assert logged.last()["trace_id"] != TRACE
+
+
+def test_two_parents_are_none() -> None:
+    twice = [(b"traceparent", PARENT.encode())] * 2
+    _, (line,), _ = asked(twice, Settings(log_format="json"))
+    assert json.loads(line)["trace_id"] != TRACE
+
+
+def test_a_line_tells_what_happened_and_no_more(logged: Logged) -> None:
+    logged.client.get(f"{MESH}&expires=1&signature=hush")
+    body = {"surface": {"control_net": NET, "name": "hush"}, "resolution": 2}
+    assert logged.client.post("/v1/mesh?format=glb", body).status_code == 200
+    made = logged.last()
+    assert made.keys() == {
+        *("time", "level", "event", "request_id", "trace_id", "span_id", "method", "route"),
+        *("status", "bytes", "ms", "client", "format"),
+    }
+    assert (made["event"], made["route"], made["status"]) == ("request", "/v1/mesh", 200)
+    assert (made["method"], made["format"], made["level"]) == ("POST", "glb", "info")
+    logged.client.get("/v1/surfaces/hush/mesh.glb", headers={"Authorization": "Bearer hush"})
+    assert logged.last()["code"] == "unknown_surface"
+    assert "hush" not in "".join(logged.lines)
+
+
+def test_hits_and_misses_are_told_apart(logged: Logged) -> None:
+    for expected in ("miss", "hit", "hit"):
+        answer = logged.client.raw(MESH)
+        line = logged.last()
+        assert (line["cache"], line["surface"], line["format"]) == (expected, "saddle", "glb")
+        assert line["bytes"] == len(answer.content)
+    logged.client.request("HEAD", MESH)
+    assert logged.last()["bytes"] == 0
+
+
+def test_every_line_is_one_line_of_json(logged: Logged) -> None:
+    hostile = "%0a%0dINFO:%20forged%1b%5b31m%e2%80%a8%c2%85%00"
+    for path in ("/", f"/{hostile}", f"/v1/surfaces/{hostile}", f"/v1/surfaces/{hostile}/mesh.a"):
+        logged.client.get(path, headers={"X-Request-Id": "\x1b[31m"})
+    assert len(logged.lines) == 4
+    for line in logged.lines:
+        assert line.endswith("\n")
+        assert "forged" not in line
+        assert line[:-1].isprintable()
+
+
+@pytest.mark.parametrize("form", ["text", "json"])
+def test_keys_and_addresses_are_those_the_guard_found(form: Literal["text", "json"]) -> None:
+    _, (line,), _ = asked([], Settings(log_format=form))
+    assert "alice" in line
+    assert "2001:db8::1" in line
+
+
+def test_text_is_as_short_as_it_was() -> None:
+    _, (line,), _ = asked([(b"x-request-id", b"mine")], path="/refused")
+    head, _, tail = line.partition(" ms")
+    assert head.startswith('INFO:     2001:db8::1 - "GET (no such path)" 204, 0 bytes, ')
+    assert tail == " (a_code, key alice, id mine)\n"
+
+
+@pytest.mark.parametrize(
+    ("level", "path", "fails", "told"),
+    [
+        ("info", "/", False, True),
+        ("warning", "/", False, False),
+        ("error", "/", True, True),
+        ("debug", "/", False, True),
+    ],
+)
+def test_levels(
+    level: Literal["debug", "info", "warning", "error"], path: str, fails: bool, told: bool
+) -> None:
+    settings = Settings(log_level=level)
+    _, lines, _ = asked([], settings, path, ZeroDivisionError("hush") if fails else None)
+    assert bool(lines) == told
+    assert "hush" not in "".join(lines)
+    assert asked([], Settings(log_level=level, access_log=False), path)[1] == []
+
+
+@pytest.mark.parametrize("path", ["/health/live", "/health/ready", "/metrics"])
+def test_what_machines_ask_is_told_for_debugging_only(path: str) -> None:
+    lines: list[str] = []
+    for level, count in (("info", 0), ("debug", 1)):
+        app = create_app(Settings.model_validate({"log_level": level}), lines.append)
+        with client_of(app) as client:
+            client.get(path)
+        assert len(lines) == count
+
+
+def test_a_fault_of_ours_is_a_problem_wherever_it_is() -> None:
+    (start, *body), (line,), observed = asked([], fails=ZeroDivisionError("hush"))
+    assert start["status"] == 500
+    assert b"hush" not in b"".join(message.get("body", b"") for message in body)
+    assert b"internal_error" in b"".join(message.get("body", b"") for message in body)
+    assert line.startswith("ERROR:    ")
+    assert observed.refusals == {"internal_error": 1}
+
+
+def test_methods_that_nobody_knows_have_one_name() -> None:
+    _, (line,), observed = asked([], Settings(log_format="json"), method="BREW\n")
+    assert json.loads(line)["method"] == "other"
+    assert [key[1] for key in observed.requests] == ["other"]
