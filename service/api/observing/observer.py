@@ -46,7 +46,7 @@ class Observer:
         settings: Settings,
         write: Write | None = None,
     ) -> None:
-        self._app = app
+        self.app = app
         self._places = places
         self._observed = observed
         self._new_id = Ids()
@@ -57,7 +57,7 @@ class Observer:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One request."""
         if scope["type"] != "http":
-            await self._app(scope, receive, send)
+            await self.app(scope, receive, send)
             return
         start = time.perf_counter()
         exchange = self._begun(scope)
@@ -76,7 +76,7 @@ class Observer:
         observed.in_flight += 1
         current.set(exchange)
         try:
-            await self._app(scope, receive, counted)
+            await self.app(scope, receive, counted)
         except Exception:
             if not exchange.status:
                 exchange.code = INTERNAL_ERROR.code

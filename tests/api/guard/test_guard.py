@@ -9,6 +9,7 @@ from starlette.types import Message, Receive, Scope, Send
 from service.api.app import create_app
 from service.api.caching.front import Front
 from service.api.guard.keys import entry_line, new_key
+from service.api.observing.observer import Observer
 from service.errors import InvalidSettings
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
@@ -82,7 +83,8 @@ def test_what_is_read_by_an_address_stays_open(client: Client, path: str) -> Non
 
 def test_without_keys_nothing_is_checked_and_there_is_no_guard() -> None:
     app = create_app(Settings())
-    assert isinstance(app.front, Front)
+    assert isinstance(app.front, Observer)
+    assert isinstance(app.front.app, Front)
     with client_of(app) as client:
         assert client.post("/v1/mesh", NET).status_code == 200
 
