@@ -5,11 +5,10 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-import uvicorn
 from starlette.types import ASGIApp
 
 from service.api.app import create_app
-from service.server.run import options
+from service.server.run import make_server
 from service.settings.values import Settings
 
 
@@ -24,9 +23,7 @@ def running_service(
     """
     settings = settings or Settings()
     app = around(create_app(settings))
-    told = {**options(settings), "log_config": None}
-    config = uvicorn.Config(app, host="127.0.0.1", port=0, **told)
-    server = uvicorn.Server(config)
+    server = make_server(app, settings, host="127.0.0.1", port=0)
     thread = threading.Thread(target=server.run, name="service")
     thread.start()
     try:

@@ -17,6 +17,7 @@ def add(commands: Commands) -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     from service.api.app import create_app
+    from service.server.listening import CannotListen
     from service.server.logs import held, logs
     from service.server.run import serve
     from service.settings.environment import from_environment, with_flags
@@ -27,11 +28,14 @@ def _run(arguments: argparse.Namespace) -> int:
         with held():
             settings = with_flags(from_environment(), flags)
             log = stack.enter_context(logs(settings))
+        app = create_app(settings, log.requests.write)
         try:
-            serve(create_app(settings, log.requests.write), settings)
+            serve(app, settings, app.state)
+        except CannotListen as error:
+            place = f"{settings.host}, port {settings.port}"
+            raise Refused(f"cannot serve at {place}: {error}") from None
         except SystemExit as stop:
             if stop.code:
                 # It has logged why; its exit code would mean something else here.
-                place = f"{settings.host}, port {settings.port}"
-                raise Refused(f"cannot serve at {place}; the reason stands above") from None
+                raise Refused("cannot serve; the reason stands above") from None
     return OK

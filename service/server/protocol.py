@@ -1,6 +1,11 @@
 """HTTP/1.1 as it is spoken here: uvicorn's own protocol, with bounds."""
 
-from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+import asyncio
+from typing import Any
+
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
+
+from service.server.connections import Connections
 
 MAX_HEAD = 1 << 16
 """Bytes of an address and of all headers together. Uvicorn's other protocol has the same bound."""
@@ -15,6 +20,45 @@ class BoundedProtocol(HttpToolsProtocol):
 
     _head = 0
     _unread = 0
+
+    def __init__(self, connections: Connections, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._all = connections
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing of a request has arrived, and no answer is under way."""
+        return not self._unread and getattr(self.cycle, "response_complete", True)
+
+    def drain(self) -> None:
+        """Makes an answer that has not begun yet the last."""
+        cycle: RequestResponseCycle | None = self.cycle
+        if cycle and not cycle.response_started:
+            cycle.keep_alive = False
+
+    def close(self) -> None:
+        """Ends the connection, once what was written has been taken."""
+        self.transport.close()
+
+    def abort(self) -> None:
+        """Ends the connection, and forgets what was written."""
+        self.transport.abort()
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """A client has come."""
+        super().connection_made(transport)
+        self._all.all.add(self)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """A client has gone."""
+        self._all.all.discard(self)
+        super().connection_lost(exc)
+
+    def on_headers_complete(self) -> None:
+        """The head of a request has been read."""
+        super().on_headers_complete()
+        if self._all.draining:
+            self.cycle.keep_alive = False
 
     def data_received(self, data: bytes) -> None:
         """Some bytes: whatever ends within them sets the number of the unread ones to zero."""

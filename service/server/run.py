@@ -3,29 +3,64 @@
 Its event loop is uvloop, which it takes where that is installed.
 """
 
+import asyncio
+import logging
+import socket
+from functools import partial
 from typing import Any
 
 import uvicorn
 from starlette.types import ASGIApp
 
+from service.server.connections import Connections
+from service.server.descriptors import raise_limit
+from service.server.draining import Server, end_process, end_threads
+from service.server.listening import is_private, listen
 from service.server.protocol import BoundedProtocol
 from service.settings.values import Settings
 
+_log = logging.getLogger(__name__)
 
-def options(settings: Settings) -> dict[str, Any]:
-    """What uvicorn is told, wherever it listens."""
-    return {
-        "http": BoundedProtocol,
+
+def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: Any) -> Server:
+    """Uvicorn, told what it is told wherever it listens; `state` is the application's."""
+    connections = Connections()
+    if state is not None:
+        state.connections = connections
+    told: dict[str, Any] = {
+        "http": partial(BoundedProtocol, connections),
+        "ws": "none",
         # Its records are written as all others are, and of requests the application tells itself.
         "log_config": None,
         "access_log": False,
-        "timeout_graceful_shutdown": round(settings.drain_timeout),
         # Nobody need know what serves; and nothing here asks who a proxy says that the client is.
         "server_header": False,
         "proxy_headers": False,
+        **other,
     }
+    return Server(uvicorn.Config(app, **told), connections, settings, state)
 
 
-def serve(app: ASGIApp, settings: Settings) -> None:
-    """Answers until the process is told to stop; `service.server.logs` says where the log goes."""
-    uvicorn.run(app, host=settings.host, port=settings.port, **options(settings))
+def serve(app: ASGIApp, settings: Settings, state: Any = None) -> None:
+    """Answers until the process is told to stop; may end it, if threads go on computing.
+
+    `service.server.logs` says where the log goes.
+
+    Raises
+    ------
+    CannotListen
+    """
+    sockets = listen(settings.host, settings.port)
+    server = make_server(app, settings, state)
+    raise_limit(settings.max_connections)
+    if not is_private(sockets) and not settings.api_keys and not settings.api_keys_file:
+        _log.warning("Whoever reaches this service may compute and store: it has no API keys")
+    with asyncio.Runner(loop_factory=server.config.get_loop_factory()) as runner:
+        runner.run(_until_told(server, sockets))
+    end_threads()
+
+
+async def _until_told(server: Server, sockets: list[socket.socket]) -> None:
+    await server.serve(sockets)
+    if server.unfinished:
+        end_process()

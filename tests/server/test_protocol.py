@@ -4,12 +4,12 @@ import asyncio
 
 import httpx
 import pytest
-import uvicorn
 from starlette.types import Receive, Scope, Send
 from uvicorn.server import ServerState
 
+from service.server.connections import Connections
 from service.server.protocol import MAX_HEAD, BoundedProtocol
-from service.server.run import options
+from service.server.run import make_server
 from service.settings.values import Settings
 
 CHUNK = 1 << 14
@@ -49,9 +49,9 @@ async def patient(_scope: Scope, receive: Receive, _send: Send) -> None:
 
 async def read(start: bytes, piece: bytes, most: int) -> tuple[int, bytes]:
     """How much of an endless request is read, and what is answered."""
-    config = uvicorn.Config(patient, **{**options(Settings()), "log_config": None})
+    config = make_server(patient, Settings()).config
     config.load()
-    protocol, wire = BoundedProtocol(config, ServerState(), {}), Wire()
+    protocol, wire = BoundedProtocol(Connections(), config, ServerState(), {}), Wire()
     protocol.connection_made(wire)
     protocol.data_received(start)
     done = len(start)

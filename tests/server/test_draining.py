@@ -1,0 +1,171 @@
+"""How the service ends: signals, what is under way, exit codes."""
+
+import asyncio
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import SimpleNamespace
+
+import httpx
+import pytest
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route
+
+from service.server.draining import Server
+from service.server.listening import listen
+from service.server.run import make_server
+from service.settings.values import Settings
+
+LONG = 60.0
+
+
+class Slow:
+    """An application whose `/slow` is answered when it may be, and whose `/` at once."""
+
+    def __init__(self) -> None:
+        self.begun = threading.Event()
+        self.may_end = threading.Event()
+        self.app = Starlette(routes=[Route("/", self.quick), Route("/slow", self.slow)])
+
+    async def quick(self, _: Request) -> Response:
+        return PlainTextResponse("quick")
+
+    async def slow(self, _: Request) -> Response:
+        self.begun.set()
+        await asyncio.to_thread(self.may_end.wait, LONG)
+        return PlainTextResponse("slow")
+
+
+@contextmanager
+def answering(slow: Slow, settings: Settings, state: object) -> Iterator[tuple[Server, str]]:
+    """A server in a thread, and its address."""
+    server = make_server(slow.app, settings, state)
+    sockets = listen("127.0.0.1", 0)
+    port = sockets[0].getsockname()[1]
+    thread = threading.Thread(target=server.run, args=(sockets,))
+    thread.start()
+    try:
+        yield server, f"http://127.0.0.1:{port}"
+    finally:
+        slow.may_end.set()
+        server.should_exit = True
+        thread.join(LONG)
+    assert not thread.is_alive()
+
+
+def is_refused(url: str) -> bool:
+    try:
+        httpx.get(url)
+    except httpx.TransportError:
+        return True
+    return False
+
+
+def test_until_its_delay_is_over_all_is_answered_and_every_answer_is_the_last() -> None:
+    slow, state = Slow(), SimpleNamespace(ready=True)
+    with (
+        answering(slow, Settings(drain_delay=LONG), state) as (server, url),
+        httpx.Client(base_url=url) as kept,
+    ):
+        assert "connection" not in kept.get("/").headers
+        assert state.ready
+        server.handle_exit(signal.SIGTERM, None)
+        assert not state.ready
+        for answer in (kept.get("/"), kept.get("/"), httpx.get(url)):
+            assert (answer.text, answer.headers["connection"]) == ("quick", "close")
+        server._leaving_at = 0.0  # the delay is over
+
+
+def test_what_is_under_way_is_answered_after_the_listener_has_gone() -> None:
+    slow, answers = Slow(), []
+    with answering(slow, Settings(drain_timeout=LONG), None) as (server, url):
+        asking = threading.Thread(target=lambda: answers.append(httpx.get(f"{url}/slow")))
+        asking.start()
+        assert slow.begun.wait(LONG)
+        with httpx.Client(base_url=url) as idle:
+            idle.get("/")
+            server.handle_exit(signal.SIGINT, None)
+            while not is_refused(url):
+                pass
+            # The connection that was kept has been closed as well.
+            assert is_refused(url)
+            with pytest.raises(httpx.TransportError):
+                idle.get("/")
+        assert answers == []
+        slow.may_end.set()
+        asking.join(LONG)
+    assert [(answer.text, answer.headers["connection"]) for answer in answers] == [
+        ("slow", "close")
+    ]
+
+
+PROGRAM = """
+import sys, threading, time
+from service.server.run import serve
+from service.settings.values import Settings
+
+async def app(scope, receive, send):
+    if scope["type"] == "lifespan":
+        await receive()
+        return await send({"type": "lifespan.startup.complete"})
+    if scope["path"] == "/stuck":
+        threading.Thread(target=time.sleep, args=(600,)).start()
+        print("stuck", flush=True)
+        await receive()
+        await receive()
+        time.sleep(0.01)
+        import asyncio
+        await asyncio.sleep(600)
+    await send({"type": "http.response.start", "status": 200, "headers": []})
+    await send({"type": "http.response.body", "body": b""})
+
+serve(app, Settings(host="127.0.0.1", port=int(sys.argv[1]), drain_delay=float(sys.argv[2]),
+                    drain_timeout=0.05))
+"""
+
+
+@contextmanager
+def process(delay: float) -> Iterator[tuple[subprocess.Popen[bytes], int]]:
+    """A process that serves an application of which one address is never answered."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    command = [sys.executable, "-c", PROGRAM, str(port), str(delay)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as started:
+        try:
+            while is_refused(f"http://127.0.0.1:{port}/"):
+                assert started.poll() is None
+            yield started, port
+        finally:
+            started.kill()
+
+
+@pytest.mark.parametrize("sig", [signal.SIGTERM, signal.SIGINT])
+def test_what_is_never_done_is_cut_off_and_the_exit_code_is_0(sig: signal.Signals) -> None:
+    with process(0) as (started, port), socket.create_connection(("127.0.0.1", port)) as asking:
+        asking.sendall(b"GET /stuck HTTP/1.1\r\nHost: x\r\n\r\n")
+        assert started.stdout is not None
+        seen = b""
+        while b"stuck\n" not in seen:
+            seen += started.stdout.readline()
+        started.send_signal(sig)
+        assert started.wait(LONG) == 0
+        log = started.stdout.read().decode()
+    assert "1 requests were cut off" in log
+    assert "Traceback" not in log
+    assert "Exception" not in log
+
+
+def test_a_second_signal_ends_the_process_at_once() -> None:
+    with process(600) as (started, port):
+        started.send_signal(signal.SIGTERM)
+        while httpx.get(f"http://127.0.0.1:{port}/").headers.get("connection") != "close":
+            pass
+        started.send_signal(signal.SIGINT)
+        assert started.wait(LONG) == 128 + signal.SIGINT
