@@ -182,6 +182,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/sign": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Signs an address of a private surface
+         * @description Where surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`), an address with a signature
+         *     may be read without a key by whoever has it, until it expires: by a viewer on a page, say. The
+         *     signature holds for that path and those parameters, in any order, for `GET` and `HEAD`. Nothing is
+         *     looked up or computed. Only addresses of this service can be signed, for seven days at most; and
+         *     only where it is set up for that (`SURFACE_SIGNING_KEYS`), else there is no such call.
+         */
+        post: operations["signAddress"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/formats": {
         parameters: {
             query?: never;
@@ -242,6 +266,26 @@ export interface paths {
         };
         /** 200 as long as new requests are welcome; and whether the store answers */
         get: operations["getReadiness"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/metrics": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Numbers of what the service does, as Prometheus reads them
+         * @description In the text format of Prometheus, or as OpenMetrics where `Accept` names it. Whether it is there, and open, is for the operator to say.
+         */
+        get: operations["getMetrics"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1871,6 +1915,30 @@ export interface components {
             name?: string;
         };
         /**
+         * SignRequest
+         * @description An address that shall be readable by whoever has it, until a moment.
+         */
+        SignRequest: {
+            /**
+             * Url
+             * @description Address of a surface or of a mesh here, without the host: as `links` of a stored surface have it, and with any options of a mesh in its query.
+             * @example /v1/surfaces/utah-teapot/mesh.glb?resolution=16
+             */
+            url: string;
+            /**
+             * Expires
+             * @description Until when, in seconds since 1970 (Unix time); at most seven days from now. The same moment makes the same address each time, which browsers can keep.
+             * @example 1800000000
+             */
+            expires?: number;
+            /**
+             * Seconds
+             * @description Instead: for how long from now.
+             * @example 3600
+             */
+            seconds?: number;
+        };
+        /**
          * SplitDefinition
          * @description Cuts one patch or a B-spline in two or four, a triangle in three.
          *
@@ -2368,7 +2436,7 @@ export interface components {
              * @description Kind of problem, stable, for programs.
              * @enum {string}
              */
-            code: "body_too_large" | "body_too_slow" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "key_needed" | "key_unknown" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "result_too_large" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
+            code: "body_too_large" | "body_too_slow" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "key_needed" | "key_unknown" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "rate_limited" | "result_too_large" | "signature_expired" | "signature_invalid" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
             /** @description Kind of problem, for people. */
             detail: string;
             /** @description What is wrong, place by place; at most 20 of them. */
@@ -2675,6 +2743,13 @@ export interface components {
                 };
             };
         };
+        /** @description An address that may be read by whoever has it. */
+        SignedAddress: {
+            /** @description The address, with `expires` and `signature` at its end. */
+            url: string;
+            /** @description Until when, in Unix time. */
+            expires: number;
+        };
         /** @description A surface: its `type` tells the kind, `bezier` if there is none. */
         SurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"] | components["schemas"]["GroupDefinition"];
         /** @description A surface in a group: any but a group. */
@@ -2702,6 +2777,31 @@ export interface components {
                  * @example Bearer realm="surface"
                  */
                 "WWW-Authenticate": string;
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description The signature is not one of this address. The address is not good any more. */
+        SignatureInvalid: {
+            headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description You ask more often than is allowed; `Retry-After` says when to ask again. */
+        TooManyRequests: {
+            headers: {
+                /**
+                 * @description After how many seconds the next request is answered.
+                 * @example 3
+                 */
+                "Retry-After": number;
+                "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                RateLimit: components["headers"]["RateLimit"];
                 [name: string]: unknown;
             };
             content: {
@@ -2846,7 +2946,18 @@ export interface components {
     };
     parameters: never;
     requestBodies: never;
-    headers: never;
+    headers: {
+        /**
+         * @description There where requests are limited (`SURFACE_RATE_LIMIT`): `q`, how many may be made in `w` seconds with one key, or from one address (draft-ietf-httpapi-ratelimit-headers).
+         * @example "requests";q=60;w=60
+         */
+        "RateLimit-Policy": string;
+        /**
+         * @description There with `RateLimit-Policy`: `r`, how many could follow at once, and `t`, after how many seconds all could again.
+         * @example "requests";r=57;t=3
+         */
+        RateLimit: string;
+    };
     pathItems: never;
 }
 export type BezierConversion = components['schemas']['BezierConversion'];
@@ -2866,6 +2977,7 @@ export type PointsRequest = components['schemas']['PointsRequest'];
 export type RestrictDefinition = components['schemas']['RestrictDefinition'];
 export type ReverseDefinition = components['schemas']['ReverseDefinition'];
 export type RibbonDefinition = components['schemas']['RibbonDefinition'];
+export type SignRequest = components['schemas']['SignRequest'];
 export type SplitDefinition = components['schemas']['SplitDefinition'];
 export type SurfaceRequest = components['schemas']['SurfaceRequest'];
 export type TransposeDefinition = components['schemas']['TransposeDefinition'];
@@ -2886,12 +2998,15 @@ export type Points = components['schemas']['Points'];
 export type Curve = components['schemas']['Curve'];
 export type Estimate = components['schemas']['Estimate'];
 export type StoredSurface = components['schemas']['StoredSurface'];
+export type SignedAddress = components['schemas']['SignedAddress'];
 export type SurfaceDefinition = components['schemas']['SurfaceDefinition'];
 export type MemberSurfaceDefinition = components['schemas']['MemberSurfaceDefinition'];
 export type CurveDefinition = components['schemas']['CurveDefinition'];
 export type OperationDefinition = components['schemas']['OperationDefinition'];
 export type ResponseMalformedJson = components['responses']['MalformedJson'];
 export type ResponseKeyNeeded = components['responses']['KeyNeeded'];
+export type ResponseSignatureInvalid = components['responses']['SignatureInvalid'];
+export type ResponseTooManyRequests = components['responses']['TooManyRequests'];
 export type ResponseNotFound = components['responses']['NotFound'];
 export type ResponseUnknownSurface = components['responses']['UnknownSurface'];
 export type ResponseMethodNotAllowed = components['responses']['MethodNotAllowed'];
@@ -2907,6 +3022,8 @@ export type ResponseDamagedObject = components['responses']['DamagedObject'];
 export type ResponseStoreFailed = components['responses']['StoreFailed'];
 export type ResponseStoreFull = components['responses']['StoreFull'];
 export type ResponseInternalError = components['responses']['InternalError'];
+export type HeaderRateLimitPolicy = components['headers']['RateLimit-Policy'];
+export type HeaderRateLimit = components['headers']['RateLimit'];
 export type $defs = Record<string, never>;
 export interface operations {
     createMesh: {
@@ -3016,6 +3133,8 @@ export interface operations {
                      * @example cache;desc=miss, surface;dur=0.310, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3038,6 +3157,7 @@ export interface operations {
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
             422: components["responses"]["InvalidRequest"];
+            429: components["responses"]["TooManyRequests"];
             500: components["responses"]["InternalError"];
         };
     };
@@ -3126,6 +3246,8 @@ export interface operations {
             /** @description The estimate. */
             200: {
                 headers: {
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3138,6 +3260,7 @@ export interface operations {
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
             422: components["responses"]["InvalidRequest"];
+            429: components["responses"]["TooManyRequests"];
             500: components["responses"]["InternalError"];
         };
     };
@@ -3157,6 +3280,8 @@ export interface operations {
             /** @description The points. */
             200: {
                 headers: {
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3169,6 +3294,7 @@ export interface operations {
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
             422: components["responses"]["InvalidRequest"];
+            429: components["responses"]["TooManyRequests"];
             500: components["responses"]["InternalError"];
         };
     };
@@ -3188,6 +3314,8 @@ export interface operations {
             /** @description The surface. */
             200: {
                 headers: {
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3200,6 +3328,7 @@ export interface operations {
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
             422: components["responses"]["InvalidRequest"];
+            429: components["responses"]["TooManyRequests"];
             500: components["responses"]["InternalError"];
         };
     };
@@ -3227,6 +3356,8 @@ export interface operations {
                 headers: {
                     /** @description A name to save the file under; not with JSON. */
                     "Content-Disposition"?: string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3246,6 +3377,7 @@ export interface operations {
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
             422: components["responses"]["InvalidRequest"];
+            429: components["responses"]["TooManyRequests"];
             500: components["responses"]["InternalError"];
         };
     };
@@ -3261,6 +3393,8 @@ export interface operations {
             /** @description The built-in surfaces. */
             200: {
                 headers: {
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3268,6 +3402,7 @@ export interface operations {
                 };
             };
             422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["TooManyRequests"];
             500: components["responses"]["InternalError"];
         };
     };
@@ -3306,6 +3441,8 @@ export interface operations {
                      * @example /v1/surfaces/bb30fce7d74589bd7beb4732c9ba1488f742803c7c0db6b01033cc8a70eecd65
                      */
                     Location: string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3320,6 +3457,8 @@ export interface operations {
                      * @example /v1/surfaces/bb30fce7d74589bd7beb4732c9ba1488f742803c7c0db6b01033cc8a70eecd65
                      */
                     Location: string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3332,6 +3471,7 @@ export interface operations {
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
             422: components["responses"]["InvalidRequest"];
+            429: components["responses"]["TooManyRequests"];
             500: components["responses"]["InternalError"];
             503: components["responses"]["StoreFailed"];
             507: components["responses"]["StoreFull"];
@@ -3339,7 +3479,12 @@ export interface operations {
     };
     getSurface: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Of a signed address: until when it is good, in Unix time. */
+                expires?: number;
+                /** @description Of a signed address, as `POST /v1/sign` makes it: its last parameter. */
+                signature?: string;
+            };
             header?: {
                 /**
                  * @description Tags of answers that the client has, or `*`.
@@ -3371,6 +3516,8 @@ export interface operations {
                      * @example public, max-age=31536000, immutable
                      */
                     "Cache-Control": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3390,13 +3537,17 @@ export interface operations {
                      * @example public, max-age=31536000, immutable
                      */
                     "Cache-Control": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     [name: string]: unknown;
                 };
                 content?: never;
             };
             401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["SignatureInvalid"];
             404: components["responses"]["UnknownSurface"];
             422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["TooManyRequests"];
             500: components["responses"]["DamagedObject"];
             503: components["responses"]["StoreFailed"];
         };
@@ -3419,6 +3570,8 @@ export interface operations {
             /** @description It is gone. */
             204: {
                 headers: {
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -3427,6 +3580,7 @@ export interface operations {
             404: components["responses"]["UnknownSurface"];
             405: components["responses"]["MethodNotAllowed"];
             422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["TooManyRequests"];
             500: components["responses"]["InternalError"];
             503: components["responses"]["StoreFailed"];
         };
@@ -3549,6 +3703,10 @@ export interface operations {
                  * @example 2
                  */
                 engine?: number;
+                /** @description Of a signed address: until when it is good, in Unix time. */
+                expires?: number;
+                /** @description Of a signed address, as `POST /v1/sign` makes it: its last parameter. */
+                signature?: string;
             };
             header?: {
                 /**
@@ -3631,6 +3789,8 @@ export interface operations {
                      * @example </v1/surfaces/utah-teapot/mesh.glb?engine=2>; rel="canonical"
                      */
                     Link: string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3669,17 +3829,56 @@ export interface operations {
                      * @example cache;desc=miss, surface;dur=0.310, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     [name: string]: unknown;
                 };
                 content?: never;
             };
             401: components["responses"]["KeyNeeded"];
+            403: components["responses"]["SignatureInvalid"];
             404: components["responses"]["UnknownSurface"];
             406: components["responses"]["CodingNotAcceptable"];
             410: components["responses"]["EngineGone"];
             422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["TooManyRequests"];
             500: components["responses"]["DamagedObject"];
             503: components["responses"]["StoreFailed"];
+        };
+    };
+    signAddress: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SignRequest"];
+            };
+        };
+        responses: {
+            /** @description The address. */
+            200: {
+                headers: {
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SignedAddress"];
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
+            404: components["responses"]["NotFound"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidRequest"];
+            429: components["responses"]["TooManyRequests"];
+            500: components["responses"]["InternalError"];
         };
     };
     listFormats: {
@@ -3694,6 +3893,8 @@ export interface operations {
             /** @description The formats written here. */
             200: {
                 headers: {
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3701,6 +3902,7 @@ export interface operations {
                 };
             };
             422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["TooManyRequests"];
             500: components["responses"]["InternalError"];
         };
     };
@@ -3774,6 +3976,42 @@ export interface operations {
                     "application/json": components["schemas"]["Health"];
                 };
             };
+        };
+    };
+    getMetrics: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Every number that is counted. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example # HELP surface_cache_hits_total Answers sent again.
+                     *     # TYPE surface_cache_hits_total counter
+                     *     surface_cache_hits_total 1204.0
+                     */
+                    "text/plain": string;
+                    /**
+                     * @example # HELP surface_cache_hits Answers sent again.
+                     *     # TYPE surface_cache_hits counter
+                     *     surface_cache_hits_total 1204.0
+                     *     # EOF
+                     */
+                    "application/openmetrics-text": string;
+                };
+            };
+            401: components["responses"]["KeyNeeded"];
+            404: components["responses"]["NotFound"];
+            422: components["responses"]["InvalidQuery"];
+            500: components["responses"]["InternalError"];
         };
     };
 }

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
 from openapi_spec_validator import OpenAPIV31SpecValidator
+from pydantic import SecretStr
 from starlette.routing import Route
 
 from service.api.app import create_app
+from service.api.guard.keys import entry_line, new_key
 from service.api.openapi.codes import CODES
 from service.api.openapi.document import document
 from service.decoders.registry import DECODERS
@@ -37,6 +39,7 @@ from tests.api.hostile import HOSTILE, QUERIES
 
 COMMITTED = Path(__file__).parents[1] / "openapi" / "openapi.json"
 UNDOCUMENTED = {"/", "/page/{file}", "/docs", "/docs/{asset}", "/openapi.json"}
+RATES = {"RateLimit", "RateLimit-Policy"}
 DOCUMENT: dict[str, Any] = json.loads(json.dumps(document()))
 
 
@@ -74,7 +77,12 @@ def test_document_is_valid_and_served(client: Client) -> None:
 
 
 def test_every_route_is_described_and_nothing_else() -> None:
-    app = create_app(Settings(allow_delete=True))
+    settings = Settings(
+        allow_delete=True,
+        api_keys=(entry_line("all", new_key()),),
+        signing_keys=(SecretStr("0123456789abcdef" * 2),),
+    )
+    app = create_app(settings)
     routes = {
         (route.path, method.lower())
         for route in app.routes
@@ -96,8 +104,37 @@ def test_operations_are_named_once_tagged_and_explained() -> None:
             assert parameter["description"]
 
 
+def answered(operation: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """The answers that are no problems, and written in full."""
+    for answer in operation["responses"].values():
+        if "$ref" not in answer:
+            yield answer
+
+
+def test_what_the_guard_may_answer_is_told_wherever_it_may() -> None:
+    for path, item in DOCUMENT["paths"].items():
+        for method, operation in item.items():
+            found = operation["responses"].keys() & {"401", "403", "429"}
+            if path.startswith("/health") or path == "/metrics":
+                watched = path == "/metrics"  # which may need a key
+                assert found == ({"401"} if watched else set())
+                assert ("security" in operation) is watched
+                continue
+            closed = method != "get" or path.startswith("/v1/surfaces/")
+            signed = method == "get" and closed
+            assert found == {"429"} | ({"401"} if closed else set()) | (
+                {"403"} if signed else set()
+            )
+            assert all(answer["headers"].keys() >= RATES for answer in answered(operation))
+            assert operation.get("security") == ([{}, {"key": []}] if closed else None)
+            names = {parameter["name"] for parameter in operation.get("parameters", [])}
+            assert ({"expires", "signature"} <= names) is signed
+    assert DOCUMENT["components"]["securitySchemes"]["key"]["scheme"] == "bearer"
+
+
 def test_every_field_of_a_request_is_described() -> None:
     for name in (
+        "SignRequest",
         "CurveRequest",
         "BezierCurveDefinition",
         "BsplineCurveDefinition",
@@ -207,7 +244,7 @@ def test_examples_of_storing_are_true(client: Client) -> None:
             assert answer.status_code == int(status)
             assert answer.json() == shown[name]["value"]
             assert errors("StoredSurface", answer.json()) == []
-            assert set(response["headers"]) == {"Location"}
+            assert set(response["headers"]) - RATES == {"Location"}
             assert errors("SurfaceDocument", client.get(answer.headers["location"]).json()) == []
 
 

@@ -24,13 +24,15 @@ from service.api import (
     page,
     points,
     problems,
+    sign,
     surfaces,
 )
 from service.api.caching.answers import AnswerCache
 from service.api.caching.flights import Flights
 from service.api.caching.front import Front
 from service.api.cors import CrossOrigin, Origins
-from service.api.guard.guard import guarded
+from service.api.guard.means import guarded, signer_of
+from service.api.guard.policy import needs_keys
 from service.api.observing.lines import Write
 from service.api.observing.metrics import metrics, registry_of
 from service.api.observing.observed import Observed
@@ -68,6 +70,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     app.state.few = CapacityLimiter(app.state.settings.workers)
     app.state.turn = Lock()
     app.state.store = _store(app.state.settings)
+    app.state.signer = signer_of(app.state.settings)
     app.state.ready = True
     app.openapi = document  # type: ignore[method-assign]
     _add_routes(app)
@@ -118,6 +121,8 @@ def _add_routes(app: FastAPI) -> None:
     delete = ["DELETE"] if app.state.settings.allow_delete else []
     app.add_route("/v1/surfaces/{id}", surfaces.item, methods=["GET", *delete])
     app.add_route("/v1/surfaces/{id}/mesh.{suffix}", mesh_by_url.get_mesh)
+    if app.state.signer is not None and needs_keys(app.state.settings):
+        app.add_route("/v1/sign", sign.post_sign, methods=["POST"])
     app.add_route("/v1/formats", catalogue.list_formats)
     app.add_route("/health", catalogue.health)
     app.add_route("/health/live", catalogue.live)

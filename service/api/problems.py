@@ -74,6 +74,18 @@ class KeyUnknown(SurfaceError):
     """The key that was sent is none of ours."""
 
 
+class SignatureInvalid(SurfaceError):
+    """The signature of an address is not one of it."""
+
+
+class SignatureExpired(SurfaceError):
+    """The signature of an address was good, and is not any more."""
+
+
+class RateLimited(SurfaceError):
+    """More requests than one may make in this time."""
+
+
 @dataclass(frozen=True, slots=True)
 class Problem:
     """What a class of errors is over HTTP.
@@ -98,6 +110,22 @@ PROBLEMS: dict[type[SurfaceError], Problem] = {
     KeyNeeded: Problem(401, "Unauthorized", "key_needed", "A key is needed for this.", "header"),
     KeyUnknown: Problem(
         401, "Unauthorized", "key_unknown", "The key is not one of those known here.", "header"
+    ),
+    SignatureInvalid: Problem(
+        403,
+        "Forbidden",
+        "signature_invalid",
+        "The signature is not one of this address.",
+        "parameter",
+    ),
+    SignatureExpired: Problem(
+        403, "Forbidden", "signature_expired", "The address is not good any more.", "parameter"
+    ),
+    RateLimited: Problem(
+        429,
+        "Too Many Requests",
+        "rate_limited",
+        "You ask more often than is allowed; `Retry-After` says when to ask again.",
     ),
     UnknownSurface: Problem(
         404, "Not Found", "unknown_surface", "No surface is known by this id.", "parameter"

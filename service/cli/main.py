@@ -3,7 +3,19 @@
 import argparse
 from collections.abc import Sequence
 
-from service.cli import convert, curve, estimate, health, key, lists, mesh, points, serve, store
+from service.cli import (
+    convert,
+    curve,
+    estimate,
+    health,
+    key,
+    lists,
+    mesh,
+    points,
+    serve,
+    sign,
+    store,
+)
 from service.cli.refusals import (
     EXIT_CODES,
     REFUSED,
@@ -49,6 +61,6 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (serve, health, mesh, estimate, points, convert, curve, store, key, lists):
+    for command in (serve, health, mesh, estimate, points, convert, curve, store, sign, key, lists):
         command.add(commands)
     return parser

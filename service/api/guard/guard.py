@@ -4,71 +4,133 @@ It stands in front of the answers that are kept, so that these are guarded too; 
 configured it does not stand there at all.
 """
 
-from starlette.types import ASGIApp, Receive, Scope, Send
+import time
+from dataclasses import dataclass
 
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from service.api.caching.entries import RawHeaders
 from service.api.cors import CrossOrigin, Origins
 from service.api.guard.key_file import KnownKeys
-from service.api.guard.keys import InvalidKeys, bearer, entries, owner
-from service.api.guard.policy import Policy
-from service.api.guard.refusals import key_needed, key_unknown, refusal
-from service.errors import InvalidSettings, SurfaceError
-from service.settings.values import Settings
+from service.api.guard.keys import bearer, owner
+from service.api.guard.policy import EXEMPT, Policy
+from service.api.guard.private import private_headers
+from service.api.guard.proxies import Proxies
+from service.api.guard.rates import Rates, caller
+from service.api.guard.refusals import key_needed, key_unknown, rate_limited, refusal
+from service.api.guard.signatures import Signer, is_signed
+from service.errors import SurfaceError
+
+_HSTS = (b"strict-transport-security", b"max-age=31536000")
+"""A year (RFC 6797); said only where a trusted proxy says that it was asked by https."""
 
 
-def guarded(app: ASGIApp, settings: Settings, origins: Origins) -> ASGIApp:
-    """The application behind its guard, or as it is where there is nothing to guard.
+@dataclass(frozen=True, slots=True)
+class Means:
+    """What the guard works with; None for what is not configured."""
 
-    Raises
-    ------
-    InvalidSettings
-        Where the settings that say who may do what make no sense, by themselves or together.
+    keys: KnownKeys | None
+    signer: Signer | None
+    rates: Rates | None
+    proxies: Proxies | None
+
+
+@dataclass(slots=True)
+class _Pass:
+    """What is added to the answer, whatever it is; and how private it is.
+
+    `left` is for how many seconds an address is still good; `wait`, how many are to be waited.
     """
-    policy = Policy(settings)
-    if settings.metrics == "key" and not policy.has_keys:
-        raise InvalidSettings(
-            "SURFACE_METRICS: got 'key' where there are no keys, needed SURFACE_API_KEYS too."
-        )
-    if not policy.has_keys:
-        return app
-    return Guard(app, policy, _known_keys(settings), origins)
+
+    added: list[tuple[bytes, bytes]]
+    private: bool = False
+    left: int | None = None
+    wait: int = 0
 
 
 class Guard:
     """Hands on what is allowed; answers all else by itself.
 
-    The name of a key that is known, never the key, is left in the state of the request, as `key`.
+    It leaves in the scope what it found out: the name of a key that is known (never the key) in the
+    state of the request, as `key`; who asks, as `client`; and the query without its signature, so
+    that whatever comes after it sees the address that was signed.
     """
 
-    def __init__(self, app: ASGIApp, policy: Policy, keys: KnownKeys, origins: Origins) -> None:
+    def __init__(self, app: ASGIApp, policy: Policy, means: Means, origins: Origins) -> None:
         self._app = app
         self._policy = policy
-        self._keys = keys
+        self._means = means
         self._origins = origins
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One request."""
-        if scope["type"] != "http" or _is_preflight(scope):
+        if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
+        found = _Pass([])
+        app = self._app
         try:
-            self._admit(scope)
+            self._admit(scope, found)
         except SurfaceError as error:
             scope["state"]["problem"] = error.issues[0].code
             # Scripts of other origins shall be able to read why.
-            answer = CrossOrigin(refusal(error), self._origins)
-            await answer(scope, receive, send)
-            return
-        await self._app(scope, receive, send)
+            app = CrossOrigin(refusal(error, found.wait), self._origins)
 
-    def _admit(self, scope: Scope) -> None:
+        async def sent(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers: RawHeaders = tuple(message.get("headers", ()))
+                if found.private:
+                    headers = private_headers(headers, found.left)
+                message = {**message, "headers": [*headers, *found.added]}
+            await send(message)
+
+        await app(scope, receive, sent if found.added or found.private else send)
+
+    def _admit(self, scope: Scope, found: _Pass) -> None:
         """Lets a request pass, or raises what is in its way."""
         state = scope.setdefault("state", {})
-        key = bearer(_header(scope, b"authorization"))
-        if key is not None and (name := owner(key, self._keys())) is not None:
+        if self._means.proxies is not None:
+            self._means.proxies.introduce(scope)
+            if scope["scheme"] == "https":
+                found.added.append(_HSTS)
+        if _is_preflight(scope):
+            return
+        path = route_path(scope)
+        need = self._policy.need(scope["method"], path)
+        sent, name = self._key(scope)
+        if name is not None:
             state["key"] = name
-        need = self._policy.need(scope["method"], route_path(scope))
-        if need != "nothing" and "key" not in state:
-            raise key_needed() if key is None else key_unknown()
+        if path not in EXEMPT or (need != "nothing" and name is None):
+            self._count(scope, name, found)
+        found.private = need == "key or signature"
+        signer = self._means.signer
+        if need != "key" and signer is not None and is_signed(path, scope["query_string"]):
+            now = time.time()
+            query, expires = signer.check(path, scope["query_string"], now)
+            scope["query_string"] = query
+            found.left = int(expires - now)
+        elif need != "nothing" and name is None:
+            raise key_unknown() if sent else key_needed(signature=found.private)
+
+    def _key(self, scope: Scope) -> tuple[bool, str | None]:
+        """Whether a key was sent, and its name, if it is one of ours."""
+        keys = self._means.keys
+        key = None if keys is None else bearer(_header(scope, b"authorization"))
+        if keys is None or key is None:
+            return False, None
+        return True, owner(key, keys())
+
+    def _count(self, scope: Scope, name: str | None, found: _Pass) -> None:
+        """Counts a request to whoever makes it; what brings a wrong key, to its address."""
+        rates = self._means.rates
+        if rates is None:
+            return
+        client = scope.get("client")
+        taken = rates.take(caller(name, client[0] if client else None))
+        found.added.extend(rates.headers(taken))
+        if not taken.allowed:
+            found.wait = taken.wait
+            raise rate_limited(rates.limit, taken.wait)
 
 
 def route_path(scope: Scope) -> str:
@@ -89,13 +151,3 @@ def _header(scope: Scope, name: bytes) -> bytes | None:
     """The value of a header that may stand there once; None where it does not."""
     found = [value for each, value in scope["headers"] if each == name]
     return found[0] if len(found) == 1 else None
-
-
-def _known_keys(settings: Settings) -> KnownKeys:
-    name = "SURFACE_API_KEYS"
-    try:
-        listed = entries(settings.api_keys)
-        name = "SURFACE_API_KEYS_FILE" if settings.api_keys_file else name
-        return KnownKeys(listed, settings.api_keys_file)
-    except InvalidKeys as error:
-        raise InvalidSettings(f"{name}: {error}") from None

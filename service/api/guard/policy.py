@@ -9,10 +9,17 @@ Need: TypeAlias = Literal["nothing", "key", "key or signature"]
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
 """Methods that change nothing, and compute only what has an address."""
 
-HEALTH = frozenset({"/health", "/health/live", "/health/ready"})
 METRICS = "/metrics"
 
+EXEMPT = frozenset({"/health", "/health/live", "/health/ready", METRICS})
+"""Asked by machines that watch the service, and not counted."""
+
 _LISTS = frozenset({"/v1/formats", "/v1/surfaces"})
+
+
+def needs_keys(settings: Settings) -> bool:
+    """Whether there are keys, so that not everybody may do everything."""
+    return bool(settings.api_keys or settings.api_keys_file)
 
 
 class Policy:
@@ -23,7 +30,7 @@ class Policy:
     """
 
     def __init__(self, settings: Settings) -> None:
-        self.has_keys = bool(settings.api_keys or settings.api_keys_file)
+        self.has_keys = needs_keys(settings)
         self._private = not settings.public_reads
         self._metrics = settings.metrics == "key"
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from starlette.responses import Response
 
-from service.api.problems import KeyNeeded, KeyUnknown, problem_of, problem_response
+from service.api.problems import KeyNeeded, KeyUnknown, RateLimited, problem_of, problem_response
 from service.errors import Issue, SurfaceError
 
 REALM = 'Bearer realm="surface"'
@@ -33,9 +33,24 @@ def key_unknown() -> KeyUnknown:
     )
 
 
-def refusal(error: SurfaceError) -> Response:
-    """The answer to a request that is not handed on; 401 says how to come back (RFC 6750)."""
-    headers: Mapping[str, str] = {}
+def rate_limited(limit: int, seconds: int) -> RateLimited:
+    """Too many requests; the next one would be answered in so many seconds."""
+    return RateLimited(
+        Issue(
+            "rate_limited",
+            "These were too many requests in a short time.",
+            got=f"more than {limit} a minute",
+            needed=f"a wait of {seconds} s",
+        )
+    )
+
+
+def refusal(error: SurfaceError, wait: int = 0) -> Response:
+    """The answer to a request that is not handed on.
+
+    401 says how to come back (RFC 6750), 429 when: in so many seconds.
+    """
+    headers: Mapping[str, str] = {"Retry-After": str(wait)} if wait else {}
     if isinstance(error, KeyNeeded):
         headers = {"WWW-Authenticate": REALM}
     elif isinstance(error, KeyUnknown):

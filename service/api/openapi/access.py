@@ -1,6 +1,8 @@
 """Who may do what, in the OpenAPI document: told by the rules that the guard keeps."""
 
-from service.api.guard.policy import Policy
+from service.api.guard.policy import EXEMPT, Policy
+from service.api.guard.signatures import EXPIRES, SIGNATURE
+from service.api.openapi.headers import RATE_REFERENCES
 from service.api.openapi.operations import problems
 from service.api.openapi.references import Json
 from service.settings.values import Settings
@@ -18,7 +20,29 @@ SECURITY_SCHEMES: Json = {
     }
 }
 
-_CLOSED = Policy(Settings(api_keys=("all",), public_reads=False))
+_SIGNED = [
+    {
+        "name": name,
+        "in": "query",
+        "required": False,
+        "description": description,
+        "schema": schema,
+    }
+    for name, description, schema in (
+        (
+            EXPIRES,
+            "Of a signed address: until when it is good, in Unix time.",
+            {"type": "integer", "minimum": 0, "examples": [1800000000]},
+        ),
+        (
+            SIGNATURE,
+            "Of a signed address, as `POST /v1/sign` makes it: its last parameter.",
+            {"type": "string", "pattern": "^[A-Za-z0-9_-]{43}$"},
+        ),
+    )
+]
+
+_CLOSED = Policy(Settings(api_keys=("all",), public_reads=False, metrics="key"))
 """The rules where everything is closed that can be."""
 
 
@@ -33,8 +57,22 @@ def guarded(paths: Json) -> Json:
 def _operation(operation: Json, method: str, path: str) -> Json:
     added: Json = {}
     responses = dict(operation["responses"])
-    if _CLOSED.need(method.upper(), path) != "nothing":
+    need = _CLOSED.need(method.upper(), path)
+    if need != "nothing":
         # A key is optional: not every service needs one.
         added["security"] = [{}, {_KEY: []}]
         responses |= problems("KeyNeeded")
+    if need == "key or signature":
+        added["parameters"] = [*operation["parameters"], *_SIGNED]
+        responses |= problems("SignatureInvalid")
+    if path not in EXEMPT:
+        responses = {status: _with_rates(each) for status, each in responses.items()}
+        responses |= problems("TooManyRequests")
     return operation | added | {"responses": dict(sorted(responses.items()))}
+
+
+def _with_rates(answer: Json) -> Json:
+    """An answer that is written in full here, with the headers that tell of rates."""
+    if "$ref" in answer:
+        return answer
+    return answer | {"headers": answer.get("headers", {}) | RATE_REFERENCES}

@@ -81,6 +81,9 @@ CODES: Mapping[str, str] = MappingProxyType(
         # The request around the body.
         "key_needed": "a call for which a key must be sent, and none was",
         "key_unknown": "a key that is not known here, or not any more",
+        "signature_invalid": "a signature that is not one of this address",
+        "signature_expired": "a signature that is not good any more",
+        "rate_limited": "more requests than one key, or one address, may make",
         "unknown_surface": "no surface has this id",
         "unknown_suffix": "no format has this suffix",
         "unknown_format": "there is no such format",

@@ -16,6 +16,7 @@ from service.api.openapi.convert import post_convert
 from service.api.openapi.curve import curve_schema, post_curve
 from service.api.openapi.estimate import estimate_schema, post_estimate
 from service.api.openapi.examples import meshes
+from service.api.openapi.headers import RATE_HEADERS
 from service.api.openapi.mesh import get_mesh, post_mesh
 from service.api.openapi.observing import metrics_operation
 from service.api.openapi.operations import get_operation
@@ -24,6 +25,7 @@ from service.api.openapi.problems import responses
 from service.api.openapi.references import Json, ref
 from service.api.openapi.requests import request_schemas
 from service.api.openapi.shapes import with_named_unions, with_tuples
+from service.api.openapi.sign import post_sign, signed_schema
 
 _DESCRIPTION = """\
 Parametric surfaces in, meshes out: post a control net, get vertices and faces.
@@ -72,9 +74,11 @@ def document() -> Json:
                     "Curve": curve_schema(),
                     "Estimate": estimate_schema(),
                     "StoredSurface": surfaces.stored_schema(),
+                    "SignedAddress": signed_schema(),
                 }
             ),
             "responses": responses(),
+            "headers": RATE_HEADERS,
             "securitySchemes": SECURITY_SCHEMES,
             "examples": meshes(),
         },
@@ -92,6 +96,7 @@ def _paths() -> Json:
         "/v1/surfaces": surfaces.collection(),
         "/v1/surfaces/{id}": surfaces.item(),
         "/v1/surfaces/{id}/mesh.{suffix}": {"get": get_mesh()},
+        "/v1/sign": {"post": post_sign()},
         "/v1/formats": {
             "get": get_operation(
                 "listFormats", "catalogue", "The formats written here", "FormatList", "InvalidQuery"

@@ -77,3 +77,21 @@ ACCEPT_ENCODING: Json = {
     "schema": {"type": "string"},
     "example": "zstd, gzip",
 }
+
+RATE_HEADERS: Json = {
+    "RateLimit-Policy": _header(
+        "There where requests are limited (`SURFACE_RATE_LIMIT`): `q`, how many may be made in "
+        "`w` seconds with one key, or from one address (draft-ietf-httpapi-ratelimit-headers).",
+        '"requests";q=60;w=60',
+        is_sure=False,
+    ),
+    "RateLimit": _header(
+        "There with `RateLimit-Policy`: `r`, how many could follow at once, and `t`, after how "
+        "many seconds all could again.",
+        '"requests";r=57;t=3',
+        is_sure=False,
+    ),
+}
+"""Headers of nearly all answers, as components."""
+
+RATE_REFERENCES: Json = {name: {"$ref": f"#/components/headers/{name}"} for name in RATE_HEADERS}

@@ -9,9 +9,11 @@ import numpy as np
 from service.api import problems
 from service.api.body import body_too_large, body_too_slow, body_type
 from service.api.caching.requested import check_codings
-from service.api.guard.refusals import REALM, key_needed, key_unknown
+from service.api.guard.refusals import REALM, key_needed, key_unknown, rate_limited
+from service.api.guard.signatures import MIN_SECRET, Signer
 from service.api.mesh_by_url import check_engine
 from service.api.negotiation import by_accept, by_suffix
+from service.api.openapi.headers import RATE_REFERENCES
 from service.api.openapi.references import Json, ref
 from service.api.parameters import only_format
 from service.api.problems import MEDIA_TYPE, Place, problem_document, problem_of
@@ -81,6 +83,9 @@ _KNOTS = (
     b'[1, 1, 0]]], "degree": 1, "knots": [[0, 0, 1, 1], [0, 1, 0.5, 1]]}}'
 )
 _SETTINGS = Settings()
+_SIGNER = Signer(["-" * MIN_SECRET])
+_MESH = "/v1/surfaces/saddle/mesh.glb"
+_SIGNED = _SIGNER.signed(_MESH, "", 1_800_000_000).encode()
 
 _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
     {
@@ -92,6 +97,11 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
             "none": lambda: _raised(key_needed()),
             "unknown": lambda: _raised(key_unknown()),
         },
+        "SignatureInvalid": {
+            "changed": lambda: _refused(lambda: _SIGNER.check("/v1/surfaces/saddle", _SIGNED, 0)),
+            "expired": lambda: _refused(lambda: _SIGNER.check(_MESH, _SIGNED, 1_800_000_000)),
+        },
+        "TooManyRequests": {"rate": lambda: _raised(rate_limited(60, 3))},
         "NotFound": {"no such path": lambda: problem_document(problems.NOT_FOUND)},
         "UnknownSurface": {
             "id": lambda: _refused(lambda: content_id("teapot")),
@@ -148,6 +158,15 @@ _HEADERS: Mapping[str, Json] = MappingProxyType(
                 "schema": {"type": "string"},
                 "example": REALM,
             }
+        },
+        "TooManyRequests": {
+            "Retry-After": {
+                "required": True,
+                "description": "After how many seconds the next request is answered.",
+                "schema": {"type": "integer", "minimum": 1},
+                "example": 3,
+            },
+            **RATE_REFERENCES,
         },
     }
 )

@@ -10,6 +10,7 @@ from service.schemas.mesh_query import MeshQuery
 from service.schemas.points import PointsRequest
 from service.schemas.query import LIST_NAMES
 from service.schemas.request import MeshRequest, SurfaceRequest
+from service.schemas.sign import SignRequest
 
 
 class _WithoutNull(GenerateJsonSchema):
@@ -22,7 +23,7 @@ class _WithoutNull(GenerateJsonSchema):
         return super().default_schema(schema)
 
 
-_REQUESTS = (MeshRequest, SurfaceRequest, PointsRequest, ConvertRequest, CurveRequest)
+_REQUESTS = (MeshRequest, SurfaceRequest, PointsRequest, ConvertRequest, CurveRequest, SignRequest)
 
 
 def request_schemas() -> dict[str, Json]:

@@ -1,0 +1,151 @@
+"""Addresses that carry their own permission: signed, and good until a moment that they name.
+
+The signature is HMAC-SHA-256 (RFC 2104) over what is asked for: that it is read, the path, and all
+parameters of the query in one order. So it holds for GET and HEAD, and however a client orders or
+escapes the query; any other path, parameter or moment needs another signature.
+"""
+
+import hmac
+import re
+from base64 import urlsafe_b64encode
+from collections.abc import Sequence
+from urllib.parse import parse_qsl, unquote_plus, urlencode
+
+from service.api.problems import SignatureExpired, SignatureInvalid
+from service.encoders.registry import FORMATS
+from service.errors import Issue
+
+EXPIRES, SIGNATURE = "expires", "signature"
+"""The parameters that signing adds: a moment in Unix time, and 43 letters."""
+
+MIN_SECRET = 32
+"""Letters that a secret has at least: as many bytes as its hash (RFC 2104, section 3)."""
+
+MAX_PARAMETERS = 100
+
+PATHS = "/v1/surfaces/{id} or /v1/surfaces/{id}/mesh.{suffix}"
+"""What can be signed, in words."""
+
+_PATH = re.compile(
+    r"/v1/surfaces/[0-9a-z-]{1,64}(?:/mesh\.(?:" + "|".join(fmt.suffix for fmt in FORMATS) + "))?"
+)
+_MOMENT = re.compile("[0-9]{1,12}")
+_PREFIX = "surface-service 1\nread\n"
+"""Says what is signed, so that no signature made with this secret elsewhere means anything here."""
+
+_Pairs = list[tuple[str, str]]
+
+
+class InvalidSecrets(ValueError):
+    """What should be secrets cannot be used as such."""
+
+
+class Signer:
+    """Signs with the first secret, and believes them all; raises `InvalidSecrets` for weak ones."""
+
+    def __init__(self, secrets: Sequence[str]) -> None:
+        if any(len(secret) < MIN_SECRET for secret in secrets):
+            raise InvalidSecrets(
+                f"one of them is too short; needed {MIN_SECRET} letters or more each."
+            )
+        if len(set(secrets)) < len(secrets):
+            raise InvalidSecrets("one of them is there twice; needed each one once.")
+        self._secrets = [secret.encode() for secret in secrets]
+
+    def signed(self, path: str, query: str, expires: int) -> str:
+        """The query with its signature, to be put behind the same path.
+
+        Raises
+        ------
+        ValueError
+            Where that is no address of a surface or a mesh, or one that was signed before.
+        """
+        pairs = _pairs(query)
+        if not is_signable(path) or any(name in (EXPIRES, SIGNATURE) for name, _ in pairs):
+            raise ValueError("this cannot be signed")
+        pairs.append((EXPIRES, str(expires)))
+        signature = _signature(self._secrets[0], path, pairs)
+        return "&".join(
+            ([query] if query else []) + [f"{EXPIRES}={expires}", f"{SIGNATURE}={signature}"]
+        )
+
+    def check(self, path: str, query: bytes, now: float) -> tuple[bytes, int]:
+        """The query without its signature, as it was written, and until when it is good.
+
+        Every secret is tried, in a time that tells nothing of how much was right.
+
+        Raises
+        ------
+        SignatureInvalid, SignatureExpired
+        """
+        try:
+            text = query.decode("ascii")
+            pairs = _pairs(text)
+        except ValueError:
+            raise _invalid() from None
+        moments = [value for name, value in pairs if name == EXPIRES]
+        signatures = [value for name, value in pairs if name == SIGNATURE]
+        if len(moments) != 1 or len(signatures) != 1 or not is_signable(path):
+            raise _invalid()
+        rest = [(name, value) for name, value in pairs if name != SIGNATURE]
+        given = signatures[0].encode()
+        right = [
+            hmac.compare_digest(_signature(s, path, rest).encode(), given) for s in self._secrets
+        ]
+        if not any(right) or not _MOMENT.fullmatch(moments[0]):
+            raise _invalid()
+        if int(moments[0]) <= now:
+            raise _expired()
+        return _stripped(text).encode(), int(moments[0])
+
+
+def is_signable(path: str) -> bool:
+    """Whether something that can be read by a signed address could be there."""
+    return _PATH.fullmatch(path) is not None
+
+
+def is_signed(path: str, query: bytes) -> bool:
+    """Whether an address says that it is signed."""
+    return b"signature=" in query and path.startswith("/v1/surfaces/")
+
+
+def _pairs(query: str) -> _Pairs:
+    """The parameters; raises ValueError where bytes are no text, or parameters are too many."""
+    return parse_qsl(query, keep_blank_values=True, errors="strict", max_num_fields=MAX_PARAMETERS)
+
+
+def _signature(secret: bytes, path: str, pairs: _Pairs) -> str:
+    text = f"{_PREFIX}{path}\n{urlencode(sorted(pairs))}"
+    digest = hmac.digest(secret, text.encode(), "sha256")
+    return urlsafe_b64encode(digest).rstrip(b"=").decode()
+
+
+def _stripped(query: str) -> str:
+    """The query without what signing added; the rest as it was written."""
+    own = (EXPIRES, SIGNATURE)
+    parts = (part for part in query.split("&"))
+    return "&".join(part for part in parts if unquote_plus(part.partition("=")[0]) not in own)
+
+
+def _invalid() -> SignatureInvalid:
+    return SignatureInvalid(
+        Issue(
+            "signature_invalid",
+            "The signature is not one of this address.",
+            f"/{SIGNATURE}",
+            "another signature",
+            "the whole address, as it was signed",
+        )
+    )
+
+
+def _expired() -> SignatureExpired:
+    return SignatureExpired(
+        Issue(
+            "signature_expired",
+            "The address was signed until a moment that is over.",
+            f"/{EXPIRES}",
+            "a moment in the past",
+            "an address that is signed anew",
+        )
+    )

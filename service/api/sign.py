@@ -1,0 +1,32 @@
+"""POST /v1/sign: an address that may be read by whoever has it, until a moment."""
+
+import time
+from functools import partial
+
+from starlette.requests import Request
+from starlette.responses import Response
+
+from service.api.answers import HEADERS, json_response
+from service.api.body import read_body
+from service.api.guard.moments import signed_address
+from service.api.parameters import no_parameters
+from service.api.work import long_to_read, run
+from service.schemas.document import parse_document
+from service.schemas.sign import SignRequest, sign_request
+from service.settings.values import Settings
+
+
+async def post_sign(request: Request) -> Response:
+    """Signs the address in the body. There only where there are secrets to sign with, and keys."""
+    settings: Settings = request.app.state.settings
+    no_parameters(request.query_params)
+    body = await read_body(request, settings)
+    wanted = await run(request, partial(_parse, body), in_thread=long_to_read(body))
+    root = request.scope.get("root_path", "")
+    address, expires = signed_address(request.app.state.signer, wanted, root, time.time())
+    headers = HEADERS | {"Cache-Control": "no-store"}
+    return json_response({"url": address, "expires": expires}, headers=headers)
+
+
+def _parse(body: bytes) -> SignRequest:
+    return sign_request(parse_document(body))

@@ -1,0 +1,51 @@
+"""`surface sign`: an address that may be read by whoever has it, made without a service."""
+
+import argparse
+
+from service.cli.output import print_lines
+from service.cli.refusals import EXIT_CODES, OK, UsageError
+from service.cli.source import Commands
+
+
+def add(commands: Commands) -> None:
+    """The command and its flags."""
+    sign = commands.add_parser(
+        "sign",
+        help="sign an address of a private surface",
+        description="Signs with the first secret of SURFACE_SIGNING_KEYS and prints the address, "
+        "which answers at every service with that secret. No service is asked.",
+        epilog=EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    sign.add_argument(
+        "address",
+        metavar="ADDRESS",
+        help="of a surface or a mesh, without the host: '/v1/surfaces/ID/mesh.glb?resolution=8'",
+    )
+    end = sign.add_mutually_exclusive_group(required=True)
+    end.add_argument("--seconds", metavar="N", help="for how long from now")
+    end.add_argument("--expires", metavar="UNIXTIME", help="until when, in seconds since 1970")
+    sign.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    import time
+
+    from service.api.guard.means import signer_of
+    from service.api.guard.moments import signed_address
+    from service.schemas.sign import sign_request
+    from service.settings.environment import from_environment
+
+    signer = signer_of(from_environment())
+    if signer is None:
+        raise UsageError("SURFACE_SIGNING_KEYS: got nothing, needed a secret to sign with")
+    document: dict[str, object] = {"url": arguments.address}
+    for name in ("seconds", "expires"):
+        text = getattr(arguments, name)
+        if text is not None:
+            if not (text.isascii() and text.isdigit() and len(text) < 20):
+                raise UsageError(f"--{name}: needed a whole number")
+            document[name] = int(text)
+    address, _ = signed_address(signer, sign_request(document), "", time.time())
+    print_lines([address])
+    return OK

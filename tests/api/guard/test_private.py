@@ -1,0 +1,228 @@
+"""Private reads: keys and signed addresses, the cache behind them, and what caches are told."""
+
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from pydantic import SecretStr
+
+from service.api.app import create_app
+from service.api.guard.keys import entry_line, new_key
+from service.api.guard.signatures import Signer
+from service.errors import InvalidSettings
+from service.settings.values import Settings
+from tests.api.client import Client, client_of
+
+KEY, SECRET = new_key(), "0123456789abcdef" * 2
+WITH = {"Authorization": f"Bearer {KEY}"}
+SETTINGS = Settings(
+    api_keys=(entry_line("alice", KEY),), public_reads=False, signing_keys=(SecretStr(SECRET),)
+)
+NET = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
+MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    with client_of(create_app(SETTINGS)) as client:
+        yield client
+
+
+def sign(client: Client, url: str = MESH, **end: Any) -> Any:
+    return client.post("/v1/sign", {"url": url, **(end or {"seconds": 600})}, WITH)
+
+
+def signed(client: Client, url: str = MESH, **end: Any) -> str:
+    answer = sign(client, url, **end)
+    assert answer.status_code == 200, answer.text
+    return str(answer.json()["url"])
+
+
+def stored(client: Client) -> dict[str, Any]:
+    links: dict[str, Any] = client.post("/v1/surfaces", NET, WITH).json()["links"]
+    return links
+
+
+@pytest.mark.parametrize(
+    "path", [MESH, "/v1/surfaces/saddle", "/v1/surfaces/none", "/v1/surfaces/a/b/c", "/v1/none"]
+)
+def test_reads_need_a_key_or_a_signature(client: Client, path: str) -> None:
+    """Whether there is anything is told to nobody else."""
+    for method in ("GET", "HEAD"):
+        answer = client.request(method, path)
+        assert answer.status_code == 401
+        assert answer.headers["www-authenticate"].startswith("Bearer")
+        assert answer.headers["cache-control"] == "no-store"
+    needed = client.get(path).json()["errors"][0]["needed"]
+    assert "signed address" in needed
+
+
+@pytest.mark.parametrize("path", ["/v1/surfaces", "/v1/formats", "/health", "/openapi.json"])
+def test_lists_and_descriptions_stay_open(client: Client, path: str) -> None:
+    assert client.get(path).status_code == 200
+
+
+def test_with_a_key_answers_are_kept_by_that_client_and_asked_for_again(client: Client) -> None:
+    links = stored(client)
+    for path in (MESH, MESH, links["self"], links["mesh"]["glb"], links["mesh"]["glb"]):
+        answer = client.get(path, WITH)
+        assert answer.status_code == 200
+        assert answer.headers.get_list("cache-control") == ["private, no-cache"]
+        assert "Authorization" in answer.headers["vary"]
+        again = client.get(path, WITH | {"If-None-Match": answer.headers["etag"]})
+        assert again.status_code == 304
+        assert again.headers.get_list("cache-control") == ["private, no-cache"]
+        assert client.get(path, {"If-None-Match": answer.headers["etag"]}).status_code == 401
+
+
+def test_a_signed_address_is_read_without_a_key_for_as_long_as_it_says(client: Client) -> None:
+    links = stored(client)
+    for path, most in ((MESH, 3600), (links["self"], 7200), (links["mesh"]["glb"], 7200)):
+        url = signed(client, path, seconds=7200)
+        answer = client.get(url)
+        assert answer.status_code == 200
+        assert client.request("HEAD", url).headers["etag"] == answer.headers["etag"]
+        kept = answer.headers["cache-control"]
+        assert kept.startswith("private, max-age=")
+        assert most - 60 < int(kept.rpartition("=")[2]) <= most
+        unchanged = client.get(url, {"If-None-Match": answer.headers["etag"]})
+        assert unchanged.status_code == 304
+        assert unchanged.headers["cache-control"].startswith("private, max-age=")
+
+
+def test_signed_and_unsigned_addresses_are_one_kept_answer() -> None:
+    app = create_app(SETTINGS)
+    with client_of(app) as client:
+        first = client.get(MESH, WITH)
+        for url in (
+            signed(client),
+            signed(client, seconds=700),
+            signed(client, MESH + "&uvs=false"),
+        ):
+            answer = client.get(url)
+            assert answer.content == first.content
+            assert answer.headers["etag"] == first.headers["etag"]
+            assert answer.headers["server-timing"] == "cache;desc=hit"
+            assert "signature" not in answer.headers["link"]
+            assert client.get(url).headers["server-timing"] == "cache;desc=hit"
+    assert len(app.state.answers) == 1
+    assert app.state.answers.counts.misses == 1
+
+
+def test_a_kept_answer_is_not_changed_by_who_got_it() -> None:
+    """What is sent from memory is made once: the headers of one must not become those of all."""
+    with client_of(create_app(SETTINGS)) as client:
+        for _ in range(3):
+            assert client.get(MESH, WITH).headers.get_list("vary").count("Authorization") == 1
+
+
+def test_bad_signatures_are_refused_with_a_key_too(client: Client) -> None:
+    url = signed(client)
+    before, _, end = url.partition("expires=")
+    expired = f"{before}expires=1&{end.partition('&')[2]}"
+    for headers in ({}, WITH):
+        for wrong in (url + "a", url.replace("resolution=2", "resolution=3"), expired):
+            answer = client.get(wrong, headers)
+            assert answer.status_code == 403
+            assert answer.json()["code"] == "signature_invalid"
+            assert answer.json()["errors"][0]["parameter"] == "signature"
+            assert answer.headers["access-control-allow-origin"] == "*"
+
+
+def test_addresses_expire(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    url = signed(client)
+    monkeypatch.setattr("service.api.guard.guard.time.time", lambda: 4e9)
+    answer = client.get(url)
+    assert answer.status_code == 403
+    assert answer.json()["code"] == "signature_expired"
+
+
+def test_a_signature_opens_nothing_else(client: Client) -> None:
+    query = signed(client).partition("?")[2]
+    assert client.post(f"/v1/mesh?{query}", NET).status_code == 401
+    assert client.request("DELETE", f"/v1/surfaces/saddle?{query}").status_code == 401
+    assert client.get(f"/v1/surfaces/torus/mesh.glb?{query}").status_code == 403
+
+
+def test_the_end_may_be_a_moment_and_then_the_address_is_the_same(client: Client) -> None:
+    end = int(time.time()) + 1000
+    first, second = (sign(client, expires=end) for _ in range(2))
+    assert first.json() == second.json()
+    assert first.json()["expires"] == end
+    assert first.headers["cache-control"] == "no-store"
+
+
+@pytest.mark.parametrize(
+    ("document", "code", "pointer"),
+    [
+        ({"url": MESH}, "missing_field", "/expires"),
+        ({"url": MESH, "expires": 1, "seconds": 1}, "conflicting_options", "/expires"),
+        ({"url": MESH, "expires": 1}, "out_of_range", "/expires"),
+        ({"url": MESH, "expires": 10**11}, "out_of_range", "/expires"),
+        ({"url": MESH, "seconds": 0}, "out_of_range", "/seconds"),
+        ({"url": MESH, "seconds": 700_000}, "out_of_range", "/seconds"),
+        ({"url": MESH, "seconds": 1.5}, "wrong_type", "/seconds"),
+        ({"url": MESH, "seconds": None}, "null_value", "/seconds"),
+        ({"seconds": 9}, "missing_field", "/url"),
+        ({"url": "x" * 9000, "seconds": 9}, "wrong_length", "/url"),
+        *(
+            ({"url": url, "seconds": 9}, "wrong_value", "/url")
+            for url in (
+                "",
+                "https://example.com/v1/surfaces/saddle",
+                "//example.com/v1/surfaces/saddle",
+                "/v1/surfaces",
+                "/v1/mesh",
+                "/v1/surfaces/saddle/mesh.exe",
+                "/v1/surfaces/../../etc/passwd",
+                "/v1/surfaces/saddle#part",
+                "/v1/surfaces/saddle?a=\n",
+                "/v1/surfaces/saddle?a=ä",
+                "/v1/surfaces/saddle?expires=9",
+                "file:///etc/passwd",
+            )
+        ),
+    ],
+)
+def test_what_is_not_signed(
+    client: Client, document: dict[str, Any], code: str, pointer: str
+) -> None:
+    answer = client.post("/v1/sign", document, WITH)
+    assert answer.status_code == 422
+    (error,) = answer.json()["errors"]
+    assert (error["code"], error["pointer"]) == (code, pointer)
+    assert "example.com" not in answer.text
+
+
+def test_signing_needs_a_key_and_is_there_where_both_are_set(client: Client) -> None:
+    assert client.post("/v1/sign", {"url": MESH, "seconds": 9}).status_code == 401
+    for settings in (
+        Settings(api_keys=SETTINGS.api_keys),
+        Settings(signing_keys=SETTINGS.signing_keys),
+    ):
+        with client_of(create_app(settings)) as other:
+            answer = other.post("/v1/sign", {"url": MESH, "seconds": 9}, WITH)
+            assert answer.status_code == 404
+
+
+def test_public_surfaces_may_be_read_by_signed_addresses_as_well() -> None:
+    settings = Settings(signing_keys=SETTINGS.signing_keys)
+    query = Signer([SECRET]).signed("/v1/surfaces/saddle", "", int(time.time()) + 60)
+    with client_of(create_app(settings)) as client:
+        answer = client.get(f"/v1/surfaces/saddle?{query}")
+        assert answer.status_code == 200
+        assert answer.headers["cache-control"].startswith("public")
+        assert client.get(f"/v1/surfaces/saddle?{query}0").status_code == 403
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (Settings(public_reads=False), "^SURFACE_PUBLIC_READS: got 'false'"),
+        (Settings(signing_keys=(SecretStr("short"),)), "^SURFACE_SIGNING_KEYS: .*too short"),
+    ],
+)
+def test_settings_that_make_no_sense_stop_the_start(settings: Settings, message: str) -> None:
+    with pytest.raises(InvalidSettings, match=message):
+        create_app(settings)

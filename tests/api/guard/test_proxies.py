@@ -1,0 +1,141 @@
+"""Whom proxies are believed about, and that nobody else is."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.api.app import create_app
+from service.api.guard.proxies import InvalidProxies, Proxies, address_in
+from service.errors import InvalidSettings
+from service.settings.values import Settings
+from tests.api.client import client_of
+
+PROXY, EDGE, CLIENT = "10.0.0.1", "10.1.2.3", "203.0.113.7"
+TRUSTED = ("10.0.0.0/8", "fd00::/8")
+
+
+def introduced(
+    *lines: str,
+    peer: tuple[str, int] | None = (PROXY, 4711),
+    listed: Sequence[str] = TRUSTED,
+    proto: Sequence[str] = (),
+) -> tuple[str | None, str]:
+    headers = [(b"x-forwarded-for", line.encode("latin-1")) for line in lines]
+    headers += [(b"x-forwarded-proto", value.encode()) for value in proto]
+    scope: dict[str, Any] = {"client": peer, "scheme": "http", "headers": headers}
+    Proxies(listed).introduce(scope)
+    client = scope["client"]
+    return (client[0] if client else None), scope["scheme"]
+
+
+@pytest.mark.parametrize(
+    ("lines", "client"),
+    [
+        ([], PROXY),
+        ([CLIENT], CLIENT),
+        ([f"{CLIENT}, {EDGE}"], CLIENT),
+        ([f"198.51.100.9, {CLIENT}, {EDGE}"], CLIENT),
+        ([f"198.51.100.9, {CLIENT}", EDGE], CLIENT),
+        ([f"{EDGE},{EDGE}"], EDGE),
+        ([f"{CLIENT}:50000"], CLIENT),
+        (["[2001:db8::7]:50000"], "2001:db8::7"),
+        (["[2001:db8::7]"], "2001:db8::7"),
+        (["2001:db8::7, fd00::1"], "2001:db8::7"),
+        ([f"::ffff:{CLIENT}"], CLIENT),
+        ([f"{CLIENT}, unknown"], PROXY),
+        ([f"{CLIENT}, unknown, {EDGE}"], EDGE),
+        ([f"{CLIENT}, "], PROXY),
+        (["<script>"], PROXY),
+        (["\xe9"], PROXY),
+        (["10.0.0.256"], PROXY),
+        (["," * 50_000], PROXY),
+        ([CLIENT + f",{EDGE}" * 5_000], EDGE),
+    ],
+)
+def test_the_client_is_the_last_address_that_a_trusted_proxy_saw(
+    lines: list[str], client: str
+) -> None:
+    assert introduced(*lines)[0] == client
+
+
+@pytest.mark.parametrize("peer", [CLIENT, "11.0.0.1", "::ffff:203.0.113.7", "testclient", "::1"])
+def test_nobody_else_is_believed(peer: str) -> None:
+    found = introduced("198.51.100.9", peer=(peer, 1), proto=["https"])
+    assert found == (peer, "http")
+
+
+@settings(max_examples=60)
+@given(st.lists(st.text("0123456789.:[], abcdef\x00", max_size=30), max_size=3))
+def test_whatever_a_client_writes_first_its_address_is_the_one_that_was_seen(
+    forged: list[str],
+) -> None:
+    """The proxy adds whom it saw, to the same line or in one of its own."""
+    assert introduced(*forged, CLIENT)[0] == CLIENT
+    if forged:
+        assert introduced(*forged[:-1], f"{forged[-1]}, {CLIENT}")[0] == CLIENT
+
+
+def test_an_address_of_ipv4_in_ipv6_is_trusted_as_what_it_is() -> None:
+    assert introduced(CLIENT, peer=("::ffff:10.0.0.1", 1))[0] == CLIENT
+
+
+def test_unix_sockets_are_trusted_by_their_name() -> None:
+    assert introduced(CLIENT, peer=None)[0] is None
+    assert introduced(CLIENT, peer=None, listed=["unix"])[0] == CLIENT
+    assert introduced(peer=None, listed=["unix"])[0] is None
+    assert introduced(CLIENT, peer=("203.0.113.1", 1), listed=["unix"])[0] == "203.0.113.1"
+
+
+@pytest.mark.parametrize(
+    ("said", "scheme"),
+    [
+        (["https"], "https"),
+        (["HTTPS"], "https"),
+        (["http"], "http"),
+        (["http, https"], "https"),
+        (["https", "http"], "http"),
+        (["ftp"], "http"),
+        ([""], "http"),
+    ],
+)
+def test_the_scheme_is_what_the_nearest_proxy_says(said: list[str], scheme: str) -> None:
+    assert introduced(CLIENT, proto=said)[1] == scheme
+
+
+@pytest.mark.parametrize("text", ["", "1.2.3", "1.2.3.4.5", "fe80::1%", "[", "[]", ":80", "a:b"])
+def test_what_is_no_address(text: str) -> None:
+    assert address_in(text.encode()) is None
+
+
+@pytest.mark.parametrize("listed", [["proxy.local"], ["10.0.0.1/8"], ["*"], ["10.0.0.0/33"]])
+def test_what_names_no_proxy_stops_the_start(listed: list[str]) -> None:
+    with pytest.raises(InvalidProxies):
+        Proxies(listed)
+    with pytest.raises(InvalidSettings, match=r"^SURFACE_TRUSTED_PROXIES: needed addresses"):
+        create_app(Settings(trusted_proxies=tuple(listed)))
+
+
+def test_forged_addresses_do_not_escape_a_rate() -> None:
+    """The client of these tests comes from 127.0.0.1."""
+    for proxies, statuses in (((), {429}), (("192.0.2.1",), {429}), (("127.0.0.1",), {200})):
+        settings = Settings(rate_limit=1, trusted_proxies=proxies)
+        with client_of(create_app(settings)) as client:
+            client.get("/v1/formats", {"X-Forwarded-For": "198.51.100.1"})
+            answer = client.get("/v1/formats", {"X-Forwarded-For": "198.51.100.2"})
+            assert {answer.status_code} == statuses
+            again = client.get("/v1/formats", {"X-Forwarded-For": "1.1.1.1, 198.51.100.1"})
+            assert again.status_code == 429
+
+
+def test_browsers_are_told_to_stay_with_https_where_a_proxy_says_that_they_use_it() -> None:
+    secure = {"X-Forwarded-Proto": "https"}
+    with client_of(create_app(Settings(trusted_proxies=("127.0.0.1",)))) as client:
+        for path in ("/v1/formats", "/docs", "/nothing"):
+            answer = client.get(path, secure)
+            assert answer.headers["strict-transport-security"] == "max-age=31536000"
+            assert "strict-transport-security" not in client.get(path).headers
+    with client_of(create_app(Settings())) as client:
+        assert "strict-transport-security" not in client.get("/v1/formats", secure).headers

@@ -1,0 +1,145 @@
+"""Rates: a bucket that fills steadily, told in headers, for keys and for addresses."""
+
+import re
+
+import httpx
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.api.app import create_app
+from service.api.guard import rates
+from service.api.guard.keys import entry_line, new_key
+from service.api.guard.rates import Rates, caller
+from service.settings.values import Settings
+from tests.api.client import client_of
+
+KEY = new_key()
+MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
+
+
+class Clock:
+    def __init__(self) -> None:
+        self.now = 1000.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def test_a_minutes_requests_may_come_at_once_and_then_one_each_share() -> None:
+    clock = Clock()
+    counted = Rates(60, clock)
+    assert [counted.take("a").remaining for _ in range(60)] == list(range(59, -1, -1))
+    refused = counted.take("a")
+    assert (refused.allowed, refused.remaining, refused.reset, refused.wait) == (False, 0, 60, 1)
+    assert counted.take("b").allowed
+    clock.now += refused.wait
+    assert counted.take("a").allowed
+    assert not counted.take("a").allowed
+    clock.now += 60
+    assert counted.take("a").remaining == 59
+
+
+@settings(max_examples=50)
+@given(
+    st.integers(1, 100),
+    st.lists(st.sampled_from([0.0, 0.01, 0.5, 1.0, 7.0, 61.0]), min_size=1, max_size=300),
+)
+def test_no_more_than_twice_the_limit_passes_in_any_minute(limit: int, pauses: list[float]) -> None:
+    """And whoever waits as long as was said is let in."""
+    clock = Clock()
+    counted = Rates(limit, clock)
+    passed: list[float] = []
+    for pause in pauses:
+        clock.now += pause
+        taken = counted.take("a")
+        assert taken.allowed is (taken.wait == 0)
+        assert 0 <= taken.remaining < limit
+        assert 0 < taken.reset <= 60
+        if not taken.allowed:
+            clock.now += taken.wait
+            assert counted.take("a").allowed
+        passed.append(clock.now)
+    for end in passed:
+        assert sum(end - 60 < moment <= end for moment in passed) <= 2 * limit
+
+
+def test_a_flood_of_addresses_does_not_grow(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rates, "MOST", 100)
+    counted = Rates(2)
+    for i in range(1000):
+        counted.take(f"10.0.{i >> 8}.{i & 255}")
+        counted.take("frequent")
+    assert len(counted) == 100
+    assert not counted.take("frequent").allowed
+
+
+@pytest.mark.parametrize(
+    ("key", "client", "expected"),
+    [
+        ("alice", "10.0.0.1", "key alice"),
+        (None, "10.0.0.1", "10.0.0.1"),
+        (None, "::ffff:10.0.0.1", "10.0.0.1"),
+        (None, "2001:db8:1:2:3:4:5:6", "2001:db8:1:2::"),
+        (None, "2001:db8:1:2:ffff::", "2001:db8:1:2::"),
+        (None, "fe80::1%eth0", "fe80::"),
+        (None, None, "somebody"),
+        (None, "testclient", "somebody"),
+    ],
+)
+def test_who_is_counted_together(key: str | None, client: str | None, expected: str) -> None:
+    assert caller(key, client) == expected
+
+
+def told(answer: httpx.Response) -> tuple[int, int]:
+    assert answer.headers["ratelimit-policy"] == '"requests";q=4;w=60'
+    found = re.fullmatch(r'"requests";r=(\d+);t=(\d+)', answer.headers["ratelimit"])
+    assert found
+    return int(found[1]), int(found[2])
+
+
+def test_every_answer_tells_of_it_and_the_last_one_when_to_come_back() -> None:
+    with client_of(create_app(Settings(rate_limit=4))) as client:
+        first = client.get(MESH)
+        assert told(first) == (3, 15)
+        assert told(client.get(MESH))[0] == 2  # from the cache
+        unchanged = client.get(MESH, {"If-None-Match": first.headers["etag"]})
+        assert unchanged.status_code == 304
+        assert told(unchanged)[0] == 1
+        assert told(client.get("/nothing"))[0] == 0
+        refused = client.get(MESH)
+        assert refused.status_code == 429
+        assert refused.json()["code"] == "rate_limited"
+        assert 1 <= int(refused.headers["retry-after"]) <= 15
+        assert told(refused)[0] == 0
+        assert refused.headers["cache-control"] == "no-store"
+        assert refused.headers["access-control-allow-origin"] == "*"
+        assert "Retry-After" in refused.headers["access-control-expose-headers"]
+
+
+def test_who_watches_the_service_is_not_counted_nor_are_questions_beforehand() -> None:
+    with client_of(create_app(Settings(rate_limit=1))) as client:
+        client.get("/v1/formats")
+        for path in ("/health", "/health/live", "/health/ready"):
+            answer = client.get(path)
+            assert answer.status_code == 200
+            assert "ratelimit" not in answer.headers
+        asked = {"Origin": "https://example.com", "Access-Control-Request-Method": "POST"}
+        assert client.request("OPTIONS", "/v1/mesh", headers=asked).status_code == 204
+        assert client.get("/v1/formats").status_code == 429
+
+
+def test_keys_have_rates_of_their_own_and_wrong_ones_count_against_the_address() -> None:
+    keys = (entry_line("alice", KEY), entry_line("alice", new_key()))
+    with client_of(create_app(Settings(rate_limit=4, api_keys=keys))) as client:
+        for status in (401, 401, 401, 401, 429, 429):
+            wrong = {"Authorization": f"Bearer {new_key()}"}
+            assert client.post("/v1/mesh", {}, wrong).status_code == status
+        assert client.get(MESH).status_code == 429
+        right = {"Authorization": f"Bearer {KEY}"}
+        assert [client.get(MESH, right).status_code for _ in range(5)] == [200] * 4 + [429]
+
+
+def test_without_a_limit_nothing_is_said_of_it() -> None:
+    with client_of(create_app(Settings(api_keys=(entry_line("alice", KEY),)))) as client:
+        assert "ratelimit" not in client.get(MESH).headers

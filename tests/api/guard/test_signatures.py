@@ -1,0 +1,187 @@
+"""Signed addresses: what a signature holds for, and what it does not."""
+
+import hmac
+from random import Random
+from urllib.parse import parse_qsl, quote, urlencode
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from service.api.guard import signatures
+from service.api.guard.signatures import InvalidSecrets, Signer, is_signed
+from service.api.problems import SignatureExpired, SignatureInvalid
+
+OLD, NEW = "old secret of thirty-two letters", "new secret of thirty-two letters"
+SIGNER = Signer([NEW])
+PATH = "/v1/surfaces/saddle/mesh.glb"
+END, NOW = 2_000_000_000, 1_999_999_000
+
+few = settings(max_examples=40)
+texts = st.text("ab&=+% ;/é\n\U0001f600", max_size=4)
+parameters = st.lists(
+    st.tuples(texts.filter(lambda name: name not in ("expires", "signature")), texts), max_size=4
+)
+
+
+def signed(pairs: list[tuple[str, str]] | None = None, path: str = PATH) -> list[tuple[str, str]]:
+    return parse_qsl(SIGNER.signed(path, urlencode(pairs or []), END), keep_blank_values=True)
+
+
+def check(query: str, path: str = PATH, now: float = NOW, signer: Signer = SIGNER) -> bytes:
+    rest, expires = signer.check(path, query.encode(), now)
+    assert expires == END
+    return rest
+
+
+def refused(query: str, path: str = PATH, signer: Signer = SIGNER) -> None:
+    with pytest.raises(SignatureInvalid):
+        signer.check(path, query.encode(), NOW)
+
+
+@few
+@given(parameters, st.randoms(use_true_random=False))
+def test_any_order_and_spelling_of_the_query_verifies_the_same(
+    pairs: list[tuple[str, str]], random: Random
+) -> None:
+    moved = signed(pairs)
+    random.shuffle(moved)
+    rest = check("&".join(f"{_escaped(name)}={_escaped(value)}" for name, value in moved))
+    left = parse_qsl(rest.decode(), keep_blank_values=True)
+    assert sorted(left) == sorted(pairs)
+    assert not is_signed(PATH, rest) or any("signature" in name for name, _ in pairs)
+
+
+def _escaped(text: str) -> str:
+    """Every letter escaped, which no ordinary client does, and which means the same."""
+    return "".join(f"%{byte:02x}" for byte in text.encode())
+
+
+@few
+@given(parameters, parameters)
+@example([("a", "1"), ("b", "2")], [("a", "2"), ("b", "1")])
+@example([("a", "1&b=2")], [("a", "1"), ("b", "2")])
+@example([("resolution", "8")], [("resolution", "8"), ("resolution", "8")])
+def test_no_signature_holds_for_other_parameters(
+    pairs: list[tuple[str, str]], others: list[tuple[str, str]]
+) -> None:
+    if sorted(pairs) != sorted(others):
+        refused(urlencode(others + signed(pairs)[-2:]))
+
+
+@few
+@given(st.data())
+def test_no_letter_may_change(data: st.DataObject) -> None:
+    query = SIGNER.signed(PATH, "resolution=8&uvs=true", END)
+    at = data.draw(st.integers(0, len(query) - 1))
+    letter = data.draw(st.characters(min_codepoint=33, max_codepoint=126))
+    other = query[:at] + letter + query[at + 1 :]
+    if parse_qsl(other, keep_blank_values=True) != parse_qsl(query, keep_blank_values=True):
+        refused(other)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/v1/surfaces/saddle",
+        "/v1/surfaces/saddle/mesh.stl",
+        "/v1/surfaces/torus/mesh.glb",
+        "/v1/surfaces/saddle/mesh.glb/",
+        "/v1/surfaces/saddle/mesh.glb\nresolution=8",
+        "//v1/surfaces/saddle/mesh.glb",
+        "/v1/surfaces/SADDLE/mesh.glb",
+        "/v1/mesh",
+        "/metrics",
+        "",
+    ],
+)
+def test_a_signature_is_one_of_its_path(path: str) -> None:
+    refused(SIGNER.signed(PATH, "", END), path)
+
+
+def test_it_holds_until_its_moment() -> None:
+    query = SIGNER.signed(PATH, "", END)
+    assert check(query, now=END - 0.001) == b""
+    for now in (END, END + 1):
+        with pytest.raises(SignatureExpired):
+            SIGNER.check(PATH, query.encode(), now)
+    refused(query.replace(str(END), str(END + 1)))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda query: query.partition("&signature")[0],
+        lambda query: query.partition("signature=")[2],
+        lambda query: query + "&signature=" + query.rpartition("=")[2],
+        lambda query: query + f"&expires={END}",
+        lambda query: query + "=",
+        lambda query: query + "%20",
+        lambda query: query + "%ff",
+        lambda query: query + "&" + "&".join(["a=1"] * 200),
+        lambda query: query.replace(str(END), f"0{END}"),
+        lambda query: query.rpartition("=")[0] + "=",
+    ],
+)
+def test_what_is_not_quite_a_signed_address(change: object) -> None:
+    assert callable(change)
+    refused(change(SIGNER.signed(PATH, "", END)))
+
+
+def test_moments_are_digits_even_if_somebody_signed_others() -> None:
+    for moment in ("-1", "1e9", "٢", "", "9" * 13, " 2000000000"):
+        pairs = [("expires", moment)]
+        signature = signatures._signature(NEW.encode(), PATH, pairs)
+        refused(urlencode([*pairs, ("signature", signature)]))
+
+
+def test_queries_that_are_no_text_are_refused() -> None:
+    for query in (b"signature=\xff", b"%ff=1&expires=1&signature=a"):
+        with pytest.raises(SignatureInvalid):
+            SIGNER.check(PATH, query, NOW)
+
+
+def test_secrets_rotate() -> None:
+    both = Signer([NEW, OLD])
+    before, after = (Signer([secret]).signed(PATH, "", END) for secret in (OLD, NEW))
+    assert both.signed(PATH, "", END) == after != before
+    assert check(before, signer=both) == check(after, signer=both) == b""
+    refused(before)
+
+
+def test_all_secrets_are_compared_whichever_is_right(monkeypatch: pytest.MonkeyPatch) -> None:
+    compared: list[bytes] = []
+    right = hmac.compare_digest
+
+    def compare(mine: bytes, other: bytes) -> bool:
+        compared.append(mine)
+        return bool(right(mine, other))
+
+    monkeypatch.setattr(hmac, "compare_digest", compare)
+    both = Signer([NEW, OLD])
+    for secret in (NEW, OLD):
+        compared.clear()
+        check(Signer([secret]).signed(PATH, "", END), signer=both)
+        assert len(compared) == 2
+
+
+def test_what_is_left_is_as_it_was_written() -> None:
+    for query in ("", "resolution=16,32", "resolution=16%2C32&overlays=boundary", "&&a", "a=b=c"):
+        assert check(SIGNER.signed(PATH, query, END)).decode() == query
+
+
+@pytest.mark.parametrize("secrets", [["a" * 31], [""], [NEW, "short"], [NEW, NEW]])
+def test_weak_secrets_are_refused_and_not_repeated(secrets: list[str]) -> None:
+    with pytest.raises(InvalidSecrets) as caught:
+        Signer(secrets)
+    assert NEW not in str(caught.value)
+    assert "short;" not in str(caught.value).replace("too short;", "")
+
+
+@pytest.mark.parametrize("query", ["expires=1", "signature=a", "%65xpires=1", "a=%ff"])
+def test_what_cannot_be_signed(query: str) -> None:
+    with pytest.raises(ValueError, match=r".") as caught:
+        SIGNER.signed(PATH, query, END)
+    assert not isinstance(caught.value, SignatureInvalid)
+    with pytest.raises(ValueError, match="cannot be signed"):
+        SIGNER.signed("/v1/mesh" + quote(query), "", END)

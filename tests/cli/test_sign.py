@@ -1,0 +1,51 @@
+"""`surface sign`: addresses signed without a service, that services with the secret answer."""
+
+import pytest
+from pydantic import SecretStr
+
+from service.api.app import create_app
+from service.cli.main import main
+from service.settings.values import Settings
+from tests.api.client import client_of
+
+SECRET = "0123456789abcdef" * 2
+MESH = "/v1/surfaces/saddle/mesh.json?resolution=1"
+
+
+def test_the_address_answers(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("SURFACE_SIGNING_KEYS", SECRET)
+    assert main(["sign", MESH, "--seconds", "60"]) == 0
+    address = capsys.readouterr().out.strip()
+    assert address.startswith(MESH + "&expires=")
+    settings = Settings(public_reads=False, signing_keys=(SecretStr(SECRET),))
+    with client_of(create_app(settings)) as client:
+        assert client.get(address).status_code == 200
+        assert client.get(MESH).status_code == 401
+
+
+@pytest.mark.parametrize(
+    ("secret", "arguments", "found"),
+    [
+        ("", [MESH, "--seconds", "60"], (2, "SURFACE_SIGNING_KEYS")),
+        ("short", [MESH, "--seconds", "60"], (2, "SURFACE_SIGNING_KEYS")),
+        (SECRET, [MESH, "--seconds", "1e3"], (2, "--seconds")),
+        (SECRET, [MESH, "--seconds", "700000"], (1, "/seconds")),
+        (SECRET, [MESH, "--expires", "1"], (1, "/expires")),
+        (SECRET, ["/etc/passwd", "--seconds", "1"], (1, "/url")),
+    ],
+)
+def test_what_is_not_signed(
+    secret: str,
+    arguments: list[str],
+    found: tuple[int, str],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv("SURFACE_SIGNING_KEYS", secret)
+    code, said = found
+    assert main(["sign", *arguments]) == code
+    output = capsys.readouterr()
+    assert said in output.err
+    assert (output.out, "passwd" in output.err) == ("", False)
