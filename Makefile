@@ -15,14 +15,16 @@ NPM     := PATH="$$PATH:$(abspath $(BIN))" npm --loglevel=error
 OCC     := cadquery-ocp==8.0.1.1.0
 # What `make test-s3` stores on.
 MOTO    := 'moto[s3]==5.2.5' flask==3.1.3 flask-cors==6.0.5
+# What `make lint-deploy` judges with.
+CHECKOV := checkov==3.3.30
 SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types bench bench-occ test-disk test-s3 certify web picture lock image clean
+.PHONY: help serve test check format openapi types bench bench-occ test-disk test-s3 test-rolling lint-deploy certify web picture lock image clean
 
 help: ## Show this list
-	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-9s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 serve: $(VENV)/.runtime ## Install what is needed and serve on HOST:PORT (127.0.0.1:8000)
 	@$(MAKE) --silent web || echo "The scripts of the pages could not be fetched: serving without them."
@@ -62,6 +64,21 @@ test-disk: $(VENV)/.dev ## Store on a disk that gets full: a small tmpfs, mounte
 
 test-s3: $(VENV)/.dev build/s3/.ready ## Store on a server that speaks S3
 	S3_SERVER=build/s3/bin/moto_server $(BIN)/python -m pytest tests/storage/on_s3.py
+
+test-rolling: $(VENV)/.dev ## Restart and kill instances behind HAProxy under load: no request may fail
+	@command -v haproxy >/dev/null || { echo 'haproxy is needed: apt-get install haproxy'; exit 1; }
+	$(BIN)/python -m pytest tests/deploy/rolling.py
+
+# Nothing is fetched from, nor told to, the linter's makers. Exceptions stand in the manifests, with
+# their reasons; CKV_DOCKER_7 cannot see that the tags of the bases are in arguments.
+lint-deploy: build/checkov/.ready ## Judge Dockerfile and manifests by a security linter
+	rm -rf build/manifests && mkdir build/manifests
+	@for each in deploy/kubernetes/overlays/*; do \
+	  kubectl kustomize $$each > build/manifests/$${each##*/}.yaml || exit 1; done
+	build/checkov/bin/checkov --skip-download --quiet --compact --framework kubernetes \
+	  --directory build/manifests
+	build/checkov/bin/checkov --skip-download --quiet --compact --framework dockerfile \
+	  --skip-check CKV_DOCKER_7 --file Dockerfile
 
 certify: $(VENV)/.dev ## Judge meshes by tolerance: a thousand surfaces, two hundred models
 	$(BIN)/python -m tests.certify
@@ -109,6 +126,12 @@ build/occ/.ready: Makefile constraints.txt
 	$(PYTHON) -m venv build/occ
 	build/occ/bin/python -m pip --disable-pip-version-check --quiet install \
 	  --constraint constraints.txt $(OCC) numpy
+	touch $@
+
+build/checkov/.ready: Makefile
+	@echo 'Installing checkov into build/checkov …'
+	$(PYTHON) -m venv build/checkov
+	build/checkov/bin/python -m pip --disable-pip-version-check --quiet install $(CHECKOV)
 	touch $@
 
 web/node_modules/.package-lock.json: web/package-lock.json | $(VENV)/.runtime

@@ -1,0 +1,56 @@
+"""What lies in `deploy/`, read."""
+
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from service.settings.environment import with_flags
+from service.settings.listening import PREFIX
+from service.settings.values import Settings
+
+ROOT = Path(__file__).parents[2]
+DEPLOY = ROOT / "deploy"
+USER = 10001
+"""The user of the image."""
+
+
+def load(path: Path) -> Any:
+    """A YAML file."""
+    return yaml.safe_load(path.read_text(encoding="utf-8"))
+
+
+def run(*command: str | Path) -> str:
+    """What the command prints; a command that fails fails the test, with what it complained of."""
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def variables(path: Path) -> dict[str, str]:
+    """A file of environment variables, one a line."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    pairs = (line.partition("=") for line in lines if line and not line.startswith("#"))
+    return {name: value for name, _, value in pairs}
+
+
+def settings_of(environment: Mapping[str, str]) -> Settings:
+    """What the service makes of these variables; one that it does not know fails the test."""
+    ours = {
+        name.removeprefix(PREFIX).lower(): value
+        for name, value in environment.items()
+        if name.startswith(PREFIX)
+    }
+    assert ours.keys() <= Settings.model_fields.keys()
+    return with_flags(Settings(), ours)
+
+
+def check_memory(settings: Settings, limit: int) -> None:
+    """What is under way and the process itself fit into a limit, with some to spare."""
+    assert settings.memory_bytes + PROCESS < 0.7 * limit
+
+
+PROCESS = 200_000_000
+"""Bytes that a process may take beside SURFACE_MEMORY_BYTES: together less than 600 MB."""

@@ -1,0 +1,65 @@
+"""The file of HAProxy agrees with the service: `make test-rolling` runs it."""
+
+import json
+import re
+
+from service.settings.values import Settings
+from tests.deploy.files import DEPLOY, load, settings_of
+
+TEXT = (DEPLOY / "haproxy" / "haproxy.cfg").read_text(encoding="utf-8")
+SERVICES = load(DEPLOY / "compose.yaml")["services"]
+DEFAULTS = Settings()
+
+
+def seconds(name: str) -> float:
+    """One of HAProxy's times."""
+    (found,) = re.findall(rf"\b{name} (\d+)(ms|s)\b", TEXT)
+    return int(found[0]) / (1000 if found[1] == "ms" else 1)
+
+
+def number(name: str) -> int:
+    return int(re.findall(rf"\b{name} (\d+)\b", TEXT)[0])
+
+
+def test_the_service_says_no_before_the_proxy_does() -> None:
+    assert seconds("timeout server") > DEFAULTS.request_timeout
+    assert seconds("timeout client") > DEFAULTS.body_timeout
+    assert seconds("timeout http-request") >= DEFAULTS.head_timeout
+
+
+def test_idle_connections_are_closed_by_the_proxy_first() -> None:
+    assert seconds("timeout http-keep-alive") < DEFAULTS.keep_alive
+
+
+def test_heads_are_as_long_as_the_service_takes() -> None:
+    assert number("tune.bufsize") - number("tune.maxrewrite") >= DEFAULTS.max_head_bytes
+
+
+def test_connections_are_fewer_than_an_instance_takes() -> None:
+    assert re.findall(r"default-server .*maxconn (\d+)", TEXT) == ["1000"]
+    assert DEFAULTS.max_connections > 1000
+
+
+def test_not_ready_is_known_before_the_listener_closes() -> None:
+    known = number("fall") * (seconds("inter") + seconds("timeout check"))
+    settings = settings_of(SERVICES["surface"]["environment"])
+    assert settings.drain_delay >= known - seconds("timeout check")
+    assert "uri /health/ready " in TEXT
+
+
+def test_addresses_are_those_of_compose() -> None:
+    addresses = re.findall(r'server (\S+) "\$\{\w+-(\S+):(\d+)\}"', TEXT)
+    assert {name for name, _, _ in addresses} == {"surface", "surface-2"} <= SERVICES.keys()
+    for name, host, port in addresses:
+        assert (host, int(port)) == (name, DEFAULTS.port)
+
+
+def test_what_it_says_itself_is_a_problem() -> None:
+    texts = re.findall(
+        r"status (\d+) content-type application/problem\+json string '([^']*)'", TEXT
+    )
+    assert len(texts) == 6
+    for status, text in texts:
+        problem = json.loads(text)
+        assert problem.keys() == {"type", "title", "status", "code", "detail"}
+        assert problem["status"] == int(status)

@@ -1,0 +1,235 @@
+"""The Kubernetes manifests are valid, agree with the service, and keep the promises we make."""
+
+from functools import cache
+from typing import Any
+
+import kubernetes_validate
+import pytest
+import yaml
+
+from service import __version__
+from service.api.app import create_app
+from service.settings.values import Settings
+from service.storage.address import open_store
+from tests.deploy.files import DEPLOY, USER, check_memory, run, settings_of
+from tests.tools import program
+
+KUBERNETES = "1.37"
+FOLDER = DEPLOY / "kubernetes"
+OVERLAYS = sorted(path.name for path in (FOLDER / "overlays").iterdir())
+CUSTOM = {"ServiceMonitor", "PrometheusRule"}
+"""Kinds of the Prometheus Operator, which Kubernetes itself does not know."""
+
+Manifest = dict[str, Any]
+overlays = pytest.mark.parametrize("overlay", OVERLAYS)
+
+
+@cache
+def built(overlay: str) -> dict[tuple[str, str], Manifest]:
+    """What kustomize makes of an overlay, by kind and name: valid manifests."""
+    text = run(program("kubectl"), "kustomize", FOLDER / "overlays" / overlay)
+    manifests = list(yaml.safe_load_all(text))
+    for each in manifests:
+        if each["kind"] not in CUSTOM:
+            kubernetes_validate.validate(each, KUBERNETES, strict=True)
+    named = {(each["kind"], each["metadata"]["name"]): each for each in manifests}
+    assert len(named) == len(manifests)
+    return named
+
+
+def of_kind(overlay: str, kind: str) -> list[Manifest]:
+    return [each for (kind_of, _), each in built(overlay).items() if kind_of == kind]
+
+
+def the(overlay: str, kind: str) -> Manifest:
+    """The only one of its kind."""
+    (only,) = of_kind(overlay, kind)
+    return only
+
+
+def pod_of(overlay: str) -> Any:
+    return the(overlay, "Deployment")["spec"]["template"]["spec"]
+
+
+def container_of(overlay: str) -> Any:
+    (container,) = pod_of(overlay)["containers"]
+    return container
+
+
+def settings_in(overlay: str) -> Settings:
+    """What the service makes of the settings of the pod."""
+    config = the(overlay, "ConfigMap")
+    reference = {"configMapRef": {"name": config["metadata"]["name"]}}
+    assert reference in container_of(overlay)["envFrom"]
+    return settings_of(config["data"])
+
+
+def test_misspelled_manifest_is_refused() -> None:
+    deployment = yaml.safe_load((FOLDER / "base" / "deployment.yaml").read_text(encoding="utf-8"))
+    deployment["spec"]["template"]["spec"]["automountServiceAcountToken"] = False
+    with pytest.raises(kubernetes_validate.ValidationError):
+        kubernetes_validate.validate(deployment, KUBERNETES, strict=True)
+
+
+@overlays
+def test_all_lies_in_one_namespace_of_restricted_pods(overlay: str) -> None:
+    namespace = the(overlay, "Namespace")
+    assert namespace["metadata"]["labels"]["pod-security.kubernetes.io/enforce"] == "restricted"
+    for (kind, _), each in built(overlay).items():
+        if kind != "Namespace":
+            assert each["metadata"]["namespace"] == namespace["metadata"]["name"]
+
+
+@overlays
+def test_image_is_of_this_version(overlay: str) -> None:
+    assert container_of(overlay)["image"] == f"surface-service:{__version__}"
+
+
+@overlays
+def test_pod_may_not_write_nor_gain_rights(overlay: str) -> None:
+    pod = pod_of(overlay)
+    account = the(overlay, "ServiceAccount")
+    assert pod["serviceAccountName"] == account["metadata"]["name"]
+    assert account["automountServiceAccountToken"] is False
+    assert pod["automountServiceAccountToken"] is False
+    assert pod["securityContext"]["runAsNonRoot"]
+    assert pod["securityContext"]["runAsUser"] == pod["securityContext"]["fsGroup"] == USER
+    assert pod["securityContext"]["seccompProfile"] == {"type": "RuntimeDefault"}
+    assert container_of(overlay)["securityContext"] == {
+        "allowPrivilegeEscalation": False,
+        "readOnlyRootFilesystem": True,
+        "capabilities": {"drop": ["ALL"]},
+    }
+
+
+@overlays
+def test_memory_holds_what_the_settings_allow(overlay: str) -> None:
+    limit = container_of(overlay)["resources"]["limits"]["memory"]
+    assert limit == "1Gi"
+    check_memory(settings_in(overlay), 1 << 30)
+    assert settings_in(overlay).threads > 0, "the processors of the node would be counted"
+
+
+@overlays
+def test_there_is_time_to_drain(overlay: str) -> None:
+    settings = settings_in(overlay)
+    assert settings.drain_timeout >= settings.request_timeout, "the longest request ends"
+    needed = settings.drain_delay + settings.drain_timeout
+    assert pod_of(overlay)["terminationGracePeriodSeconds"] >= needed + 5
+    probe = container_of(overlay)["readinessProbe"]
+    noticed = probe["periodSeconds"] * probe["failureThreshold"] + probe["timeoutSeconds"]
+    if len(of_kind(overlay, "Ingress")) > 0:
+        assert settings.drain_delay > noticed
+    assert "lifecycle" not in container_of(overlay), "the service itself waits"
+
+
+@overlays
+def test_service_finds_the_pods(overlay: str) -> None:
+    template = the(overlay, "Deployment")["spec"]["template"]
+    service = the(overlay, "Service")["spec"]
+    assert service["selector"].items() <= template["metadata"]["labels"].items()
+    assert the(overlay, "Deployment")["spec"]["selector"]["matchLabels"] == service["selector"]
+    ports = {each["name"]: each["containerPort"] for each in container_of(overlay)["ports"]}
+    assert {port["targetPort"] for port in service["ports"]} <= ports.keys()
+    assert ports["http"] == settings_in(overlay).port
+
+
+@overlays
+def test_probed_paths_are_routes(overlay: str) -> None:
+    container = container_of(overlay)
+    probes = ("startupProbe", "livenessProbe", "readinessProbe")
+    for probe in probes:
+        assert container[probe]["httpGet"]["port"] == "http"
+    paths = [container[probe]["httpGet"]["path"] for probe in probes]
+    assert paths == ["/health/live", "/health/live", "/health/ready"]
+    assert set(paths) <= {route.path for route in create_app(Settings()).routes}  # type: ignore[attr-defined]
+
+
+@overlays
+def test_nobody_talks_but_to_the_port_of_the_service(overlay: str) -> None:
+    policies = {
+        each["metadata"]["name"]: each["spec"] for each in of_kind(overlay, "NetworkPolicy")
+    }
+    nothing = policies.pop("nothing")
+    assert nothing == {"podSelector": {}, "policyTypes": ["Ingress", "Egress"]}
+    labels = the(overlay, "Service")["spec"]["selector"]
+    for spec in policies.values():
+        assert spec["podSelector"]["matchLabels"] == labels
+        for rule in spec.get("ingress", []):
+            assert rule["from"], "from everybody"
+            assert rule["ports"] == [{"port": "http", "protocol": "TCP"}]
+    out = {
+        port["port"]
+        for spec in policies.values()
+        for rule in spec.get("egress", [])
+        for port in rule["ports"]
+    }
+    in_bucket = settings_in(overlay).store.startswith("s3://")
+    assert out == ({53, 443} if in_bucket else set())
+
+
+def test_on_a_volume_there_is_one_replica() -> None:
+    """Two would not see each other's surfaces, or could not both mount the volume."""
+    claim = the("local", "PersistentVolumeClaim")
+    assert claim["spec"]["accessModes"] == ["ReadWriteOnce"]
+    deployment = the("local", "Deployment")["spec"]
+    assert deployment["replicas"] == 1
+    assert deployment["strategy"] == {"type": "Recreate"}
+    (volume,) = pod_of("local")["volumes"]
+    assert volume["persistentVolumeClaim"]["claimName"] == claim["metadata"]["name"]
+    settings = settings_in("local")
+    mount = {"name": volume["name"], "mountPath": settings.store}
+    assert container_of("local")["volumeMounts"] == [mount]
+    assert claim["spec"]["resources"]["requests"]["storage"] == "10Gi"
+    assert settings.store_quota < 10 << 30
+
+
+def test_in_production_replicas_share_a_bucket_and_one_may_go() -> None:
+    deployment = the("production", "Deployment")
+    scaling = the("production", "HorizontalPodAutoscaler")["spec"]
+    assert "replicas" not in deployment["spec"], "the autoscaler says how many"
+    target = scaling["scaleTargetRef"]
+    assert (target["kind"], target["name"]) == ("Deployment", deployment["metadata"]["name"])
+    assert scaling["minReplicas"] >= 2
+    assert deployment["spec"]["strategy"]["rollingUpdate"] == {"maxUnavailable": 0, "maxSurge": 1}
+    budget = the("production", "PodDisruptionBudget")["spec"]
+    assert budget["maxUnavailable"] < scaling["minReplicas"]
+    assert budget["selector"] == deployment["spec"]["selector"]
+    settings = settings_in("production")
+    assert settings.store.startswith("s3://")
+    open_store(settings.store, settings.store_quota)
+    assert {"secretRef": {"name": "surface-bucket"}} in container_of("production")["envFrom"]
+    for each in pod_of("production")["topologySpreadConstraints"]:
+        assert each["labelSelector"] == deployment["spec"]["selector"]
+
+
+def test_in_production_keys_are_a_file_that_may_change() -> None:
+    (volume,) = pod_of("production")["volumes"]
+    assert volume["secret"]["secretName"] == "surface-keys"
+    assert not volume["secret"].get("optional"), "without keys everybody may compute and store"
+    (mount,) = container_of("production")["volumeMounts"]
+    assert mount["readOnly"]
+    assert "subPath" not in mount, "what is mounted so never changes"
+    folder, _, _ = settings_in("production").api_keys_file.rpartition("/")
+    assert (mount["name"], mount["mountPath"]) == (volume["name"], folder)
+
+
+def test_ingress_leads_to_every_route_but_those_for_operators() -> None:
+    ingress = the("production", "Ingress")["spec"]
+    (rule,) = ingress["rules"]
+    assert ingress["tls"][0]["hosts"] == [rule["host"]]
+    paths = rule["http"]["paths"]
+    service = {"name": "surface-service", "port": {"name": "http"}}
+    assert all(each["backend"] == {"service": service} for each in paths)
+    exact = {each["path"] for each in paths if each["pathType"] == "Exact"}
+    below = {each["path"] for each in paths if each["pathType"] == "Prefix"}
+
+    def reached(path: str) -> bool:
+        return path in exact or any(f"{path}/".startswith(f"{each}/") for each in below)
+
+    routes = {route.path for route in create_app(Settings()).routes}  # type: ignore[attr-defined]
+    inside = {"/health/live", "/health/ready", "/metrics"}
+    assert {path for path in routes | inside if not reached(path)} == inside
+    annotations = the("production", "Ingress")["metadata"]["annotations"]
+    seconds = int(annotations["haproxy.org/timeout-server"].removesuffix("s"))
+    assert seconds > settings_in("production").request_timeout

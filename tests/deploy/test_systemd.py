@@ -1,0 +1,56 @@
+"""The systemd unit is one, is confined, and agrees with the service."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.deploy.files import DEPLOY, check_memory, run, settings_of, variables
+from tests.tools import program
+
+UNIT = DEPLOY / "systemd" / "surface-service.service"
+OURS = "/opt/surface-service/bin/surface"
+LINES = [line.partition("=") for line in UNIT.read_text(encoding="utf-8").splitlines()]
+SETTINGS = settings_of(variables(DEPLOY / "systemd" / "surface.env.example"))
+
+
+def the(name: str) -> str:
+    (value,) = (value for key, _, value in LINES if key == name)
+    return value
+
+
+@pytest.fixture
+def unit(tmp_path: Path) -> Path:
+    """The unit, its program one that is there."""
+    text = UNIT.read_text(encoding="utf-8")
+    assert OURS in text
+    copy = tmp_path / UNIT.name
+    copy.write_text(text.replace(OURS, shutil.which("true") or ""), encoding="utf-8")
+    return copy
+
+
+def test_systemd_understands_it(unit: Path) -> None:
+    run(program("systemd-analyze"), "verify", unit)
+
+
+def test_it_is_confined(unit: Path) -> None:
+    """systemd's own mark: from 0, closed, to 10, open."""
+    told = run(program("systemd-analyze"), "security", "--offline=true", "--threshold=15", unit)
+    (mark,) = re.findall(r"exposure level for \S+: ([\d.]+) OK", told)
+    assert float(mark) <= 1.5
+
+
+def test_memory_holds_what_the_settings_allow() -> None:
+    assert the("MemoryMax") == "1G"
+    check_memory(SETTINGS, 1 << 30)
+    assert SETTINGS.max_connections < int(the("LimitNOFILE"))
+
+
+def test_there_is_time_to_drain() -> None:
+    assert SETTINGS.drain_timeout >= SETTINGS.request_timeout
+    assert int(the("TimeoutStopSec")) >= SETTINGS.drain_delay + SETTINGS.drain_timeout + 5
+
+
+def test_it_stores_where_it_may_write() -> None:
+    assert f"SURFACE_STORE=%S/{the('StateDirectory')} " in the("Environment")
