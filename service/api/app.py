@@ -105,6 +105,7 @@ def _add_front(app: Application) -> None:
 def _add_observer(app: Application, log: Write | None) -> None:
     """What sees every request first, and counts."""
     app.state.observed = Observed()
+    app.state.connections = ()  # the server that has some puts its own here
     app.state.registry = registry_of(app.state)
     places = Places(app.routes)
     app.front = Observer(app.front, places, app.state.observed, app.state.settings, log)

@@ -29,6 +29,7 @@ def _run(arguments: argparse.Namespace) -> int:
             settings = with_flags(from_environment(), flags)
             log = stack.enter_context(logs(settings))
         app = create_app(settings, log.requests.write)
+        app.state.observed.dropped = log.dropped
         try:
             serve(app, settings, app.state)
         except CannotListen as error:

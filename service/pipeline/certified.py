@@ -13,6 +13,7 @@ from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scene import Scene
 from service.errors import InvalidRequest, Issue, TooLarge
+from service.measuring import measured
 from service.pipeline.checks import check_bytes, check_vertices
 from service.pipeline.limits import Limits
 from service.surface.lowered import GroupModel, PatchModel
@@ -85,7 +86,8 @@ class Certifier:
         if tolerance is not None:
             goal = replace(goal, tolerance=tolerance)
         try:
-            made = self._meshing.made(goal, most, self._effort)
+            with measured("adaptive"):
+                made = self._meshing.made(goal, most, self._effort)
         except TooLarge as error:
             raise TooLarge(*(_limited(issue, limit, most) for issue in error.issues)) from None
         except InvalidRequest as error:

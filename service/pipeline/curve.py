@@ -7,6 +7,7 @@ from service.encoders.curves.format import CurveFormat, CurveSize
 from service.engine.curves.options import CurveOptions
 from service.engine.curves.trace import choose_samples, trace
 from service.errors import Issue, TooLarge
+from service.measuring import measured
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.memory import tracing
 from service.surface.curve_pieces import CurvePieces
@@ -46,9 +47,12 @@ class CurveWork:
         InvalidRequest, TooLarge
             If the tolerance cannot be met, or not with so many points.
         """
-        at = choose_samples(self.pieces, self.options, self.most, single=self.fmt.single)
+        with measured("curve"):
+            at = choose_samples(self.pieces, self.options, self.most, single=self.fmt.single)
         _check_curve(self, len(at))
-        return self.fmt.encode(trace(self.pieces, at, self.options, single=self.fmt.single))
+        with measured("curve"):
+            polyline = trace(self.pieces, at, self.options, single=self.fmt.single)
+        return self.fmt.encode(polyline)
 
     @property
     def memory(self) -> int:

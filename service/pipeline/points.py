@@ -6,6 +6,7 @@ from service.encoders import json_points
 from service.engine.points.answer import effort, points
 from service.engine.points.places import Places, Query, locate
 from service.errors import Issue, TooLarge
+from service.measuring import measured
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.memory import answering, check_lowering, model_bytes
 from service.pipeline.mesh import Lowerable
@@ -28,7 +29,9 @@ class PointsWork:
 
     def run(self) -> bytes:
         """The answer as JSON."""
-        return json_points.encode(points(self.model, self.places, self.order))
+        with measured("points"):
+            columns = points(self.model, self.places, self.order)
+        return json_points.encode(columns)
 
 
 def plan_points(surface: Lowerable, query: Query, limits: Limits = DEFAULT_LIMITS) -> PointsWork:

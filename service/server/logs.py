@@ -31,7 +31,6 @@ class Logs:
     requests: Sink
     others: Sink
 
-    @property
     def dropped(self) -> int:
         """Lines that could not be written."""
         return self.requests.dropped + self.others.dropped

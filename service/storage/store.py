@@ -13,6 +13,7 @@ from anyio import CapacityLimiter, Lock, to_thread
 from service.errors import DamagedObject, Issue, StoreFailed, SurfaceError, UnknownSurface
 from service.storage.failures import failures
 from service.storage.keys import SURFACES, is_id, key_of
+from service.storage.operations import Operations
 from service.storage.places import Bucket
 from service.storage.usage import Usage
 
@@ -42,12 +43,19 @@ class SurfaceStore:
     """
 
     def __init__(self, place: Bucket, quota: int) -> None:
+        self.operations = Operations()
+        self.quota = quota
         self._place = place
         self._usage = Usage(quota, self._listed)
         self._limiter = CapacityLimiter(AT_ONCE)
         self._writing: WeakValueDictionary[str, Lock] = WeakValueDictionary()
         self._asking = Lock()
         self._asked: tuple[float, bool] | None = None
+
+    @property
+    def used(self) -> int | None:
+        """Bytes in use as far as is known; None where nothing is counted."""
+        return self._usage.known
 
     async def put(self, id: str, content: bytes) -> bool:
         """Stores a content, and returns whether it was not there; it lasts once this returns.
@@ -62,6 +70,10 @@ class SurfaceStore:
         ValueError
             The id is not the hash of the content.
         """
+        with self.operations.told("put"):
+            return await self._put(id, content)
+
+    async def _put(self, id: str, content: bytes) -> bool:
         key = key_of(id)
         async with self._limiter:
             if await _hash(content) != id:
@@ -70,7 +82,7 @@ class SurfaceStore:
             before = await self._size(key)
             if before == len(content):
                 with suppress(DamagedObject, UnknownSurface):  # another process may delete it
-                    await self.get(id)
+                    await self._get(id)
                     return False
             elif before is not None:
                 _log.warning("%s is damaged, %d bytes instead of %d", key, before, len(content))
@@ -92,6 +104,10 @@ class SurfaceStore:
         """
         if not is_id(id):
             raise _unknown()
+        with self.operations.told("get"):
+            return await self._get(id)
+
+    async def _get(self, id: str) -> bytes:
         key = key_of(id)
         async with self._limiter:
             content = await self._read(key)
@@ -103,12 +119,19 @@ class SurfaceStore:
 
     async def has(self, id: str) -> bool:
         """Whether there is something under this id; it is not read."""
-        return is_id(id) and await self._size(key_of(id)) is not None
+        if not is_id(id):
+            return False
+        with self.operations.told("has"):
+            return await self._size(key_of(id)) is not None
 
     async def delete(self, id: str) -> bool:
         """Removes what is stored under this id, whole or damaged; whether there was anything."""
         if not is_id(id):
             return False
+        with self.operations.told("delete"):
+            return await self._delete(id)
+
+    async def _delete(self, id: str) -> bool:
         key = key_of(id)
         async with self._turn(id):
             size = await self._size(key)
@@ -148,7 +171,7 @@ class SurfaceStore:
 
     async def _answers(self) -> bool:
         try:
-            with failures("asking whether the store answers"):
+            with self.operations.told("ask"), failures("asking whether the store answers"):
                 await asyncio.wait_for(self._place.touch(), DEADLINE)
         except StoreFailed:
             return False

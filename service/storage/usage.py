@@ -48,6 +48,11 @@ class Usage:
         self._counted_at: float | None = None
         self._counting: asyncio.Task[None] | None = None
 
+    @property
+    def known(self) -> int | None:
+        """Bytes in use as far as is known; None before the first count, or without a quota."""
+        return None if self._counted_at is None else self._used
+
     async def counted(self) -> None:
         """Counts anew, or waits for the count that is under way; without a quota, neither."""
         if self._quota:

@@ -15,6 +15,7 @@ from prometheus_client.core import (
     HistogramMetricFamily,
     InfoMetricFamily,
     Metric,
+    SummaryMetricFamily,
 )
 from prometheus_client.openmetrics import exposition as openmetrics
 from prometheus_client.registry import Collector
@@ -28,6 +29,7 @@ from service.api.caching.answers import AnswerCache
 from service.api.observing.observed import Histogram, Observed
 from service.api.parameters import no_parameters
 from service.engine.mesh import ENGINE
+from service.storage.store import SurfaceStore
 
 TEXT, OPEN = exposition.CONTENT_TYPE_PLAIN_0_0_4, openmetrics.CONTENT_TYPE_LATEST
 """What is written for everybody, and what for those who ask for OpenMetrics."""
@@ -90,6 +92,7 @@ class Counts(Collector):
         )
         yield from self._requests(self._state.observed)
         yield from self._cache(self._state.answers)
+        yield from _store(self._state.store)
 
     def _requests(self, observed: Observed) -> Iterator[Metric]:
         took = HistogramMetricFamily(
@@ -119,6 +122,20 @@ class Counts(Collector):
         yield CounterMetricFamily(
             "surface_triangles", "Triangles of meshes that were made.", observed.triangles
         )
+        yield counter(
+            "surface_engine_seconds",
+            "Computing, by the way it is done; encoding is no part of it.",
+            "formulation",
+            observed.engine.so_far(),
+        )
+        yield GaugeMetricFamily(
+            "surface_connections", "Connections that are open.", len(self._state.connections)
+        )
+        yield CounterMetricFamily(
+            "surface_log_lines_dropped",
+            "Lines of the log that could not be written.",
+            observed.dropped(),
+        )
 
     def _cache(self, answers: AnswerCache) -> Iterator[Metric]:
         counts = answers.counts
@@ -132,6 +149,24 @@ class Counts(Collector):
             "surface_cache_limit_bytes", "Memory that kept answers may take.", answers.max_bytes
         )
         yield GaugeMetricFamily("surface_cache_entries", "Kept answers.", len(answers))
+
+
+def _store(store: SurfaceStore) -> Iterator[Metric]:
+    took = SummaryMetricFamily(
+        "surface_store_operation_seconds",
+        "What the store was asked to do, by the end it came to.",
+        labels=("operation", "outcome"),
+    )
+    for labels, done in store.operations.so_far.items():
+        took.add_metric(labels, done.count, done.seconds)
+    yield took
+    used = GaugeMetricFamily("surface_store_bytes", "Bytes of stored surfaces, as last counted.")
+    if store.used is not None:
+        used.add_metric((), store.used)
+    yield used
+    yield GaugeMetricFamily(
+        "surface_store_quota_bytes", "Bytes that they may take; 0 is no limit.", store.quota
+    )
 
 
 def counter(name: str, about: str, label: str, values: Values) -> Metric:

@@ -6,9 +6,11 @@ a lock each, would take several.
 
 from bisect import bisect_left
 from collections import Counter
+from collections.abc import Callable
 
 from service.api.observing.exchange import Exchange
 from service.engine.mesh import MeshReport
+from service.measuring import Seconds
 
 BOUNDS = (
     *(0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5),
@@ -55,6 +57,10 @@ class Observed:
         Problems, by code.
     vertices, triangles : int
         Of meshes that were made.
+    engine : Seconds
+        Of computing, by formulation.
+    dropped : callable
+        Lines of the log that could not be written: whoever writes them knows.
     """
 
     def __init__(self) -> None:
@@ -63,6 +69,8 @@ class Observed:
         self.bytes: Counter[str] = Counter()
         self.refusals: Counter[str] = Counter()
         self.vertices = self.triangles = 0
+        self.engine = Seconds()
+        self.dropped: Callable[[], int] = int
 
     def ended(self, exchange: Exchange, method: str, seconds: float) -> None:
         """A request is over."""

@@ -11,6 +11,7 @@ from service.api.observing.observed import Observed
 from service.api.observing.places import Places
 from service.api.observing.traces import Ids, harmless_id, parent_of
 from service.api.problems import INTERNAL_ERROR, problem_response
+from service.measuring import count_in
 from service.settings.values import Settings
 
 ID_HEADER = "X-Request-Id"
@@ -75,6 +76,7 @@ class Observer:
 
         observed.in_flight += 1
         current.set(exchange)
+        count_in(observed.engine)
         try:
             await self.app(scope, receive, counted)
         except Exception:

@@ -19,6 +19,7 @@ from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.evaluation.under_way import Evaluation, Samples
 from service.engine.options import Method
 from service.engine.scratch import Real
+from service.measuring import measured
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
@@ -94,13 +95,17 @@ def evaluate(
     work: Evaluation
     if isinstance(patches, TrianglePatches):
         work = TriangleEvaluation(patches, divisions, dtype, out, origin)
-        TRIANGLES[method](work)
+        with measured("triangles" if method == "matrix" else method):
+            TRIANGLES[method](work)
     else:
         work = GridEvaluation(patches, resolution, dtype, out, origin)
         if method == "matrix":
-            FORMULATIONS[formulation or choose(patches, resolution, normals)](work)
+            formulation = formulation or choose(patches, resolution, normals)
+            with measured(formulation):
+                FORMULATIONS[formulation](work)
         else:
-            GRIDS[method](work)
+            with measured(method):
+                GRIDS[method](work)
     crowded = work.crowded()
     if dtype is np.float32 and len(crowded):
         # One by one these normals would cost a hundred times what the patch costs in float64.

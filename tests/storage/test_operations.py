@@ -1,0 +1,48 @@
+"""What a store was asked to do, by kind and end."""
+
+import asyncio
+import hashlib
+from pathlib import Path
+
+import pytest
+
+from service.errors import DamagedObject, StoreFull, UnknownSurface
+from service.storage.address import open_store
+from service.storage.keys import key_of
+
+CONTENT = b"content"
+ID = hashlib.sha256(CONTENT).hexdigest()
+
+
+def test_every_operation_is_counted_by_its_end(tmp_path: Path) -> None:
+    store = open_store(str(tmp_path), 10)
+
+    async def use() -> None:
+        assert await store.put(ID, CONTENT)
+        assert not await store.put(ID, CONTENT)
+        with pytest.raises(StoreFull):
+            await store.put(hashlib.sha256(b"x" * 20).hexdigest(), b"x" * 20)
+        assert await store.get(ID) == CONTENT
+        assert not await store.has("0" * 64)
+        with pytest.raises(UnknownSurface):
+            await store.get("0" * 64)
+        (tmp_path / key_of(ID)).write_bytes(b"another")
+        with pytest.raises(DamagedObject):
+            await store.get(ID)
+        assert await store.delete(ID)
+        assert await store.answers()
+        assert not await store.has("no id")
+
+    asyncio.run(use())
+    found = store.operations.so_far
+    assert {key: done.count for key, done in found.items()} == {
+        ("put", "done"): 2,
+        ("put", "refused"): 1,
+        ("get", "done"): 2,
+        ("get", "failed"): 1,
+        ("has", "done"): 1,
+        ("delete", "done"): 1,
+        ("ask", "done"): 1,
+    }
+    assert all(done.seconds > 0 for done in found.values())
+    assert store.used == 0
