@@ -33,6 +33,8 @@ from service.api.caching.front import Front
 from service.api.cors import CrossOrigin, Origins
 from service.api.guard.means import guarded, signer_of
 from service.api.guard.policy import needs_keys
+from service.api.observing import health
+from service.api.observing.health import Canary
 from service.api.observing.lines import Write
 from service.api.observing.metrics import metrics, registry_of
 from service.api.observing.observed import Observed
@@ -105,6 +107,7 @@ def _add_front(app: Application) -> None:
 def _add_observer(app: Application, log: Write | None) -> None:
     """What sees every request first, and counts."""
     app.state.observed = Observed()
+    app.state.canary = Canary()
     app.state.connections = ()  # the server that has some puts its own here
     app.state.registry = registry_of(app.state)
     places = Places(app.routes)
@@ -125,9 +128,9 @@ def _add_routes(app: FastAPI) -> None:
     if app.state.signer is not None and needs_keys(app.state.settings):
         app.add_route("/v1/sign", sign.post_sign, methods=["POST"])
     app.add_route("/v1/formats", catalogue.list_formats)
-    app.add_route("/health", catalogue.health)
-    app.add_route("/health/live", catalogue.live)
-    app.add_route("/health/ready", catalogue.ready)
+    app.add_route("/health", health.health)
+    app.add_route("/health/live", health.live)
+    app.add_route("/health/ready", health.ready)
     if app.state.settings.metrics != "off":
         app.add_route("/metrics", metrics)
     app.add_route("/openapi.json", docs.openapi)

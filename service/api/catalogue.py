@@ -1,17 +1,15 @@
-"""What there is: examples, formats, and whether the service is well."""
+"""What there is: examples and formats."""
 
 from typing import Any
 
 from starlette.requests import Request
 from starlette.responses import Response
 
-from service import __version__
 from service.api.answers import json_response
 from service.api.links import mesh_path, surface_address
 from service.api.parameters import no_parameters
 from service.encoders.compression import compressions
 from service.encoders.registry import FORMATS
-from service.engine.mesh import ENGINE
 from service.surface.examples import EXAMPLES, Example
 from service.surface.lowered import GroupModel, Model
 from service.surface.sweep_model import SweepModel
@@ -49,30 +47,6 @@ def formats() -> list[dict[str, Any]]:
         }
         for f in FORMATS
     ]
-
-
-async def health(request: Request) -> Response:
-    """GET /health: version and state, for people."""
-    state = "ready" if request.app.state.ready else "draining"
-    return json_response({"status": state, "version": __version__, "engine": ENGINE})
-
-
-async def live(_: Request) -> Response:
-    """GET /health/live: the event loop turns."""
-    return json_response({"status": "live"})
-
-
-async def ready(request: Request) -> Response:
-    """GET /health/ready: 503 once no new requests should come here.
-
-    It says whether the store answers, and stays 200 if it does not: meshes of posted surfaces and
-    of examples need no store, and replicas that share one would all be taken out at once, for a
-    fault that no other replica can make good.
-    """
-    if not request.app.state.ready:
-        return json_response({"status": "draining"}, status=503)
-    answers = await request.app.state.store.answers()
-    return json_response({"status": "ready", "store": "ready" if answers else "unavailable"})
 
 
 def _summary(example: Example, root: str) -> dict[str, Any]:

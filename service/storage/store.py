@@ -51,6 +51,7 @@ class SurfaceStore:
         self._writing: WeakValueDictionary[str, Lock] = WeakValueDictionary()
         self._asking = Lock()
         self._asked: tuple[float, bool] | None = None
+        self._failing_since: float | None = None
 
     @property
     def used(self) -> int | None:
@@ -151,7 +152,16 @@ class SurfaceStore:
         async with self._asking:
             if self._asked is None or time.monotonic() - self._asked[0] > REMEMBERED:
                 self._asked = (time.monotonic(), await self._answers())
+                if self._asked[1]:
+                    self._failing_since = None
+                elif self._failing_since is None:
+                    self._failing_since = self._asked[0]
             return self._asked[1]
+
+    @property
+    def failing(self) -> float:
+        """Seconds for which the store has answered nobody who asked; 0 where it is well."""
+        return 0.0 if self._failing_since is None else time.monotonic() - self._failing_since
 
     async def tend(self) -> None:
         """Counts what there is and removes what killed processes left, now and every hour.

@@ -1,8 +1,7 @@
-"""What there is, and whether the service is well."""
+"""What there is."""
 
 import pytest
 
-from service import __version__
 from service.api.app import create_app
 from service.encoders.registry import FORMATS
 from service.settings.values import Settings
@@ -42,22 +41,6 @@ def test_formats_are_those_of_the_registry(client: Client) -> None:
     assert [(f["name"], f["media_type"], f["suffix"]) for f in formats] == [
         (f.name, f.media_type, f.suffix) for f in FORMATS
     ]
-
-
-def test_health(client: Client) -> None:
-    assert client.get("/health").json() == {"status": "ready", "version": __version__, "engine": 2}
-    assert client.get("/health/live").json() == {"status": "live"}
-    assert client.get("/health/ready").json() == {"status": "ready", "store": "ready"}
-
-
-def test_draining_service_is_alive_and_not_ready() -> None:
-    app = create_app(Settings())
-    app.state.ready = False
-    with client_of(app) as client:
-        assert client.get("/health/live").status_code == 200
-        answer = client.get("/health/ready")
-    assert answer.status_code == 503
-    assert answer.json() == {"status": "draining"}
 
 
 @pytest.mark.parametrize("address", ["/v1/surfaces", "/v1/surfaces/saddle", "/v1/formats"])

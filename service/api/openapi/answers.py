@@ -339,7 +339,8 @@ ANSWERS: dict[str, Json] = {
     ),
     "Health": _object(
         {
-            "status": _text("State of the service.", enum=["live", "ready", "draining"]),
+            "status": _text("State of the service.", enum=["live", "ready", "unready", "draining"]),
+            "computing": _text("Whether meshes come out right.", enum=["ready", "unavailable"]),
             "store": _text("Whether surfaces can be kept.", enum=["ready", "unavailable"]),
             "version": _text("Version of the service."),
             "engine": {"type": "integer", "description": "Version of the numbers."},

@@ -18,11 +18,11 @@ from service.api.openapi.estimate import estimate_schema, post_estimate
 from service.api.openapi.examples import meshes
 from service.api.openapi.headers import RATE_HEADERS
 from service.api.openapi.mesh import get_mesh, post_mesh
-from service.api.openapi.observing import metrics_operation
+from service.api.openapi.observing import metrics_operation, ready_operation
 from service.api.openapi.operations import get_operation
 from service.api.openapi.points import points_schema, post_points
 from service.api.openapi.problems import responses
-from service.api.openapi.references import Json, ref
+from service.api.openapi.references import Json
 from service.api.openapi.requests import request_schemas
 from service.api.openapi.shapes import with_named_unions, with_tuples
 from service.api.openapi.sign import post_sign, signed_schema
@@ -112,20 +112,6 @@ def _paths() -> Json:
                 "getLiveness", "operations", "200 as long as the process works", "Health"
             )
         },
-        "/health/ready": {"get": _ready()},
+        "/health/ready": {"get": ready_operation()},
         "/metrics": {"get": metrics_operation()},
     }
-
-
-def _ready() -> Json:
-    operation = get_operation(
-        "getReadiness",
-        "operations",
-        "200 as long as new requests are welcome; and whether the store answers",
-        "Health",
-    )
-    operation["responses"]["503"] = {
-        "description": "The service is about to stop.",
-        "content": {"application/json": {"schema": ref("Health")}},
-    }
-    return operation

@@ -1,14 +1,46 @@
-"""GET /metrics in the OpenAPI document."""
+"""GET /health/ready and GET /metrics in the OpenAPI document."""
 
 from service.api.observing.metrics import OPEN, TEXT
-from service.api.openapi.operations import problems
-from service.api.openapi.references import Json
+from service.api.openapi.operations import get_operation, problems
+from service.api.openapi.references import Json, ref
 
 _EXAMPLE = """\
 # HELP surface_cache_hits_total Answers sent again.
 # TYPE surface_cache_hits_total counter
 surface_cache_hits_total 1204.0
 """
+
+
+def ready_operation() -> Json:
+    """The operation; why the service is not ready stands in the body."""
+    operation = get_operation(
+        "getReadiness",
+        "operations",
+        "200 as long as new requests are welcome",
+        "Health",
+    )
+    operation["description"] = (
+        "Ready means that a tiny mesh, made every few seconds at most, came out right, that the "
+        "place where surfaces are kept has answered in the last seconds, and that the service is "
+        "not about to stop."
+    )
+    answer = operation["responses"]["200"]["content"]["application/json"]
+    answer["example"] = {"status": "ready", "computing": "ready", "store": "ready"}
+    failing = {"status": "unready", "computing": "ready", "store": "unavailable"}
+    operation["responses"]["503"] = {
+        "description": "No new requests should come here, for what does not work, or since the "
+        "service is about to stop.",
+        "content": {
+            "application/json": {
+                "schema": ref("Health"),
+                "examples": {
+                    "store": {"value": failing},
+                    "draining": {"value": {"status": "draining"}},
+                },
+            }
+        },
+    }
+    return operation
 
 
 def metrics_operation() -> Json:

@@ -1,0 +1,105 @@
+"""Whether the service is well: what it says of itself, and what makes it not ready."""
+
+import asyncio
+import shutil
+import threading
+from pathlib import Path
+
+import pytest
+
+from service import __version__
+from service.api.app import create_app
+from service.api.observing import health
+from service.api.observing.health import Canary, is_right
+from service.bases import bernstein
+from service.bases.arrays import RealArray
+from service.engine.evaluation import formulations
+from service.engine.mesh import ENGINE
+from service.engine.scratch import Real
+from service.settings.values import Settings
+from service.storage import store as store_module
+from tests.api.client import Client, client_of
+
+
+def test_a_service_that_is_well(client: Client) -> None:
+    told = {"status": "ready", "version": __version__, "engine": ENGINE}
+    assert client.get("/health").json() == told
+    assert client.get("/health/live").json() == {"status": "live"}
+    answer = client.get("/health/ready")
+    assert answer.json() == {"status": "ready", "computing": "ready", "store": "ready"}
+    assert answer.headers["cache-control"] == "no-store"
+
+
+def test_a_draining_service_is_alive_and_not_ready() -> None:
+    app = create_app(Settings())
+    app.state.ready = False
+    with client_of(app) as client:
+        assert client.get("/health/live").status_code == 200
+        answer = client.get("/health/ready")
+    assert answer.status_code == 503
+    assert answer.json() == {"status": "draining"}
+
+
+def test_a_store_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store_module, "REMEMBERED", -1.0)
+    root = tmp_path / "store"
+    with client_of(create_app(Settings(store=str(root)))) as client:
+        assert client.get("/health/ready").status_code == 200
+        shutil.rmtree(root)
+        answer = client.get("/health/ready")
+        assert (answer.status_code, answer.json()["store"]) == (200, "unavailable")
+        monkeypatch.setattr(health, "PATIENCE", 0.0)
+        answer = client.get("/health/ready")
+        assert answer.status_code == 503
+        expected = {"status": "unready", "computing": "ready", "store": "unavailable"}
+        assert answer.json() == expected
+        assert client.get("/health/live").status_code == 200
+        (root / "surfaces").mkdir(parents=True)
+        assert client.get("/health/ready").status_code == 200
+
+
+def test_wrong_numbers_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert is_right()
+    true = bernstein.sampled_grid
+
+    def wrong(degree: tuple[int, int], resolution: tuple[int, int], dtype: Real) -> RealArray:
+        wrong: RealArray = true(degree, resolution, dtype) * 1.001
+        return wrong
+
+    monkeypatch.setattr(formulations, "sampled_grid", wrong)
+    assert not is_right()
+    with client_of(create_app(Settings())) as client:
+        answer = client.get("/health/ready")
+    assert (answer.status_code, answer.json()["computing"]) == (503, "unavailable")
+
+
+def test_it_computes_once_in_a_while_whoever_asks() -> None:
+    done: list[int] = []
+
+    def work() -> bool:
+        done.append(1)
+        return True
+
+    async def ask() -> list[bool]:
+        canary = Canary(work)
+        return await asyncio.gather(*(canary.sings() for _ in range(20)))
+
+    assert all(asyncio.run(ask()))
+    assert len(done) == 1
+
+
+def test_an_engine_that_raises_or_hangs_is_not_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(health, "DEADLINE", 0.05)
+    monkeypatch.setattr(health, "REMEMBERED", -1.0)
+    go_on = threading.Event()
+
+    def fails() -> bool:
+        raise MemoryError
+
+    async def ask() -> list[bool]:
+        hanging = Canary(lambda: go_on.wait(10))
+        answers = [await Canary(fails).sings(), await hanging.sings(), await hanging.sings()]
+        go_on.set()
+        return answers
+
+    assert asyncio.run(ask()) == [False, False, False]
