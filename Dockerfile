@@ -1,17 +1,22 @@
-# Both base images are arguments, so that another root file system with Node or Python can stand in.
-ARG NODE_IMAGE=node:24-slim
-ARG PYTHON_IMAGE=python:3.11-slim
+# Both bases are arguments: a mirror's, ones with their digests (docs/supply-chain.md), or other
+# root file systems with Node and with Python 3.11, as tests/deploy/image.py makes them.
+ARG NODE_IMAGE=node:24.19.0-bookworm-slim
+ARG PYTHON_IMAGE=python:3.11.14-slim-bookworm
 
 
-# The scripts of / and /docs, from the npm registry: served by the service itself.
+# The scripts of / and /docs, from the npm registry: served by the service itself. The secrets, here
+# and below, are for those who have registries of their own; nothing of them stays.
 FROM ${NODE_IMAGE} AS web
 WORKDIR /web
 COPY web/.npmrc web/package.json web/package-lock.json web/three.js ./
-RUN npm ci && npm run build
+RUN --mount=type=secret,id=npmrc,target=/root/.npmrc \
+    npm ci && npm run build
 
 
-# The service and what it imports, compiled to bytecode, in /app; pip stays behind in /tools.
+# The service and what it imports, in /app; pip stays behind in /tools.
 FROM ${PYTHON_IMAGE} AS build
+ARG EXTRAS=meshopt
+ARG SOURCE_DATE_EPOCH=0
 RUN python3 -m venv /tools && python3 -m venv --without-pip /app
 WORKDIR /source
 COPY pyproject.toml constraints.txt README.md ./
@@ -26,14 +31,24 @@ COPY --from=web \
     /web/build/three.js \
     /web/node_modules/three/LICENSE \
     service/api/static/three/
-# NumPy brings its own tests, 15 MB that nobody runs here.
-RUN /tools/bin/pip --python /app/bin/python install --no-cache-dir --constraint constraints.txt '.[meshopt]' \
-    && find /app -type d -name tests -prune -exec rm -rf {} +
+# Wheels only: whatever is installed runs no code of its own here, but for our own build.
+RUN --mount=type=secret,id=pip.conf,target=/etc/pip.conf \
+    PIP_CONSTRAINT=constraints.txt \
+    /tools/bin/pip --python /app/bin/python install --no-cache-dir --no-compile \
+        --only-binary :all: ".[${EXTRAS}]"
+# Left behind is what nobody runs or reads here: tests, stubs, sources and headers of compiled
+# parts, scripts, records of pip. Bytecode is as old as its source for good: an image is never
+# edited, and two builds of it are the same.
+RUN find /app -depth \( \
+        -type d \( -name tests -o -name include \) \
+        -o -name '*.pyi' -o -name '*.pyx' -o -name '*.pxd' -o -name '*.h' -o -name '*.a' \
+        -o -path '/app/bin/*' ! -name 'python*' ! -name surface \
+        -o -name direct_url.json -o -name REQUESTED \
+    \) -exec rm -rf {} + \
+    && /app/bin/python -m compileall -q --invalidation-mode unchecked-hash /app/lib
 
 
 FROM ${PYTHON_IMAGE}
-LABEL org.opencontainers.image.title="Surface Service" \
-      org.opencontainers.image.description="Parametric surfaces in, meshes out."
 # Nothing is installed into a running container: the base image's pip goes too.
 RUN rm -rf /usr/local/bin/pip* /usr/local/lib/python3*/ensurepip /usr/local/lib/python3*/site-packages/*
 COPY --from=build /app /app
@@ -45,11 +60,22 @@ ENV PATH=/app/bin:$PATH \
     PYTHONUNBUFFERED=1 \
     OPENBLAS_NUM_THREADS=1 \
     SURFACE_HOST=0.0.0.0 \
+    SURFACE_LOG_FORMAT=json \
     SURFACE_STORE=/data
 USER 10001:10001
 VOLUME /data
 EXPOSE 8000
+STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=10s --timeout=3s --start-period=10s --retries=3 \
-    CMD ["python", "-c", "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/health/live', timeout=2)"]
-ENTRYPOINT ["surface"]
+    CMD ["/app/bin/surface", "health", "--live"]
+ENTRYPOINT ["/app/bin/surface"]
 CMD ["serve"]
+# Last, so that nothing above is built anew for another commit.
+ARG VERSION=0.1.0
+ARG REVISION=unknown
+ARG CREATED=1970-01-01T00:00:00Z
+LABEL org.opencontainers.image.title="Surface Service" \
+      org.opencontainers.image.description="Parametric surfaces in, meshes out." \
+      org.opencontainers.image.version="${VERSION}" \
+      org.opencontainers.image.revision="${REVISION}" \
+      org.opencontainers.image.created="${CREATED}"

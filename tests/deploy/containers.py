@@ -1,0 +1,131 @@
+"""Containers built and run with Debian's packages, where no engine runs: buildah, podman, runc.
+
+As root. All that is stored lies in one folder of ours, and nothing is pulled from anywhere.
+"""
+
+import ast
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+PROGRAMS = ("mmdebstrap", "buildah", "podman", "runc")
+
+DEBIAN = "bookworm"
+"""Its Python is 3.11, its Node 18: enough to run our build."""
+
+ROOTS = {"python": "python3-minimal,python3-venv", "node": "nodejs,npm"}
+"""What the Debian roots have that stand in for the official images, beside Debian's least."""
+
+
+class Failed(Exception):
+    """A command failed, or something is not as it should be."""
+
+
+def run(*command: str | Path, timeout: float = 900, cwd: Path | None = None) -> str:
+    """What a command prints.
+
+    Raises
+    ------
+    Failed
+        With what it complained of, if it fails or takes too long.
+    """
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=timeout, cwd=cwd, check=False
+        )
+    except subprocess.TimeoutExpired:
+        raise Failed(f"{command[0]}: no end after {timeout:.0f} s") from None
+    if done.returncode:
+        raise Failed(f"{' '.join(map(str, command))}\n{(done.stdout + done.stderr)[-3000:]}")
+    return done.stdout
+
+
+def missing() -> str:
+    """What this machine lacks, in words."""
+    lacking = [name for name in PROGRAMS if not shutil.which(name)]
+    if lacking:
+        return f"not installed: {', '.join(lacking)} (Debian's packages of these names)"
+    return "" if os.geteuid() == 0 else "only root may build and run images here"
+
+
+class Engine:
+    """Images and containers, stored in one folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        self._storage = ("--root", f"{folder}/storage", "--runroot", f"{folder}/run")
+
+    def buildah(self, *arguments: str | Path) -> str:
+        """What buildah prints."""
+        return run("buildah", *self._storage, *arguments)
+
+    def podman(self, *arguments: str | Path, timeout: float = 120) -> str:
+        """What podman prints; containers are run by runc, which knows both kinds of cgroups."""
+        options = (*self._storage, "--runtime", "runc", "--cgroup-manager", "cgroupfs")
+        # Where memory runs out, a file that says so is left in the folder that this runs in.
+        return run("podman", *options, *arguments, timeout=timeout, cwd=self.folder)
+
+    def root(self, kind: str) -> str:
+        """Image of a Debian root with "python" or "node"; made once."""
+        name = f"localhost/debian-{kind}:{DEBIAN}"
+        if not self.podman("images", "--quiet", name).strip():
+            print(f"  making a Debian root with {kind} …", flush=True)
+            archive = self.folder / f"{kind}.tar"
+            packages = f"--include={ROOTS[kind]},ca-certificates"
+            run("mmdebstrap", "--quiet", "--variant=minbase", packages, DEBIAN, archive)
+            self.podman("import", "--quiet", archive, name)
+            archive.unlink()
+        return name
+
+    def build(self, source: Path, tag: str, arguments: dict[str, str]) -> None:
+        """Builds the Dockerfile of a folder anew, with this machine's ways to the registries."""
+        given = [text for pair in arguments.items() for text in ("--build-arg", "=".join(pair))]
+        # The format is Docker's, which has health checks; the times are those of no build.
+        self.buildah(
+            "bud", "--quiet", "--no-cache", "--pull-never", "--isolation", "chroot",
+            "--format", "docker", "--timestamp", "0", *given, *self._registries(),
+            "--tag", tag, source,
+        )  # fmt: skip
+
+    def inspect(self, image: str) -> dict[str, Any]:
+        """What is known of an image."""
+        found: list[dict[str, Any]] = json.loads(self.podman("image", "inspect", image))
+        return found[0]
+
+    def _registries(self) -> list[str]:
+        """How pip and npm reach their registries here: as secrets, and the files these name."""
+        options: dict[str, str] = {}
+        for name, text in {"pip.conf": _pip_settings(), "npmrc": _npm_settings()}.items():
+            file = self.folder / name
+            file.write_text(text, encoding="utf-8")
+            options[f"id={name},src={file}"] = "--secret"
+            for path in map(Path, re.findall(r"(?:[\s='\"]|file://)(/[\w./-]+)", text)):
+                if path.is_file():
+                    options[f"{path}:{path}:ro"] = "--volume"
+                elif path.is_dir() and name == "pip.conf" and path.parent != Path("/"):
+                    # An index that is made of files: beside it they lie.
+                    options[f"{path.parent}:{path.parent}:ro"] = "--volume"
+        return [text for value, option in options.items() for text in (option, value)]
+
+
+def _pip_settings() -> str:
+    """What this machine's pip is told, as one file; variables are stronger, as they are for pip."""
+    told: dict[str, str] = {}
+    for line in sorted(run(sys.executable, "-m", "pip", "config", "list").splitlines()):
+        place, _, value = line.partition("=")
+        name = place.rpartition(".")[2]
+        if place.startswith((":env:", "global.", "user.", "site.")) and name not in told:
+            told[name] = str(ast.literal_eval(value)).replace("\n", "\n ")
+    return "\n".join(["[global]", *(f"{name} = {value}" for name, value in told.items()), ""])
+
+
+def _npm_settings() -> str:
+    """What this machine's npm is told."""
+    files = (run("npm", "config", "get", f"{kind}config").strip() for kind in ("global", "user"))
+    return "\n".join(Path(f).read_text(encoding="utf-8") for f in files if Path(f).is_file())
