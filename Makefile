@@ -17,14 +17,20 @@ OCC     := cadquery-ocp==8.0.1.1.0
 MOTO    := 'moto[s3]==5.2.5' flask==3.1.3 flask-cors==6.0.5
 # What `make lint-deploy` judges with.
 CHECKOV := checkov==3.3.30
+# What `make sbom` and `make audit` ask, and what may be passed over for a while, with the reason:
+# ACCEPTED := --ignore-vuln GHSA-…
+EXTRAS  := meshopt
+CYCLONE := cyclonedx-bom==7.5.0
+AUDIT   := pip-audit==2.10.1
+ACCEPTED :=
 SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types bench bench-occ test-disk test-s3 test-rolling lint-deploy certify web picture lock image clean
+.PHONY: help serve test check format openapi types bench bench-occ test-disk test-s3 test-rolling lint-deploy certify web picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
-	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-12s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 serve: $(VENV)/.runtime ## Install what is needed and serve on HOST:PORT (127.0.0.1:8000)
 	@$(MAKE) --silent web || echo "The scripts of the pages could not be fetched: serving without them."
@@ -95,8 +101,33 @@ lock: ## Pin the newest versions of everything in constraints.txt
 	build/lock/bin/python -m pip install --quiet '.[dev]'
 	build/lock/bin/python -m pip freeze --exclude surface-service > constraints.txt
 
+# The bases, if others than the Dockerfile's are given: `make image PYTHON_IMAGE=…@sha256:…`
+BASES = $(foreach name,PYTHON_IMAGE NODE_IMAGE,$(if $($(name)),--build-arg $(name)=$($(name))))
+
 image: ## Build the container image
-	docker build --tag $(IMAGE) .
+	time=$$(git log -1 --format=%ct) && created=$$(TZ=UTC git log -1 --format=%cd --date=format-local:%FT%TZ) && \
+	docker build --tag $(IMAGE) $(BASES) --build-arg SOURCE_DATE_EPOCH=$$time \
+	  --build-arg REVISION=$$(git rev-parse HEAD) --build-arg CREATED=$$created .
+
+image-test: $(VENV)/.dev ## Build the image with buildah and run it, as root: docs/supply-chain.md
+	$(BIN)/python -m tests.deploy.image
+
+sbom: build/sbom/.ready build/runtime/.ready ## List what the image is made of: build/sbom.cdx.json
+	build/sbom/bin/python -m tests.supply.sbom build/runtime/bin/python build/sbom.cdx.json
+
+# All three are asked, whatever one of them says. --strict: what could not be asked is no good news.
+audit: build/audit/.ready $(VENV)/.runtime ## Ask whether vulnerabilities of what is pinned are known
+	@good=true; \
+	build/audit/bin/pip-audit --strict --requirement constraints.txt --no-deps --disable-pip \
+	  --progress-spinner off $(ACCEPTED) || good=false; \
+	for folder in web tests/web; do (cd $$folder && $(NPM) audit --package-lock-only) || good=false; done; \
+	$$good || { echo 'Something is vulnerable, or could not be asked; it stands above.'; exit 1; }
+
+licences: $(VENV)/.dev ## Write docs/licences.md anew; fails where a licence is none of ours
+	$(BIN)/python -m tests.supply.licences
+
+release-check: $(VENV)/.dev ## Whether what lies here may be tagged: docs/release.md
+	$(BIN)/python -m tests.supply.release
 
 clean: ## Remove everything that was made here
 	rm -rf $(VENV) build dist service/api/static web/build web/node_modules tests/web/node_modules
@@ -145,6 +176,27 @@ build/s3/.ready: Makefile constraints.txt
 	$(PYTHON) -m venv build/s3
 	build/s3/bin/python -m pip --disable-pip-version-check --quiet install \
 	  --constraint constraints.txt $(MOTO)
+	touch $@
+
+# What the image has, and nothing else.
+build/runtime/.ready: pyproject.toml constraints.txt service/__init__.py | $(VENV)/.runtime
+	rm -rf build/runtime
+	$(PYTHON) -m venv --without-pip build/runtime
+	$(PIP) --python build/runtime/bin/python install --constraint constraints.txt \
+	  --only-binary :all: '.[$(EXTRAS)]'
+	touch $@
+
+# Tools that only look at what the service needs, each in a Python of its own.
+build/sbom/.ready: Makefile constraints.txt
+	$(PYTHON) -m venv build/sbom
+	build/sbom/bin/python -m pip --disable-pip-version-check --quiet install \
+	  --constraint constraints.txt $(CYCLONE)
+	touch $@
+
+build/audit/.ready: Makefile constraints.txt
+	$(PYTHON) -m venv build/audit
+	build/audit/bin/python -m pip --disable-pip-version-check --quiet install \
+	  --constraint constraints.txt $(AUDIT)
 	touch $@
 
 $(SWAGGER)/LICENSE: web/node_modules/.package-lock.json

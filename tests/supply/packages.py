@@ -1,0 +1,79 @@
+"""What of others is in the image: the Python packages that are installed, the scripts of pages."""
+
+import json
+import tomllib
+from dataclasses import dataclass
+from importlib.metadata import Distribution, distribution
+from pathlib import Path
+from typing import cast
+
+from packaging.markers import default_environment
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).parents[2]
+LOCK = ROOT / "web" / "package-lock.json"
+
+BUNDLED = ("swagger-ui-dist", "three")
+"""The npm packages whose files the service serves; the others only build them."""
+
+PLATFORM = {
+    "python_version": "3.11",
+    "python_full_version": "3.11.0",
+    "implementation_name": "cpython",
+    "platform_python_implementation": "CPython",
+    "os_name": "posix",
+    "sys_platform": "linux",
+    "platform_system": "Linux",
+}
+"""The image's Python: what depends on Python is what this one needs, whichever asks."""
+
+
+@dataclass(frozen=True)
+class Script:
+    """An npm package that pages load; `integrity` is as the lock file has it."""
+
+    name: str
+    version: str
+    licence: str
+    integrity: str
+
+
+def needed() -> dict[str, Distribution]:
+    """What the service needs with all its extras, and what that needs in turn, by its name.
+
+    Raises
+    ------
+    PackageNotFoundError
+        Where one is not installed: under another Python, which needs others, say.
+    """
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    optional = project["optional-dependencies"]
+    texts = [text for extra, texts in optional.items() if extra != "dev" for text in texts]
+    waiting = [(Requirement(text), "") for text in [*project["dependencies"], *texts]]
+    found: dict[str, Distribution] = {}
+    seen: set[tuple[str, str]] = set()
+    while waiting:
+        requirement, of_extra = waiting.pop()
+        if requirement.marker and not requirement.marker.evaluate(_environment(of_extra)):
+            continue
+        name = canonicalize_name(requirement.name)
+        each = found[name] = distribution(requirement.name)
+        for extra in {"", *requirement.extras} - {extra for known, extra in seen if known == name}:
+            seen.add((name, extra))
+            waiting += [(Requirement(text), extra) for text in each.requires or []]
+    return dict(sorted(found.items()))
+
+
+def scripts() -> list[Script]:
+    """What pages load, as it is locked."""
+    packages = json.loads(LOCK.read_text(encoding="utf-8"))["packages"]
+    locked = {name: packages[f"node_modules/{name}"] for name in BUNDLED}
+    return [
+        Script(name, each["version"], each["license"], each["integrity"])
+        for name, each in locked.items()
+    ]
+
+
+def _environment(extra: str) -> dict[str, str]:
+    return {**cast(dict[str, str], default_environment()), **PLATFORM, "extra": extra}
