@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from service import __version__
-from tests.deploy.test_deploy import run
+from tests.deploy.files import run
 from tests.supply.licences import PAGE, READ, Unread, check, licence, page, statement
 from tests.supply.packages import BUNDLED, ROOT, needed, scripts
 from tests.supply.release import unreleased
