@@ -264,7 +264,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** 200 as long as new requests are welcome; and whether the store answers */
+        /**
+         * 200 as long as new requests are welcome
+         * @description Ready means that a tiny mesh, made every few seconds at most, came out right, that the place where surfaces are kept has answered in the last seconds, and that the service is not about to stop.
+         */
         get: operations["getReadiness"];
         put?: never;
         post?: never;
@@ -2436,7 +2439,7 @@ export interface components {
              * @description Kind of problem, stable, for programs.
              * @enum {string}
              */
-            code: "body_too_large" | "body_too_slow" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "key_needed" | "key_unknown" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "rate_limited" | "result_too_large" | "signature_expired" | "signature_invalid" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
+            code: "body_too_large" | "body_too_slow" | "busy" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "key_needed" | "key_unknown" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "out_of_time" | "rate_limited" | "result_too_large" | "signature_expired" | "signature_invalid" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
             /** @description Kind of problem, for people. */
             detail: string;
             /** @description What is wrong, place by place; at most 20 of them. */
@@ -2563,7 +2566,12 @@ export interface components {
              * @description State of the service.
              * @enum {string}
              */
-            status: "live" | "ready" | "draining";
+            status: "live" | "ready" | "unready" | "draining";
+            /**
+             * @description Whether meshes come out right.
+             * @enum {string}
+             */
+            computing?: "ready" | "unavailable";
             /**
              * @description Whether surfaces can be kept.
              * @enum {string}
@@ -2796,7 +2804,7 @@ export interface components {
         TooManyRequests: {
             headers: {
                 /**
-                 * @description After how many seconds the next request is answered.
+                 * @description Seconds after which coming again makes sense.
                  * @example 3
                  */
                 "Retry-After": number;
@@ -2916,9 +2924,53 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
+        /** @description The service has as much to do as it can; nothing was computed. `Retry-After` says when to come again. You ask more often than is allowed; `Retry-After` says when to ask again. */
+        Busy: {
+            headers: {
+                /**
+                 * @description Seconds after which coming again makes sense.
+                 * @example 3
+                 */
+                "Retry-After": number;
+                "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                RateLimit: components["headers"]["RateLimit"];
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description The answer was not there in time: the service has much to do, or the request asks for much. `Retry-After` says when to come again. */
+        OutOfTime: {
+            headers: {
+                /**
+                 * @description Seconds after which coming again makes sense.
+                 * @example 3
+                 */
+                "Retry-After": number;
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
         /** @description The place where surfaces are kept does not work at the moment. It has been logged. */
         StoreFailed: {
             headers: {
+                [name: string]: unknown;
+            };
+            content: {
+                "application/problem+json": components["schemas"]["Problem"];
+            };
+        };
+        /** @description The answer was not there in time: the service has much to do, or the request asks for much. `Retry-After` says when to come again. The place where surfaces are kept does not work at the moment. It has been logged. */
+        Unavailable: {
+            headers: {
+                /**
+                 * @description Seconds after which coming again makes sense.
+                 * @example 3
+                 */
+                "Retry-After"?: number;
                 [name: string]: unknown;
             };
             content: {
@@ -3019,7 +3071,10 @@ export type ResponseUnsupportedMediaType = components['responses']['UnsupportedM
 export type ResponseInvalidRequest = components['responses']['InvalidRequest'];
 export type ResponseInvalidQuery = components['responses']['InvalidQuery'];
 export type ResponseDamagedObject = components['responses']['DamagedObject'];
+export type ResponseBusy = components['responses']['Busy'];
+export type ResponseOutOfTime = components['responses']['OutOfTime'];
 export type ResponseStoreFailed = components['responses']['StoreFailed'];
+export type ResponseUnavailable = components['responses']['Unavailable'];
 export type ResponseStoreFull = components['responses']['StoreFull'];
 export type ResponseInternalError = components['responses']['InternalError'];
 export type HeaderRateLimitPolicy = components['headers']['RateLimit-Policy'];
@@ -3130,7 +3185,7 @@ export interface operations {
                     "Surface-Deviation-Bound"?: number;
                     /**
                      * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
@@ -3157,8 +3212,9 @@ export interface operations {
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
             422: components["responses"]["InvalidRequest"];
-            429: components["responses"]["TooManyRequests"];
+            429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
+            503: components["responses"]["OutOfTime"];
         };
     };
     estimateMesh: {
@@ -3260,8 +3316,9 @@ export interface operations {
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
             422: components["responses"]["InvalidRequest"];
-            429: components["responses"]["TooManyRequests"];
+            429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
+            503: components["responses"]["OutOfTime"];
         };
     };
     queryPoints: {
@@ -3294,8 +3351,9 @@ export interface operations {
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
             422: components["responses"]["InvalidRequest"];
-            429: components["responses"]["TooManyRequests"];
+            429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
+            503: components["responses"]["OutOfTime"];
         };
     };
     convertSurface: {
@@ -3328,8 +3386,9 @@ export interface operations {
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
             422: components["responses"]["InvalidRequest"];
-            429: components["responses"]["TooManyRequests"];
+            429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
+            503: components["responses"]["OutOfTime"];
         };
     };
     createCurve: {
@@ -3377,8 +3436,9 @@ export interface operations {
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
             422: components["responses"]["InvalidRequest"];
-            429: components["responses"]["TooManyRequests"];
+            429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
+            503: components["responses"]["OutOfTime"];
         };
     };
     listSurfaces: {
@@ -3471,9 +3531,9 @@ export interface operations {
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
             422: components["responses"]["InvalidRequest"];
-            429: components["responses"]["TooManyRequests"];
+            429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
-            503: components["responses"]["StoreFailed"];
+            503: components["responses"]["Unavailable"];
             507: components["responses"]["StoreFull"];
         };
     };
@@ -3547,9 +3607,9 @@ export interface operations {
             403: components["responses"]["SignatureInvalid"];
             404: components["responses"]["UnknownSurface"];
             422: components["responses"]["InvalidQuery"];
-            429: components["responses"]["TooManyRequests"];
+            429: components["responses"]["Busy"];
             500: components["responses"]["DamagedObject"];
-            503: components["responses"]["StoreFailed"];
+            503: components["responses"]["Unavailable"];
         };
     };
     deleteSurface: {
@@ -3761,7 +3821,7 @@ export interface operations {
                     "Surface-Deviation-Bound"?: number;
                     /**
                      * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     /**
@@ -3826,7 +3886,7 @@ export interface operations {
                     Vary: string;
                     /**
                      * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
@@ -3841,9 +3901,9 @@ export interface operations {
             406: components["responses"]["CodingNotAcceptable"];
             410: components["responses"]["EngineGone"];
             422: components["responses"]["InvalidQuery"];
-            429: components["responses"]["TooManyRequests"];
+            429: components["responses"]["Busy"];
             500: components["responses"]["DamagedObject"];
-            503: components["responses"]["StoreFailed"];
+            503: components["responses"]["Unavailable"];
         };
     };
     signAddress: {
@@ -3877,8 +3937,9 @@ export interface operations {
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];
             422: components["responses"]["InvalidRequest"];
-            429: components["responses"]["TooManyRequests"];
+            429: components["responses"]["Busy"];
             500: components["responses"]["InternalError"];
+            503: components["responses"]["OutOfTime"];
         };
     };
     listFormats: {
@@ -3957,17 +4018,24 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description 200 as long as new requests are welcome; and whether the store answers. */
+            /** @description 200 as long as new requests are welcome. */
             200: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
+                    /**
+                     * @example {
+                     *       "status": "ready",
+                     *       "computing": "ready",
+                     *       "store": "ready"
+                     *     }
+                     */
                     "application/json": components["schemas"]["Health"];
                 };
             };
             500: components["responses"]["InternalError"];
-            /** @description The service is about to stop. */
+            /** @description No new requests should come here, for what does not work, or since the service is about to stop. */
             503: {
                 headers: {
                     [name: string]: unknown;

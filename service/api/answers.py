@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 import orjson
 from starlette.responses import Response
-from starlette.types import Receive, Scope, Send
+from starlette.types import Message, Receive, Scope, Send
 
 from service.encoders.format import FileFormat
 
@@ -48,11 +48,19 @@ class ChunkedResponse(Response):
                 "headers": self.raw_headers,
             }
         )
-        body = memoryview(b"" if scope["method"] == "HEAD" else self.body)
-        for start in range(0, len(body), CHUNK):
-            chunk = bytes(body[start : start + CHUNK])
-            await send({"type": "http.response.body", "body": chunk, "more_body": True})
-        await send({"type": "http.response.body", "body": b"", "more_body": False})
+        await send_pieces(b"" if scope["method"] == "HEAD" else self.body, send)
+
+
+async def send_pieces(body: bytes | memoryview, send: Send) -> None:
+    """A body piece by piece, none of it copied: the server waits for a slow client after each."""
+    whole = memoryview(body)
+    for start in range(0, len(whole), CHUNK):
+        piece = whole[start : start + CHUNK]
+        await send({"type": "http.response.body", "body": piece, "more_body": True})
+    await send(_END)
+
+
+_END: Message = {"type": "http.response.body", "body": b"", "more_body": False}
 
 
 def json_response(

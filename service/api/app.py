@@ -8,7 +8,6 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import partial
 
-from anyio import CapacityLimiter, Lock
 from fastapi import FastAPI
 from starlette.types import ASGIApp, Receive, Scope, Send
 
@@ -27,6 +26,8 @@ from service.api import (
     sign,
     surfaces,
 )
+from service.api.admission.admission import Admission
+from service.api.admission.visits import Visits
 from service.api.caching.answers import AnswerCache
 from service.api.caching.flights import Flights
 from service.api.caching.front import Front
@@ -42,7 +43,6 @@ from service.api.observing.observer import Observer
 from service.api.observing.places import Places
 from service.api.openapi.document import document
 from service.api.static_files import StaticFiles
-from service.api.stored import Loaded
 from service.errors import InvalidSettings
 from service.settings.environment import from_environment
 from service.settings.process import pin_blas
@@ -68,9 +68,6 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
     )
     app.state.settings = settings or from_environment()
-    app.state.limiter = CapacityLimiter(app.state.settings.workers)
-    app.state.few = CapacityLimiter(app.state.settings.workers)
-    app.state.turn = Lock()
     app.state.store = _store(app.state.settings)
     app.state.signer = signer_of(app.state.settings)
     app.state.ready = True
@@ -96,10 +93,12 @@ def _add_front(app: Application) -> None:
     """What is kept in memory, and the front door that looks there first."""
     app.state.origins = Origins(app.state.settings.cors_origins)
     app.state.answers = AnswerCache(app.state.settings.cache_bytes)
-    app.state.flights = Flights()
+    app.state.admission = Admission(app.state.settings, app.state.answers)
+    app.state.answers.freed = app.state.admission.large.memory.settle
+    app.state.flights = Flights(app.state.admission)
     app.state.static_files = StaticFiles({**docs.FILES, **page.FILES})
-    app.state.loaded = Loaded()
-    reachable = CrossOrigin(partial(FastAPI.__call__, app), app.state.origins)
+    visits = Visits(partial(FastAPI.__call__, app), app.state.admission)
+    reachable = CrossOrigin(visits, app.state.origins)
     front = Front(reachable, app.state.answers, app.state.origins)
     app.front = guarded(front, app.state.settings, app.state.origins)
 

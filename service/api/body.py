@@ -9,6 +9,7 @@ from email.message import Message
 import anyio
 from starlette.requests import Request
 
+from service.api.admission.visits import visiting
 from service.api.problems import BodyTooLarge, BodyTooSlow, UnsupportedMediaType
 from service.decoders.format import Decoder
 from service.errors import Issue
@@ -29,21 +30,36 @@ async def read_body(request: Request, settings: Settings, queries: int = 0) -> b
         When the last byte has not arrived in time.
     InvalidRequest
         When the bytes would become more values than a request can hold.
+    TooLarge
+        When what they would become takes more memory than there is.
+    Busy
+        When there is not so much memory right now.
     """
     body_type(request.headers.get("content-type"))
     budget = Budget(document_limits(settings), queries)
-    return await _read(request, settings, budget.take)
+
+    def take(chunk: bytes) -> int:
+        budget.take(chunk)
+        return budget.memory
+
+    return await _read(request, settings, take)
 
 
-async def read_file(request: Request, settings: Settings) -> bytes:
+async def read_file(request: Request, settings: Settings, decoder: Decoder) -> bytes:
     """The whole body of a request that carries a file; raises as `read_body` does."""
-    return await _read(request, settings)
+    received = 0
+
+    def take(chunk: bytes) -> int:
+        nonlocal received
+        received += len(chunk)
+        return decoder.memory(received)
+
+    return await _read(request, settings, take)
 
 
-async def _read(
-    request: Request, settings: Settings, take: Callable[[bytes], None] | None = None
-) -> bytes:
-    """The whole body, each piece of it shown to `take` as it arrives."""
+async def _read(request: Request, settings: Settings, take: Callable[[bytes], int]) -> bytes:
+    """The whole body. Shown each piece as it arrives, `take` says how much memory all need."""
+    arrival = visiting().arrival
     _check_encoding(request.headers.get("content-encoding", "identity"))
     _check_length(request.headers.get("content-length", ""), settings)
     chunks: list[bytes] = []
@@ -54,8 +70,7 @@ async def _read(
                 received += len(chunk)
                 if received > settings.max_body_bytes:
                     raise body_too_large(settings)
-                if take is not None:
-                    take(chunk)
+                arrival.claim(take(chunk))
                 chunks.append(chunk)
     except TimeoutError:
         raise body_too_slow(received, settings) from None

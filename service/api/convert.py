@@ -1,34 +1,47 @@
 """POST /v1/convert: a surface in another form, in the language of requests."""
 
+from collections.abc import Sequence
 from functools import partial
 
 from starlette.requests import Request
 from starlette.responses import Response
 
+from service.api.admission.visits import attended
 from service.api.answers import HEADERS, ChunkedResponse
 from service.api.body import read_body
 from service.api.parameters import no_parameters
-from service.api.work import run
-from service.pipeline.conversion import converted
+from service.api.timing import Timing
+from service.api.work import Pace, Task, done, long_to_read, parsed
+from service.pipeline.conversion import ConversionWork, plan_conversion
 from service.schemas.convert import convert_request
 from service.schemas.document import parse_document
 from service.settings.values import Settings, document_limits, result_limits
+from service.surface import Surface
 from service.surface.convert.nets import Allowed
+from service.surface.convert.operations import Operation
 
 
 async def post_convert(request: Request) -> Response:
     """The surface and the operations in the body; the new surface, as a body for other calls."""
     settings: Settings = request.app.state.settings
     no_parameters(request.query_params)
+    timing = Timing()
     body = await read_body(request, settings)
-    # A short body may ask for much: small patches, raised to a high degree.
-    content = await run(request, partial(_converted, body, settings), in_thread=True)
+    async with attended(request):
+        is_long = long_to_read(body)
+        parse = partial(_parse, body, settings)
+        surface, operations = await parsed(parse, timing, is_long=is_long)
+        del body, parse
+        allowed = Allowed(settings.max_control_points, settings.max_degree)
+        plan = partial(plan_conversion, surface, operations, allowed, result_limits(settings))
+        # A short body may ask for much: small patches, raised to a high degree. As it takes more
+        # memory, it is no small request then.
+        task = Task("convert", plan, 0, lambda _: Pace.SOON, is_long)
+        _, content = await done(task, ConversionWork.run, len, timing)
     return ChunkedResponse(content, 200, HEADERS, "application/json")
 
 
-def _converted(body: bytes, settings: Settings) -> bytes:
-    limits = document_limits(settings)
-    wanted = convert_request(parse_document(body), limits)
-    surface, operations = wanted.to_surface(), wanted.to_operations()
-    allowed = Allowed(limits.max_control_points, limits.max_degree)
-    return converted(surface, operations, allowed, result_limits(settings))
+def _parse(body: bytes, settings: Settings) -> tuple[Surface, Sequence[Operation]]:
+    """What a body asks for."""
+    wanted = convert_request(parse_document(body), document_limits(settings))
+    return wanted.to_surface(), wanted.to_operations()

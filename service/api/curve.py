@@ -5,20 +5,26 @@ from functools import partial
 from starlette.requests import Request
 from starlette.responses import Response
 
+from service.api.admission.visits import attended
 from service.api.answers import POST_HEADERS, file_response
 from service.api.body import read_body
 from service.api.negotiation import by_accept
 from service.api.parameters import only_format
-from service.api.work import long_to_read, run
-from service.encoders.curves.format import CurveFormat
+from service.api.timing import Timing
+from service.api.work import Pace, Task, done, long_to_read, parsed
 from service.encoders.curves.registry import CURVE_FORMATS
+from service.engine.curves.options import CurveOptions
 from service.pipeline.curve import CurveWork, plan_curve
 from service.schemas.curve_request import curve_request
 from service.schemas.document import parse_document
 from service.settings.values import Settings, document_limits, result_limits
+from service.surface.curve import Curve
 
 INLINE_WORK = 600
 """Points times the degree up to which a curve takes 1 to 2 ms, which the event loop can spare."""
+
+QUICK_WORK = 30_000
+"""The same up to which it takes some 50 ms."""
 
 
 async def post_curve(request: Request) -> Response:
@@ -26,16 +32,28 @@ async def post_curve(request: Request) -> Response:
     settings: Settings = request.app.state.settings
     named = only_format(request.query_params.multi_items(), CURVE_FORMATS)
     fmt = named or by_accept(request.headers.get("accept"), CURVE_FORMATS)
+    timing = Timing()
     body = await read_body(request, settings)
-    parse = partial(_parse, body, fmt, settings)
-    work = await run(request, parse, in_thread=long_to_read(body))
-    del body, parse
-    is_long = work.points * work.pieces.degree > INLINE_WORK
-    content = await run(request, work.run, in_thread=is_long)
+    async with attended(request):
+        is_long = long_to_read(body)
+        parse = partial(_parse, body, settings)
+        curve, options = await parsed(parse, timing, is_long=is_long)
+        del body, parse
+        plan = partial(plan_curve, curve, options, fmt, result_limits(settings))
+        task = Task("curve", plan, 0, _pace, is_long)
+        work, content = await done(task, CurveWork.run, len, timing)
     return file_response(content, fmt, work.pieces.name, POST_HEADERS)
 
 
-def _parse(body: bytes, fmt: CurveFormat, settings: Settings) -> CurveWork:
-    """What a body asks for, found affordable."""
+def _parse(body: bytes, settings: Settings) -> tuple[Curve, CurveOptions]:
+    """What a body asks for."""
     wanted = curve_request(parse_document(body), document_limits(settings))
-    return plan_curve(wanted.to_curve(), wanted.curve_options(), fmt, result_limits(settings))
+    return wanted.to_curve(), wanted.curve_options()
+
+
+def _pace(work: CurveWork) -> Pace:
+    """How long a curve takes."""
+    effort = work.points * work.pieces.degree
+    if effort <= INLINE_WORK:
+        return Pace.AT_ONCE
+    return Pace.SOON if effort <= QUICK_WORK else Pace.LONG

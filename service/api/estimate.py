@@ -1,42 +1,77 @@
 """POST /v1/estimate: what a mesh would be, before it is made."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 
 from starlette.requests import Request
 from starlette.responses import Response
 
+from service.api.admission.visits import attended
 from service.api.answers import HEADERS, ChunkedResponse
 from service.api.posted import Posting, posting
-from service.api.work import run
+from service.api.timing import Timing
+from service.api.work import Pace, Task, done, parsed
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.encoders.text import json_text
 from service.pipeline.encoding import encode_options
 from service.pipeline.estimate import estimate, estimate_object
+from service.pipeline.memory import estimating
+from service.schemas.options import MeshOptionFields
 from service.schemas.request import mesh_request
 from service.settings.values import Settings, document_limits, result_limits
+from service.surface import Surface
 
 
 async def post_estimate(request: Request) -> Response:
     """The surface and the options as for a mesh; a format in the query, or all."""
     settings: Settings = request.app.state.settings
     posted = posting(request, FORMATS)
+    timing = Timing()
     body = await posted.read(request, settings)
     formats = FORMATS if posted.format is None else (posted.format,)
-    # A short body may have patches of a high degree, or ask for a tolerance.
-    content = await run(
-        request, partial(_estimated, posted, body, formats, settings), in_thread=True
-    )
+    async with attended(request):
+        is_long = posted.is_long(body)
+        parse = partial(_parse, posted, body, settings)
+        surface, wanted = await parsed(parse, timing, is_long=is_long)
+        del body, parse
+        work = _Estimate(surface, wanted, formats, settings)
+        task = Task("estimate", lambda: work, 0, _pace, is_long)
+        _, content = await done(task, _Estimate.run, len, timing)
     return ChunkedResponse(content, 200, HEADERS, "application/json")
 
 
-def _estimated(
-    posted: Posting[Format], body: bytes, formats: Sequence[Format], settings: Settings
-) -> bytes:
+@dataclass(frozen=True, slots=True)
+class _Estimate:
+    """An estimate to be made, in some formats."""
+
+    surface: Surface
+    wanted: MeshOptionFields
+    formats: Sequence[Format]
+    settings: Settings
+
+    @property
+    def memory(self) -> int:
+        """Bytes that it takes at most."""
+        return estimating(self.surface)
+
+    def run(self) -> bytes:
+        """The estimate as JSON."""
+        options, encode = self.wanted.mesh_options(), encode_options(self.wanted)
+        found = estimate(self.surface, options, encode, result_limits(self.settings), self.formats)
+        return json_text(estimate_object(found))
+
+
+def _parse(
+    posted: Posting[Format], body: bytes, settings: Settings
+) -> tuple[Surface, MeshOptionFields]:
+    """What a body asks for."""
     allowed = document_limits(settings)
     wanted = mesh_request(posted.document(body, allowed), allowed)
-    surface, options = wanted.to_surface(), wanted.mesh_options()
-    limits = result_limits(settings)
-    found = estimate(surface, options, encode_options(wanted), limits, formats)
-    return json_text(estimate_object(found))
+    return wanted.to_surface(), wanted
+
+
+def _pace(work: _Estimate) -> Pace:
+    """How long an estimate takes: under a tolerance nobody knows."""
+    return Pace.SOON if work.wanted.mesh_options().accuracy is None else Pace.LONG

@@ -5,6 +5,7 @@ from functools import partial
 from starlette.requests import Request
 from starlette.responses import Response
 
+from service.api.admission.visits import attended
 from service.api.answers import (
     BOUND_HEADER,
     POST_HEADERS,
@@ -17,12 +18,13 @@ from service.api.observing.exchange import exchange_of
 from service.api.observing.observed import Observed
 from service.api.posted import Posting, posting
 from service.api.timing import Timing
-from service.api.work import one_of_few, run
+from service.api.work import Pace, Task, done, parsed
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.engine.mesh import MeshReport
 from service.engine.models import highest_degree
 from service.pipeline.encoding import encode_options
+from service.pipeline.memory import lowering
 from service.pipeline.mesh import Answer, Work, plan
 from service.schemas.options import MeshOptionFields
 from service.schemas.request import mesh_request
@@ -32,10 +34,11 @@ from service.surface.lowered import GroupModel
 from service.surface.sweep_model import SweepModel
 
 INLINE_VERTICES, INLINE_DEGREE = 1000, 8
-"""Up to here a mesh takes 1 to 2 ms, which the event loop can spare: a thread would add as much,
-since Python's threads take turns of 5 ms. Larger ones wait for a thread while the loop goes on
-answering, health checks above all. Patches of high degree may need their normals computed one by
+"""Up to here a mesh takes 1 to 2 ms. Patches of high degree may need their normals computed one by
 one, which takes longer."""
+
+QUICK_VERTICES, QUICK_MODELS = 30_000, 30
+"""Up to here, at the same degree, a mesh takes some 20 ms, as text 100 ms."""
 
 
 async def post_mesh(request: Request) -> Response:
@@ -47,14 +50,12 @@ async def post_mesh(request: Request) -> Response:
     exchange_of(request.scope).format = fmt.name
     with timing.step("read"):
         body = await posted.read(request, settings)
-    is_long = posted.is_long(body)
-    async with one_of_few(request, is_long=is_long):
-        with timing.step("parse"):
-            parse = partial(_parse, posted, body, fmt, settings)
-            work = await run(request, parse, in_thread=is_long)
+    async with attended(request):
+        is_long = posted.is_long(body)
+        parse = partial(_parse, posted, body, settings)
+        surface, wanted = await parsed(parse, timing, is_long=is_long)
         del body, parse  # half of the memory of a large request
-        with timing.step("mesh"):
-            answer = await answered(request, work)
+        work, answer = await made(request, surface, (wanted, fmt), timing, is_long=is_long)
     headers = POST_HEADERS | report_headers(answer.report) | {"Server-Timing": str(timing)}
     return file_response(answer.content, fmt, work.model.name, headers)
 
@@ -69,11 +70,30 @@ def report_headers(report: MeshReport | None) -> dict[str, str]:
     return counts | {BOUND_HEADER: repr(report.deviation_bound)}
 
 
-def _parse(posted: Posting[Format], body: bytes, fmt: Format, settings: Settings) -> Work:
-    """What a body asks for, found possible and affordable."""
+def _parse(
+    posted: Posting[Format], body: bytes, settings: Settings
+) -> tuple[Surface, MeshOptionFields]:
+    """What a body asks for."""
     limits = document_limits(settings)
     wanted = mesh_request(posted.document(body, limits), limits)
-    return planned(wanted.to_surface(), wanted, fmt, settings)
+    return wanted.to_surface(), wanted
+
+
+async def made(
+    request: Request,
+    surface: Surface,
+    wanted: tuple[MeshOptionFields, Format],
+    timing: Timing,
+    *,
+    is_long: bool,
+) -> tuple[Work, Answer]:
+    """The mesh of a surface as a file; computed here when that is quick, else in a thread."""
+    plan = partial(planned, surface, *wanted, request.app.state.settings)
+    task = Task("mesh", plan, lowering(surface), _pace, is_long)
+    work, answer = await done(task, Work.answer, lambda answer: len(answer.content), timing)
+    observed: Observed = request.app.state.observed
+    observed.made(answer.report)
+    return work, answer
 
 
 def planned(surface: Surface, wanted: MeshOptionFields, fmt: Format, settings: Settings) -> Work:
@@ -82,17 +102,19 @@ def planned(surface: Surface, wanted: MeshOptionFields, fmt: Format, settings: S
     return plan(surface, wanted.mesh_options(), fmt, encode, result_limits(settings))
 
 
-async def answered(request: Request, work: Work) -> Answer:
-    """The file, computed here when that is quick and in a thread when it is not."""
-    # Every different member of a group takes a time of its own, a sweep some milliseconds, and how
-    # long a tolerance takes is not known.
-    is_long = (
+def _pace(work: Work) -> Pace:
+    """How long a mesh takes."""
+    models = work.model.models if isinstance(work.model, GroupModel) else ()
+    if (
+        # How long a tolerance takes is not known.
         work.options.accuracy is not None
-        or isinstance(work.model, GroupModel | SweepModel)
-        or work.size.vertices > INLINE_VERTICES
+        or work.options.method != "matrix"
+        or work.size.vertices > QUICK_VERTICES
         or highest_degree(work.model) > INLINE_DEGREE
-    )
-    answer = await run(request, work.answer, in_thread=is_long)
-    observed: Observed = request.app.state.observed
-    observed.made(answer.report)
-    return answer
+        or len(models) > QUICK_MODELS
+    ):
+        return Pace.LONG
+    # Every different member of a group takes a time of its own, a sweep some milliseconds.
+    if models or isinstance(work.model, SweepModel) or work.size.vertices > INLINE_VERTICES:
+        return Pace.SOON
+    return Pace.AT_ONCE

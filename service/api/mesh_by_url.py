@@ -8,6 +8,7 @@ from urllib.parse import parse_qsl
 from starlette.requests import Request
 from starlette.responses import Response
 
+from service.api.admission.visits import attended, visiting
 from service.api.answers import HEADERS, ChunkedResponse, disposition
 from service.api.caching.answers import AnswerCache
 from service.api.caching.codings import COMPRESS, Accepted, compressed
@@ -16,19 +17,19 @@ from service.api.caching.flights import Flights
 from service.api.caching.requested import codings_of, condition_of
 from service.api.caching.tags import held, is_any
 from service.api.links import mesh_address
-from service.api.mesh import answered, planned, report_headers
+from service.api.mesh import made, report_headers
 from service.api.negotiation import by_suffix
 from service.api.observing.exchange import exchange_of
 from service.api.problems import EngineGone
 from service.api.stored import content_id, exists, surface_of
 from service.api.timing import Timing
-from service.api.work import one_of_few, run
+from service.api.work import Pace, Task, done
 from service.encoders.format import Format
 from service.engine.mesh import ENGINE
 from service.errors import Issue
 from service.pipeline.encoding import written_by
+from service.pipeline.memory import compressing
 from service.schemas.mesh_query import canonical_query, mesh_query
-from service.settings.values import Settings
 
 
 class Made(NamedTuple):
@@ -36,6 +37,22 @@ class Made(NamedTuple):
 
     entry: Entry
     timing: Timing
+
+
+class Compression(NamedTuple):
+    """A body that is to be compressed."""
+
+    body: bytes
+    compress: Callable[[bytes], bytes | None]
+
+    @property
+    def memory(self) -> int:
+        """Bytes that it takes at most."""
+        return compressing(len(self.body))
+
+    def run(self) -> bytes | None:
+        """The body in its coding; None where that does not pay."""
+        return self.compress(self.body)
 
 
 async def get_mesh(request: Request) -> Response:
@@ -56,20 +73,22 @@ async def get_mesh(request: Request) -> Response:
     exchange = exchange_of(request.scope)
     entry = answers.get(subject.address)
     known = held(condition, wanted.order, subject.tag)
-    if known is not None and (entry is not None or await exists(request, subject.surface)):
-        return _unchanged(subject.unchanged(known, pinned=pinned))
-    if entry is not None:
-        answers.counts.hits += 1
-        exchange.cache = "hit"
-        timing = Timing("cache;desc=hit")
-    else:
-        answers.counts.misses += 1
-        exchange.cache = "miss"
-        flights: Flights = request.app.state.flights
-        work = partial(_make, request, subject, fmt, query)
-        made = await flights.join(subject.address, work)
-        entry, timing = made.entry, Timing("cache;desc=miss", made.timing)
-    variant = await _coded(request, entry, wanted, timing)
+    async with attended(request):
+        if known is not None and (entry is not None or await exists(request, subject.surface)):
+            return _unchanged(subject.unchanged(known, pinned=pinned))
+        if entry is not None:
+            answers.counts.hits += 1
+            exchange.cache = "hit"
+            timing = Timing("cache;desc=hit")
+            visiting().use(answers.reading(entry))
+        else:
+            answers.counts.misses += 1
+            exchange.cache = "miss"
+            flights: Flights = request.app.state.flights
+            work = partial(_make, request, subject, fmt, query)
+            made = await flights.join((subject.address, answers.age), work, sent=True)
+            entry, timing = made.entry, Timing("cache;desc=miss", made.timing)
+        variant = await _coded(request, entry, wanted, timing)
     answers.alias(entry, request.scope["path"], request.scope["query_string"], pinned=pinned)
     if condition is not None and is_any(condition):
         return _unchanged(subject.unchanged(variant.coding, pinned=pinned))
@@ -118,19 +137,14 @@ async def _make(request: Request, subject: Subject, fmt: Format, query: str) -> 
 
     Computed from the canonical query: what has one address is one computation.
     """
-    settings: Settings = request.app.state.settings
     answers: AnswerCache = request.app.state.answers
     timing, age = Timing(), answers.age
     with timing.step("surface"):
         stored = await surface_of(request, subject.surface)
-    async with one_of_few(request, is_long=stored.is_long):
-        with timing.step("plan"):
-            options = mesh_query(parse_qsl(query))
-            work = partial(planned, stored.surface, options, fmt, settings)
-            plan = await run(request, work, in_thread=stored.is_long)
-        with timing.step("mesh"):
-            answer = await answered(request, plan)
-    name = plan.model.name if stored.is_hash else stored.id
+    options = mesh_query(parse_qsl(query))
+    is_long = stored.is_long
+    work, answer = await made(request, stored.surface, (options, fmt), timing, is_long=is_long)
+    name = work.model.name if stored.is_hash else stored.id
     described = {
         **HEADERS,
         "Content-Type": fmt.media_type,
@@ -155,13 +169,22 @@ async def _coded(request: Request, entry: Entry, wanted: Accepted, timing: Timin
     if wanted.plain:
         compress = partial(compressed, coding)
 
+    def planned() -> Compression:
+        return Compression(entry.plain, compress)
+
     async def work() -> Variant:
-        body = await run(request, partial(compress, entry.plain), in_thread=True)
+        task = Task("compress", planned, 0, lambda _: Pace.SOON, is_long=False)
+        _, body = await done(task, Compression.run, _length, Timing())
         return answers.add(entry, coding, body)
 
     flights: Flights = request.app.state.flights
+    key = (entry.subject.address, answers.age, coding, wanted.plain)
     with timing.step("compress"):
-        return await flights.join((entry.subject.address, coding, wanted.plain), work)
+        return await flights.join(key, work, sent=True)
+
+
+def _length(body: bytes | None) -> int:
+    return 0 if body is None else len(body)
 
 
 def _unchanged(headers: RawHeaders) -> Response:

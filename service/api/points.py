@@ -5,34 +5,54 @@ from functools import partial
 from starlette.requests import Request
 from starlette.responses import Response
 
+from service.api.admission.visits import attended
 from service.api.answers import HEADERS, ChunkedResponse
 from service.api.body import read_body
 from service.api.parameters import no_parameters
-from service.api.work import INLINE_BYTES, run
+from service.api.timing import Timing
+from service.api.work import INLINE_BYTES, Pace, Task, done, parsed
+from service.engine.points.places import Query
+from service.pipeline.memory import lowering
 from service.pipeline.points import PointsWork, plan_points
 from service.schemas.document import parse_document
 from service.schemas.points import points_request
 from service.settings.values import Settings, document_limits, result_limits
+from service.surface import Surface
 
 INLINE_POINTS, INLINE_DEGREE = 16, 4
 """Up to here a query takes 1 ms, some 5 at poles, which the event loop can spare."""
+
+QUICK_POINTS, QUICK_DEGREE = 2000, 8
+"""Up to here it takes some 20 ms."""
 
 
 async def post_points(request: Request) -> Response:
     """POST /v1/points: the surface and the parameters in the body."""
     settings: Settings = request.app.state.settings
     no_parameters(request.query_params)
+    timing = Timing()
     body = await read_body(request, settings, settings.max_points)
-    parse = partial(_parse, body, settings)
-    work = await run(request, parse, in_thread=len(body) > INLINE_BYTES)
-    del body, parse
-    degree = max(max(batch.side_degrees) for batch in work.model.batches)
-    is_long = len(work.places.patch) > INLINE_POINTS or degree > INLINE_DEGREE
-    content = await run(request, work.run, in_thread=is_long)
+    async with attended(request):
+        is_long = len(body) > INLINE_BYTES
+        parse = partial(_parse, body, settings)
+        surface, query = await parsed(parse, timing, is_long=is_long)
+        del body, parse
+        plan = partial(plan_points, surface, query, result_limits(settings))
+        task = Task("points", plan, lowering(surface), _pace, is_long)
+        _, content = await done(task, PointsWork.run, len, timing)
     return ChunkedResponse(content, 200, HEADERS, "application/json")
 
 
-def _parse(body: bytes, settings: Settings) -> PointsWork:
-    """What a body asks for, found possible and affordable."""
+def _parse(body: bytes, settings: Settings) -> tuple[Surface, Query]:
+    """What a body asks for."""
     wanted = points_request(parse_document(body), document_limits(settings))
-    return plan_points(wanted.to_surface(), wanted.to_query(), result_limits(settings))
+    return wanted.to_surface(), wanted.to_query()
+
+
+def _pace(work: PointsWork) -> Pace:
+    """How long a query takes."""
+    count = len(work.places.patch)
+    degree = max(max(batch.side_degrees) for batch in work.model.batches)
+    if count <= INLINE_POINTS and degree <= INLINE_DEGREE:
+        return Pace.AT_ONCE
+    return Pace.SOON if count <= QUICK_POINTS and degree <= QUICK_DEGREE else Pace.LONG

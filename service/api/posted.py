@@ -48,7 +48,7 @@ class Posting(Generic[AnyFormat]):
         """The whole body; raises as `service.api.body.read_body` does."""
         if self.decoder is None:
             return await read_body(request, settings)
-        return await read_file(request, settings)
+        return await read_file(request, settings, self.decoder)
 
     def is_long(self, body: bytes) -> bool:
         """Whether the event loop cannot spare the time to parse and check it."""

@@ -11,6 +11,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
+from service.api.admission.busy import Busy
 from service.api.answers import HEADERS, json_response
 from service.api.observing.exchange import exchange_of
 from service.errors import (
@@ -28,6 +29,7 @@ from service.errors import (
     first_part,
 )
 from service.schemas.surface_query import FIELDS
+from service.stopping import OutOfTime
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -185,6 +187,13 @@ PROBLEMS: dict[type[SurfaceError], Problem] = {
         "result_too_large",
         "The result would be larger than is allowed; nothing was computed.",
     ),
+    Busy: Problem(
+        429,
+        "Too Many Requests",
+        "busy",
+        "The service has as much to do as it can; nothing was computed. `Retry-After` says when to "
+        "come again.",
+    ),
     DamagedObject: Problem(
         500,
         "Internal Server Error",
@@ -196,6 +205,13 @@ PROBLEMS: dict[type[SurfaceError], Problem] = {
         "Service Unavailable",
         "store_unavailable",
         "The place where surfaces are kept does not work at the moment. It has been logged.",
+    ),
+    OutOfTime: Problem(
+        503,
+        "Service Unavailable",
+        "out_of_time",
+        "The answer was not there in time: the service has much to do, or the request asks for "
+        "much. `Retry-After` says when to come again.",
     ),
     StoreFull: Problem(
         507,
@@ -293,7 +309,10 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
             place = "parameter"
         elif getattr(request.state, "posts_file", False):
             place = "file"
-    return problem_response(problem, error.issues, place)
+    headers = {}
+    if isinstance(error, Busy | OutOfTime):
+        headers["Retry-After"] = str(request.app.state.admission.retry_after())
+    return problem_response(problem, error.issues, place, headers)
 
 
 async def _on_http_exception(request: Request, error: Exception) -> Response:

@@ -6,11 +6,13 @@ from functools import partial
 from starlette.requests import Request
 from starlette.responses import Response
 
+from service.api.admission.visits import attended
 from service.api.answers import HEADERS, json_response
 from service.api.body import read_body
 from service.api.guard.moments import signed_address
 from service.api.parameters import no_parameters
-from service.api.work import long_to_read, run
+from service.api.timing import Timing
+from service.api.work import long_to_read, parsed
 from service.schemas.document import parse_document
 from service.schemas.sign import SignRequest, sign_request
 from service.settings.values import Settings
@@ -21,7 +23,8 @@ async def post_sign(request: Request) -> Response:
     settings: Settings = request.app.state.settings
     no_parameters(request.query_params)
     body = await read_body(request, settings)
-    wanted = await run(request, partial(_parse, body), in_thread=long_to_read(body))
+    async with attended(request):
+        wanted = await parsed(partial(_parse, body), Timing(), is_long=long_to_read(body))
     root = request.scope.get("root_path", "")
     address, expires = signed_address(request.app.state.signer, wanted, root, time.time())
     headers = HEADERS | {"Cache-Control": "no-store"}

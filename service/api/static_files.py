@@ -10,12 +10,12 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
+from service.api.admission.visits import visiting
 from service.api.answers import HEADERS, ChunkedResponse
 from service.api.caching.codings import Coding, compressed
 from service.api.caching.flights import Flights
 from service.api.caching.requested import codings_of, condition_of
 from service.api.caching.tags import entity_tag, held, is_any
-from service.api.work import run
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,6 @@ class StaticFiles:
     def __init__(self, files: Mapping[str, StaticFile]) -> None:
         self._files = files
         self._kept: dict[str, _Kept] = {}
-        self._flights = Flights()
 
     async def answer(self, request: Request, name: str, status: int = 200) -> Response:
         """The file of this name, as GET or HEAD asks for it.
@@ -94,8 +93,10 @@ class StaticFiles:
         if coding not in kept.codings:
 
             async def work() -> bytes | None:
-                return await run(request, partial(compressed, coding, kept.content), in_thread=True)
+                compress = partial(compressed, coding, kept.content)
+                return await visiting().in_thread(compress)
 
-            kept.codings[coding] = await self._flights.join((kept.name, coding), work)
+            flights: Flights = request.app.state.flights
+            kept.codings[coding] = await flights.join((kept.name, coding), work)
         body = kept.codings[coding]
         return ("identity", kept.content) if body is None else (coding, body)

@@ -1,19 +1,20 @@
 """Surfaces by their ids: names of examples, hashes of what was stored."""
 
+import asyncio
 import logging
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from typing import TypeAlias
-from weakref import WeakValueDictionary
 
 from starlette.requests import Request
 
+from service.api.admission.visits import visiting
 from service.api.caching.answers import AnswerCache
 from service.api.caching.flights import Flights
-from service.api.work import long_to_read, run
+from service.api.timing import Timing
+from service.api.work import long_to_read, parsed
 from service.errors import DamagedObject, InvalidRequest, Issue, UnknownSurface
 from service.schemas.canonical import canonical, restored, surface_id
-from service.schemas.document import DocumentLimits
+from service.schemas.document import Budget, DocumentLimits
 from service.settings.values import document_limits
 from service.storage.keys import is_id
 from service.storage.store import SurfaceStore
@@ -23,7 +24,11 @@ from service.surface.examples import EXAMPLES, find
 _log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True, weakref_slot=True)
+COUNTED = 1 << 20
+"""Bytes of a text in which the event loop counts values before it does something else."""
+
+
+@dataclass(frozen=True, slots=True)
 class Stored:
     """A surface that was asked for by its id.
 
@@ -44,12 +49,8 @@ class Stored:
     is_long: bool = False
 
 
-Loaded: TypeAlias = WeakValueDictionary[str, Stored]
-"""The stored surfaces that somebody works on, by their ids: many who ask for one share it."""
-
-
 async def surface_of(request: Request, id: str) -> Stored:
-    """The surface of this id.
+    """The surface of this id; those who work on one that is stored share it.
 
     Raises
     ------
@@ -61,19 +62,15 @@ async def surface_of(request: Request, id: str) -> Stored:
         return Stored(id, find(id).surface(), is_hash=False)
     if not is_id(id):
         raise _unknown()
-    loaded: Loaded = request.app.state.loaded
-    stored = loaded.get(id)
-    if stored is None:
-        answers: AnswerCache = request.app.state.answers
-        flights: Flights = request.app.state.flights
-        stored = await flights.join(("surface", id, answers.age), partial(_load, request, id))
-    return stored
+    answers: AnswerCache = request.app.state.answers
+    flights: Flights = request.app.state.flights
+    # What was deleted since is not shared.
+    return await flights.join(("surface", id, answers.age), partial(_load, request, id))
 
 
 def forget(request: Request, id: str) -> None:
     """Drops whatever is in memory of a surface that was deleted."""
     request.app.state.answers.forget(id)
-    request.app.state.loaded.pop(id, None)
 
 
 async def exists(request: Request, id: str) -> bool:
@@ -118,20 +115,22 @@ def _hash_of_example(name: str) -> str:
 async def _load(request: Request, id: str) -> Stored:
     """The surface that is stored under a hash."""
     store: SurfaceStore = request.app.state.store
-    answers: AnswerCache = request.app.state.answers
-    age = answers.age
+    arrival = visiting().arrival
     try:
-        content = await store.get(id)
+        content = await store.get(id, arrival.claim)
     except UnknownSurface as error:
         raise error.within("/id") from None
     limits = document_limits(request.app.state.settings)
     is_long = long_to_read(content)
+    budget = Budget(limits)
+    for start in range(0, len(content), COUNTED):
+        budget.take(content[start : start + COUNTED])
+        await asyncio.sleep(0)
+    arrival.claim(budget.memory)
     work = partial(_restored, id, content, limits)
-    surface = await run(request, work, in_thread=is_long)
-    stored = Stored(id, surface, is_hash=True, is_long=is_long)
-    if age == answers.age:  # nothing was deleted since
-        request.app.state.loaded[id] = stored
-    return stored
+    surface = await parsed(work, Timing(), is_long=is_long)
+    visiting().rest()
+    return Stored(id, surface, is_hash=True, is_long=is_long)
 
 
 def _restored(id: str, content: bytes, limits: DocumentLimits) -> Surface:

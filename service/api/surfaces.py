@@ -1,11 +1,14 @@
 """Surfaces with an address: stored under the hash of their content, given back, and deleted."""
 
+from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
+from service.api.admission.visits import attended, visiting
 from service.api.answers import HEADERS, ChunkedResponse, json_response
 from service.api.caching.entries import FOR_AN_HOUR, FOR_EVER
 from service.api.caching.requested import condition_of
@@ -15,7 +18,8 @@ from service.api.links import mesh_links, surface_address
 from service.api.parameters import no_parameters
 from service.api.posted import Posting, posting
 from service.api.stored import content_id, exists, forget, surface_of
-from service.api.work import run
+from service.api.timing import Timing
+from service.api.work import Pace, Task, done, parsed
 from service.encoders.format import Format
 from service.encoders.text import json_bound, json_text
 from service.errors import Issue, UnknownSurface
@@ -27,6 +31,9 @@ from service.settings.values import Settings, document_limits, result_limits
 from service.storage.store import SurfaceStore
 from service.surface import Surface
 from service.surface.examples import EXAMPLES
+
+WRITTEN = 3
+"""A text takes so many times its length while it is written."""
 
 
 async def collection(request: Request) -> Response:
@@ -49,10 +56,12 @@ async def post_surface(request: Request) -> Response:
     store: SurfaceStore = request.app.state.store
     posted: Posting[Format] = posting(request)
     body = await posted.read(request, settings)
-    work = partial(_named, posted, body, settings)
-    id, content = await run(request, work, in_thread=posted.is_long(body))
-    del body, work  # half of the memory of a large request
-    is_new = await store.put(id, content)
+    async with attended(request):
+        name = partial(_named, posted, body, settings)
+        id, content = await parsed(name, Timing(), is_long=posted.is_long(body))
+        del body, name  # half of the memory of a large request
+        visiting().rest()
+        is_new = await store.put(id, content)
     root = request.scope.get("root_path", "")
     address = surface_address(root, id)
     links = {"self": address, "mesh": mesh_links(root, id)}
@@ -68,11 +77,13 @@ async def get_surface(request: Request) -> Response:
     id = request.path_params["id"]
     tag = f'"{content_id(id)}"'
     headers = {"ETag": tag, "Cache-Control": FOR_AN_HOUR if id in EXAMPLES else FOR_EVER}
-    if _has(request, tag) and await exists(request, id):
-        return Response(status_code=304, headers=headers)
-    stored = await surface_of(request, id)
-    work = partial(_written, stored.surface, result_limits(settings))
-    content = await run(request, work, in_thread=stored.is_long)
+    async with attended(request):
+        if _has(request, tag) and await exists(request, id):
+            return Response(status_code=304, headers=headers)
+        stored = await surface_of(request, id)
+        plan = partial(_planned, stored.surface, result_limits(settings))
+        task = Task("definition", plan, 0, lambda _: Pace.SOON, stored.is_long)
+        _, content = await done(task, _Definition.run, len, Timing())
     return ChunkedResponse(content, 200, HEADERS | headers, "application/json")
 
 
@@ -101,11 +112,24 @@ def _named(posted: Posting[Format], body: bytes, settings: Settings) -> tuple[st
     return surface_id(content), content
 
 
-def _written(surface: Surface, limits: Limits) -> bytes:
-    """A body for other calls."""
+@dataclass(frozen=True, slots=True)
+class _Definition:
+    """A surface that is to be written down, as a body for other calls; `memory`: what it takes."""
+
+    document: dict[str, Any]
+    memory: int
+
+    def run(self) -> bytes:
+        """The body."""
+        return json_text(self.document)
+
+
+def _planned(surface: Surface, limits: Limits) -> _Definition:
+    """A surface as it is written down, found not to be too large for that."""
     document = {"surface": definition(surface)}
-    limits.check_bytes(json_bound(document), "The surface could become too large as JSON.", "/id")
-    return json_text(document)
+    most = json_bound(document)
+    limits.check_bytes(most, "The surface could become too large as JSON.", "/id")
+    return _Definition(document, WRITTEN * most)
 
 
 def _has(request: Request, tag: str) -> bool:

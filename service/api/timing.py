@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 
 class Timing:
-    """Steps and how long each took, in the order in which they ended.
+    """Steps and how long each took, in the order in which they ended first.
 
     Parameters
     ----------
@@ -18,18 +18,18 @@ class Timing:
 
     def __init__(self, mark: str = "", before: "Timing | None" = None) -> None:
         self._mark = mark
-        self._steps: list[tuple[str, float]] = [] if before is None else before._steps.copy()
+        self._steps: dict[str, float] = {} if before is None else before._steps.copy()
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        """Measures what is done within, also where it fails."""
+        """Measures what is done within, also where it fails; several of one name are added up."""
         start = time.perf_counter()
         try:
             yield
         finally:
-            self._steps.append((name, time.perf_counter() - start))
+            self._steps[name] = self._steps.get(name, 0.0) + time.perf_counter() - start
 
     def __str__(self) -> str:
         """The header, in milliseconds."""
-        steps = [f"{name};dur={seconds * 1e3:.3f}" for name, seconds in self._steps]
+        steps = [f"{name};dur={seconds * 1e3:.3f}" for name, seconds in self._steps.items()]
         return ", ".join([self._mark, *steps] if self._mark else steps)

@@ -1,11 +1,14 @@
-"""Where work is done: short work on the event loop, long work in a thread."""
+"""How work is done: short work on the event loop, long work in a thread, all within its memory."""
 
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
-from typing import TypeVar
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from functools import partial
+from typing import Generic, Protocol, TypeVar
 
-from anyio import CapacityLimiter, to_thread
-from starlette.requests import Request
+from service.api.admission.admission import Admission, Lane
+from service.api.admission.visits import visiting
+from service.api.timing import Timing
 
 INLINE_BYTES = 1 << 18
 """Bodies up to this size are parsed in some 5 ms."""
@@ -16,34 +19,144 @@ INLINE_OBJECTS = 32
 Result = TypeVar("Result")
 
 
+class Pace(Enum):
+    """How long something takes.
+
+    The event loop can spare 1 to 2 ms: a thread would add as much, since Python's threads take
+    turns of 5 ms. What takes up to some 100 ms need not wait behind what takes seconds.
+    """
+
+    AT_ONCE = 1
+    SOON = 2
+    LONG = 3
+
+
+class Planned(Protocol):
+    """Work of which it is known how much memory it takes at most, its answer included."""
+
+    @property
+    def memory(self) -> int:
+        """Bytes."""
+        ...
+
+
+Plan = TypeVar("Plan", bound=Planned)
+
+
+@dataclass(frozen=True, slots=True)
+class Task(Generic[Plan]):
+    """What is to be done: find out what that takes, then do it.
+
+    Attributes
+    ----------
+    name : str
+        What it is called where its time is shown.
+    plan : Callable
+    planning : int
+        Bytes that this takes, before it is known what the rest takes.
+    pace : Callable
+        Of what was planned.
+    is_long : bool
+        Whether already the planning takes long.
+    """
+
+    name: str
+    plan: Callable[[], Plan]
+    planning: int
+    pace: Callable[[Plan], Pace]
+    is_long: bool
+
+
 def long_to_read(body: bytes) -> bool:
     """Whether the event loop cannot spare the time to parse and check a body."""
     return len(body) > INLINE_BYTES or body.count(b"{") > INLINE_OBJECTS
 
 
-async def run(request: Request, work: Callable[[], Result], *, in_thread: bool) -> Result:
-    """Calls `work`, off the event loop if it is long; so many at a time as there are cores.
+async def parsed(parse: Callable[[], Result], timing: Timing, *, is_long: bool) -> Result:
+    """What a body says; if it is long, found out in a thread, which is kept for what comes next."""
+    visit = visiting()
+    if is_long:
+        with timing.step("wait"):
+            await visit.thread(visit.admission.large)
+    with timing.step("parse"):
+        if is_long:
+            result = await visit.in_thread(parse)
+        else:
+            result = await _in_turn(parse, visit.admission)
+    visit.arrival.parsed()
+    return result
+
+
+async def done(
+    task: Task[Plan], run: Callable[[Plan], Result], size: Callable[[Result], int], timing: Timing
+) -> tuple[Plan, Result]:
+    """What was planned, and what came of it; of all memory that of the answer is kept.
+
+    Parameters
+    ----------
+    size : Callable
+        Bytes of the answer.
+
+    Raises
+    ------
+    Busy
+    """
+    visit = visiting()
+    admission = visit.admission
+    planned, lane, pace = None, admission.small, Pace.LONG
+    if not task.is_long and task.planning <= admission.small_bytes:
+        planned = await _planned(task, lane, timing)
+        if planned is not None:
+            pace = task.pace(planned)
+    if planned is None:
+        lane = admission.large
+        with timing.step("wait"):
+            await visit.thread(lane)
+        planned = await _planned(task, lane, timing)
+        assert planned is not None
+    work = partial(run, planned)
+    if pace is Pace.AT_ONCE:
+        with timing.step(task.name):
+            result = await _in_turn(work, admission)
+    else:
+        with timing.step("wait"):
+            await visit.thread(lane)
+        with timing.step(task.name):
+            result = await visit.in_thread(work)
+    visit.worked(size(result))
+    return planned, result
+
+
+async def _planned(task: Task[Plan], lane: Lane, timing: Timing) -> Plan | None:
+    """What was planned, once there is memory for it; None for what is not small after all."""
+    visit = visiting()
+    admission = visit.admission
+    lane.check()
+    with timing.step("wait"):
+        turn = await lane.planning.lent(1)
+    with turn:
+        with timing.step("wait"):
+            await visit.room(lane, task.planning)
+        with timing.step("plan"):
+            if lane is admission.large:
+                planned = await visit.in_thread(task.plan)
+            else:
+                planned = await _in_turn(task.plan, admission)
+        is_large = planned.memory > admission.small_bytes or task.pace(planned) is Pace.LONG
+        if is_large and lane is admission.small:
+            visit.no_room()
+            return None
+        with timing.step("wait"):
+            await visit.room(lane, planned.memory)
+    return planned
+
+
+async def _in_turn(work: Callable[[], Result], admission: Admission) -> Result:
+    """Calls `work` on the event loop.
 
     Short work takes turns. The event loop runs whatever is ready before it looks for anything new,
     so hundreds of short works that arrive together would keep it from all else until the last is
     done; a lock is handed on once a round.
     """
-    if not in_thread:
-        async with request.app.state.turn:
-            return work()
-    limiter: CapacityLimiter = request.app.state.limiter
-    return await to_thread.run_sync(work, limiter=limiter)
-
-
-@asynccontextmanager
-async def one_of_few(request: Request, *, is_long: bool) -> AsyncIterator[None]:
-    """A place among the large surfaces that are worked on, as many as there are threads.
-
-    As patches a surface takes ten times the memory of its control points. Who waits here for a
-    thread has only these, where each step that waits by itself would have left all of them.
-    """
-    if not is_long:
-        yield
-        return
-    async with request.app.state.few:
-        yield
+    async with admission.turn:
+        return work()

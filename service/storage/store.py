@@ -4,6 +4,7 @@ import asyncio
 import hashlib
 import logging
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from weakref import WeakValueDictionary
 
@@ -33,6 +34,10 @@ ROUND = 3600.0
 """Seconds between two rounds of sweeping and counting."""
 
 _log = logging.getLogger(__name__)
+
+
+def _nothing(_size: int) -> None:
+    """Whoever reads has room for everything."""
 
 
 class SurfaceStore:
@@ -83,7 +88,7 @@ class SurfaceStore:
             before = await self._size(key)
             if before == len(content):
                 with suppress(DamagedObject, UnknownSurface):  # another process may delete it
-                    await self._get(id)
+                    await self._get(id, _nothing)
                     return False
             elif before is not None:
                 _log.warning("%s is damaged, %d bytes instead of %d", key, before, len(content))
@@ -94,8 +99,13 @@ class SurfaceStore:
                     await self._place.write(key, content)
         return True
 
-    async def get(self, id: str) -> bytes:
+    async def get(self, id: str, announced: Callable[[int], None] = _nothing) -> bytes:
         """The content that was stored under this id, never another.
+
+        Parameters
+        ----------
+        announced : Callable
+            Called with the number of bytes before they are read; what it raises is raised here.
 
         Raises
         ------
@@ -106,12 +116,12 @@ class SurfaceStore:
         if not is_id(id):
             raise _unknown()
         with self.operations.told("get"):
-            return await self._get(id)
+            return await self._get(id, announced)
 
-    async def _get(self, id: str) -> bytes:
+    async def _get(self, id: str, announced: Callable[[int], None]) -> bytes:
         key = key_of(id)
         async with self._limiter:
-            content = await self._read(key)
+            content = await self._read(key, announced)
             hash = await _hash(content)
         if hash != id:
             _log.error("%s is damaged: %d bytes of another hash", key, len(content))
@@ -196,10 +206,11 @@ class SurfaceStore:
                 except FileNotFoundError:
                     return None
 
-    async def _read(self, key: str) -> bytes:
+    async def _read(self, key: str, announced: Callable[[int], None]) -> bytes:
         with failures(f"reading {key}"):
             try:
                 found = await obstore.get_async(self._place.objects, key)
+                announced(found.meta["size"])
                 return bytes(await found.bytes_async())
             except FileNotFoundError:
                 raise _unknown() from None

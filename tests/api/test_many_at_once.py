@@ -9,6 +9,7 @@ from fastapi import FastAPI
 from starlette.requests import Request
 
 from service.api import mesh, mesh_by_url, stored
+from service.api.admission.visits import Visit
 from service.api.app import create_app
 from service.api.posted import Posting
 from service.api.stored import Stored
@@ -26,7 +27,7 @@ LARGE = {"surface": {"type": "bspline", "degree": 1, "control_net": NET}}
 
 @pytest.fixture
 def app() -> FastAPI:
-    return create_app(Settings(threads=1, allow_delete=True))
+    return create_app(Settings(threads=1, allow_delete=True, memory_bytes=1 << 30))
 
 
 @pytest.fixture
@@ -82,7 +83,7 @@ def together(ask: Callable[[int], int]) -> list[int]:
 def test_meshes_of_one_surface_share_it_and_wait_as_control_points(
     client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    watch = Watch(monkeypatch, mesh_by_url, "planned")
+    watch = Watch(monkeypatch, mesh, "planned")
     address = client.post("/v1/surfaces", LARGE).json()["links"]["mesh"]["stl"]
     find, get = stored.surface_of, SurfaceStore.get
     seen: list[Stored] = []
@@ -93,9 +94,9 @@ def test_meshes_of_one_surface_share_it_and_wait_as_control_points(
         watch.comes()
         return seen[-1]
 
-    async def read(store: SurfaceStore, id: str) -> bytes:
+    async def read(store: SurfaceStore, id: str, announced: Callable[[int], None]) -> bytes:
         reads.append(id)
-        return await get(store, id)
+        return await get(store, id, announced)
 
     monkeypatch.setattr(mesh_by_url, "surface_of", found)
     monkeypatch.setattr(SurfaceStore, "get", read)
@@ -107,7 +108,7 @@ def test_meshes_of_one_surface_share_it_and_wait_as_control_points(
 
 
 def test_bodies_wait_as_bytes(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
-    watch = Watch(monkeypatch, mesh, "_parse")
+    watch = Watch(monkeypatch, mesh, "planned")
     read = Posting.read
 
     async def body(posting: Any, request: Request, settings: Settings) -> bytes:
@@ -129,7 +130,8 @@ def test_what_was_deleted_is_not_shared(client: Client, app: FastAPI) -> None:
 
     async def keep() -> None:
         scope = {"type": "http", "app": app, "headers": []}
-        kept.append(await stored.surface_of(Request(scope), id))
+        with Visit(app.state.admission).current():  # which does not end
+            kept.append(await stored.surface_of(Request(scope), id))
 
     client.call(keep)
     assert client.get(address).status_code == 200

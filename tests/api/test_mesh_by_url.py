@@ -133,12 +133,14 @@ def test_report_headers(client: Client) -> None:
 
 def test_server_timing_names_steps_and_hits(fresh: Client) -> None:
     first = fresh.get(SADDLE).headers["server-timing"]
-    steps = ("surface", "plan", "mesh", "compress")
+    steps = ("surface", "wait", "plan", "mesh", "compress")
     assert re.fullmatch(", ".join(["cache;desc=miss", *map(STEP.format, steps)]), first)
     assert fresh.get(SADDLE).headers["server-timing"] == "cache;desc=hit"
     posted = fresh.post("/v1/mesh", fresh.get("/v1/surfaces/saddle").json())
     timing = posted.headers["server-timing"]
-    assert re.fullmatch(", ".join(map(STEP.format, ("read", "parse", "mesh"))), timing)
+    assert re.fullmatch(
+        ", ".join(map(STEP.format, ("read", "parse", "wait", "plan", "mesh"))), timing
+    )
 
 
 def test_codings_hold_the_same_bytes_and_have_tags_of_their_own(fresh: Client) -> None:

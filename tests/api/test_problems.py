@@ -12,6 +12,7 @@ from service.api.app import create_app
 from service.api.problems import PROBLEMS, problem_of
 from service.errors import DamagedObject, Issue, StoreFailed, StoreFull, SurfaceError
 from service.settings.values import Settings
+from service.stopping import OutOfTime
 from tests.api.client import Client, client_of
 
 JSON = {"Content-Type": "application/json"}
@@ -26,7 +27,7 @@ def subclasses(cls: type[SurfaceError]) -> Iterator[type[SurfaceError]]:
 
 def test_every_error_has_a_status() -> None:
     for cls in subclasses(SurfaceError):
-        least = 500 if cls in (DamagedObject, StoreFailed, StoreFull) else 400
+        least = 500 if cls in (DamagedObject, OutOfTime, StoreFailed, StoreFull) else 400
         assert least <= problem_of(cls(Issue("code", "text"))).status < least + 100
     assert set(PROBLEMS) <= set(subclasses(SurfaceError))
 

@@ -1,10 +1,12 @@
 """The answers that are kept in memory: the least recently used go first, by bytes."""
 
-from collections import OrderedDict
+from collections import Counter, OrderedDict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from service.api.caching.codings import Coding
-from service.api.caching.entries import Entry, Variant
+from service.api.caching.entries import VARIANT_BYTES, Entry, Variant
 
 SHARE = 2
 """An entry may take one part of so many, once it is there in all codings: no single one drives out
@@ -32,18 +34,29 @@ class Counts:
 class AnswerCache:
     """Entries by their canonical addresses, and by other spellings of them.
 
-    Everything counts against the bound: bytes, heads, and the spellings.
+    Everything counts against the bound: bytes, heads, and the spellings. What is being sent to a
+    slow client is not dropped: it would go on taking memory of which nobody knows.
+
+    Attributes
+    ----------
+    allowed : int
+        The bound as it is right now, where others need some of the memory.
+    freed : Callable
+        Called when something is given up that could not be before.
     """
 
     def __init__(self, max_bytes: int) -> None:
         self.max_bytes = max_bytes
+        self.allowed = max_bytes
         self.bytes = 0
+        self.freed: Callable[[], None] = _nothing
         self.counts = Counts()
         self.age = 0
         """How often something was forgotten: what was begun before is not kept after it."""
         self._entries: OrderedDict[str, Entry] = OrderedDict()
         self._known: dict[tuple[str, bytes], tuple[Entry, bool]] = {}
         self._of_surface: dict[str, set[str]] = {}
+        self._read: Counter[Entry] = Counter()
 
     def __len__(self) -> int:
         return len(self._entries)
@@ -73,17 +86,22 @@ class AnswerCache:
         subject = entry.subject
         if subject.address in self._entries:
             self._drop(subject.address)
+        if not self._has_room(entry.size):
+            return False
         self._entries[subject.address] = entry
         self._of_surface.setdefault(subject.surface, set()).add(subject.address)
-        self._grown(entry.size)
+        self.bytes += entry.size
         return True
 
     def add(self, entry: Entry, coding: Coding, body: bytes | None) -> Variant:
         """The entry in one more coding; it counts if the entry is kept."""
-        before = entry.size
-        variant = entry.add(coding, body)
-        if self.holds(entry):
-            self._grown(entry.size - before)
+        variant = entry.coded(coding, body)
+        growth = 0 if body is None else len(body) + VARIANT_BYTES
+        if not self.holds(entry):
+            entry.add(variant, coding)
+        elif self._has_room(growth, entry):
+            entry.add(variant, coding)
+            self.bytes += growth
         return variant
 
     def alias(self, entry: Entry, path: str, query: bytes, *, pinned: bool) -> None:
@@ -94,10 +112,12 @@ class AnswerCache:
             return
         if len(entry.aliases) == ALIASES:
             self._unlearn(entry, 0)
+        if not self._has_room(letters + ALIAS_BYTES, entry):
+            return
         entry.aliases.append(spelling)
         self._known[spelling] = (entry, pinned)
         entry.size += letters + ALIAS_BYTES
-        self._grown(letters + ALIAS_BYTES)
+        self.bytes += letters + ALIAS_BYTES
 
     def forget(self, surface: str) -> None:
         """Drops everything that was made of a surface, and what is being made right now."""
@@ -105,11 +125,45 @@ class AnswerCache:
         for address in self._of_surface.get(surface, set()).copy():
             self._drop(address)
 
-    def _grown(self, size: int) -> None:
-        self.bytes += size
-        while self.bytes > self.max_bytes:
+    @property
+    def fixed(self) -> int:
+        """Bytes of what is being sent: they cannot be given up right now."""
+        return sum(entry.size for entry in self._read)
+
+    def resize(self, room: int) -> None:
+        """Keeps to so much room from now on, or to less if that is the bound; `fixed` aside."""
+        self.allowed = min(self.max_bytes, room)
+        self._has_room(0)
+
+    @contextmanager
+    def reading(self, entry: Entry) -> Iterator[None]:
+        """While an entry is sent, it is kept; one that was not is somebody else's business."""
+        if not self.holds(entry):
+            yield
+            return
+        self._read[entry] += 1
+        try:
+            yield
+        finally:
+            self._read[entry] -= 1
+            if not self._read[entry]:
+                del self._read[entry]
+                self._has_room(0)
+                self.freed()
+
+    def _has_room(self, size: int, but: Entry | None = None) -> bool:
+        """Makes room for so much by giving up others than this one; whether that succeeds."""
+        if size and self.fixed + size > self.allowed:
+            return False
+        gone = sum(entry.size for entry in self._read if not self.holds(entry))
+        while self.bytes + gone + size > self.allowed:
+            unread = (e for e in self._entries.values() if e not in self._read and e is not but)
+            first = next(unread, None)
+            if first is None:
+                return False
             self.counts.evictions += 1
-            self._drop(next(iter(self._entries)))
+            self._drop(first.subject.address)
+        return True
 
     def _drop(self, address: str) -> None:
         entry = self._entries.pop(address)
@@ -127,3 +181,7 @@ class AnswerCache:
         size = len(path) + len(query) + ALIAS_BYTES
         entry.size -= size
         self.bytes -= size
+
+
+def _nothing() -> None:
+    """Nobody waits for room."""

@@ -100,7 +100,7 @@ class Entry:
         self.variants: dict[Coding, Variant] = {}
         self.aliases: list[tuple[str, bytes]] = []
         self.size = ENTRY_BYTES + sum(len(k) + len(v) for k, v in self._described)
-        self.add("identity", plain)
+        self.add(self.coded("identity", plain), "identity")
 
     def headers(
         self, variant: Variant, *, pinned: bool, timing: bytes
@@ -108,22 +108,24 @@ class Entry:
         """The headers of the answer that brings the bytes."""
         return self._full(variant.coding, len(variant.body), pinned, timing)
 
-    def add(self, coding: Coding, body: bytes | None) -> Variant:
-        """Takes the bytes in one more coding; None if it does not pay, and they go as they are."""
+    def coded(self, coding: Coding, body: bytes | None) -> Variant:
+        """The bytes in a coding; None if it does not pay, and they go as they are."""
         if body is None:
-            variant = self.variants["identity"]
-        else:
-            variant = Variant(
-                coding,
-                body,
-                self.subject.tag(coding),
-                {"type": "http.response.body", "body": body},
-                self._messages(200, [self._full(coding, len(body), p, HIT) for p in _PINNED]),
-                self._messages(304, [self.subject.unchanged(coding, pinned=p) for p in _PINNED]),
-            )
-            self.size += len(body) + VARIANT_BYTES
+            return self.variants["identity"]
+        return Variant(
+            coding,
+            body,
+            self.subject.tag(coding),
+            {"type": "http.response.body", "body": body},
+            self._messages(200, [self._full(coding, len(body), p, HIT) for p in _PINNED]),
+            self._messages(304, [self.subject.unchanged(coding, pinned=p) for p in _PINNED]),
+        )
+
+    def add(self, variant: Variant, coding: Coding) -> None:
+        """Keeps what is sent where a client would like this coding best."""
+        if variant.coding == coding:
+            self.size += len(variant.body) + VARIANT_BYTES
         self.variants[coding] = variant
-        return variant
 
     @property
     def largest(self) -> int:

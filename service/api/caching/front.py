@@ -5,7 +5,7 @@ from operator import attrgetter
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.api.answers import CHUNK
+from service.api.answers import CHUNK, send_pieces
 from service.api.caching.answers import AnswerCache
 from service.api.caching.codings import Accepted, accepted
 from service.api.caching.entries import Entry, Variant
@@ -57,7 +57,8 @@ class Front:
                     elif len(variant.body) <= CHUNK:
                         await send(variant.whole)
                     else:
-                        await _send_pieces(variant.body, send)
+                        with self._answers.reading(entry):
+                            await send_pieces(variant.body, send)
                     return
         await self._app(scope, receive, send)
 
@@ -82,11 +83,3 @@ def _ready(entry: Entry, wanted: Accepted) -> Iterator[Variant]:
 
 
 _TAG: Callable[[Variant], bytes] = attrgetter("tag")
-
-
-async def _send_pieces(body: bytes, send: Send) -> None:
-    """A long body piece by piece: the server waits for a slow client after each."""
-    for start in range(0, len(body), CHUNK):
-        piece = body[start : start + CHUNK]
-        await send({"type": "http.response.body", "body": piece, "more_body": True})
-    await send(_END)

@@ -67,7 +67,7 @@ def _operation(operation: Json, method: str, path: str) -> Json:
         responses |= problems("SignatureInvalid")
     if path not in EXEMPT:
         responses = {status: _with_rates(each) for status, each in responses.items()}
-        responses |= problems("TooManyRequests")
+        responses = problems("TooManyRequests") | responses
     return operation | added | {"responses": dict(sorted(responses.items()))}
 
 

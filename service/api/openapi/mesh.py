@@ -73,8 +73,9 @@ def get_mesh() -> Json:
                 "CodingNotAcceptable",
                 "EngineGone",
                 "InvalidQuery",
+                "Busy",
                 "DamagedObject",
-                "StoreFailed",
+                "Unavailable",
             ),
         },
     }

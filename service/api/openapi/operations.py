@@ -69,7 +69,9 @@ _BODY_PROBLEMS = (
     "BodyTooLarge",
     "UnsupportedMediaType",
     "InvalidRequest",
+    "Busy",
     "InternalError",
+    "OutOfTime",
 )
 
 

@@ -7,6 +7,8 @@ from types import MappingProxyType
 import numpy as np
 
 from service.api import problems
+from service.api.admission.admission import LONGEST
+from service.api.admission.busy import Busy
 from service.api.body import body_too_large, body_too_slow, body_type
 from service.api.caching.requested import check_codings
 from service.api.guard.refusals import REALM, key_needed, key_unknown, rate_limited
@@ -32,6 +34,7 @@ from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.mesh_query import mesh_query
 from service.schemas.request import mesh_request
 from service.settings.values import Settings
+from service.stopping import OutOfTime
 from service.storage.failures import disk_full
 from service.storage.usage import no_room
 from service.surface.convert.nets import Allowed
@@ -139,7 +142,16 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
             "hash": lambda: _raised(DamagedObject()),
             "ours": lambda: problem_document(problems.INTERNAL_ERROR),
         },
+        "Busy": {
+            "queue": lambda: _raised(Busy()),
+            "rate": lambda: _raised(rate_limited(60, 3)),
+        },
+        "OutOfTime": {"deadline": lambda: _raised(OutOfTime())},
         "StoreFailed": {"bucket": lambda: _raised(StoreFailed())},
+        "Unavailable": {
+            "deadline": lambda: _raised(OutOfTime()),
+            "bucket": lambda: _raised(StoreFailed()),
+        },
         "StoreFull": {
             "quota": lambda: _raised(no_room(left=3_000, growth=14_000)),
             "disk": lambda: _raised(disk_full()),
@@ -147,6 +159,17 @@ _EXAMPLES: Mapping[str, Mapping[str, Callable[[], Json]]] = MappingProxyType(
         "InternalError": {"ours": lambda: problem_document(problems.INTERNAL_ERROR)},
     }
 )
+
+
+def _retry_after(*, is_sure: bool) -> Json:
+    return {
+        "Retry-After": {
+            "required": is_sure,
+            "description": "Seconds after which coming again makes sense.",
+            "schema": {"type": "integer", "minimum": 1, "maximum": LONGEST},
+            "example": 3,
+        }
+    }
 
 
 _HEADERS: Mapping[str, Json] = MappingProxyType(
@@ -159,15 +182,10 @@ _HEADERS: Mapping[str, Json] = MappingProxyType(
                 "example": REALM,
             }
         },
-        "TooManyRequests": {
-            "Retry-After": {
-                "required": True,
-                "description": "After how many seconds the next request is answered.",
-                "schema": {"type": "integer", "minimum": 1},
-                "example": 3,
-            },
-            **RATE_REFERENCES,
-        },
+        "TooManyRequests": _retry_after(is_sure=True) | RATE_REFERENCES,
+        "Busy": _retry_after(is_sure=True) | RATE_REFERENCES,
+        "OutOfTime": _retry_after(is_sure=True),
+        "Unavailable": _retry_after(is_sure=False),
     }
 )
 

@@ -57,7 +57,8 @@ def item() -> Json:
         "SurfaceDocument",
         "UnknownSurface",
         "InvalidQuery",
-        "StoreFailed",
+        "Busy",
+        "Unavailable",
     )
     reads["description"] = _GET
     reads["parameters"] = [ID_PARAMETER, IF_NONE_MATCH]
@@ -147,7 +148,7 @@ def _post() -> Json:
     operation["responses"] = {
         "201": answer | {"description": "It is stored."},
         **operation["responses"],
-        **problems("StoreFailed", "StoreFull"),
+        **problems("Unavailable", "StoreFull"),
     }
     return with_files(operation, options=False)
 

@@ -2,10 +2,32 @@
 
 import asyncio
 import gc
+import threading
+import time
+from collections.abc import Awaitable, Callable
+from contextlib import closing
 
 import pytest
 
+from service.api.admission.admission import Admission
+from service.api.admission.visits import Visit, visiting
 from service.api.caching.flights import Flights
+from service.settings.values import Settings
+from service.stopping import Stopped, checkpoint
+
+
+class Airport(Flights):
+    """Flights that requests join, each for as long as it takes."""
+
+    def __init__(self) -> None:
+        self.admission = Admission(Settings(threads=2))
+        super().__init__(self.admission)
+
+    async def asked(self, key: str, work: Callable[[], Awaitable[object]]) -> object:
+        """What one request gets, which ends as soon as it has that."""
+        visit = Visit(self.admission)
+        with closing(visit), visit.current():
+            return await self.join(key, work)
 
 
 class Work:
@@ -24,8 +46,8 @@ class Work:
         return self.result
 
 
-async def begun(work: Work, flights: Flights, count: int) -> list[asyncio.Task[object]]:
-    tasks = [asyncio.create_task(flights.join("key", work)) for _ in range(count)]
+async def begun(work: Work, flights: Airport, count: int) -> list[asyncio.Task[object]]:
+    tasks = [asyncio.create_task(flights.asked("key", work)) for _ in range(count)]
     while not work.calls:
         await asyncio.sleep(0)
     return tasks
@@ -33,13 +55,13 @@ async def begun(work: Work, flights: Flights, count: int) -> list[asyncio.Task[o
 
 def test_many_wait_and_one_works() -> None:
     async def scenario() -> None:
-        flights, work = Flights(), Work()
+        flights, work = Airport(), Work()
         tasks = await begun(work, flights, 1000)
         assert len(flights) == 1
         work.gate.set()
         assert await asyncio.gather(*tasks) == ["done"] * 1000
         assert (work.calls, len(flights)) == (1, 0)
-        await flights.join("key", work)
+        await flights.asked("key", work)
         assert work.calls == 2, "nothing is kept here"
 
     asyncio.run(scenario())
@@ -47,7 +69,7 @@ def test_many_wait_and_one_works() -> None:
 
 def test_whoever_asked_first_may_go_away() -> None:
     async def scenario() -> None:
-        flights, work = Flights(), Work()
+        flights, work = Airport(), Work()
         first, *others = await begun(work, flights, 5)
         first.cancel()
         with pytest.raises(asyncio.CancelledError):
@@ -59,31 +81,101 @@ def test_whoever_asked_first_may_go_away() -> None:
     asyncio.run(scenario())
 
 
-def test_the_work_is_done_when_everybody_went_away() -> None:
+def test_the_work_stops_when_everybody_went_away_and_begins_anew_for_whoever_comes_then() -> None:
     async def scenario() -> None:
-        flights, work = Flights(), Work()
-        for task in await begun(work, flights, 3):
+        flights, work, other = Airport(), Work(), Work("other")
+        leaving = await begun(work, flights, 3)
+        staying = asyncio.create_task(flights.asked("other", other))
+        for task in leaving[:2]:
             task.cancel()
-        await asyncio.sleep(0)
+        await asyncio.wait(leaving[:2])
+        assert len(flights) == 2, "the third one waits"
+        leaving[2].cancel()
+        await asyncio.wait(leaving)
         assert len(flights) == 1
-        again = asyncio.create_task(flights.join("key", work))
+        again = asyncio.create_task(flights.asked("key", work))
+        while work.calls < 2:
+            await asyncio.sleep(0)
         work.gate.set()
+        other.gate.set()
         assert await again == "done"
-        assert (work.calls, len(flights)) == (1, 0)
+        assert await staying == "other"
+        assert (work.calls, other.calls, len(flights)) == (2, 1, 0)
+
+    asyncio.run(scenario())
+
+
+def test_a_result_is_shared_as_long_as_somebody_uses_it() -> None:
+    async def scenario() -> None:
+        flights, work = Airport(), Work()
+        work.gate.set()
+        first, second = Visit(flights.admission), Visit(flights.admission)
+        with first.current():
+            await flights.join("key", work)
+        first.worked(0)
+        assert len(flights) == 0, "what was computed from it is there"
+        for visit in (first, second):
+            with visit.current():
+                await flights.join("key", work, sent=True)
+            visit.worked(0)
+        assert (work.calls, len(flights)) == (2, 1)
+        first.close()
+        assert len(flights) == 1
+        second.close()
+        assert len(flights) == 0
+
+    asyncio.run(scenario())
+
+
+def test_a_thread_that_nobody_waits_for_is_told_and_keeps_its_memory_until_it_ends() -> None:
+    told, let_go = threading.Event(), threading.Event()
+
+    def compute() -> None:
+        try:
+            while True:
+                time.sleep(0.001)
+                checkpoint()
+        except Stopped:
+            told.set()
+            assert let_go.wait(10)
+            raise
+
+    async def work() -> None:
+        visit = visiting()
+        await visit.thread(visit.admission.large)
+        await visit.room(visit.admission.large, 1000)
+        await visit.in_thread(compute)
+
+    async def scenario() -> None:
+        flights = Airport()
+        lane = flights.admission.large
+        asking = [asyncio.create_task(flights.asked("key", work)) for _ in range(2)]
+        while not lane.memory.used:
+            await asyncio.sleep(0.001)
+        for task in asking:
+            task.cancel()
+        await asyncio.wait(asking)
+        assert len(flights) == 0
+        assert (lane.memory.used, lane.threads.used) == (1000, 1)
+        let_go.set()
+        while lane.memory.used:
+            await asyncio.sleep(0.001)
+        assert told.is_set()
+        assert lane.threads.used == 0
 
     asyncio.run(scenario())
 
 
 def test_a_failure_is_everybody_s_and_is_not_kept() -> None:
     async def scenario() -> None:
-        flights, work = Flights(), Work(ValueError("no"))
+        flights, work = Airport(), Work(ValueError("no"))
         tasks = await begun(work, flights, 10)
         work.gate.set()
         results = await asyncio.gather(*tasks, return_exceptions=True)
         assert [type(result) for result in results] == [ValueError] * 10
         assert len(flights) == 0
         work.result = "done"
-        assert await flights.join("key", work) == "done"
+        assert await flights.asked("key", work) == "done"
 
     asyncio.run(scenario())
 
@@ -93,7 +185,7 @@ def test_a_failure_that_nobody_waits_for_is_quiet() -> None:
 
     async def scenario() -> None:
         asyncio.get_running_loop().set_exception_handler(lambda _, what: complaints.append(what))
-        flights, work = Flights(), Work(ValueError("no"))
+        flights, work = Airport(), Work(ValueError("no"))
         (task,) = await begun(work, flights, 1)
         task.cancel()
         work.gate.set()
@@ -108,10 +200,10 @@ def test_a_failure_that_nobody_waits_for_is_quiet() -> None:
 
 def test_different_keys_are_different_work() -> None:
     async def scenario() -> None:
-        flights, one, two = Flights(), Work(1), Work(2)
+        flights, one, two = Airport(), Work(1), Work(2)
         one.gate.set()
         two.gate.set()
-        results = await asyncio.gather(flights.join("a", one), flights.join("b", two))
+        results = await asyncio.gather(flights.asked("a", one), flights.asked("b", two))
         assert list(results) == [1, 2]
 
     asyncio.run(scenario())

@@ -1,0 +1,1 @@
+"""Who gets memory and a thread, when, and until when."""

@@ -1,0 +1,65 @@
+"""Memory for a body as it arrives, and for the document that it becomes."""
+
+from service.api.admission.admission import FREE_ARRIVAL, LEFT, Admission
+from service.api.admission.busy import Busy
+from service.api.admission.pool import Lease
+
+DOCUMENT_SHARE = 4
+"""A document takes so many times the memory of the numbers in it: lists of Python's numbers."""
+
+
+class Arrival:
+    """What one body takes. It never waits: what does not fit right now is refused.
+
+    Where the room for bodies does not do, a body takes of the memory to work in, as long as nobody
+    waits for that. So one body may be larger than what is set aside for all.
+    """
+
+    __slots__ = ("_admission", "_lodged", "_own")
+
+    def __init__(self, admission: Admission) -> None:
+        self._admission = admission
+        self._own = Lease(admission.arriving)
+        self._lodged = Lease(admission.large.memory)
+
+    @property
+    def amount(self) -> int:
+        """Bytes."""
+        return self._own.amount + self._lodged.amount
+
+    def claim(self, to: int) -> None:
+        """Takes so much altogether, if that is more than before.
+
+        Raises
+        ------
+        Busy
+            If it does not fit right now.
+        """
+        more = to - self.amount
+        if more <= 0:
+            return
+        pool = self._admission.arriving
+        leaving = 0 if to <= FREE_ARRIVAL else pool.capacity // LEFT
+        if not self._own.grow(more, leaving=leaving) and not self._lodged.grow(more):
+            pool.refused += 1
+            raise Busy
+
+    def parsed(self) -> None:
+        """The document became numbers: those are kept, in the room that is for bodies.
+
+        Raises
+        ------
+        Busy
+            If they do not fit there right now: who waits for memory to work in may have none of it.
+        """
+        numbers = self.amount // DOCUMENT_SHARE
+        self._lodged.release()
+        self._own.shrink(numbers)
+        if not self._own.grow(numbers - self._own.amount):
+            self._admission.arriving.refused += 1
+            raise Busy
+
+    def release(self) -> None:
+        """Gives all back."""
+        self._lodged.release()
+        self._own.release()
