@@ -23,11 +23,16 @@ EXTRAS  := meshopt
 CYCLONE := cyclonedx-bom==7.5.0
 AUDIT   := pip-audit==2.10.1
 ACCEPTED :=
+# The judge of `make test-api`, which reads zstd, and the one of `make fuzz`.
+JUDGE   := schemathesis==4.32.5 hypothesis==6.170.15 backports.zstd==1.8.0
+FUZZER  := atheris==3.0.0
+SECONDS ?= 600
+CASES   ?= 20000
 SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types bench bench-occ test-disk test-s3 test-rolling lint-deploy certify web picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test check format openapi types bench bench-occ test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify web picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -85,6 +90,15 @@ lint-deploy: build/checkov/.ready ## Judge Dockerfile and manifests by a securit
 	  --directory build/manifests
 	build/checkov/bin/checkov --skip-download --quiet --compact --framework dockerfile \
 	  --skip-check CKV_DOCKER_7 --file Dockerfile
+
+test-api: $(VENV)/.dev build/api/.ready ## Judge the live service by its OpenAPI document, with CASES requests (20000)
+	$(BIN)/python -m tests.api.schemathesis_run build/api/bin/schemathesis $(CASES)
+
+test-attack: $(VENV)/.dev ## Attack the live service in every known way, and print a table (6 minutes)
+	$(BIN)/python -m tests.attack
+
+fuzz: $(VENV)/.dev build/fuzz/.ready ## Fuzz every parser, for SECONDS together (600)
+	PYTHONPATH=build/fuzz/packages $(BIN)/python -m tests.fuzz $(SECONDS)
 
 certify: $(VENV)/.dev ## Judge meshes by tolerance: a thousand surfaces, two hundred models
 	$(BIN)/python -m tests.certify
@@ -197,6 +211,18 @@ build/audit/.ready: Makefile constraints.txt
 	$(PYTHON) -m venv build/audit
 	build/audit/bin/python -m pip --disable-pip-version-check --quiet install \
 	  --constraint constraints.txt $(AUDIT)
+
+# The judge has dependencies that the service does not share; it only speaks HTTP with it.
+build/api/.ready: Makefile
+	@echo 'Installing schemathesis into build/api …'
+	$(PYTHON) -m venv build/api
+	build/api/bin/python -m pip --disable-pip-version-check --quiet install $(JUDGE)
+	touch $@
+
+# The fuzzer runs the service's own modules, so it comes beside them.
+build/fuzz/.ready: Makefile | $(VENV)/.dev
+	@echo 'Installing Atheris into build/fuzz …'
+	$(PIP) install --upgrade --target build/fuzz/packages $(FUZZER)
 	touch $@
 
 $(SWAGGER)/LICENSE: web/node_modules/.package-lock.json

@@ -3618,10 +3618,10 @@ export interface operations {
             header?: never;
             path: {
                 /**
-                 * @description Id of a surface: the name of a built-in one, or what storing it answered.
-                 * @example utah-teapot
+                 * @description Id of a stored surface: what storing it answered.
+                 * @example 412350f1bb8449e44bb5c629638f78f030401eb156e91c9a12dc48077018581e
                  */
-                id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | string;
+                id: string;
             };
             cookie?: never;
         };
@@ -3762,7 +3762,7 @@ export interface operations {
                  * @description Version of the numbers. With it the address of a surface whose id is a hash stands for the same mesh for ever. A service with another version answers 410.
                  * @example 2
                  */
-                engine?: number;
+                engine?: 2;
                 /** @description Of a signed address: until when it is good, in Unix time. */
                 expires?: number;
                 /** @description Of a signed address, as `POST /v1/sign` makes it: its last parameter. */

@@ -26,6 +26,7 @@ class MeshQuery(MeshOptionFields):
         description="Version of the numbers. With it the address of a surface whose id is a hash "
         "stands for the same mesh for ever. A service with another version answers 410.",
         examples=[ENGINE],
+        json_schema_extra={"enum": [ENGINE]},
     )
 
 

@@ -7,6 +7,7 @@ from service.api.links import mesh_links, surface_address
 from service.api.openapi.bodies import with_files
 from service.api.openapi.examples import REQUESTS
 from service.api.openapi.headers import IF_NONE_MATCH
+from service.api.openapi.links import links
 from service.api.openapi.mesh import ID_PARAMETER
 from service.api.openapi.operations import get_operation, post_operation, problems
 from service.api.openapi.references import Json, ref
@@ -45,6 +46,8 @@ def collection() -> Json:
     lists = get_operation(
         "listSurfaces", "catalogue", "The built-in surfaces", "SurfaceList", "InvalidQuery"
     )
+    first = "$response.body#/surfaces/0/id"
+    lists["responses"]["200"]["links"] = links(first, "Definition", "Mesh")
     return {"get": lists, "post": _post()}
 
 
@@ -63,6 +66,7 @@ def item() -> Json:
     reads["description"] = _GET
     reads["parameters"] = [ID_PARAMETER, IF_NONE_MATCH]
     reads["responses"]["200"]["headers"] = _HEADERS
+    reads["responses"]["200"]["links"] = links("$request.path.id", "Mesh")
     reads["responses"]["304"] = {
         "description": "The client has the definition already: `If-None-Match` lists its tag.",
         "headers": _HEADERS,
@@ -73,7 +77,7 @@ def item() -> Json:
         "tags": ["surfaces"],
         "summary": "Removes a stored surface",
         "description": _DELETE,
-        "parameters": [ID_PARAMETER],
+        "parameters": [_STORED_ID],
         "responses": {
             "204": {"description": "It is gone."},
             **problems(
@@ -87,7 +91,7 @@ def item() -> Json:
 def stored_schema() -> Json:
     """What storing a surface answers."""
     mesh = {fmt.suffix: _text(f"{fmt.title}.") for fmt in FORMATS}
-    links = {
+    addresses = {
         "self": _text("Address of the definition."),
         "mesh": {
             "type": "object",
@@ -104,8 +108,8 @@ def stored_schema() -> Json:
             | {"pattern": "^[0-9a-f]{64}$"},
             "links": {
                 "type": "object",
-                "properties": links,
-                "required": list(links),
+                "properties": addresses,
+                "required": list(addresses),
                 "description": "Addresses, without the host.",
             },
         },
@@ -136,6 +140,7 @@ def _post() -> Json:
             }
         },
         "content": {"application/json": {"schema": ref("StoredSurface"), "examples": answers}},
+        "links": links("$response.body#/id", "Definition", "Mesh", "Removal"),
     }
     operation = post_operation(
         "storeSurface",
@@ -161,10 +166,16 @@ def _examples() -> dict[str, tuple[Json, Json]]:
         surface: Json = REQUESTS[name]["value"]["surface"]
         wanted = surface_request({"surface": surface}, DocumentLimits())
         id = surface_id(canonical(wanted.to_surface()))
-        links = {"self": surface_address("", id), "mesh": mesh_links("", id)}
-        found[name] = surface, {"id": id, "links": links}
+        addresses = {"self": surface_address("", id), "mesh": mesh_links("", id)}
+        found[name] = surface, {"id": id, "links": addresses}
     return found
 
+
+_STORED_ID = ID_PARAMETER | {
+    "description": "Id of a stored surface: what storing it answered.",
+    "schema": {"type": "string", "pattern": "^[0-9a-f]{64}$"},
+    "example": content_id("saddle"),
+}
 
 _HEADERS: Json = {
     "ETag": {

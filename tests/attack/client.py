@@ -1,0 +1,93 @@
+"""A client that behaves: small requests at a steady pace, each timed and its bytes compared.
+
+It is a process of its own, so that whoever attacks does not slow it down, and tells what it saw on
+its standard output: a line a request, `time kind seconds what`, where `what` is `ok` or what was
+wrong.
+"""
+
+import http.client
+import json
+import sys
+import time
+from dataclasses import dataclass
+
+PACE = 0.012
+"""Seconds from one request to the next."""
+
+PATIENCE = 5.0
+"""Seconds after which a request is given up."""
+
+FRESH = 25
+"""Requests on one connection."""
+
+_NET = [[[i, j, (i * j) % 3] for j in range(4)] for i in range(4)]
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """One of the requests that are made in turn; `status` is that of its answer."""
+
+    kind: str
+    method: str
+    address: str
+    body: bytes | None = None
+    status: int = 200
+
+
+def _post(kind: str, address: str, **document: object) -> Request:
+    return Request(kind, "POST", address, json.dumps(document).encode())
+
+
+_SURFACE = {"control_net": _NET}
+
+REQUESTS = (
+    Request("health", "GET", "/health/live"),
+    Request("hit", "GET", "/v1/surfaces/utah-teapot/mesh.glb?resolution=8"),
+    _post("post", "/v1/mesh?format=glb", surface=_SURFACE, resolution=8),
+    Request("hit", "GET", "/v1/surfaces/saddle/mesh.stl?resolution=16"),
+    _post("post", "/v1/points", surface=_SURFACE, uv=[[0.5, 0.25], [0, 1]], derivatives=2),
+    Request("get", "GET", "/v1/surfaces/torus"),
+    _post("post", "/v1/mesh?format=json", surface=_SURFACE, tolerance=0.05),
+    _post("post", "/v1/estimate", surface=_SURFACE, resolution=64),
+    Request("refused", "POST", "/v1/mesh", b'{"surface": {"control_net": [[1]]}}', 422),
+)
+
+
+def main(port: int) -> None:
+    """Makes requests until its standard input is closed or it is ended."""
+    expected = {request: _ask(port, None, request)[1] for request in REQUESTS}
+    print("ready", flush=True)
+    number, connection = 0, None
+    due = time.monotonic()
+    while True:
+        request = REQUESTS[number % len(REQUESTS)]
+        if number % FRESH == 0 and connection is not None:
+            connection.close()
+            connection = None
+        start = time.monotonic()
+        try:
+            connection, (status, content) = _ask(port, connection, request)
+            wrong = "other bytes" if content != expected[request][1] else "ok"
+            what = wrong if status == request.status else f"status {status}"
+        except (OSError, http.client.HTTPException) as error:
+            what, connection = type(error).__name__, None
+        end = time.monotonic()
+        print(f"{end:.6f} {request.kind} {end - start:.6f} {what}", flush=True)
+        number += 1
+        due = max(due + PACE, end - PACE)
+        time.sleep(max(0.0, due - time.monotonic()))
+
+
+def _ask(
+    port: int, connection: http.client.HTTPConnection | None, request: Request
+) -> tuple[http.client.HTTPConnection, tuple[int, bytes]]:
+    """The connection, to be used again, and the answer."""
+    connection = connection or http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+    headers = {"Content-Type": "application/json"} if request.body is not None else {}
+    connection.request(request.method, request.address, request.body, headers)
+    answer = connection.getresponse()
+    return connection, (answer.status, answer.read())
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))

@@ -1,0 +1,140 @@
+"""Bytes to the service and what comes back, with nothing in between that would mend them."""
+
+import asyncio
+import json
+import socket
+import struct
+from collections import Counter
+from collections.abc import AsyncIterator, Iterable
+from contextlib import asynccontextmanager, suppress
+
+HOST = "127.0.0.1"
+
+KEPT = 1 << 14
+"""Bytes of an answer that are looked at; the others are counted."""
+
+Pieces = bytes | Iterable[bytes]
+
+
+def get(address: str, *headers: str, method: str = "GET") -> bytes:
+    """A request without a body."""
+    lines = (f"{method} {address} HTTP/1.1", "Host: x", "Connection: close", *headers, "", "")
+    return "\r\n".join(lines).encode("latin-1")
+
+
+def post(address: str, body: bytes, *headers: str, media_type: str = "application/json") -> bytes:
+    """A request with a body."""
+    told = f"Content-Type: {media_type}", f"Content-Length: {len(body)}", *headers
+    return get(address, *told, method="POST") + body
+
+
+def post_head(address: str, *headers: str, media_type: str = "application/x-npy") -> bytes:
+    """The beginning of a request whose body is sent by hand."""
+    return get(address, f"Content-Type: {media_type}", *headers, method="POST")
+
+
+@asynccontextmanager
+async def connected(
+    port: int,
+) -> AsyncIterator[tuple[asyncio.StreamReader, asyncio.StreamWriter]]:
+    """A connection, which is cut at the end."""
+    reader, writer = await asyncio.open_connection(HOST, port, limit=1 << 16)
+    try:
+        yield reader, writer
+    finally:
+        writer.transport.abort()
+
+
+def reset(writer: asyncio.StreamWriter) -> None:
+    """Ends a connection as a client that is gone does, by RST."""
+    own: socket.socket = writer.get_extra_info("socket")
+    own.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    writer.transport.abort()
+
+
+async def ask(port: int, request: Pieces, seconds: float = 20, pause: float = 0) -> str:
+    """The answer to one request, in short: see `in_short`.
+
+    The answer is read while pieces of the request are still to be sent, with a pause before each.
+    """
+    try:
+        async with asyncio.timeout(seconds), connected(port) as (reader, writer):
+            sending = asyncio.create_task(_send(writer, request, pause))
+            try:
+                return in_short(*await _read(reader))
+            finally:
+                sending.cancel()
+                with suppress(asyncio.CancelledError, OSError):
+                    await sending
+    except TimeoutError:
+        return "no answer"
+    except OSError:
+        return "closed"
+
+
+async def _send(writer: asyncio.StreamWriter, request: Pieces, pause: float) -> None:
+    for piece in [request] if isinstance(request, bytes) else request:
+        writer.write(piece)
+        await writer.drain()
+        if pause:
+            await asyncio.sleep(pause)
+
+
+async def _read(reader: asyncio.StreamReader) -> tuple[bytes, int]:
+    """The first bytes of an answer, and how many there are."""
+    kept, count = b"", 0
+    with suppress(OSError):
+        while piece := await reader.read(1 << 16):
+            kept += piece[: KEPT - len(kept)]
+            count += len(piece)
+    return kept, count
+
+
+def in_short(kept: bytes, count: int) -> str:
+    """Status, and the code of a problem; `closed` where there was none, `torn` where it ends too
+    soon, `two answers` where a second begins behind the first.
+    """
+    if not kept:
+        return "closed"
+    head, found, body = kept.partition(b"\r\n\r\n")
+    if not found or not head.startswith(b"HTTP/1.1 "):
+        return "no HTTP"
+    status = head[9:12].decode()
+    fields = {
+        name.strip().lower(): value.strip()
+        for name, _, value in (line.partition(b":") for line in head.split(b"\r\n")[1:])
+    }
+    length = int(fields.get(b"content-length", b"-1"))
+    got = count - len(head) - 4
+    if 0 <= length < got:
+        return f"{status}, two answers"
+    if got < length and not (got == 0 and status in ("200", "304")):
+        return f"{status}, torn"
+    if b"problem+json" in fields.get(b"content-type", b""):
+        with suppress(ValueError):
+            document = json.loads(body)
+            return f"{status} {document['code']}"
+    return status
+
+
+async def storm(
+    port: int,
+    requests: Iterable[Pieces],
+    together: int = 4,
+    seconds: float = 4,
+    pause: float = 0,
+) -> Counter[str]:
+    """The answers to requests, some of them at the same time, until all are answered or the time
+    is up.
+    """
+    waiting, answers = iter(requests), Counter[str]()
+    end = asyncio.get_running_loop().time() + seconds
+
+    async def one_by_one() -> None:
+        for request in waiting:
+            if asyncio.get_running_loop().time() > end:
+                break
+            answers[await ask(port, request, pause=pause)] += 1
+
+    await asyncio.gather(*(one_by_one() for _ in range(together)))
+    return answers

@@ -1,0 +1,45 @@
+"""One input through one target: what is a finding, and what is none."""
+
+import os
+import resource
+import time
+from collections.abc import Callable
+from contextlib import suppress
+
+from service.errors import SurfaceError
+
+SECONDS = 2.0
+"""Time of the processor that one input may take."""
+
+MEMORY = 100 << 20
+"""Bytes that the process may grow by with one input."""
+
+_PAGE = os.sysconf("SC_PAGESIZE")
+
+
+class TooDear(Exception):
+    """An input that takes more than it may."""
+
+
+def judged(target: Callable[[bytes], None], content: bytes) -> None:
+    """Calls the target; raises whatever is a finding."""
+    before, start = _resident(), time.process_time()
+    most = _most_resident()
+    with suppress(SurfaceError):  # a refusal
+        target(content)
+    seconds, grown = time.process_time() - start, _most_resident()
+    if seconds > SECONDS:
+        raise TooDear(f"{seconds:.1f} s for {len(content)} bytes")
+    if grown > most and grown - before > MEMORY:
+        raise TooDear(f"{(grown - before) >> 20} MiB for {len(content)} bytes")
+
+
+def _resident() -> int:
+    """Bytes of memory that this process holds now (Linux)."""
+    with open("/proc/self/statm", "rb", buffering=0) as file:
+        return int(file.read(64).split()[1]) * _PAGE
+
+
+def _most_resident() -> int:
+    """The most that it has ever held."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024

@@ -1,0 +1,140 @@
+"""What mutations begin with: requests that are good, and those that tests know to be bad."""
+
+from collections.abc import Callable, Iterator
+
+from service.encoders.format import EncodeOptions
+from service.encoders.registry import BY_NAME
+from service.engine.options import MeshOptions
+from service.errors import SurfaceError
+from service.pipeline.mesh import render
+from service.schemas.canonical import canonical
+from service.surface.examples import EXAMPLES, find
+from tests.api.hostile import HOSTILE, QUERIES, STORES
+from tests.api.hostile_files import FILES, NPY, OOGL, TEAPOT, net, saved
+
+LARGEST = 1 << 16
+"""Bytes that an input has at most; what is found is found with less."""
+
+TEAPOT_TEXT = b"2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n"
+
+GOOD = (
+    b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},"resolution":[2,3]}',
+    b'{"surface":{"type":"bspline","control_net":[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,1]]],'
+    b'"degree":1,"knots":[[0,0,1,1],"clamped"],"weights":[[1,2],[1,1]]},"tolerance":0.1}',
+    b'{"surface":{"type":"triangle","control_net":[[[0,0,0],[0,1,0]],[[1,0,0]]]}}',
+    b'{"surface":{"type":"patches","vertices":[[0,0,0],[0,1,0],[1,0,0],[1,1,0]],'
+    b'"patches":[[[0,1],[2,3]]],"parts":{"a":[0]}},"uv":[[0.5,0.5]],"patch":0,"derivatives":2}',
+    b'{"surface":{"type":"tube","curve":{"control_points":[[0,0,0],[1,0,0],[1,1,0]]},'
+    b'"radius":0.1},"faces":"quads","overlays":["boundary"],"isocurves":[2,3]}',
+    b'{"surface":{"type":"ribbon","curve":{"type":"bspline","degree":2,"control_points":'
+    b'[[0,0],[1,2],[3,2],[4,0]],"knots":"uniform"},"width":0.2,"facing":[0,1,0]}}',
+    b'{"surface":{"type":"group","members":[{"name":"a","color":[1,0,0],"surface":{"control_net":'
+    b'[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},"matrix":[[1,0,0,2],[0,1,0,0],[0,0,-1,0],[0,0,0,1]]}'
+    b"]}}",
+    b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},"operations":'
+    b'[{"op":"elevate","degree":[3,3]},{"op":"split","u":0.5},{"op":"transpose"}]}',
+    b'{"curve":{"control_points":[[0,0],[1,1],[2,0]],"weights":[1,2,1]},"resolution":3,'
+    b'"tangents":true}',
+    b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]],"colors":[[[0,0,1]]],'
+    b'"uvs":[[[0,0]]],"attributes":{"a":[[[0]],[[1]]]},"up":"z","name":"n"}}',
+)
+"""One request of every kind of surface and of every operation."""
+
+
+def bodies() -> Iterator[bytes]:
+    """JSON."""
+    yield from GOOD
+    for case in (*HOSTILE, *QUERIES, *STORES):
+        if not case.name.startswith("long"):
+            yield case.build()
+
+
+def files(media_type: str) -> Iterator[bytes]:
+    """Files of one type."""
+    yield from (case.build() for case in FILES if case.media_type == media_type and case.status)
+    if media_type == NPY:
+        yield from (saved(net()), saved(net(width=4)), saved(net()[None].astype(">f4")))
+    elif media_type == TEAPOT:
+        yield TEAPOT_TEXT
+    elif media_type == OOGL:
+        for name in EXAMPLES:
+            options = EncodeOptions("bez")
+            try:
+                yield render(find(name).surface(), MeshOptions(), BY_NAME["oogl"], options)
+            except SurfaceError:
+                continue  # what is swept has no patches
+
+
+def contents() -> Iterator[bytes]:
+    """Contents of stored surfaces."""
+    for name in EXAMPLES:
+        yield canonical(find(name).surface())
+
+
+def queries() -> Iterator[bytes]:
+    """What stands behind a question mark."""
+    yield b"resolution=16,32&faces=quads&overlays=control_net,boundary&engine=2&normals=false"
+    yield b"tolerance=1e-3&angle_tolerance=.2&max_triangles=2000&two_sided=true&isocurves=4"
+    yield b"type=bspline&degree=3,2&knots=clamped,periodic&up=z&name=sail&format=glb"
+    yield b"quantize=true&compression=meshopt&wires=tubes&wire_width=0.02&method=de_casteljau"
+    yield from (case.query.encode() for case in FILES if case.query)
+
+
+def headers() -> Iterator[bytes]:
+    """Values of headers, whichever they belong to."""
+    yield from (
+        b"model/gltf-binary;q=0.5, application/json;q=0.1, */*;q=0",
+        b'W/"x", "3q2-7wEAAAAAAAAAAAAAAA", *',
+        b"gzip;q=1.0, zstd, *;q=0, identity;q=0.001",
+        b"bytes=0-1,-5",
+        b"00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01",
+        b"rojo=00f067aa0ba902b7,congo=t61rcWkgMzE",
+        b"Bearer sk_0123456789abcdef0123456789abcdef",
+        b"10.0.0.1, ::1, 192.168.0.1:80, unknown",
+        b'text/x-teapot; charset="utf-8"; x=y',
+        b"application/json;charset=utf-8",
+    )
+
+
+def requests() -> Iterator[bytes]:
+    """Whole requests, one or several of them."""
+    names = (
+        b"Accept", b"If-None-Match", b"Accept-Encoding", b"Range", b"traceparent", b"tracestate",
+        b"Authorization", b"X-Forwarded-For", b"Content-Type", b"X-Forwarded-Proto",
+    )  # fmt: skip
+    address = b"GET /v1/surfaces/saddle/mesh.glb?resolution=2 HTTP/1.1\r\nHost: x\r\n"
+    for name, value in zip(names, headers(), strict=True):
+        yield address + name + b": " + value + b"\r\n\r\n"
+    for path in (
+        b"/v1/surfaces/%2e%2e%2fetc/mesh.json", b"/v1/surfaces/" + b"0" * 64, b"//", b"/docs/../",
+        b"*", b"http://x/health", b"/v1/surfaces/%00/mesh.%c0%af", b"/page/..%5c", b"/metrics",
+        b"/v1/surfaces/saddle/mesh.glb?engine=2&expires=1&signature=AA&key=1",
+    ):  # fmt: skip
+        yield b"GET " + path + b" HTTP/1.1\r\nHost: x\r\n\r\n"
+    for body in GOOD[:3]:
+        head = b"POST /v1/mesh HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+        yield head + b"Content-Length: %d\r\n\r\n" % len(body) + body
+        yield head + b"Transfer-Encoding: chunked\r\n\r\n%x;e=1\r\n%b\r\n0\r\nT: 1\r\n\r\n" % (
+            len(body),
+            body,
+        )
+    yield b"OPTIONS * HTTP/1.1\r\nHost: x\r\n\r\nHEAD /health HTTP/1.0\r\n\r\n"
+    for lines in (
+        (b"OPTIONS /v1/mesh", b"Origin: http://x", b"Access-Control-Request-Method: POST"),
+        (b"GET /health", b"Upgrade: websocket", b"Connection: Upgrade", b"Sec-WebSocket-Key: x"),
+        (b"PUT /health", b"Expect: 100-continue", b"Content-Length: 1", b"Transfer-Encoding: x"),
+    ):
+        yield b"\r\n".join((lines[0] + b" HTTP/1.1", *lines[1:], b"", b""))
+
+
+SEEDS: dict[str, Callable[[], Iterator[bytes]]] = {
+    "json": bodies,
+    "npy": lambda: files(NPY),
+    "oogl": lambda: files(OOGL),
+    "teapot": lambda: files(TEAPOT),
+    "query": queries,
+    "content": contents,
+    "header": headers,
+    "protocol": requests,
+}
+"""By the name of the target."""

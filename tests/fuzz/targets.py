@@ -1,0 +1,222 @@
+"""What is fuzzed: each parser as the service calls it, with bytes of which nothing is known.
+
+A target returns, or raises a `SurfaceError`, which is a refusal that the client is told of. Any
+other exception is a finding.
+"""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+from urllib.parse import parse_qsl
+
+from starlette.types import Message, Receive, Scope, Send
+from uvicorn.server import ServerState
+
+from service.api.app import create_app
+from service.api.body import body_type
+from service.api.caching.requested import check_codings
+from service.api.caching.tags import is_any, listed
+from service.api.negotiation import by_accept, by_name
+from service.decoders.registry import BY_NAME as DECODERS
+from service.decoders.registry import DECODERS as ALL_DECODERS
+from service.encoders.registry import FORMATS
+from service.errors import SurfaceError
+from service.schemas.canonical import canonical, restored
+from service.schemas.convert import convert_request
+from service.schemas.curve_request import curve_request
+from service.schemas.document import Budget, DocumentLimits, parse_document
+from service.schemas.mesh_query import canonical_query, mesh_query
+from service.schemas.points import points_request
+from service.schemas.request import mesh_request, surface_request
+from service.schemas.surface_query import document_from_query
+from service.server.run import make_server
+from service.settings.values import Settings
+
+LIMITS = DocumentLimits(max_control_points=20_000)
+SETTINGS = Settings(
+    cors_origins=("http://x",),
+    max_body_bytes=1 << 20,
+    max_vertices=2_000,
+    max_points=2_000,
+    max_control_points=2_000,
+    memory_bytes=1 << 26,
+    store_quota=1 << 22,
+    trusted_proxies=("127.0.0.1",),
+)
+
+
+def json(content: bytes) -> None:
+    """A body in the language of requests, whichever operation it is for."""
+    Budget(LIMITS).take(content)
+    document = parse_document(content)
+    calls: tuple[Callable[[], object], ...] = (
+        lambda: _same_again(surface_request(document, LIMITS).to_surface()),
+        lambda: mesh_request(document, LIMITS).to_surface(),
+        lambda: points_request(document, LIMITS).to_query(),
+        lambda: convert_request(document, LIMITS).to_operations(),
+        lambda: curve_request(document, LIMITS),
+    )
+    for call in calls:
+        try:
+            call()
+        except SurfaceError:
+            continue
+
+
+def _same_again(surface: Any) -> None:
+    content = canonical(surface)
+    if canonical(restored(content, LIMITS)) != content:
+        raise AssertionError("a surface is not what it was when it was stored")
+
+
+def _file(name: str) -> Callable[[bytes], None]:
+    def target(content: bytes) -> None:
+        tree = DECODERS[name].decode(content, None, LIMITS.max_control_points)
+        surface_request({"surface": tree}, LIMITS).to_surface()
+
+    return target
+
+
+def query(content: bytes) -> None:
+    """A query, as an address has it, of a mesh or beside a file."""
+    pairs = parse_qsl(content.decode("latin-1"), keep_blank_values=True)
+    try:
+        wanted = mesh_query(pairs)
+    except SurfaceError:
+        pass
+    else:
+        written = canonical_query(wanted)
+        if canonical_query(mesh_query(parse_qsl(written))) != written:
+            raise AssertionError("the canonical query says something else")
+    beside = document_from_query(pairs)
+    by_name(str(beside.get("format")), FORMATS)
+
+
+def content(content: bytes) -> None:
+    """What lies in the store."""
+    _same_again(restored(content, LIMITS))
+
+
+def header(content: bytes) -> None:
+    """The value of a header that is read here."""
+    text = content.decode("latin-1")
+    is_any(content)
+    listed(content)
+    calls: tuple[Callable[[], object], ...] = (
+        lambda: by_accept(text, FORMATS),
+        lambda: check_codings(content),
+        lambda: body_type(text, ALL_DECODERS),
+    )
+    for call in calls:
+        try:
+            call()
+        except SurfaceError:
+            continue
+
+
+class Wire(asyncio.Transport):
+    """The other end of a connection: what was answered."""
+
+    def __init__(self) -> None:
+        super().__init__({"peername": ("127.0.0.1", 1), "sockname": ("127.0.0.1", 2)})
+        self.answer = bytearray()
+        self.closed = False
+
+    def write(self, data: bytes | bytearray | memoryview) -> None:
+        self.answer += data
+
+    def close(self) -> None:
+        self.closed = True
+
+    def abort(self) -> None:
+        self.closed = True
+
+    def is_closing(self) -> bool:
+        return self.closed
+
+    def pause_reading(self) -> None:
+        """Goes on: what was sent already arrives."""
+
+    def resume_reading(self) -> None:
+        """Never stopped."""
+
+    def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
+        """Whatever is written is taken at once."""
+
+    def get_write_buffer_size(self) -> int:
+        """Nothing waits."""
+        return 0
+
+
+class _Live:
+    """The whole service on an event loop of its own, and what goes wrong in it."""
+
+    def __init__(self) -> None:
+        self.loop = asyncio.new_event_loop()
+        asyncio.set_event_loop(self.loop)
+        self.loop.set_exception_handler(self._failed)
+        self.failures: list[BaseException] = []
+        self.app = create_app(SETTINGS)
+        self.config = make_server(self._watched, SETTINGS).config
+        self.config.load()
+
+    def speak(self, content: bytes) -> None:
+        """Some bytes of a client, which then goes away."""
+        self.failures.clear()
+        self.loop.run_until_complete(self._speak(content))
+        if self.failures:
+            raise self.failures[0]
+
+    async def _speak(self, content: bytes) -> None:
+        state, wire = ServerState(), Wire()
+        made: Callable[..., asyncio.Protocol] = self.config.http_protocol_class
+        protocol = made(config=self.config, server_state=state, app_state={})
+        protocol.connection_made(wire)
+        half = len(content) // 2
+        for piece in (content[:half], content[half:]):
+            if not wire.closed:
+                protocol.data_received(piece)
+                await asyncio.sleep(0)
+        for _ in range(3):
+            await asyncio.sleep(0)
+        protocol.connection_lost(None)
+        if state.tasks:
+            await asyncio.wait(state.tasks)
+
+    async def _watched(self, scope: Scope, receive: Receive, send: Send) -> None:
+        async def seen(message: Message) -> None:
+            if message["type"] == "http.response.start" and message["status"] >= 500:
+                self.failures.append(AssertionError(f"answered with {message['status']}"))
+            await send(message)
+
+        try:
+            await self.app(scope, receive, seen)
+        except BaseException as error:
+            self.failures.insert(0, error)
+            raise
+
+    def _failed(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        self.failures.append(context.get("exception") or AssertionError(context["message"]))
+
+
+_live: list[_Live] = []
+
+
+def protocol(content: bytes) -> None:
+    """Bytes on a connection, into the server with everything behind it."""
+    if not _live:
+        _live.append(_Live())
+    _live[0].speak(content)
+
+
+TARGETS: dict[str, Callable[[bytes], None]] = {
+    "json": json,
+    "npy": _file("npy"),
+    "oogl": _file("oogl"),
+    "teapot": _file("teapot"),
+    "query": query,
+    "content": content,
+    "header": header,
+    "protocol": protocol,
+}
+"""By name."""
