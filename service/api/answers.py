@@ -17,6 +17,15 @@ CHUNK = 1 << 20
 HEADERS = {"X-Content-Type-Options": "nosniff"}
 """On every answer: a browser shall not guess another type than the one that is said."""
 
+PAGE_HEADERS = {
+    "Referrer-Policy": "no-referrer",
+    # What `frame-ancestors` says to newer browsers.
+    "X-Frame-Options": "DENY",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), geolocation=(), microphone=(), payment=(), usb=()",
+}
+"""On pages: nobody frames them or holds on to their window, and they ask for nothing."""
+
 POST_HEADERS = HEADERS | {"Vary": "Accept"}
 """On answers whose format `Accept` chooses."""
 

@@ -46,12 +46,16 @@ class Origins:
             (b"access-control-expose-headers", ", ".join(EXPOSED).encode()),
             (b"timing-allow-origin", timing.encode()),
         )
-        self.always: RawHeaders = ((b"vary", b"Origin"),)
+        self.asked = bool(origins)
+        """Whether browsers get an answer to what they ask beforehand."""
+        # Pages that isolate themselves (COEP) take nothing of another origin that does not say so.
+        embedded = b"cross-origin" if self._any else b"same-origin"
+        self.always: RawHeaders = ((b"cross-origin-resource-policy", embedded),)
         """What every answer carries, whoever asks."""
         if self._any:
-            self.always = ((b"access-control-allow-origin", b"*"), *self._readable)
-        elif not origins:
-            self.always = ()
+            self.always += ((b"access-control-allow-origin", b"*"), *self._readable)
+        elif origins:
+            self.always += ((b"vary", b"Origin"),)
 
     def granted(self, origin: bytes | None) -> RawHeaders:
         """What an answer carries in addition, for a request from this origin."""
@@ -74,14 +78,15 @@ class CrossOrigin:
             return
         headers = dict(scope["headers"])
         added = (*self._origins.always, *self._origins.granted(headers.get(b"origin")))
-        if scope["method"] == "OPTIONS" and b"access-control-request-method" in headers and added:
+        asks = scope["method"] == "OPTIONS" and b"access-control-request-method" in headers
+        if asks and self._origins.asked:
             start = {"type": "http.response.start", "status": 204}
             await send({**start, "headers": [*added, *_PREFLIGHT]})
             await send({"type": "http.response.body", "body": b""})
             return
 
         async def sent(message: Message) -> None:
-            if message["type"] == "http.response.start" and added:
+            if message["type"] == "http.response.start":
                 message = {**message, "headers": [*message.get("headers", ()), *added]}
             await send(message)
 

@@ -9,7 +9,7 @@ import orjson
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
 
-from service.api.answers import HEADERS
+from service.api.answers import HEADERS, PAGE_HEADERS
 from service.api.not_built import not_built
 from service.api.openapi.document import document
 from service.api.static_files import StaticFile, StaticFiles
@@ -27,7 +27,7 @@ _POLICY = (
     # Swagger UI sets styles on its elements.
     "style-src 'self' 'unsafe-inline'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-_HEADERS = HEADERS | {"Content-Security-Policy": _POLICY}
+_HEADERS = HEADERS | PAGE_HEADERS | {"Content-Security-Policy": _POLICY}
 
 _PAGE = """<!doctype html>
 <html lang="en">

@@ -9,7 +9,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service.api.admission.visits import attended, visiting
-from service.api.answers import HEADERS, ChunkedResponse, disposition
+from service.api.answers import ChunkedResponse, disposition
 from service.api.caching.answers import AnswerCache
 from service.api.caching.codings import COMPRESS, Accepted, compressed
 from service.api.caching.entries import Entry, RawHeaders, Subject, Variant
@@ -146,7 +146,6 @@ async def _make(request: Request, subject: Subject, fmt: Format, query: str) -> 
     work, answer = await made(request, stored.surface, (options, fmt), timing, is_long=is_long)
     name = work.model.name if stored.is_hash else stored.id
     described = {
-        **HEADERS,
         "Content-Type": fmt.media_type,
         "Content-Disposition": disposition("inline", name, fmt),
         **report_headers(answer.report),

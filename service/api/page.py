@@ -11,7 +11,7 @@ from types import MappingProxyType
 from starlette.requests import Request
 from starlette.responses import Response
 
-from service.api.answers import HEADERS
+from service.api.answers import HEADERS, PAGE_HEADERS
 from service.api.not_built import not_built
 from service.api.static_files import StaticFile, StaticFiles
 
@@ -31,7 +31,7 @@ _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
     "img-src 'self' data: blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-_HEADERS = {"Content-Security-Policy": _POLICY, "Referrer-Policy": "no-referrer"}
+_HEADERS = PAGE_HEADERS | {"Content-Security-Policy": _POLICY}
 
 
 async def home(request: Request) -> Response:

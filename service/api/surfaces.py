@@ -79,7 +79,7 @@ async def get_surface(request: Request) -> Response:
     headers = {"ETag": tag, "Cache-Control": FOR_AN_HOUR if id in EXAMPLES else FOR_EVER}
     async with attended(request):
         if _has(request, tag) and await exists(request, id):
-            return Response(status_code=304, headers=headers)
+            return Response(status_code=304, headers=HEADERS | headers)
         stored = await surface_of(request, id)
         plan = partial(_planned, stored.surface, result_limits(settings))
         task = Task("definition", plan, 0, lambda _: Pace.SOON, stored.is_long)
@@ -101,7 +101,7 @@ async def delete_surface(request: Request) -> Response:
         issue = Issue("unknown_surface", "No surface is kept under this id.", "/id")
         raise UnknownSurface(issue)
     forget(request, id)
-    return Response(status_code=204)
+    return Response(status_code=204, headers=HEADERS)
 
 
 def _named(posted: Posting[Format], body: bytes, settings: Settings) -> tuple[str, bytes]:

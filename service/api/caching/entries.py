@@ -56,6 +56,7 @@ class Subject:
             (b"cache-control", lasting.encode()),
             (b"vary", b"Accept-Encoding"),
             (b"server-timing", timing),
+            (b"x-content-type-options", b"nosniff"),
         )
 
 

@@ -1,0 +1,73 @@
+"""Nothing that a request says becomes the name of a file, or an address that is connected to."""
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import service
+
+ALLOWED = tuple(
+    str(Path(folder).resolve())
+    for folder in (Path(service.__file__).parent, sys.prefix, sys.base_prefix)
+)
+"""Modules are imported from there when they are needed first, and static files read."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    found = tmp_path_factory.mktemp("audited")
+    (found / "secret").write_text("the secret of the house", encoding="utf-8")
+    return found
+
+
+@pytest.fixture(scope="module")
+def audited(folder: Path) -> Mapping[str, Any]:
+    command = [sys.executable, "-m", "tests.api.audited", str(folder)]
+    root = Path(service.__file__).parents[1]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=root)
+    assert done.returncode == 0, done.stderr
+    found: Mapping[str, Any] = json.loads(done.stdout)
+    return found
+
+
+def test_what_should_not_happen_would_be_seen(audited: Mapping[str, Any]) -> None:
+    assert {"open", "socket.connect", "os.listdir"} <= set(audited["would"])
+
+
+def test_hostile_requests_are_answered(audited: Mapping[str, Any]) -> None:
+    statuses = audited["statuses"]
+    assert len(statuses) > 500
+    assert {s for s in statuses if s not in (200, 201)} <= {400, 403, 404, 405, 406, 415, 422, 503}
+
+
+def test_nothing_is_connected_to_and_no_program_started(audited: Mapping[str, Any]) -> None:
+    assert [event for event, _ in audited["seen"] if event != "open"] == []
+
+
+def test_no_file_is_opened_but_our_own_and_those_of_the_store(
+    audited: Mapping[str, Any], folder: Path
+) -> None:
+    stored = re.compile(re.escape(str(folder / "store")) + r"(/(staging|surfaces|[0-9a-f]+))*")
+    for event, (path, mode, *_) in audited["seen"]:
+        assert event == "open"
+        if not stored.fullmatch(path):
+            assert str(Path(path).resolve()).startswith(ALLOWED), path
+            assert mode in ("r", "rb"), (path, mode)
+
+
+def test_what_is_stored_is_named_by_hashes_and_lies_in_the_store(
+    audited: Mapping[str, Any], folder: Path
+) -> None:
+    assert audited["statuses"].count(201) > 1
+    files = [path.relative_to(folder) for path in folder.rglob("*") if path.is_file()]
+    assert Path("secret") in files
+    for file in files:
+        if file != Path("secret"):
+            assert file.parts[0] == "store"
+            assert set(file.name) <= set("0123456789abcdef.json")

@@ -1,0 +1,46 @@
+"""What answers say to browsers about how they may be used."""
+
+import pytest
+
+from service.api.app import create_app
+from service.settings.values import Settings
+from tests.api.client import Client, client_of
+
+MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
+PAGES = ("/", "/docs")
+NET = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
+
+
+@pytest.mark.parametrize(
+    ("origins", "policy"),
+    [(("*",), "cross-origin"), (("https://example.com",), "same-origin"), ((), "same-origin")],
+)
+def test_every_answer_says_that_it_is_what_it_says_and_who_may_embed_it(
+    origins: tuple[str, ...], policy: str
+) -> None:
+    """New, kept, unchanged, stored, a page, a file of one, a problem of each kind."""
+    with client_of(create_app(Settings(cors_origins=origins, allow_delete=True))) as client:
+        address = client.post("/v1/surfaces", NET).headers["location"]
+        tags = {path: client.get(path).headers["etag"] for path in (MESH, address, "/page/main.js")}
+        answers = [
+            *(client.get(path) for path in (MESH, address, *PAGES, "/page/style.css", "/health")),
+            *(client.get(path, {"If-None-Match": tag}) for path, tag in tags.items()),
+            client.post("/v1/mesh", NET),
+            client.post("/v1/mesh", []),
+            client.request("DELETE", address),
+            *(client.get(path) for path in ("/nothing", "/v1/mesh", "/v1/surfaces/none")),
+        ]
+    assert {answer.status_code for answer in answers} >= {200, 204, 304, 404, 405, 422}
+    for answer in answers:
+        assert answer.headers.get_list("x-content-type-options") == ["nosniff"]
+        assert answer.headers.get_list("cross-origin-resource-policy") == [policy]
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_pages_are_not_framed_held_on_to_or_given_devices(client: Client, path: str) -> None:
+    headers = client.get(path).headers
+    assert headers["x-frame-options"] == "DENY"
+    assert "frame-ancestors 'none'" in headers["content-security-policy"]
+    assert headers["referrer-policy"] == "no-referrer"
+    assert headers["cross-origin-opener-policy"] == "same-origin"
+    assert "camera=()" in headers["permissions-policy"]
