@@ -1,5 +1,6 @@
 // The editor: opens a surface, asks for its mesh whenever something changes, shows the answer.
 
+import { watchKey } from './key.js';
 import { Library } from './library.js';
 import { MeshRequests } from './mesh-requests.js';
 import { announce, element } from './page.js';
@@ -33,6 +34,8 @@ element('no-webgl', HTMLElement).hidden = view !== null;
 let patches = 1;
 /** Whether the document that is open has a mesh. */
 let isShown = false;
+/** Whether any document is open. */
+let isOpen = false;
 
 /** @type {MeshRequests<Wish, MeshAnswer>} */
 const requests = new MeshRequests({
@@ -97,6 +100,7 @@ state.listen((change) => {
     asked = wanted();
   }
   if (change === 'opened') {
+    isOpen = true;
     requests.forget();
     hideProblem();
     isShown = false;
@@ -117,4 +121,6 @@ const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, { 
 
 // What cannot be taken along is a problem of its own: the surface that is seen is well.
 watchShare(state, (error) => showProblem(error, state));
-void library.byId(query.get('surface') ?? FIRST);
+const begin = () => void library.byId(query.get('surface') ?? FIRST);
+watchKey(() => (isOpen ? ask(false) : begin()));
+begin();

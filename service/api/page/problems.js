@@ -1,5 +1,6 @@
 // What to say when the service refuses, or is not there: what is wrong, where, and what would do.
 
+import { isAboutKeys } from './key.js';
 import { pathOf } from './documents.js';
 import { button, element, made, write } from './page.js';
 import { Away, Refusal } from './service.js';
@@ -34,6 +35,7 @@ export function showProblem(error, state) {
   point.dataset.index = String(index);
   point.textContent = `Show control point ${index + 1}`;
   button('problem-undo').hidden = !refused || !state.history.canUndo;
+  button('problem-key').hidden = !(refused && isAboutKeys(error.code));
   button('problem-retry').hidden = !(error instanceof Away);
   element('problem', HTMLElement).hidden = false;
   return index;
@@ -48,6 +50,7 @@ function toldOf(error) {
   if (!(error instanceof Refusal)) return { title: 'The page made a mistake', detail: String(error) };
   const lost = error.code === 'unknown_surface';
   if (lost) return { title: 'There is no surface at this address', detail: error.message };
+  if (isAboutKeys(error.code)) return { title: 'A key is needed', detail: error.message };
   const title = error.status < 500 ? 'The service refuses this' : 'The service could not do this';
   return { title, detail: error.message };
 }

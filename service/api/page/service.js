@@ -1,5 +1,7 @@
 // What the page asks of the service it came from. Addresses are relative to the page.
 
+import { anotherKey, credentials, currentKey, isAboutKeys } from './key.js';
+
 /** @typedef {import('./documents.js').Surface} Surface */
 
 /** @typedef {{code: string, detail: string, pointer?: string, parameter?: string, header?: string, got?: string, needed?: string}} Issue */
@@ -62,6 +64,11 @@ export async function mesh(request, mediaType = 'model/gltf-binary') {
   return { content, serverTime: serverTime(answer.headers.get('Server-Timing')), roundTrip };
 }
 
+let arePrivate = false;
+
+/** Whether surfaces and meshes are read with a key: their addresses alone open nothing. */
+export const readsArePrivate = () => arePrivate;
+
 /** Where something of the service is, with its host. @param {string} path */
 export function addressOf(path) {
   return new URL(path, document.baseURI).href;
@@ -72,17 +79,26 @@ async function json(path, options) {
   return (await ask(path, options)).json();
 }
 
-/** @param {string} path @param {RequestInit} [options] */
-async function ask(path, options) {
+/** @param {string} path @param {RequestInit} [options] @returns {Promise<Response>} */
+async function ask(path, options = {}) {
+  const sent = currentKey();
   let answer;
   try {
-    answer = await fetch(addressOf(path), options);
+    const headers = { ...options.headers, ...credentials() };
+    answer = await fetch(addressOf(path), { ...options, headers });
   } catch {
     throw new Away('The service does not answer.');
   }
+  if (path.startsWith('v1/surfaces/')) {
+    arePrivate = answer.status === 401 || /\bprivate\b/.test(answer.headers.get('Cache-Control') ?? '');
+  }
   if (answer.ok) return answer;
   const isProblem = answer.headers.get('Content-Type')?.startsWith('application/problem+json');
-  if (isProblem) throw new Refusal(await answer.json());
+  if (isProblem) {
+    const problem = await answer.json();
+    if (isAboutKeys(problem.code) && await anotherKey(problem.code, sent)) return ask(path, options);
+    throw new Refusal(problem);
+  }
   if (answer.status >= 502) throw new Away('The service does not answer.');
   throw new Refusal({ title: answer.statusText, status: answer.status });
 }

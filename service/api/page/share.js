@@ -2,7 +2,7 @@
 
 import { element, made, write, announce, button } from './page.js';
 import { meshQuery, toQuery, meshOptions } from './settings.js';
-import { addressOf, formats, mesh, store } from './service.js';
+import { addressOf, formats, mesh, readsArePrivate, store } from './service.js';
 
 /** @typedef {import('./state.js').State} State */
 /** @typedef {import('./service.js').Format} Format */
@@ -49,7 +49,10 @@ async function meshAddress(state) {
 
 /** @param {State} state */
 async function curl(state) {
-  return `curl -o ${fileName(state)}.glb '${await meshAddress(state)}'`;
+  const address = await meshAddress(state);
+  // The key itself stays here: the shell has it in a variable, as the command `surface` does.
+  const key = readsArePrivate() ? '-H "Authorization: Bearer $SURFACE_KEY" ' : '';
+  return `curl ${key}-o ${fileName(state)}.glb '${address}'`;
 }
 
 /** @param {State} state */
@@ -60,6 +63,7 @@ async function snippet(state) {
 
 /** @param {string} text @param {string} what */
 async function copy(text, what) {
+  element('copied-private', HTMLElement).hidden = !readsArePrivate();
   try {
     await navigator.clipboard.writeText(text);
     write('copied', `Copied: ${text}`);

@@ -1,0 +1,120 @@
+"""The editor where the service needs a key: it asks for one, sends it, and tells it nobody."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page, Request
+
+from service.api.guard.keys import entry_line, new_key
+from service.settings.values import Settings
+from tests.live import running_service
+from tests.test_readme import run_shell
+from tests.web.browser import Stage
+from tests.web.editor import READY, SADDLE, listening
+from tests.web.test_page_access import violations
+from tests.web.test_page_sharing import copied
+
+KEY = new_key()
+
+
+@pytest.fixture(scope="module")
+def private() -> Iterator[str]:
+    settings = Settings(api_keys=(entry_line("alice", KEY),), public_reads=False)
+    with running_service(settings) as url:
+        yield url
+
+
+@pytest.fixture(scope="module")
+def opened(private: str, browser: Browser) -> Iterator[tuple[Stage, list[Request]]]:
+    """The page as it is first seen: the dialog stands there, and nothing is drawn yet."""
+    context = browser.new_context(viewport={"width": 880, "height": 440}, reduced_motion="reduce")
+    stage = listening(context.new_page())
+    requests: list[Request] = []
+
+    def note(request: Request) -> None:  # Playwright wants a function of its own
+        requests.append(request)
+
+    stage.page.on("request", note)
+    stage.page.goto(private + SADDLE)
+    stage.page.wait_for_selector("#access[open]")
+    yield stage, requests
+    context.close()
+
+
+def enter(page: Page, key: str) -> None:
+    page.fill("#access-key", key)
+    page.press("#access-key", "Enter")
+
+
+def test_the_key_is_asked_for_sent_and_told_nobody(
+    opened: tuple[Stage, list[Request]], tmp_path: Path
+) -> None:
+    stage, requests = opened
+    page = stage.page
+    # Asked for, to those who see and to those who listen; with the keyboard alone.
+    assert "have a key" in page.inner_text("#access-why")
+    assert page.evaluate("document.activeElement.id") == "access-key"
+    assert violations(page) == []
+    # What is no key is not even sent; a wrong one is told of.
+    before = len(requests)
+    enter(page, "password")
+    assert page.is_visible("#access")
+    assert len(requests) == before
+    enter(page, new_key())
+    page.wait_for_selector("#access-why:has-text('does not know')")
+    # Closed, it does not come back by itself; the page says what is missing, and offers it.
+    page.keyboard.press("Escape")
+    page.wait_for_selector("#problem-key")
+    assert page.inner_text("#problem-title") == "A key is needed"
+    assert violations(page) == []
+    page.click("#problem-key")
+    enter(page, f" {KEY}\n")
+    page.wait_for_selector(READY)
+    assert page.is_hidden("#problem")
+    assert page.inner_text("#triangles") == "72"
+    sent = [request.headers.get("authorization") for request in requests]
+    assert f"Bearer {KEY}" in sent
+
+    # It is kept for the tab, by the tab.
+    page.reload()
+    page.wait_for_selector(READY)
+    assert page.evaluate("Object.values(sessionStorage)") == [KEY]
+    assert page.evaluate("[localStorage.length, document.cookie]") == [0, ""]
+
+    # What is taken along names a variable, never the key; and says whom it serves.
+    for button in ("copy-link", "copy-snippet", "copy-curl"):
+        assert KEY not in copied(page, button)
+        assert page.is_visible("#copied-private")
+    command = copied(page, "copy-curl").replace("curl", "curl -sf")
+    assert '-H "Authorization: Bearer $SURFACE_KEY"' in command
+    run_shell(f"SURFACE_KEY={KEY}; {command}", tmp_path)
+    (written,) = tmp_path.iterdir()
+    assert written.read_bytes().startswith(b"glTF")
+    assert not [request.url for request in requests if KEY in request.url]
+    assert KEY not in page.url
+
+    # Forgotten, it is asked for again.
+    page.click("#api-key")
+    assert violations(page) == []
+    page.click("#access-forget")
+    assert page.evaluate("sessionStorage.length") == 0
+    page.fill("#resolution", "7")
+    page.wait_for_selector("#access[open]")
+    enter(page, KEY)
+    page.wait_for_selector(READY)
+    assert page.inner_text("#triangles") == "98"
+    told = [line for line in stage.complaints if "401" not in line]
+    assert told == []
+
+
+def test_without_keys_nobody_is_asked(editor: Stage) -> None:
+    page = editor.page
+    assert page.is_hidden("#access")
+    assert page.is_hidden("#api-key")
+    assert page.is_hidden("#copied-private")
+    assert "Authorization" not in copied(page, "copy-curl")
+    storage: Any = json.loads(page.evaluate("JSON.stringify(sessionStorage)"))
+    assert storage == {}
