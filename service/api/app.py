@@ -40,6 +40,7 @@ from service.api.observing.lines import Write
 from service.api.observing.metrics import metrics, registry_of
 from service.api.observing.observed import Observed
 from service.api.observing.observer import Observer
+from service.api.observing.optional import tracing_of
 from service.api.observing.places import Places
 from service.api.openapi.document import document
 from service.api.static_files import StaticFiles
@@ -109,8 +110,15 @@ def _add_observer(app: Application, log: Write | None) -> None:
     app.state.canary = Canary()
     app.state.connections = ()  # the server that has some puts its own here
     app.state.registry = registry_of(app.state)
-    places = Places(app.routes)
-    app.front = Observer(app.front, places, app.state.observed, app.state.settings, log)
+    app.state.tracing = tracing_of(app.state.settings)
+    app.front = Observer(
+        app.front,
+        Places(app.routes),
+        app.state.observed,
+        app.state.settings,
+        write=log,
+        tracing=app.state.tracing,
+    )
 
 
 def _add_routes(app: FastAPI) -> None:
@@ -154,3 +162,5 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     yield
     app.state.ready = False
     tending.cancel()
+    if app.state.tracing is not None:
+        await app.state.tracing.close()

@@ -4,6 +4,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from service.api.observing.exchange import current
+
 
 class Timing:
     """Steps and how long each took, in the order in which they ended first.
@@ -27,7 +29,11 @@ class Timing:
         try:
             yield
         finally:
-            self._steps[name] = self._steps.get(name, 0.0) + time.perf_counter() - start
+            seconds = time.perf_counter() - start
+            self._steps[name] = self._steps.get(name, 0.0) + seconds
+            exchange = current.get()
+            if exchange is not None:
+                exchange.steps.append((name, start, seconds))
 
     def __str__(self) -> str:
         """The header, in milliseconds."""

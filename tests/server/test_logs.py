@@ -78,7 +78,7 @@ def test_text_cannot_be_forged() -> None:
 def test_records_tell_of_the_request_that_is_under_way() -> None:
     record = logging.LogRecord("x", logging.WARNING, "x.py", 1, "it", None, None)
     assert "request_id" not in json.loads(JsonRecords().format(record))
-    token = current.set(Exchange("mine", "1" * 32, "2" * 16, NOWHERE))
+    token = current.set(Exchange("mine", "1" * 32, "2" * 16, "GET", NOWHERE))
     try:
         told = json.loads(JsonRecords().format(record))
         assert TextRecords().format(record) == "WARNING:  it (id mine)"

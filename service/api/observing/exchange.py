@@ -6,7 +6,6 @@ from typing import Any
 from starlette.types import Scope
 
 from service.api.observing.places import Place
-from service.api.timing import Timing
 
 KEY = "exchange"
 """Where it stands in an ASGI scope."""
@@ -21,6 +20,8 @@ class Exchange:
         The request's id: the client's, if that was harmless; else that of the trace.
     trace_id, span_id : str
         In hexadecimal digits; the span is the service's own part of the trace.
+    method : str
+        As HTTP names it; "other" for what HTTP does not know.
     place : Place
         What the path stands for.
     client : str
@@ -37,8 +38,8 @@ class Exchange:
         "hit" or "miss", where it is a matter of the cache.
     format : str
         Name of the format of the answer.
-    timing : Timing or None
-        The steps of the work.
+    steps : list
+        Of the work that was done for it: name, start on the clock `perf_counter`, seconds.
     """
 
     __slots__ = (
@@ -48,24 +49,26 @@ class Exchange:
         "format",
         "id",
         "key",
+        "method",
         "place",
         "sent",
         "span_id",
         "status",
-        "timing",
+        "steps",
         "trace_id",
     )
 
-    def __init__(self, id: str, trace_id: str, span_id: str, place: Place) -> None:
+    def __init__(self, id: str, trace_id: str, span_id: str, method: str, place: Place) -> None:
         self.id = id
         self.trace_id = trace_id
         self.span_id = span_id
+        self.method = method
         self.place = place
         self.client = "-"
         self.status = self.sent = 0
         self.key = self.code = self.cache = ""
         self.format = place.format
-        self.timing: Timing | None = None
+        self.steps: list[tuple[str, float, float]] = []
 
 
 current: ContextVar[Exchange | None] = ContextVar("exchange", default=None)

@@ -17,8 +17,8 @@ from service.api.observing.exchange import Exchange
 Write: TypeAlias = Callable[[str], None]
 """Takes a line, its end included."""
 
-Line: TypeAlias = Callable[[Exchange, str, float], str]
-"""Makes a line of an exchange, its method and the seconds it took."""
+Line: TypeAlias = Callable[[Exchange, float], str]
+"""Makes a line of an exchange and the seconds it took."""
 
 FAILED = 500
 """Statuses from here on are errors, and logged as such."""
@@ -46,7 +46,7 @@ def line_of(form: Literal["text", "json"]) -> Line:
     return _Json() if form == "json" else _text
 
 
-def _text(exchange: Exchange, method: str, seconds: float) -> str:
+def _text(exchange: Exchange, seconds: float) -> str:
     """As uvicorn writes it, with what it took; and an id to look for, where something is wrong."""
     e = exchange
     level = "ERROR:   " if e.status >= FAILED else "INFO:    "
@@ -54,7 +54,7 @@ def _text(exchange: Exchange, method: str, seconds: float) -> str:
     if e.code:
         more.append(f"id {e.id}")
     tail = f" ({', '.join(more)})" if more else ""
-    did = f'{e.client} - "{method} {e.place.shown}" {e.status}'
+    did = f'{e.client} - "{e.method} {e.place.shown}" {e.status}'
     return f"{level} {did}, {e.sent} bytes, {seconds * 1e3:.1f} ms{tail}\n"
 
 
@@ -64,7 +64,7 @@ class _Json:
     def __init__(self) -> None:
         self._clock = Clock()
 
-    def __call__(self, exchange: Exchange, method: str, seconds: float) -> str:
+    def __call__(self, exchange: Exchange, seconds: float) -> str:
         e = exchange
         line: dict[str, Any] = {
             "time": self._clock(),
@@ -73,7 +73,7 @@ class _Json:
             "request_id": e.id,
             "trace_id": e.trace_id,
             "span_id": e.span_id,
-            "method": method,
+            "method": e.method,
             "route": e.place.route,
             "status": e.status,
             "bytes": e.sent,

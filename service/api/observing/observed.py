@@ -72,10 +72,10 @@ class Observed:
         self.engine = Seconds()
         self.dropped: Callable[[], int] = int
 
-    def ended(self, exchange: Exchange, method: str, seconds: float) -> None:
+    def ended(self, exchange: Exchange, seconds: float) -> None:
         """A request is over."""
         status = exchange.status // 100
-        key = (exchange.place.route, method, status)
+        key = (exchange.place.route, exchange.method, status)
         histogram = self.requests.get(key)
         if histogram is None:
             histogram = self.requests[key] = Histogram()

@@ -1,7 +1,7 @@
 """The outermost layer: every request gets an id, is counted and, if that is wanted, logged."""
 
 import time
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -9,10 +9,13 @@ from service.api.observing.exchange import KEY, Exchange, current
 from service.api.observing.lines import FAILED, Write, line_of
 from service.api.observing.observed import Observed
 from service.api.observing.places import Places
-from service.api.observing.traces import Ids, harmless_id, parent_of
+from service.api.observing.traces import Ids, Parent, harmless_id, parent_of
 from service.api.problems import INTERNAL_ERROR, problem_response
 from service.measuring import count_in
 from service.settings.values import Settings
+
+if TYPE_CHECKING:
+    from service.api.observing.tracing import Tracing
 
 ID_HEADER = "X-Request-Id"
 
@@ -37,6 +40,8 @@ class Observer:
         What is logged, and how.
     write : callable, optional
         Takes lines of the log; without it there are none.
+    tracing : Tracing, optional
+        Makes spans.
     """
 
     def __init__(
@@ -45,12 +50,15 @@ class Observer:
         places: Places,
         observed: Observed,
         settings: Settings,
+        *,
         write: Write | None = None,
+        tracing: "Tracing | None" = None,
     ) -> None:
         self.app = app
         self._places = places
         self._observed = observed
         self._new_id = Ids()
+        self._tracing = tracing
         self._write = write if settings.access_log else None
         self._line = line_of(settings.log_format)
         self._level: Literal["debug", "info", "warning", "error"] = settings.log_level
@@ -61,7 +69,8 @@ class Observer:
             await self.app(scope, receive, send)
             return
         start = time.perf_counter()
-        exchange = self._begun(scope)
+        exchange, parent = self._begun(scope)
+        span = None if self._tracing is None else self._tracing.begin(scope, exchange, parent)
         header = (_ID, exchange.id.encode())
         observed = self._observed
 
@@ -87,18 +96,17 @@ class Observer:
         finally:
             observed.in_flight -= 1
             seconds = time.perf_counter() - start
-            method: str = scope["method"]
-            if method not in _METHODS:
-                method = "other"
-            if method == "HEAD":
+            if exchange.method == "HEAD":
                 exchange.sent = 0  # the server leaves out what follows the head
             _take_over(scope, exchange)
-            observed.ended(exchange, method, seconds)
+            observed.ended(exchange, seconds)
+            if self._tracing is not None and span is not None:
+                self._tracing.end(span, exchange)
             if self._write is not None and self._is_told(exchange):
-                self._write(self._line(exchange, method, seconds))
+                self._write(self._line(exchange, seconds))
 
-    def _begun(self, scope: Scope) -> Exchange:
-        """What is known of a request from its head."""
+    def _begun(self, scope: Scope) -> tuple[Exchange, Parent | None]:
+        """What is known of a request from its head, and the span that it comes from."""
         path, root = scope["path"], scope.get("root_path", "")
         # Of a header that comes twice, a dictionary would keep one; so it only says what is there.
         named = dict(scope["headers"])
@@ -108,14 +116,16 @@ class Observer:
         if _PARENT in named:
             parent = parent_of(_only(scope, _PARENT))
         trace_id = self._new_id() + self._new_id() if parent is None else parent.trace_id
+        method: str = scope["method"]
         exchange = Exchange(
             id or trace_id,
             trace_id,
             self._new_id(),
+            method if method in _METHODS else "other",
             self._places.at(path.removeprefix(root) if root else path),
         )
         scope[KEY] = exchange
-        return exchange
+        return exchange, parent
 
     def _is_told(self, exchange: Exchange) -> bool:
         """Whether a request is logged at this level."""

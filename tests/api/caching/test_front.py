@@ -39,7 +39,7 @@ def asked(
     assert answers.put(entry, answers.age)
     answers.add(entry, "gzip", b"packed")
     answers.alias(entry, PATH, QUERY, pinned=True)
-    exchange = Exchange("1", "1", "1", NOWHERE)
+    exchange = Exchange("1", "1", "1", method, NOWHERE)
     request = {"type": "http", "method": method, "path": PATH, "query_string": QUERY, KEY: exchange}
 
     async def send(message: Message) -> None:

@@ -78,8 +78,8 @@ def test_two_applications_count_apart() -> None:
         assert sample(other, "surface_cache_misses_total") == 0
 
 
-def test_hundreds_of_paths_make_one_series(own: Client) -> None:
-    for number in range(300):
+def test_many_paths_make_one_series(own: Client) -> None:
+    for number in range(60):
         own.get(f"/{number}")
         own.get(f"/v1/surfaces/{number}")
     text = own.get("/metrics").text

@@ -67,7 +67,7 @@ def asked(
     async def receive() -> Message:
         raise AssertionError("a body was read")
 
-    outer = Observer(inner, Places([]), observed, settings or Settings(), lines.append)
+    outer = Observer(inner, Places([]), observed, settings or Settings(), write=lines.append)
     scope = {"type": "http", "method": method, "path": path, "headers": headers, "state": {}}
     try:
         asyncio.run(outer(scope, receive, send))

@@ -1,0 +1,207 @@
+"""Spans: one for each request, children for its steps, a parent where the caller has one."""
+
+import asyncio
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from itertools import pairwise
+
+import pytest
+from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import ExportTraceServiceRequest
+from opentelemetry.sdk.trace import ReadableSpan, TracerProvider
+from opentelemetry.sdk.trace.export import SimpleSpanProcessor
+from opentelemetry.sdk.trace.export.in_memory_span_exporter import InMemorySpanExporter
+from opentelemetry.trace import SpanKind, StatusCode
+
+from service.api.app import create_app
+from service.api.observing import tracing as tracing_module
+from service.api.observing.observed import Observed
+from service.api.observing.observer import Observer
+from service.api.observing.places import Places
+from service.api.observing.tracing import Tracing, exporting
+from service.errors import InvalidSettings
+from service.settings.values import Settings
+from tests.api.client import Client, client_of
+from tests.api.observing.test_observer import PARENT, SPAN, TRACE
+
+MESH = "/v1/surfaces/saddle/mesh.glb"
+NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]
+
+
+@pytest.fixture
+def spans() -> InMemorySpanExporter:
+    return InMemorySpanExporter()
+
+
+@pytest.fixture
+def traced(spans: InMemorySpanExporter) -> Iterator[Client]:
+    """A client of an application whose spans are kept."""
+    provider = TracerProvider(shutdown_on_exit=False)
+    provider.add_span_processor(SimpleSpanProcessor(spans))
+    app = create_app(Settings())
+    assert isinstance(app.front, Observer)
+    places, settings = Places(app.routes), app.state.settings
+    outer = Observer(app.front.app, places, Observed(), settings, tracing=Tracing(provider))
+    app.front = outer
+    with client_of(app) as client:
+        yield client
+
+
+def server_span(spans: InMemorySpanExporter) -> ReadableSpan:
+    (found,) = [span for span in spans.get_finished_spans() if span.kind is SpanKind.SERVER]
+    return found
+
+
+def test_a_request_is_a_span(traced: Client, spans: InMemorySpanExporter) -> None:
+    answer = traced.raw(f"{MESH}?resolution=2")
+    span = server_span(spans)
+    assert span.name == "GET /v1/surfaces/{id}/mesh.{suffix}"
+    assert span.parent is None
+    assert dict(span.attributes or {}) == {
+        "http.request.method": "GET",
+        "http.route": "/v1/surfaces/{id}/mesh.{suffix}",
+        "url.path": MESH,
+        "url.scheme": "http",
+        "network.protocol.version": "1.1",
+        "client.address": "127.0.0.1",
+        "http.response.status_code": 200,
+        "http.response.body.size": len(answer.content),
+        "surface.format": "glb",
+        "surface.cache": "miss",
+    }
+    assert span.status.status_code is StatusCode.UNSET
+
+
+def test_its_steps_are_children(traced: Client, spans: InMemorySpanExporter) -> None:
+    answer = traced.post("/v1/mesh", {"surface": {"control_net": NET}})
+    span = server_span(spans)
+    steps = [each for each in spans.get_finished_spans() if each is not span]
+    shown = [part.split(";")[0] for part in answer.headers["server-timing"].split(", ")]
+    assert {"read", "parse", "mesh"} <= set(shown) == {step.name for step in steps}
+    for step in steps:
+        assert step.parent == span.context
+        times = [span.start_time, step.start_time, step.end_time, span.end_time]
+        known = [at for at in times if at]
+        # Two clocks: they may differ by the little that passes between looking at both.
+        assert len(known) == 4
+        assert all(b >= a - 10**6 for a, b in pairwise(known))
+
+
+def test_its_parent_is_the_caller(traced: Client, spans: InMemorySpanExporter) -> None:
+    headers = {"traceparent": PARENT, "tracestate": "a=1,b=2"}
+    traced.get("/health", headers=headers)
+    span = server_span(spans)
+    assert span.parent is not None
+    assert span.context is not None
+    assert f"{span.context.trace_id:032x}" == TRACE
+    assert f"{span.parent.span_id:016x}" == SPAN
+    assert span.parent.is_remote
+    assert dict(span.context.trace_state) == {"a": "1", "b": "2"}
+
+
+def test_who_does_not_record_is_not_recorded(traced: Client, spans: InMemorySpanExporter) -> None:
+    traced.get("/health", headers={"traceparent": PARENT[:-1] + "0"})
+    assert spans.get_finished_spans() == ()
+
+
+def test_garbage_is_no_parent(traced: Client, spans: InMemorySpanExporter) -> None:
+    traced.get("/health", headers={"traceparent": "00-" + "0" * 52, "tracestate": "\x01,;=="})
+    assert server_span(spans).parent is None
+
+
+def test_a_refusal_is_no_error_and_tells_nothing_of_the_request(
+    traced: Client, spans: InMemorySpanExporter
+) -> None:
+    traced.get("/v1/surfaces/hush/mesh.glb", headers={"Authorization": "hush"})
+    span = server_span(spans)
+    assert span.status.status_code is StatusCode.UNSET
+    assert span.attributes is not None
+    assert span.attributes["surface.code"] == "unknown_surface"
+    assert "hush" not in span.to_json()
+
+
+def test_our_fault_is_an_error(
+    traced: Client, spans: InMemorySpanExporter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object) -> None:
+        raise ZeroDivisionError("hush")
+
+    monkeypatch.setattr("service.api.catalogue.formats", fails)
+    assert traced.get("/v1/formats").status_code == 500
+    span = server_span(spans)
+    assert span.status.status_code is StatusCode.ERROR
+    assert span.attributes is not None
+    assert span.attributes["error.type"] == "500"
+    assert "hush" not in span.to_json()
+
+
+@contextmanager
+def collector() -> Iterator[tuple[str, list[bytes]]]:
+    """URL of something that takes spans, and what it took."""
+    taken: list[bytes] = []
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_POST(self) -> None:
+            taken.append(self.rfile.read(int(self.headers["Content-Length"])))
+            self.send_response(200)
+            self.end_headers()
+
+        def log_message(self, format: str, *args: object) -> None:
+            """Quiet."""
+
+    server = HTTPServer(("127.0.0.1", 0), Handler)
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{server.server_port}", taken
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
+
+
+def test_spans_go_where_the_operator_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    with collector() as (url, taken):
+        monkeypatch.setenv("OTEL_EXPORTER_OTLP_ENDPOINT", url)
+        app = create_app(Settings(tracing=True))
+        with client_of(app) as client:
+            client.get("/health")
+        asyncio.run(app.state.tracing.close())
+    request = ExportTraceServiceRequest.FromString(taken[0])
+    (sent,) = request.resource_spans
+    about = {pair.key: pair.value.string_value for pair in sent.resource.attributes}
+    assert about["service.name"] == "surface-service"
+    assert [span.name for span in sent.scope_spans[0].spans] == ["GET /health"]
+
+
+def test_where_nobody_takes_them_the_end_is_not_delayed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tracing_module, "FAREWELL", 0.05)
+    monkeypatch.setenv("OTEL_EXPORTER_OTLP_ENDPOINT", "http://127.0.0.1:9")
+    app = create_app(Settings(tracing=True))
+    with client_of(app) as client:
+        client.get("/health")
+    asyncio.run(asyncio.wait_for(app.state.tracing.close(), 5))
+
+
+def test_the_operator_names_the_service(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OTEL_SERVICE_NAME", "ours")
+    made = exporting()
+    assert made._provider.resource.attributes["service.name"] == "ours"
+    asyncio.run(made.close())
+
+
+def test_without_the_extra_the_start_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "service.api.observing.tracing")
+    monkeypatch.setitem(sys.modules, "opentelemetry.sdk.trace", None)
+    with pytest.raises(InvalidSettings, match="extra `telemetry`"):
+        create_app(Settings(tracing=True))
+
+
+def test_off_nothing_of_it_is_imported(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only that module knows OpenTelemetry: import-linter sees to it."""
+    name = "service.api.observing.tracing"
+    monkeypatch.delitem(sys.modules, name)
+    assert create_app(Settings()).state.tracing is None
+    assert name not in sys.modules
