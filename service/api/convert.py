@@ -26,7 +26,8 @@ async def post_convert(request: Request) -> Response:
     settings: Settings = request.app.state.settings
     no_parameters(request.query_params)
     timing = Timing()
-    body = await read_body(request, settings)
+    with timing.step("read"):
+        body = await read_body(request, settings)
     async with attended(request):
         is_long = long_to_read(body)
         parse = partial(_parse, body, settings)
@@ -38,7 +39,8 @@ async def post_convert(request: Request) -> Response:
         # memory, it is no small request then.
         task = Task("convert", plan, 0, lambda _: Pace.SOON, is_long)
         _, content = await done(task, ConversionWork.run, len, timing)
-    return ChunkedResponse(content, 200, HEADERS, "application/json")
+    headers = HEADERS | {"Server-Timing": str(timing)}
+    return ChunkedResponse(content, 200, headers, "application/json")
 
 
 def _parse(body: bytes, settings: Settings) -> tuple[Surface, Sequence[Operation]]:

@@ -11,6 +11,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.answers import BOUND_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
 from service.api.caching.entries import RawHeaders
+from service.api.observing.observer import ID_HEADER
 
 EXPOSED = (
     "Content-Disposition",
@@ -21,6 +22,7 @@ EXPOSED = (
     "RateLimit-Policy",
     "Retry-After",
     "Server-Timing",
+    ID_HEADER,
     BOUND_HEADER,
     TRIANGLES_HEADER,
     VERTICES_HEADER,

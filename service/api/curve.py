@@ -9,6 +9,7 @@ from service.api.admission.visits import attended
 from service.api.answers import POST_HEADERS, file_response
 from service.api.body import read_body
 from service.api.negotiation import by_accept
+from service.api.observing.exchange import exchange_of
 from service.api.parameters import only_format
 from service.api.timing import Timing
 from service.api.work import Pace, Task, done, long_to_read, parsed
@@ -32,8 +33,10 @@ async def post_curve(request: Request) -> Response:
     settings: Settings = request.app.state.settings
     named = only_format(request.query_params.multi_items(), CURVE_FORMATS)
     fmt = named or by_accept(request.headers.get("accept"), CURVE_FORMATS)
+    exchange_of(request.scope).format = fmt.name
     timing = Timing()
-    body = await read_body(request, settings)
+    with timing.step("read"):
+        body = await read_body(request, settings)
     async with attended(request):
         is_long = long_to_read(body)
         parse = partial(_parse, body, settings)
@@ -42,7 +45,8 @@ async def post_curve(request: Request) -> Response:
         plan = partial(plan_curve, curve, options, fmt, result_limits(settings))
         task = Task("curve", plan, 0, _pace, is_long)
         work, content = await done(task, CurveWork.run, len, timing)
-    return file_response(content, fmt, work.pieces.name, POST_HEADERS)
+    headers = POST_HEADERS | {"Server-Timing": str(timing)}
+    return file_response(content, fmt, work.pieces.name, headers)
 
 
 def _parse(body: bytes, settings: Settings) -> tuple[Curve, CurveOptions]:

@@ -29,7 +29,8 @@ async def post_estimate(request: Request) -> Response:
     settings: Settings = request.app.state.settings
     posted = posting(request, FORMATS)
     timing = Timing()
-    body = await posted.read(request, settings)
+    with timing.step("read"):
+        body = await posted.read(request, settings)
     formats = FORMATS if posted.format is None else (posted.format,)
     async with attended(request):
         is_long = posted.is_long(body)
@@ -39,7 +40,8 @@ async def post_estimate(request: Request) -> Response:
         work = _Estimate(surface, wanted, formats, settings)
         task = Task("estimate", lambda: work, 0, _pace, is_long)
         _, content = await done(task, _Estimate.run, len, timing)
-    return ChunkedResponse(content, 200, HEADERS, "application/json")
+    headers = HEADERS | {"Server-Timing": str(timing)}
+    return ChunkedResponse(content, 200, headers, "application/json")
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,8 @@ async def post_points(request: Request) -> Response:
     settings: Settings = request.app.state.settings
     no_parameters(request.query_params)
     timing = Timing()
-    body = await read_body(request, settings, settings.max_points)
+    with timing.step("read"):
+        body = await read_body(request, settings, settings.max_points)
     async with attended(request):
         is_long = len(body) > INLINE_BYTES
         parse = partial(_parse, body, settings)
@@ -40,7 +41,8 @@ async def post_points(request: Request) -> Response:
         plan = partial(plan_points, surface, query, result_limits(settings))
         task = Task("points", plan, lowering(surface), _pace, is_long)
         _, content = await done(task, PointsWork.run, len, timing)
-    return ChunkedResponse(content, 200, HEADERS, "application/json")
+    headers = HEADERS | {"Server-Timing": str(timing)}
+    return ChunkedResponse(content, 200, headers, "application/json")
 
 
 def _parse(body: bytes, settings: Settings) -> tuple[Surface, Query]:

@@ -55,19 +55,21 @@ async def post_surface(request: Request) -> Response:
     settings: Settings = request.app.state.settings
     store: SurfaceStore = request.app.state.store
     posted: Posting[Format] = posting(request)
-    body = await posted.read(request, settings)
+    timing = Timing()
+    with timing.step("read"):
+        body = await posted.read(request, settings)
     async with attended(request):
         name = partial(_named, posted, body, settings)
-        id, content = await parsed(name, Timing(), is_long=posted.is_long(body))
+        id, content = await parsed(name, timing, is_long=posted.is_long(body))
         del body, name  # half of the memory of a large request
         visiting().rest()
-        is_new = await store.put(id, content)
+        with timing.step("store"):
+            is_new = await store.put(id, content)
     root = request.scope.get("root_path", "")
     address = surface_address(root, id)
     links = {"self": address, "mesh": mesh_links(root, id)}
-    return json_response(
-        {"id": id, "links": links}, 201 if is_new else 200, HEADERS | {"Location": address}
-    )
+    headers = HEADERS | {"Location": address, "Server-Timing": str(timing)}
+    return json_response({"id": id, "links": links}, 201 if is_new else 200, headers)
 
 
 async def get_surface(request: Request) -> Response:
@@ -80,10 +82,13 @@ async def get_surface(request: Request) -> Response:
     async with attended(request):
         if _has(request, tag) and await exists(request, id):
             return Response(status_code=304, headers=HEADERS | headers)
-        stored = await surface_of(request, id)
+        timing = Timing()
+        with timing.step("surface"):
+            stored = await surface_of(request, id)
         plan = partial(_planned, stored.surface, result_limits(settings))
         task = Task("definition", plan, 0, lambda _: Pace.SOON, stored.is_long)
-        _, content = await done(task, _Definition.run, len, Timing())
+        _, content = await done(task, _Definition.run, len, timing)
+    headers |= {"Server-Timing": str(timing)}
     return ChunkedResponse(content, 200, HEADERS | headers, "application/json")
 
 

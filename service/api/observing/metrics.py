@@ -24,6 +24,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service import __version__
+from service.api.admission.admission import Admission
 from service.api.answers import HEADERS, ChunkedResponse
 from service.api.caching.answers import AnswerCache
 from service.api.observing.observed import Histogram, Observed
@@ -92,6 +93,7 @@ class Counts(Collector):
         )
         yield from self._requests(self._state.observed)
         yield from self._cache(self._state.answers)
+        yield from _admission(self._state.admission)
         yield from _store(self._state.store)
 
     def _requests(self, observed: Observed) -> Iterator[Metric]:
@@ -131,6 +133,11 @@ class Counts(Collector):
         yield GaugeMetricFamily(
             "surface_connections", "Connections that are open.", len(self._state.connections)
         )
+        yield GaugeMetricFamily(
+            "surface_connections_limit",
+            "Connections that may be open.",
+            self._state.settings.max_connections,
+        )
         yield CounterMetricFamily(
             "surface_log_lines_dropped",
             "Lines of the log that could not be written.",
@@ -149,6 +156,37 @@ class Counts(Collector):
             "surface_cache_limit_bytes", "Memory that kept answers may take.", answers.max_bytes
         )
         yield GaugeMetricFamily("surface_cache_entries", "Kept answers.", len(answers))
+
+
+def _admission(admission: Admission) -> Iterator[Metric]:
+    lanes = {"large": admission.large, "small": admission.small}
+    waiting = GaugeMetricFamily(
+        "surface_queue_length", "Requests that wait for a thread or for memory.", labels=("lane",)
+    )
+    computing = GaugeMetricFamily(
+        "surface_threads_busy", "Threads that compute, or are about to.", labels=("lane",)
+    )
+    threads = GaugeMetricFamily("surface_threads", "Threads that may compute.", labels=("lane",))
+    waited = CounterMetricFamily(
+        "surface_queue_wait_seconds", "What all requests together have waited.", labels=("lane",)
+    )
+    for name, lane in lanes.items():
+        waiting.add_metric((name,), lane.waiting)
+        computing.add_metric((name,), lane.threads.used)
+        threads.add_metric((name,), lane.threads.capacity)
+        waited.add_metric((name,), lane.threads.seconds + lane.memory.seconds)
+    yield from (waiting, computing, threads, waited)
+    used = GaugeMetricFamily(
+        "surface_memory_bytes", "Memory that is lent, by prediction.", labels=("pool",)
+    )
+    limit = GaugeMetricFamily(
+        "surface_memory_limit_bytes", "Memory that may be lent.", labels=("pool",)
+    )
+    pools = {name: lane.memory for name, lane in lanes.items()} | {"arriving": admission.arriving}
+    for name, pool in pools.items():
+        used.add_metric((name,), pool.used)
+        limit.add_metric((name,), pool.capacity)
+    yield from (used, limit)
 
 
 def _store(store: SurfaceStore) -> Iterator[Metric]:

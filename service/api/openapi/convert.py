@@ -7,6 +7,7 @@ from typing import Any
 
 import orjson
 
+from service.api.openapi.headers import timed
 from service.api.openapi.operations import post_operation
 from service.api.openapi.references import Json, ref
 from service.pipeline.conversion import converted
@@ -97,7 +98,7 @@ def post_convert() -> Json:
         "for the other calls. Corner points keep their digits, and patches that shared an edge "
         "share it afterwards. Colours, texture coordinates and attributes come along.",
         request=("ConvertRequest", requests),
-        answer={"description": "The surface.", "content": {"application/json": content}},
+        answer=timed({"description": "The surface.", "content": {"application/json": content}}),
     )
 
 

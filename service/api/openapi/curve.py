@@ -5,6 +5,7 @@ from typing import Any
 
 import orjson
 
+from service.api.openapi.headers import timed
 from service.api.openapi.operations import file_answer, file_schema, post_operation
 from service.api.openapi.references import Json, ref
 from service.encoders.curves.format import CurveFormat
@@ -70,7 +71,7 @@ def post_curve() -> Json:
         "names; JSON if neither says anything. In glTF, OOGL and OBJ a curve in the plane lies at "
         "z = 0.",
         request=("CurveRequest", REQUESTS),
-        answer=file_answer("The curve.", {f.media_type: _content(f) for f in CURVE_FORMATS}),
+        answer=timed(file_answer("The curve.", {f.media_type: _content(f) for f in CURVE_FORMATS})),
         formats=CURVE_FORMATS,
     )
 

@@ -18,7 +18,7 @@ from service.api.openapi.estimate import estimate_schema, post_estimate
 from service.api.openapi.examples import meshes
 from service.api.openapi.headers import RATE_HEADERS
 from service.api.openapi.mesh import get_mesh, post_mesh
-from service.api.openapi.observing import metrics_operation, ready_operation
+from service.api.openapi.observing import add_ids, metrics_operation, ready_operation
 from service.api.openapi.operations import get_operation
 from service.api.openapi.points import points_schema, post_points
 from service.api.openapi.problems import responses
@@ -33,6 +33,9 @@ Parametric surfaces in, meshes out: post a control net, get vertices and faces.
 A request carries a surface and, beside it, the options of its mesh. Built-in surfaces, and those
 that were stored, answer by URL, with the same options as query parameters. `GET` calls answer
 `HEAD` as well.
+
+Every answer has an id in `X-Request-Id`, that of the request where it brings a harmless one. It is
+in the log of the service, as is the trace that a `traceparent` names (W3C Trace Context).
 
 Errors are problems (RFC 9457) with a stable `code` and, for each thing that is wrong, a JSON
 pointer into the body or the name of a parameter, what was got and what was needed. The input is
@@ -83,6 +86,7 @@ def document() -> Json:
             "examples": meshes(),
         },
     }
+    add_ids(whole)
     return whole | {key: with_tuples(whole[key]) for key in ("paths", "components")}
 
 

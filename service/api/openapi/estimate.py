@@ -7,6 +7,7 @@ import orjson
 
 from service.api.openapi.bodies import with_files
 from service.api.openapi.examples import REQUESTS as MESHES
+from service.api.openapi.headers import timed
 from service.api.openapi.operations import format_parameter, post_operation
 from service.api.openapi.references import Json, ref
 from service.encoders.registry import FORMATS
@@ -52,7 +53,7 @@ def post_estimate() -> Json:
         "have, how many bytes in each format, and whether the request would be refused, at a small "
         "part of the cost of the mesh. What is wrong with the body itself is refused here as well.",
         request=("MeshRequest", REQUESTS),
-        answer={"description": "The estimate.", "content": {"application/json": content}},
+        answer=timed({"description": "The estimate.", "content": {"application/json": content}}),
     )
     named = format_parameter(FORMATS, "The one format to estimate for; all of them if left out.")
     return with_files(operation | {"parameters": [named]}, options=True)

@@ -1,6 +1,7 @@
 """GET /health/ready and GET /metrics in the OpenAPI document."""
 
 from service.api.observing.metrics import OPEN, TEXT
+from service.api.observing.observer import ID_HEADER
 from service.api.openapi.operations import get_operation, problems
 from service.api.openapi.references import Json, ref
 
@@ -9,6 +10,27 @@ _EXAMPLE = """\
 # TYPE surface_cache_hits_total counter
 surface_cache_hits_total 1204.0
 """
+
+
+REQUEST_ID: Json = {
+    "description": "Id of the request, for the log and for whoever is asked about it: random, "
+    "unless the request has such a header itself, of at most 128 letters, digits and `._:/+=@-`.",
+    "required": True,
+    "schema": {"type": "string", "minLength": 1, "maxLength": 128},
+    "example": "0af7651916cd43dd8448eb211c80319c",
+}
+
+
+def add_ids(whole: Json) -> None:
+    """Says of every answer in a document that it has an id."""
+    components = whole["components"]
+    components["headers"] = {"RequestId": REQUEST_ID}
+    operations = [one for path in whole["paths"].values() for one in path.values()]
+    answers = [one for each in operations for one in each["responses"].values()]
+    for answer in (*answers, *components["responses"].values()):
+        if "$ref" not in answer:
+            named = {ID_HEADER: {"$ref": "#/components/headers/RequestId"}}
+            answer["headers"] = answer.get("headers", {}) | named
 
 
 def ready_operation() -> Json:

@@ -5,6 +5,7 @@ from typing import Any
 
 import orjson
 
+from service.api.openapi.headers import timed
 from service.api.openapi.operations import post_operation
 from service.api.openapi.references import Json, ref
 from service.engine.points.answer import COLUMNS
@@ -83,7 +84,7 @@ def post_points() -> Json:
         "the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have "
         "none (`not_parametric`).",
         request=("PointsRequest", _REQUESTS),
-        answer={"description": "The points.", "content": {"application/json": content}},
+        answer=timed({"description": "The points.", "content": {"application/json": content}}),
     )
 
 

@@ -6,7 +6,7 @@ from service.api.caching.entries import FOR_AN_HOUR, FOR_EVER
 from service.api.links import mesh_links, surface_address
 from service.api.openapi.bodies import with_files
 from service.api.openapi.examples import REQUESTS
-from service.api.openapi.headers import IF_NONE_MATCH
+from service.api.openapi.headers import IF_NONE_MATCH, timed
 from service.api.openapi.links import links
 from service.api.openapi.mesh import ID_PARAMETER
 from service.api.openapi.operations import get_operation, post_operation, problems
@@ -65,7 +65,7 @@ def item() -> Json:
     )
     reads["description"] = _GET
     reads["parameters"] = [ID_PARAMETER, IF_NONE_MATCH]
-    reads["responses"]["200"]["headers"] = _HEADERS
+    reads["responses"]["200"] = timed(reads["responses"]["200"] | {"headers": _HEADERS})
     reads["responses"]["200"]["links"] = links("$request.path.id", "Mesh")
     reads["responses"]["304"] = {
         "description": "The client has the definition already: `If-None-Match` lists its tag.",
@@ -148,10 +148,10 @@ def _post() -> Json:
         "Stores a surface",
         _STORE,
         request=("SurfaceRequest", requests),
-        answer=answer,
+        answer=timed(answer),
     )
     operation["responses"] = {
-        "201": answer | {"description": "It is stored."},
+        "201": timed(answer) | {"description": "It is stored."},
         **operation["responses"],
         **problems("Unavailable", "StoreFull"),
     }

@@ -134,3 +134,41 @@ def test_buckets_hold_what_is_no_longer_than_their_end() -> None:
     assert buckets[repr(BOUNDS[1])] == 3
     assert buckets[repr(BOUNDS[-1])] == 4
     assert buckets["+Inf"] == 5
+
+
+def test_seconds_by_formulation(own: Client) -> None:
+    net = {"surface": {"control_net": NET}}
+    for more in ({"method": "de_casteljau"}, {"method": "forward_difference"}, {}, TOLERANCE):
+        assert own.post("/v1/mesh", {**net, **more}).status_code == 200
+    assert own.post("/v1/points", {**net, "uv": [[0, 0]]}).status_code == 200
+    curve = {"curve": {"control_points": [[0, 0], [1, 1]]}}
+    assert own.post("/v1/curve", curve).status_code == 200
+    assert own.get("/v1/surfaces/trefoil-tube/mesh.glb?resolution=2").status_code == 200
+    for formulation in (
+        *("de_casteljau", "forward_difference", "kronecker", "adaptive"),
+        *("points", "curve", "sweep"),
+    ):
+        assert sample(own, "surface_engine_seconds_total", formulation=formulation) > 0
+
+
+TOLERANCE = {"tolerance": 0.01}
+
+
+def test_pools_queues_and_the_store(own: Client) -> None:
+    stored = own.post("/v1/surfaces", {"surface": {"control_net": NET}})
+    own.get(stored.json()["links"]["self"])
+    done = {"outcome": "done"}
+    count = "surface_store_operation_seconds_count"
+    assert sample(own, count, operation="put", **done) == 1
+    assert sample(own, count, operation="get", **done) == 1
+    assert sample(own, "surface_store_quota_bytes") == Settings().store_quota
+    assert 0 < sample(own, "surface_store_bytes") < 10_000
+    for lane in ("large", "small"):
+        assert sample(own, "surface_queue_length", lane=lane) == 0
+        assert sample(own, "surface_threads", lane=lane) == Settings().workers
+    pools = ("large", "small", "arriving")
+    limits = [sample(own, "surface_memory_limit_bytes", pool=pool) for pool in pools]
+    assert sum(limits) == Settings().memory_bytes
+    assert all(sample(own, "surface_memory_bytes", pool=pool) == 0 for pool in pools)
+    assert sample(own, "surface_connections_limit") == Settings().max_connections
+    assert sample(own, "surface_ready") == 1

@@ -20,6 +20,7 @@ TRACE, SPAN = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
 PARENT = f"00-{TRACE}-{SPAN}-01"
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
+TURNED = {"surface": {"control_net": NET}, "operations": [{"op": "elevate", "degree": [2, 2]}]}
 
 
 class Logged:
@@ -211,3 +212,25 @@ def test_methods_that_nobody_knows_have_one_name() -> None:
     _, (line,), observed = asked([], Settings(log_format="json"), method="BREW\n")
     assert json.loads(line)["method"] == "other"
     assert [key[1] for key in observed.requests] == ["other"]
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "steps"),
+    [
+        ("/v1/points", {"surface": {"control_net": NET}, "uv": [[0, 0]]}, "read parse points"),
+        ("/v1/convert", TURNED, "read parse convert"),
+        ("/v1/curve", {"curve": {"control_points": [[0, 0], [1, 1]]}}, "read parse curve"),
+        ("/v1/estimate", {"surface": {"control_net": NET}}, "read parse estimate"),
+        ("/v1/surfaces", {"surface": {"control_net": NET}}, "read parse store"),
+        ("/v1/surfaces/saddle", None, "surface definition"),
+    ],
+)
+def test_whatever_computes_says_where_the_time_went(
+    client: Client, path: str, body: Any, steps: str
+) -> None:
+    answer = client.get(path) if body is None else client.post(path, body)
+    assert answer.status_code in (200, 201), answer.text
+    parts = [part.partition(";dur=") for part in answer.headers["server-timing"].split(", ")]
+    names = [name for name, _, _ in parts]
+    assert [name for name in names if name not in ("wait", "plan")] == steps.split()
+    assert all(float(seconds) >= 0 for _, _, seconds in parts)
