@@ -55,6 +55,11 @@ class Instance:
                 stderr=log,
             )
 
+    @property
+    def is_alive(self) -> bool:
+        """Whether it runs."""
+        return self.process is not None and self.process.poll() is None
+
     def is_ready(self) -> bool:
         """Whether it says that it is ready."""
         with suppress(httpx.TransportError):
@@ -98,6 +103,7 @@ class Proxy:
 
     def __init__(self, folder: Path, instances: tuple[Instance, Instance]) -> None:
         self.port = free_port()
+        self.url = f"http://127.0.0.1:{self.port}"
         self._log = (folder / "haproxy.log").open("ab")
         one, two = instances
         self.numbers = free_port()
@@ -114,11 +120,11 @@ class Proxy:
         )
         self._wait()
 
-    def metric(self, name: str) -> float:
-        """The sum of one of HAProxy's own numbers over all that it is told of."""
+    def metric(self, name: str, label: str = "") -> float:
+        """The sum of one of HAProxy's own numbers over all that have such a label."""
         text = httpx.get(f"http://127.0.0.1:{self.numbers}/metrics").text
         lines = (line for line in text.splitlines() if line.startswith(name + "{"))
-        return sum(float(line.rpartition(" ")[2]) for line in lines)
+        return sum(float(line.rpartition(" ")[2]) for line in lines if label in line)
 
     def stop(self) -> None:
         """Ends it, whoever is connected."""

@@ -6,7 +6,9 @@ HAProxy runs the file that we ship. The instances share a folder, as containers 
 import asyncio
 import hashlib
 import json
+import socket
 import time
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +16,7 @@ from pathlib import Path
 import httpx
 import pytest
 
+from service.engine.mesh import ENGINE
 from service.storage.keys import SURFACES
 from tests.deploy.load import Clients, Tally, under_load
 from tests.deploy.processes import Instance, Proxy
@@ -21,6 +24,7 @@ from tests.deploy.traffic import Traffic
 
 REQUESTS = 20_000
 ROUNDS = 4
+KILLS = 10
 LONGEST = 200.0
 """Seconds after which no further round begins."""
 
@@ -66,7 +70,7 @@ def two_behind_haproxy(folder: Path) -> Iterator[tuple[Proxy, tuple[Instance, In
         if proxy is not None:
             proxy.stop()
         for each in instances:
-            if each.process is not None and each.process.poll() is None:
+            if each.is_alive:
                 each.kill()
 
 
@@ -77,14 +81,14 @@ def report(capsys: pytest.CaptureFixture[str], *lines: str) -> None:
 
 
 def check_store(folder: Path, traffic: Traffic, instances: tuple[Instance, ...]) -> str:
-    """Whatever is stored is whole, and all that was acknowledged is there, at every instance."""
+    """Whatever is stored is whole, and all that was acknowledged is there."""
     objects = [path for path in (folder / "store" / SURFACES).rglob("*") if path.is_file()]
     for path in objects:
         assert hashlib.sha256(path.read_bytes()).hexdigest() == path.name, "a torn object"
     assert traffic.stored.keys() <= {path.name for path in objects}
-    for instance in instances:
+    for number, instance in enumerate(instances):
         with httpx.Client(base_url=instance.url, timeout=30) as client:
-            for id, body in traffic.stored.items():
+            for id, body in list(traffic.stored.items())[number :: len(instances)]:
                 given = client.get(f"/v1/surfaces/{id}")
                 assert given.status_code == 200, f"{id} was acknowledged and is lost"
                 net = json.loads(body)["surface"]["control_net"]
@@ -117,7 +121,7 @@ def test_no_request_fails_while_instances_are_restarted(
 
         tally = asyncio.run(under_load(proxy.port, traffic, CLIENTS, restart))
         retries = proxy.metric("haproxy_backend_retry_warnings_total")
-        kept = proxy.metric("haproxy_frontend_http_cache_hits_total")
+        kept = proxy.metric("haproxy_backend_http_cache_hits_total")
         stored = check_store(tmp_path, traffic, instances)
     report(
         capsys,
@@ -133,3 +137,77 @@ def test_no_request_fails_while_instances_are_restarted(
     assert set(codes) == {0}
     assert tally.count >= REQUESTS
     assert len(tally.seconds["long post"]) >= len(codes)
+
+
+def test_killed_instances_lose_nothing_and_tear_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whoever is being answered may see it break, and no one else; nobody gets half an answer.
+
+    What had not one byte of answer is asked of the other instance, by HAProxy.
+    """
+    traffic = Traffic()
+    clients = (*CLIENTS, Clients(6, {"store": 1}), Clients(2, {"large_hit": 1}, keep=False))
+    with two_behind_haproxy(tmp_path) as (proxy, instances):
+
+        async def kill(tally: Tally) -> None:
+            for number in range(KILLS):
+                each = instances[number % 2]
+                await asyncio.sleep(1.5 + 0.13 * number)
+                assert await asyncio.to_thread(each.kill) == -9
+                before = tally.count
+                await asyncio.sleep(0.5)
+                assert tally.count > before, "the other one does not go on"
+                each.start()
+                await asyncio.to_thread(each.wait_until_ready)
+                await asyncio.sleep(1.5)
+
+        tally = asyncio.run(under_load(proxy.port, traffic, clients, kill))
+        retries = proxy.metric("haproxy_backend_retry_warnings_total")
+        stored = check_store(tmp_path, traffic, instances)
+    refused = [line for line in tally.wrong if ": 502 " in line]
+    report(
+        capsys,
+        *tally.lines(),
+        f"{KILLS} killed; {retries:.0f} retries, {len(refused)} answers 502",
+        stored,
+        *tally.broken[:20],
+        *tally.wrong[:20],
+    )
+    assert tally.wrong == refused
+    assert len(tally.broken) + len(refused) <= KILLS * sum(group.number for group in clients)
+    assert tally.count > 100 * KILLS
+
+
+def test_an_answer_that_breaks_off_is_seen_to(tmp_path: Path) -> None:
+    """A client in the midst of a long answer, of the instance that is killed."""
+    target = f"/v1/surfaces/saddle/mesh.json?resolution=340&engine={ENGINE}"
+    plain = {"Accept-Encoding": "identity"}
+    # Little is on its way while the client does not read.
+    little = httpx.HTTPTransport(socket_options=[(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)])
+    with two_behind_haproxy(tmp_path) as (proxy, instances):
+        whole = httpx.get(proxy.url + target, headers=plain, timeout=60)
+        assert whole.status_code == 200
+        with (
+            httpx.Client(base_url=proxy.url, transport=little, timeout=60) as client,
+            client.stream("GET", target, headers=plain) as answer,
+        ):
+            pieces = answer.iter_raw(1 << 16)
+            next(pieces)
+            serving(proxy, instances).kill()
+            with pytest.raises(httpx.RemoteProtocolError):
+                deque(pieces)
+        assert answer.status_code == 200
+        assert int(answer.headers["content-length"]) == len(whole.content)
+        # The other one goes on as if nothing had happened.
+        assert httpx.get(proxy.url + target, headers=plain, timeout=60).content == whole.content
+
+
+def serving(proxy: Proxy, instances: tuple[Instance, Instance]) -> Instance:
+    """The one that is answering just now."""
+    busy = {
+        each: proxy.metric("haproxy_server_current_sessions", f'server="{name}"')
+        for each, name in zip(instances, ("surface", "surface-2"), strict=True)
+    }
+    (only,) = (each for each, sessions in busy.items() if sessions)
+    return only

@@ -13,7 +13,7 @@ from tests.deploy.client import Answer
 SEED = 1963
 
 JSON = {"Content-Type": "application/json"}
-LONG_SIDE = 16
+LONG_SIDE = 12
 LONG_TRIANGLES = 20_000
 
 
