@@ -3,6 +3,7 @@
 from service.api.admission.admission import FREE_ARRIVAL, LEFT, Admission
 from service.api.admission.busy import Busy
 from service.api.admission.pool import Lease
+from service.errors import Issue, TooLarge
 
 DOCUMENT_SHARE = 4
 """A document takes so many times the memory of the numbers in it: lists of Python's numbers."""
@@ -32,6 +33,8 @@ class Arrival:
 
         Raises
         ------
+        TooLarge
+            If it would not fit where nobody else is.
         Busy
             If it does not fit right now.
         """
@@ -40,9 +43,21 @@ class Arrival:
             return
         pool = self._admission.arriving
         leaving = 0 if to <= FREE_ARRIVAL else pool.capacity // LEFT
-        if not self._own.grow(more, leaving=leaving) and not self._lodged.grow(more):
+        most = pool.capacity - leaving + self._lodged.pool.capacity
+        if to > most:
+            raise TooLarge(
+                Issue(
+                    "too_much_memory",
+                    "The body would take more memory than this service has for one.",
+                    got=f"{to} bytes, and maybe more",
+                    needed=f"at most {most}; a smaller surface",
+                )
+            )
+        here = min(more, max(0, pool.capacity - pool.used - leaving))
+        if not self._lodged.grow(more - here):
             pool.refused += 1
             raise Busy
+        self._own.grow(here)
 
     def parsed(self) -> None:
         """The document became numbers: those are kept, in the room that is for bodies.

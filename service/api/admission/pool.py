@@ -63,6 +63,7 @@ class Pool:
         self._max_waiting = max_waiting
         self._tenant = tenant
         self._queue: deque[_Waiting] = deque()
+        self._take(0)
 
     @property
     def waiting(self) -> int:
@@ -126,7 +127,9 @@ class Pool:
             await waiting.granted
         except asyncio.CancelledError:
             if waiting.granted.cancelled():
-                self.settle()  # it is passed over, and the next one may fit
+                if waiting in self._queue:
+                    self._queue.remove(waiting)
+                self.settle()  # the next one may fit
             else:
                 self._give(amount)
             raise
@@ -151,7 +154,8 @@ class Lease:
 
     def grow(self, by: int, *, leaving: int = 0) -> bool:
         """Takes more right now, if nobody waits and at least `leaving` stays; whether it did."""
-        by = min(by, self.pool.capacity - self.amount)
+        if not by:
+            return True
         if not self.pool._taken(by, leaving):
             return False
         self.amount += by

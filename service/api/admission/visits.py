@@ -11,7 +11,7 @@ from contextlib import (
     contextmanager,
 )
 from contextvars import ContextVar
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from anyio import CancelScope, current_time, to_thread
 from starlette.requests import ClientDisconnect, Request
@@ -49,7 +49,8 @@ class Visit:
         self._thread: Lease | None = None
         self._until_end = ExitStack()
         self._while_working = ExitStack()
-        self._running: set[asyncio.Task[object]] = set()
+        self._running: set[asyncio.Task[Any]] = set()
+        self._is_over = False
 
     @contextmanager
     def current(self) -> Iterator[None]:
@@ -98,7 +99,7 @@ class Visit:
         with stopped_by(self.stop):  # the task has this context, and hands it to the thread
             task = asyncio.create_task(run)
         self._running.add(task)
-        task.add_done_callback(self._running.discard)
+        task.add_done_callback(self._returned)
         return await asyncio.shield(task)
 
     def rest(self) -> None:
@@ -120,12 +121,18 @@ class Visit:
         self.stop.tell()
         self._until_end.close()
         self._while_working.close()
-        self._ended()
-        for task in self._running:
-            task.add_done_callback(lambda _: self._ended())
+        self._is_over = True
+        self._end()
 
-    def _ended(self) -> None:
-        if all(task.done() for task in self._running):
+    def _returned(self, task: asyncio.Task[Any]) -> None:
+        self._running.discard(task)
+        if not task.cancelled():
+            task.exception()  # seen, even where nobody waits for it any more
+        if self._is_over:
+            self._end()
+
+    def _end(self) -> None:
+        if not self._running:
             self.worked(answer=0)
 
 

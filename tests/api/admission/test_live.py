@@ -1,0 +1,268 @@
+"""Who waits, who is refused, who goes away and who is slow: on a real server."""
+
+import json
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+
+from service.api.admission.admission import Admission
+from service.errors import InvalidRequest, Issue
+from service.pipeline.mesh import Answer, Work
+from service.settings.values import Settings
+from service.stopping import checkpoint
+from tests.live import running_service
+
+NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
+SIDE = 200
+"""Divisions: more vertices than small requests have."""
+
+LONG = {"surface": {"control_net": NET}, "resolution": SIDE}
+SHORT = {"surface": {"control_net": NET}, "resolution": 4}
+SADDLE = f"/v1/surfaces/saddle/mesh.glb?resolution={SIDE}"
+ROOM = 4 << 30
+
+
+class Looping:
+    """Meshes with many vertices, which take until they are let go."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.calls = self.stopped = 0
+        self.gate = threading.Event()
+        answer = Work.answer
+
+        def looping(work: Work) -> Answer:
+            if work.size.vertices < SIDE**2:
+                return answer(work)
+            self.calls += 1
+            try:
+                while not self.gate.is_set():
+                    time.sleep(0.001)
+                    checkpoint()
+            except Exception:
+                self.stopped += 1
+                raise
+            return answer(work)
+
+        monkeypatch.setattr(Work, "answer", looping)
+
+
+@pytest.fixture
+def looping(monkeypatch: pytest.MonkeyPatch) -> Iterator[Looping]:
+    made = Looping(monkeypatch)
+    yield made
+    made.gate.set()
+
+
+class Service:
+    """A service with one thread, its clients, and what it has lent."""
+
+    def __init__(self, url: str, admission: Admission, clients: ExitStack) -> None:
+        where = urlsplit(url)
+        self.where = (str(where.hostname), int(where.port or 0))
+        self.admission = admission
+        self._clients = clients
+
+    def connected(self) -> "Client":
+        return Client(self._clients.enter_context(socket.create_connection(self.where, 30)))
+
+    def posted(self, document: Any, address: str = "/v1/mesh?format=glb") -> "Client":
+        client = self.connected()
+        client.post(json.dumps(document).encode(), address)
+        return client
+
+    def got(self, address: str) -> "Client":
+        client = self.connected()
+        client.send(f"GET {address} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n".encode())
+        return client
+
+    def given_back(self) -> bool:
+        lent = [lane.threads.used + lane.planning.used for lane in self.admission.lanes]
+        return self.admission.used == 0 and not any(lent)
+
+
+class Client:
+    """One connection, for one request."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self._connection = connection
+
+    def send(self, content: bytes) -> None:
+        self._connection.sendall(content)
+
+    def post(self, body: bytes, address: str, length: int | None = None) -> None:
+        length = len(body) if length is None else length
+        head = f"POST {address} HTTP/1.1\r\nHost: x\r\n"
+        head += f"Content-Type: application/json\r\nContent-Length: {length}\r\n\r\n"
+        self.send(head.encode() + body)
+
+    def leave(self) -> None:
+        self._connection.close()
+
+    def answer(self) -> tuple[int, dict[str, str], bytes]:
+        """Status, headers and body."""
+        with self._connection.makefile("rb") as answer:
+            first, *lines = iter(lambda: answer.readline().decode().strip(), "")
+            headers = dict(line.lower().split(": ", 1) for line in lines)
+            body = answer.read(int(headers["content-length"]))
+        return int(first.split(" ")[1]), headers, body
+
+    def refusal(self) -> tuple[int, str, int]:
+        """Status, code, and seconds to wait."""
+        status, headers, body = self.answer()
+        return status, json.loads(body)["code"], int(headers.get("retry-after", 0))
+
+
+@contextmanager
+def serving(**chosen: Any) -> Iterator[Service]:
+    apps: list[Any] = []
+
+    def kept(app: Any) -> Any:
+        apps.append(app)
+        return app
+
+    settings = Settings(**{"threads": 1, "memory_bytes": ROOM, "cache_bytes": 0, **chosen})
+    with running_service(settings, kept) as url, ExitStack() as clients:
+        yield Service(url, apps[0].state.admission, clients)
+
+
+def until(condition: Callable[[], bool]) -> None:
+    """Waits until something has come true."""
+    deadline = time.monotonic() + 20
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.002)
+
+
+def test_who_goes_away_is_not_computed_for(looping: Looping) -> None:
+    with serving() as service:
+        client = service.posted(LONG)
+        until(lambda: looping.calls == 1)
+        assert service.admission.large.memory.used > 0
+        client.leave()
+        until(service.given_back)
+        assert looping.stopped == 1
+
+
+def test_who_goes_away_leaves_the_queue(looping: Looping) -> None:
+    with serving() as service:
+        computed = service.posted(LONG)
+        until(lambda: looping.calls == 1)
+        leaving, staying = service.posted(LONG), service.posted(LONG)
+        until(lambda: service.admission.waiting == 2)
+        leaving.leave()
+        until(lambda: service.admission.waiting == 1)
+        looping.gate.set()
+        assert [client.answer()[0] for client in (computed, staying)] == [200, 200]
+        until(service.given_back)
+        assert (looping.calls, looping.stopped) == (2, 0)
+
+
+def test_the_last_who_waits_for_a_mesh_takes_the_work_along(looping: Looping) -> None:
+    with serving() as service:
+        first, second = service.got(SADDLE), service.got(SADDLE)
+        other = service.got(SADDLE.replace("glb", "stl"))
+        until(lambda: looping.calls == 1 and service.admission.waiting == 1)
+        first.leave()
+        until(lambda: service.got("/health/live").answer()[0] == 200)
+        assert looping.stopped == 0
+        second.leave()
+        until(lambda: (looping.calls, looping.stopped) == (2, 1))
+        again = service.got(SADDLE)
+        looping.gate.set()
+        assert [client.answer()[0] for client in (other, again)] == [200, 200]
+        until(service.given_back)
+        assert (looping.calls, looping.stopped) == (3, 1)
+
+
+def test_too_many_are_told_when_to_come_again(looping: Looping) -> None:
+    with serving(max_queue=2) as service:
+        computed = service.posted(LONG)
+        until(lambda: looping.calls == 1)
+        waiting = [service.posted(LONG), service.got(SADDLE)]
+        until(lambda: service.admission.waiting == 2)
+        for refused in (service.posted(LONG), service.got(SADDLE.replace("glb", "stl"))):
+            assert refused.refusal() == (429, "busy", 3)
+        assert service.admission.refused == 2
+        assert service.posted(SHORT).answer()[0] == 200
+        looping.gate.set()
+        assert [client.answer()[0] for client in (computed, *waiting)] == [200] * 3
+        until(service.given_back)
+
+
+def test_time_is_over_for_who_computes_and_who_waits(looping: Looping) -> None:
+    with serving(request_timeout=0.5) as service:
+        clients = [service.posted(LONG), service.got(SADDLE), service.posted(LONG)]
+        refusals = [client.refusal() for client in clients]
+        assert [(status, code) for status, code, _ in refusals] == [(503, "out_of_time")] * 3
+        assert all(seconds >= 1 for _, _, seconds in refusals)
+        until(service.given_back)
+        assert looping.stopped == looping.calls >= 1
+
+
+def test_small_requests_pass_by_large_ones(looping: Looping) -> None:
+    with serving(max_queue=1) as service:
+        computed = service.posted(LONG)
+        until(lambda: looping.calls == 1)
+        waiting = service.posted(LONG)
+        until(lambda: service.admission.waiting == 1)
+        pool = service.admission.large.memory
+        assert pool.used > 0
+        assert service.posted(SHORT).answer()[0] == 200
+        assert service.posted(SHORT, "/v1/estimate").answer()[0] == 200
+        for small in ("/v1/surfaces/utah-teapot/mesh.glb?resolution=16", "/v1/surfaces/saddle"):
+            assert service.got(small).answer()[0] == 200
+        looping.gate.set()
+        assert [client.answer()[0] for client in (computed, waiting)] == [200, 200]
+        until(service.given_back)
+
+
+def test_slow_readers_hold_their_answer_and_nothing_else() -> None:
+    long = LONG | {"resolution": 400}
+    with serving() as service:
+        for leaves in (False, True):
+            client = service.posted(long, "/v1/mesh?format=stl")
+            until(lambda: service.admission.large.threads.used == 0 < service.admission.used)
+            until(lambda: service.admission.used == 84 + 50 * 2 * 400**2)
+            if leaves:
+                client.leave()
+            else:
+                assert len(client.answer()[2]) == 84 + 50 * 2 * 400**2
+            until(service.given_back)
+
+
+@pytest.mark.parametrize("error", [RuntimeError(), InvalidRequest(Issue("code", "No."))])
+def test_what_fails_gives_back_what_it_had(
+    error: Exception, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(_: Work) -> Answer:
+        raise error
+
+    monkeypatch.setattr(Work, "answer", fails)
+    with serving() as service:
+        for client in (service.posted(LONG), service.posted(SHORT), service.got(SADDLE)):
+            assert client.answer()[0] in (422, 500)
+        until(service.given_back)
+
+
+def test_bodies_that_do_not_fit_are_refused_and_small_ones_do_fit() -> None:
+    with serving(memory_bytes=64 << 20) as service:
+        begun = b'{"surface": {"control_net": [[[0, 0, 0' + b", 0" * 500_000
+        first, second = service.connected(), service.connected()
+        first.post(begun, "/v1/mesh", length=10**7)
+        until(lambda: service.admission.used > 33_000_000)
+        second.post(begun, "/v1/mesh", length=10**7)
+        assert second.refusal() == (429, "busy", 1)
+        assert service.posted(SHORT).answer()[0] == 200
+        first.leave()
+        until(service.given_back)
+        third = service.connected()
+        third.post(begun + b", 0" * 500_000, "/v1/mesh", length=10**7)
+        status, _, body = third.answer()
+        assert (status, json.loads(body)["errors"][0]["code"]) == (422, "too_much_memory")
+        until(service.given_back)
