@@ -2771,6 +2771,7 @@ export interface components {
         /** @description The body is not JSON. The body is not of the type that it is said to be. */
         MalformedJson: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2785,6 +2786,7 @@ export interface components {
                  * @example Bearer realm="surface"
                  */
                 "WWW-Authenticate": string;
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2794,6 +2796,7 @@ export interface components {
         /** @description The signature is not one of this address. The address is not good any more. */
         SignatureInvalid: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2810,6 +2813,7 @@ export interface components {
                 "Retry-After": number;
                 "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                 RateLimit: components["headers"]["RateLimit"];
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2819,6 +2823,7 @@ export interface components {
         /** @description There is nothing at this address. */
         NotFound: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2828,6 +2833,7 @@ export interface components {
         /** @description No surface is known by this id. No format has this suffix. */
         UnknownSurface: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2837,6 +2843,7 @@ export interface components {
         /** @description This address does not answer this method; `Allow` lists those it does. */
         MethodNotAllowed: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2846,6 +2853,7 @@ export interface components {
         /** @description Nothing that you accept is written here. */
         NotAcceptable: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2855,6 +2863,7 @@ export interface components {
         /** @description Nothing that you accept is written here. */
         CodingNotAcceptable: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2864,6 +2873,7 @@ export interface components {
         /** @description The address names a version of the numbers that is not computed here. */
         EngineGone: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2873,6 +2883,7 @@ export interface components {
         /** @description The body did not arrive in time. */
         BodyTooSlow: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2882,6 +2893,7 @@ export interface components {
         /** @description The body has too many bytes. */
         BodyTooLarge: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2891,6 +2903,7 @@ export interface components {
         /** @description The body must be of a type that is taken here, and not compressed. */
         UnsupportedMediaType: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2900,6 +2913,7 @@ export interface components {
         /** @description The surface or an option says nothing that can be computed. A query parameter says nothing that can be computed. The format cannot hold what was asked for. The result would be larger than is allowed; nothing was computed. */
         InvalidRequest: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2909,6 +2923,7 @@ export interface components {
         /** @description The surface or an option says nothing that can be computed. The format cannot hold what was asked for. */
         InvalidQuery: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2918,6 +2933,7 @@ export interface components {
         /** @description What is kept under this id is damaged, and is not given out. Storing it again mends it. The fault is ours. It has been logged; the request may be repeated. */
         DamagedObject: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2934,6 +2950,7 @@ export interface components {
                 "Retry-After": number;
                 "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                 RateLimit: components["headers"]["RateLimit"];
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2948,6 +2965,7 @@ export interface components {
                  * @example 3
                  */
                 "Retry-After": number;
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2957,6 +2975,7 @@ export interface components {
         /** @description The place where surfaces are kept does not work at the moment. It has been logged. */
         StoreFailed: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2971,6 +2990,7 @@ export interface components {
                  * @example 3
                  */
                 "Retry-After"?: number;
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2980,6 +3000,7 @@ export interface components {
         /** @description There is no room for another surface; nothing was stored. */
         StoreFull: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -2989,6 +3010,7 @@ export interface components {
         /** @description The fault is ours. It has been logged; the request may be repeated. */
         InternalError: {
             headers: {
+                "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
             content: {
@@ -3009,6 +3031,11 @@ export interface components {
          * @example "requests";r=57;t=3
          */
         RateLimit: string;
+        /**
+         * @description Id of the request, for the log and for whoever is asked about it: random, unless the request has such a header itself, of at most 128 letters, digits and `._:/+=@-`.
+         * @example 0af7651916cd43dd8448eb211c80319c
+         */
+        RequestId: string;
     };
     pathItems: never;
 }
@@ -3079,6 +3106,7 @@ export type ResponseStoreFull = components['responses']['StoreFull'];
 export type ResponseInternalError = components['responses']['InternalError'];
 export type HeaderRateLimitPolicy = components['headers']['RateLimit-Policy'];
 export type HeaderRateLimit = components['headers']['RateLimit'];
+export type HeaderRequestId = components['headers']['RequestId'];
 export type $defs = Record<string, never>;
 export interface operations {
     createMesh: {
@@ -3184,12 +3212,13 @@ export interface operations {
                      */
                     "Surface-Deviation-Bound"?: number;
                     /**
-                     * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
+                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3302,8 +3331,14 @@ export interface operations {
             /** @description The estimate. */
             200: {
                 headers: {
+                    /**
+                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3337,8 +3372,14 @@ export interface operations {
             /** @description The points. */
             200: {
                 headers: {
+                    /**
+                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3372,8 +3413,14 @@ export interface operations {
             /** @description The surface. */
             200: {
                 headers: {
+                    /**
+                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3415,8 +3462,14 @@ export interface operations {
                 headers: {
                     /** @description A name to save the file under; not with JSON. */
                     "Content-Disposition"?: string;
+                    /**
+                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3455,6 +3508,7 @@ export interface operations {
                 headers: {
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3501,8 +3555,14 @@ export interface operations {
                      * @example /v1/surfaces/bb30fce7d74589bd7beb4732c9ba1488f742803c7c0db6b01033cc8a70eecd65
                      */
                     Location: string;
+                    /**
+                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3517,8 +3577,14 @@ export interface operations {
                      * @example /v1/surfaces/bb30fce7d74589bd7beb4732c9ba1488f742803c7c0db6b01033cc8a70eecd65
                      */
                     Location: string;
+                    /**
+                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3576,8 +3642,14 @@ export interface operations {
                      * @example public, max-age=31536000, immutable
                      */
                     "Cache-Control": string;
+                    /**
+                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3599,6 +3671,7 @@ export interface operations {
                     "Cache-Control": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -3632,6 +3705,7 @@ export interface operations {
                 headers: {
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -3820,7 +3894,7 @@ export interface operations {
                      */
                     "Surface-Deviation-Bound"?: number;
                     /**
-                     * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
+                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
@@ -3851,6 +3925,7 @@ export interface operations {
                     Link: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3885,12 +3960,13 @@ export interface operations {
                      */
                     Vary: string;
                     /**
-                     * @description Where the time went, in milliseconds: steps by name. `cache;desc=hit` where nothing was computed for this request.
+                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content?: never;
@@ -3924,6 +4000,7 @@ export interface operations {
                 headers: {
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3956,6 +4033,7 @@ export interface operations {
                 headers: {
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -3979,6 +4057,7 @@ export interface operations {
             /** @description State and versions, for people. */
             200: {
                 headers: {
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -4000,6 +4079,7 @@ export interface operations {
             /** @description 200 as long as the process works. */
             200: {
                 headers: {
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -4021,6 +4101,7 @@ export interface operations {
             /** @description 200 as long as new requests are welcome. */
             200: {
                 headers: {
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -4038,6 +4119,7 @@ export interface operations {
             /** @description No new requests should come here, for what does not work, or since the service is about to stop. */
             503: {
                 headers: {
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
@@ -4058,6 +4140,7 @@ export interface operations {
             /** @description Every number that is counted. */
             200: {
                 headers: {
+                    "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {

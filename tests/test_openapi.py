@@ -76,6 +76,23 @@ def test_document_is_valid_and_served(client: Client) -> None:
     assert client.get("/openapi.json").json() == DOCUMENT
 
 
+def test_every_reference_leads_somewhere() -> None:
+    for found in references(DOCUMENT):
+        at: Any = DOCUMENT
+        for part in found.removeprefix("#/").split("/"):
+            at = at[part.replace("~1", "/").replace("~0", "~")]
+
+
+def references(value: Any) -> Iterator[str]:
+    if isinstance(value, dict):
+        if isinstance(value.get("$ref"), str):
+            yield value["$ref"]
+        value = list(value.values())
+    if isinstance(value, list):
+        for each in value:
+            yield from references(each)
+
+
 def test_every_route_is_described_and_nothing_else() -> None:
     settings = Settings(
         allow_delete=True,

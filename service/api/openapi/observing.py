@@ -24,7 +24,7 @@ REQUEST_ID: Json = {
 def add_ids(whole: Json) -> None:
     """Says of every answer in a document that it has an id."""
     components = whole["components"]
-    components["headers"] = {"RequestId": REQUEST_ID}
+    components["headers"] = components.get("headers", {}) | {"RequestId": REQUEST_ID}
     operations = [one for path in whole["paths"].values() for one in path.values()]
     answers = [one for each in operations for one in each["responses"].values()]
     for answer in (*answers, *components["responses"].values()):
