@@ -38,8 +38,9 @@ class Settings(BaseSettings):
     port: int = Field(default=PORT, ge=0, le=65535, description="Port to listen at; 0 takes any.")
     trusted_proxies: Texts = Field(
         default=(),
-        description="Addresses and networks of proxies in front, `10.0.0.0/8` say: what these say "
-        "in `X-Forwarded-For` of who asks, and in `X-Forwarded-Proto`, is believed.",
+        description="Addresses and networks of proxies in front, `10.0.0.0/8` say, or `unix` for "
+        "who connects to a Unix socket: what these say in `X-Forwarded-For` of who asks, and in "
+        "`X-Forwarded-Proto`, is believed.",
     )
     cors_origins: Texts = Field(
         default=("*",),

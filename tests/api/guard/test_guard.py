@@ -8,14 +8,14 @@ from starlette.types import Message, Receive, Scope, Send
 
 from service.api.app import create_app
 from service.api.caching.front import Front
-from service.api.guard.keys import entry_line, new_key
+from service.api.guard.keys import entry_line
 from service.api.observing.observer import Observer
 from service.errors import InvalidSettings
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
 
-KEY = new_key()
-SETTINGS = Settings(api_keys=(entry_line("bob", new_key()), entry_line("alice", KEY)))
+KEY, OTHER = "sfk_" + "a1" * 32, "sfk_" + "b2" * 32
+SETTINGS = Settings(api_keys=(entry_line("bob", "sfk_" + "c3" * 32), entry_line("alice", KEY)))
 WITH = {"Authorization": f"Bearer {KEY}"}
 NET = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
@@ -55,7 +55,7 @@ def test_a_key_lets_in(client: Client) -> None:
 
 
 @pytest.mark.parametrize(
-    "value", [f"Bearer {new_key()}", f"Bearer {KEY[:-1]}", "Bearer", "Bearer \xff", f"bearer,{KEY}"]
+    "value", [f"Bearer {OTHER}", f"Bearer {KEY[:-1]}", "Bearer", "Bearer \xff", f"bearer,{KEY}"]
 )
 def test_another_key_does_not(client: Client, value: str) -> None:
     headers = {"Authorization": value.encode("latin-1")}

@@ -1,0 +1,114 @@
+"""docs/access.md: its commands work, its program signs as the service does, its tables are true."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+from pydantic import SecretStr
+
+from service.api.guard.keys import KEY_BYTES, PREFIX, entry_line
+from service.api.guard.policy import Policy
+from service.api.guard.signatures import Signer
+from service.api.problems import PROBLEMS
+from service.settings.values import Settings
+from tests.live import running_service
+from tests.test_readme import SERVED_AT
+from tests.tools import program
+
+ROOT = Path(__file__).parents[1]
+PAGE = (ROOT / "docs" / "access.md").read_text(encoding="utf-8")
+KEY, SECRET = PREFIX + "5f" * KEY_BYTES, "0123456789abcdef" * 2
+SETTINGS = Settings(
+    api_keys=(entry_line("alice", KEY),),
+    public_reads=False,
+    signing_keys=(SecretStr(SECRET),),
+    rate_limit=600,
+)
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.M | re.S)
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[str]:
+    with running_service(SETTINGS) as url:
+        yield url
+
+
+def test_the_commands_do_what_they_are_said_to(server: str, tmp_path: Path) -> None:
+    program("curl")
+    environment = os.environ | {
+        "PYTHONPATH": str(ROOT),
+        "SURFACE_KEY": KEY,
+        "SURFACE_SIGNING_KEYS": SECRET,
+    }
+    script = f'surface() {{ {sys.executable} -m service "$@"; }}\n' + "\n".join(blocks("sh"))
+    done = subprocess.run(
+        [program("bash"), "-euc", script.replace(SERVED_AT, server)],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    key, line, *rest = done.stdout.splitlines()
+    # As it is shown, but for the digits.
+    forms = [shown.rstrip("…")[:-4] for shown in blocks("text")[0].splitlines()]
+    assert [printed[: len(form)] for printed, form in zip((key, line), forms, strict=True)] == forms
+    assert {file.name for file in tmp_path.iterdir()} == {"patch.glb", "saddle.glb"}
+    for file in tmp_path.iterdir():
+        assert file.read_bytes().startswith(b"glTF")
+    answered, _, here = "".join(rest).partition("}")
+    for address in (json.loads(answered + "}")["url"], here):
+        assert address.startswith("/v1/surfaces/utah-teapot/mesh.glb?resolution=16&expires=")
+        assert httpx.get(server + address).status_code == 200
+    assert httpx.get(server + here.partition("&expires")[0]).status_code == 401
+
+
+def test_the_program_signs_as_the_service_does() -> None:
+    (source,) = blocks("python")
+    names: dict[str, object] = {}
+    exec(compile(source, "docs/access.md", "exec"), names)
+    signed = names["signed"]
+    assert callable(signed)
+    path, expires = "/v1/surfaces/saddle/mesh.glb", int(time.time()) + 60
+    for query in ("", "resolution=8,16&uvs=true", "overlays=boundary%2Ccontrol_net&faces=none"):
+        address = signed(SECRET, path, query, expires)
+        assert address == f"{path}?{Signer([SECRET]).signed(path, query, expires)}"
+
+
+def test_the_codes_are_those_of_the_service() -> None:
+    rows = re.findall(r"^\| `(\w+)` \| (\d+) \|", PAGE, re.M)
+    known = {(problem.code, str(problem.status)) for problem in PROBLEMS.values()}
+    assert len(rows) == 5
+    assert set(rows) <= known
+
+
+def test_the_first_table_is_that_of_the_rules() -> None:
+    keys, private = Policy(Settings(api_keys=("a",))), Policy(SETTINGS)
+    words = {"nothing": "open", "key": "a key", "key or signature": "a key, or a signed address"}
+    rows = re.findall(r"^\| (.*`(?:POST|GET /|/).*) \| (.*?) \| (.*?) \|$", PAGE, re.M)
+    rows = [row for row in rows if "as `SURFACE_METRICS` says" not in row[1]]
+    for calls, with_keys, with_private in rows:
+        paths = re.findall(r"`(?:GET )?(/[^`]*)`", calls)
+        asked = [("GET", path) for path in paths] or [("POST", "/v1/x"), ("DELETE", "/v1/x")]
+        for method, path in asked:
+            assert words[keys.need(method, path)] == with_keys, path
+            assert words[private.need(method, path)] == with_private, path
+    assert len(rows) == 4
+
+
+def test_the_headers_of_rates_are_as_shown(server: str) -> None:
+    shown = dict(re.findall(r"^\| `(RateLimit[\w-]*): (.*?)`", PAGE, re.M))
+    headers = httpx.get(f"{server}/v1/formats").headers
+    assert headers["ratelimit-policy"] == shown["RateLimit-Policy"]
+    digits = re.compile(r"\d+")
+    assert digits.sub("0", headers["ratelimit"]) == digits.sub("0", shown["RateLimit"])
