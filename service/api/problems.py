@@ -235,6 +235,30 @@ INTERNAL_ERROR = Problem(
     "The fault is ours. It has been logged; the request may be repeated.",
 )
 
+# The server's own refusals; no request of theirs comes as far as here.
+MALFORMED_REQUEST = Problem(400, "Bad Request", "malformed_request", "This is no HTTP request.")
+HEAD_TOO_SLOW = Problem(
+    408, "Request Timeout", "head_too_slow", "The head of the request did not arrive in time."
+)
+HEAD_TOO_LARGE = Problem(
+    431,
+    "Request Header Fields Too Large",
+    "head_too_large",
+    "The address and the headers together have too many bytes.",
+)
+TOO_MANY_CONNECTIONS = Problem(
+    503,
+    "Service Unavailable",
+    "too_many_connections",
+    "As many connections are open as there may be. `Retry-After` says when to try again.",
+)
+DRAINING = Problem(
+    503,
+    "Service Unavailable",
+    "draining",
+    "The service is about to stop. The request may be repeated: another instance will answer.",
+)
+
 
 def problem_document(
     problem: Problem, issues: tuple[Issue, ...] = (), place: Place | None = None

@@ -99,7 +99,6 @@ class Server(uvicorn.Server):
 
     def _announce(self, sig: int, delay: float) -> None:
         notify("STOPPING=1")
-        self._connections.drain()
         _log.info("Told to stop by %s; connections are taken for another %g s", _name(sig), delay)
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
@@ -115,7 +114,7 @@ class Server(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Takes no more connections, lets end what is under way, and ends the application."""
-        self._connections.drain()
+        self._connections.draining = True
         for listener in (*self.servers, *(sockets or ())):
             listener.close()
         seconds = self._settings.drain_timeout
@@ -124,7 +123,7 @@ class Server(uvicorn.Server):
                 await self._nothing_under_way()
         except TimeoutError:
             _log.warning("%d requests were cut off after %g s", self.unfinished, seconds)
-            self._connections.abort()
+            self._connections.give_up()
         with suppress(TimeoutError):
             # What was cut off learns it now; work that nobody waits for any more ends by itself.
             async with asyncio.timeout(LAST_WORDS):

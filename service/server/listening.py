@@ -66,6 +66,25 @@ def _reason(error: OSError) -> str:
     return _REASONS.get(error.errno or 0) or error.strerror or "the system does not say why"
 
 
+def notice_the_vanished(sockets: Sequence[socket.socket], seconds: float) -> None:
+    """Makes the system close connections whose other end does not answer it for so long.
+
+    Neither who loses its network nor who stops reading says so. Connections inherit from the socket
+    that accepts them (Linux; elsewhere the settings' own times are all there is). See tcp(7).
+    """
+    options = {
+        "TCP_KEEPIDLE": 15,
+        "TCP_KEEPINTVL": 5,
+        "TCP_KEEPCNT": 3,
+        "TCP_USER_TIMEOUT": max(1, round(seconds * 1000)),
+    }
+    for sock in sockets:
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        for name, value in options.items():
+            if hasattr(socket, name):
+                sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
+
+
 def urls(sockets: Sequence[socket.socket]) -> list[str]:
     """The addresses as a browser takes them."""
     places = [sock.getsockname()[:2] for sock in sockets]

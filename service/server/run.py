@@ -15,7 +15,7 @@ from starlette.types import ASGIApp
 from service.server.connections import Connections
 from service.server.descriptors import raise_limit
 from service.server.draining import Server, end_process, end_threads
-from service.server.listening import is_private, listen
+from service.server.listening import is_private, listen, notice_the_vanished
 from service.server.protocol import BoundedProtocol
 from service.settings.values import Settings
 
@@ -24,9 +24,11 @@ _log = logging.getLogger(__name__)
 
 def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: Any) -> Server:
     """Uvicorn, told what it is told wherever it listens; `state` is the application's."""
-    connections = Connections()
+    connections = Connections(settings)
     if state is not None:
         state.connections = connections
+        if hasattr(state, "observed"):
+            connections.refused = state.observed.refused
     told: dict[str, Any] = {
         "http": partial(BoundedProtocol, connections),
         "ws": "none",
@@ -51,6 +53,7 @@ def serve(app: ASGIApp, settings: Settings, state: Any = None) -> None:
     CannotListen
     """
     sockets = listen(settings.host, settings.port)
+    notice_the_vanished(sockets, settings.send_timeout)
     server = make_server(app, settings, state)
     raise_limit(settings.max_connections)
     if not is_private(sockets) and not settings.api_keys and not settings.api_keys_file:

@@ -106,7 +106,7 @@ def test_what_is_under_way_is_answered_after_the_listener_has_gone() -> None:
 
 
 PROGRAM = """
-import sys, threading, time
+import asyncio, sys, threading, time
 from service.server.run import serve
 from service.settings.values import Settings
 
@@ -117,10 +117,6 @@ async def app(scope, receive, send):
     if scope["path"] == "/stuck":
         threading.Thread(target=time.sleep, args=(600,)).start()
         print("stuck", flush=True)
-        await receive()
-        await receive()
-        time.sleep(0.01)
-        import asyncio
         await asyncio.sleep(600)
     await send({"type": "http.response.start", "status": 200, "headers": []})
     await send({"type": "http.response.body", "body": b""})

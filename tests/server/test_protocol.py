@@ -1,66 +1,68 @@
-"""The server's own bound: heads of requests, whatever they are made of."""
+"""What is read of requests, and what is refused before the application sees it."""
 
 import asyncio
+from typing import Any
 
 import httpx
 import pytest
-from starlette.types import Receive, Scope, Send
-from uvicorn.server import ServerState
+from starlette.types import Message, Receive, Scope, Send
 
-from service.server.connections import Connections
-from service.server.protocol import MAX_HEAD, BoundedProtocol
-from service.server.run import make_server
-from service.settings.values import Settings
+from service.server.protocol import DISCARDED, PIPELINED
+from tests.server.wire import Server, play, settle
 
 CHUNK = 1 << 14
-FIRST = b"POST /v1/mesh HTTP/1.1\r\nHost: x\r\n"
+MAX_HEAD = 1 << 16
+HOST = b"Host: x\r\n"
+FIRST = b"POST /v1/mesh HTTP/1.1\r\n" + HOST
 CHUNKED = FIRST + b"Transfer-Encoding: chunked\r\n"
+GET = b"GET /%d HTTP/1.1\r\n" + HOST + b"\r\n"
 
 
-class Wire(asyncio.Transport):
-    """The other end of a connection: what was answered, and whether it was closed."""
+class Echo:
+    """Answers with the body it was sent; keeps what it was asked."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.answer = b""
-        self.closed = False
+        self.scopes: list[Scope] = []
+        self.bodies: list[bytes] = []
+        self.gone = 0
 
-    def write(self, data: bytes | bytearray | memoryview) -> None:
-        self.answer += bytes(data)
-
-    def close(self) -> None:
-        self.closed = True
-
-    def is_closing(self) -> bool:
-        return self.closed
-
-    def pause_reading(self) -> None:
-        """Goes on: what was sent already arrives."""
-
-    def resume_reading(self) -> None:
-        """Never stopped."""
-
-
-async def patient(_scope: Scope, receive: Receive, _send: Send) -> None:
-    """An application that waits for the end of a body."""
-    while (await receive()).get("more_body"):
-        pass
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        self.scopes.append(scope)
+        body, message = b"", await receive()
+        while message["type"] == "http.request":
+            body += message["body"]
+            if not message["more_body"]:
+                break
+            message = await receive()
+        else:
+            self.gone += 1
+            return
+        self.bodies.append(body)
+        await answer(send, body)
 
 
-async def read(start: bytes, piece: bytes, most: int) -> tuple[int, bytes]:
-    """How much of an endless request is read, and what is answered."""
-    config = make_server(patient, Settings()).config
-    config.load()
-    protocol, wire = BoundedProtocol(Connections(), config, ServerState(), {}), Wire()
-    protocol.connection_made(wire)
-    protocol.data_received(start)
-    done = len(start)
-    while done < most and not wire.closed:
-        protocol.data_received(piece)
-        done += len(piece)
-    protocol.connection_lost(None)
-    await asyncio.gather(*protocol.tasks)
-    return done, wire.answer
+async def answer(send: Send, body: bytes) -> None:
+    length = (b"content-length", b"%d" % len(body))
+    await send({"type": "http.response.start", "status": 200, "headers": [length]})
+    await send({"type": "http.response.body", "body": body})
+
+
+async def deaf(_scope: Scope, _receive: Receive, send: Send) -> None:
+    """An application that answers without reading."""
+    await answer(send, b"no")
+
+
+class Later:
+    """Answers when it is told to."""
+
+    def __init__(self) -> None:
+        self.may = asyncio.Event()
+        self.received: list[Message] = []
+
+    async def __call__(self, _scope: Scope, receive: Receive, send: Send) -> None:
+        await self.may.wait()
+        self.received.append(await receive())
+        await answer(send, b"late")
 
 
 @pytest.mark.parametrize(
@@ -71,21 +73,295 @@ async def read(start: bytes, piece: bytes, most: int) -> tuple[int, bytes]:
         (FIRST + b"X-Long: ", b"a" * CHUNK),
         (FIRST + b"X", b"a" * CHUNK),
         (FIRST, b"X-Many: a\r\n" * 1000),
+        (b"", b"\r\n" * (CHUNK // 2)),
         (CHUNKED + b"\r\n0\r\n", b"X-Trailer: a\r\n" * 1000),
         (CHUNKED + b"\r\n0\r\nX-Trailer: ", b"a" * CHUNK),
         (CHUNKED + b"\r\n1;", b"extension" * 2000),
     ],
-    ids=["path", "query", "value", "name", "headers", "trailers", "trailer", "extension"],
+    ids=["path", "query", "value", "name", "headers", "blank", "trailers", "trailer", "extension"],
 )
 def test_a_head_that_does_not_end_is_refused(start: bytes, piece: bytes) -> None:
-    done, answer = asyncio.run(read(start, piece, 20 * MAX_HEAD))
-    assert MAX_HEAD < done <= 2 * MAX_HEAD + len(start) + len(piece)
-    assert answer.startswith(b"HTTP/1.1 400 ")
+    async def scene() -> None:
+        server = Server(Echo())
+        client = server.connect()
+        done = 0
+        data = start
+        while not client.wire.ended:
+            await client.send(data)
+            done += len(data)
+            assert done <= 2 * MAX_HEAD + len(start) + len(piece)
+            data = piece
+        assert done > MAX_HEAD
+        assert client.problem["status"] == 431
+        assert client.problem["errors"][0]["code"] == "head_too_large"
+        assert server.refused == ["head_too_large"]
+
+    play(scene)
 
 
 def test_a_body_is_of_any_length_and_its_chunks_as_well() -> None:
-    done, answer = asyncio.run(read(CHUNKED + b"\r\n", b"1;a=b\r\nx\r\n" * 1000, 20 * MAX_HEAD))
-    assert (done >= 20 * MAX_HEAD, answer) == (True, b"")
+    async def scene() -> None:
+        echo = Echo()
+        client = Server(echo).connect()
+        await client.send(CHUNKED + b"\r\n")
+        for _ in range(200):
+            await client.send(b"1;a=b\r\nx\r\n" * 1000)
+        await client.send(b"0\r\n\r\n")
+        assert echo.bodies == [b"x" * 200_000]
+
+    play(scene)
+
+
+AMBIGUOUS = {
+    "two framings": CHUNKED + b"Content-Length: 3\r\n\r\n0\r\n\r\n",
+    "the other way round": FIRST + b"Content-Length: 3\r\nTransfer-Encoding: chunked\r\n\r\n",
+    "two lengths": FIRST + b"Content-Length: 3\r\nContent-Length: 3\r\n\r\nabc",
+    "a list of lengths": FIRST + b"Content-Length: 3, 3\r\n\r\nabc",
+    "a signed length": FIRST + b"Content-Length: +3\r\n\r\nabc",
+    "an endless length": FIRST + b"Content-Length: 99999999999999999999999\r\n\r\n",
+    "coded twice": FIRST + b"Transfer-Encoding: gzip, chunked\r\n\r\n0\r\n\r\n",
+    "not chunked": FIRST + b"Transfer-Encoding: identity\r\n\r\n0\r\n\r\n",
+    "two codings": CHUNKED + b"Transfer-Encoding: identity\r\n\r\n0\r\n\r\n",
+    "chunks in 1.0": b"POST / HTTP/1.0\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n",
+    "a space before the colon": FIRST + b"Transfer-Encoding : chunked\r\n\r\n0\r\n\r\n",
+    "a folded line": FIRST + b"X: a\r\n b\r\n\r\n",
+    "a bare CR": FIRST + b"X: a\rb\r\n\r\n",
+    "bare LF": b"GET / HTTP/1.1\nHost: x\n\n",
+    "NUL": FIRST + b"X: a\0b\r\n\r\n",
+    "a strange chunk": CHUNKED + b"\r\n0x3\r\nabc\r\n0\r\n\r\n",
+    "an endless chunk": CHUNKED + b"\r\nfffffffffffffffff\r\nabc\r\n",
+    "a longer chunk than said": CHUNKED + b"\r\n3\r\nabcd\r\n0\r\n\r\n",
+    "no host": b"GET / HTTP/1.1\r\n\r\n",
+    "two hosts": b"GET / HTTP/1.1\r\nHost: x\r\nHost: y\r\n\r\n",
+    "two hosts in 1.0": b"GET / HTTP/1.0\r\nHost: x\r\nHost: y\r\n\r\n",
+    "version 2": b"GET / HTTP/2.0\r\nHost: x\r\n\r\n",
+    "the preface of version 2": b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
+    "version 0.9": b"GET /\r\n\r\n",
+    "a tunnel": b"CONNECT x:443 HTTP/1.1\r\nHost: x\r\n\r\n",
+    "an unknown method": b"BREW / HTTP/1.1\r\nHost: x\r\n\r\n",
+    "letters": "GET /é HTTP/1.1\r\nHost: x\r\n\r\n".encode(),
+    "TLS": b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
+}
+
+
+@pytest.mark.parametrize("data", AMBIGUOUS.values(), ids=AMBIGUOUS)
+def test_what_is_no_request_or_could_be_two_is_refused(data: bytes) -> None:
+    async def scene() -> None:
+        echo = Echo()
+        server = Server(echo)
+        client = server.connect()
+        await client.send(data)
+        assert client.statuses == [400]
+        assert client.problem["code"] == client.problem["errors"][0]["code"] == "malformed_request"
+        assert server.refused == ["malformed_request"]
+        assert echo.bodies == []
+
+    play(scene)
+
+
+def test_the_same_a_byte_at_a_time() -> None:
+    async def scene() -> None:
+        for data in AMBIGUOUS.values():
+            client = Server(Echo()).connect()
+            for byte in data:
+                client.protocol.data_received(bytes([byte]))
+            await settle()
+            assert client.problem["code"] == "malformed_request"
+
+    play(scene)
+
+
+ACCEPTED = {
+    "an old version": (b"GET /a%20b?c=d HTTP/1.0\r\n\r\n", b""),
+    "a whole URL": (b"GET http://y/a%20b?c=d HTTP/1.1\r\nHost: x\r\n\r\n", b""),
+    "blank lines before": (b"\r\n\r\nGET /a%20b?c=d HTTP/1.1\r\nHost: x\r\n\r\n", b""),
+    "extensions of chunks": (
+        b"POST /a%20b?c=d HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: Chunked\r\n\r\n"
+        b"3;a=b\r\nabc\r\n0\r\nX: trailer\r\n\r\n",
+        b"abc",
+    ),
+    "an offer": (
+        b"GET /a%20b?c=d HTTP/1.1\r\nHost: x\r\nConnection: Upgrade, HTTP2-Settings\r\n"
+        b"Upgrade: h2c\r\nHTTP2-Settings: AAMAAABkAARAAAAAAAIAAAAA\r\n\r\n",
+        b"",
+    ),
+    "an offer with a body": (
+        b"POST /a%%20b?c=d HTTP/1.1\r\nHost: x\r\nConnection: Upgrade, HTTP2-Settings\r\n"
+        b"Upgrade: h2c\r\nContent-Length: %d\r\n\r\n" % len(GET % 7) + GET % 7,
+        GET % 7,
+    ),
+    "an offer with chunks": (
+        b"POST /a%20b?c=d HTTP/1.1\r\nHost: x\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+        b"Transfer-Encoding: chunked\r\n\r\n3\r\nabc\r\n0\r\n\r\n",
+        b"abc",
+    ),
+}
+
+
+@pytest.mark.parametrize("at_once", [True, False])
+@pytest.mark.parametrize(("data", "body"), ACCEPTED.values(), ids=ACCEPTED)
+def test_what_is_said_in_another_way_is_read(data: bytes, body: bytes, at_once: bool) -> None:
+    async def scene() -> None:
+        echo = Echo()
+        client = Server(echo).connect()
+        for piece in [data] if at_once else [bytes([byte]) for byte in data]:
+            client.protocol.data_received(piece)
+        await settle()
+        (scope,) = echo.scopes
+        assert (scope["path"], scope["raw_path"]) == ("/a b", b"/a%20b")
+        assert scope["query_string"] == b"c=d"
+        assert b"x" not in dict(scope["headers"])
+        assert echo.bodies == [body]
+        assert client.wire.answer.startswith(b"HTTP/1.1 200 OK\r\n")
+        # After an old version, or an offer that was ignored, nothing can follow.
+        last = b"1.0" in data or b"Upgrade" in data
+        assert (b"connection: close" in client.wire.answer) is client.wire.closed is last
+
+    play(scene)
+
+
+def test_requests_that_come_together_are_answered_in_their_order_up_to_a_number() -> None:
+    async def scene() -> None:
+        echo = Echo()
+        client = Server(echo).connect()
+        await client.send(b"".join(GET % i for i in range(3)))
+        await client.send(b"".join(GET % i for i in range(3, 6)))
+        assert client.statuses == [200] * 6
+        assert b"connection: close" not in client.wire.answer
+        await client.send(b"".join(GET % i for i in range(6, 10_000)))
+        for _ in range(PIPELINED):
+            await settle()
+        seen = [scope["path"] for scope in echo.scopes]
+        assert seen == [f"/{i}" for i in range(6 + 1 + PIPELINED)]
+        assert client.statuses == [200] * len(seen)
+        assert client.wire.answer.count(b"connection: close") == 1
+        assert client.wire.answer.rstrip().endswith(b"connection: close")
+        assert client.wire.ended
+
+    play(scene)
+
+
+def test_a_request_that_cannot_be_read_waits_for_the_answers_to_those_before() -> None:
+    async def scene() -> None:
+        later = Later()
+        client = Server(later).connect()
+        await client.send(GET % 1 + GET % 2 + b"BREW / HTTP/1.1\r\n")
+        assert client.wire.answer == b""
+        later.may.set()
+        await settle()
+        assert client.statuses == [200, 200, 400]
+        assert client.problem["code"] == "malformed_request"
+
+    play(scene)
+
+
+def test_a_waiting_request_whose_body_cannot_be_read_is_not_begun() -> None:
+    async def scene() -> None:
+        later = Later()
+        client = Server(later).connect()
+        await client.send(GET % 1 + CHUNKED + b"\r\nx\r\n")
+        later.may.set()
+        await settle()
+        assert client.statuses == [200, 400]
+        assert client.problem["code"] == "malformed_request"
+        assert len(later.received) == 1
+
+    play(scene)
+
+
+def test_the_application_is_told_that_a_body_breaks_off() -> None:
+    async def scene() -> None:
+        echo = Echo()
+        client = Server(echo).connect()
+        await client.send(CHUNKED + b"Expect: 100-continue\r\n\r\n")
+        assert client.wire.answer == b"HTTP/1.1 100 Continue\r\n\r\n"
+        await client.send(b"1\r\na\r\n")
+        await client.send(b"x\r\n")
+        assert (echo.gone, echo.bodies) == (1, [])
+        assert client.problem["code"] == "malformed_request"
+
+    play(scene)
+
+
+def test_all_requests_of_a_client_are_told_that_it_has_gone() -> None:
+    async def scene() -> None:
+        later = Later()
+        client = Server(later).connect()
+        await client.send(GET % 1 + GET % 2)
+        client.lose()
+        later.may.set()
+        await settle()
+        assert later.received == [{"type": "http.disconnect"}]
+
+    play(scene)
+
+
+BODY = b"x" * (1 << 17)
+
+
+@pytest.mark.parametrize(
+    ("head", "stays"),
+    [
+        (b"Content-Length: 100\r\n\r\n", True),
+        (b"Content-Length: 131072\r\n\r\n", False),
+        (b"Transfer-Encoding: chunked\r\n\r\n", False),
+        (b"Content-Length: 100\r\nExpect: 100-continue\r\n\r\n", False),
+    ],
+)
+def test_an_answer_that_comes_before_the_body(head: bytes, stays: bool) -> None:
+    async def scene() -> None:
+        server = Server(deaf)
+        client = server.connect()
+        await client.send(FIRST + head)
+        assert client.wire.answer.endswith(b"\r\n\r\nno")
+        assert (b"connection: close" not in client.wire.answer) is stays
+        # It is still read, for a while, lest its client be told that it was closed.
+        assert (client.wire.ended, client.wire.closed) == (not stays, False)
+        if stays:
+            await client.send(b"x" * 100 + GET % 2)
+            assert client.statuses == [200, 200]
+            return
+        for _ in range(DISCARDED // len(BODY)):
+            client.protocol.data_received(BODY)
+        assert not client.wire.closed
+        client.protocol.data_received(BODY)
+        assert client.wire.aborted
+
+    play(scene)
+
+
+def test_who_lingers_is_closed_after_a_while() -> None:
+    async def scene() -> None:
+        server = Server(deaf)
+        client = server.connect()
+        await client.send(CHUNKED + b"\r\n")
+        assert client.wire.ended
+        server.wait(4.9)
+        assert not client.wire.closed
+        server.wait(0.2)
+        assert client.wire.aborted
+
+    play(scene)
+
+
+async def silent(_scope: Scope, _receive: Receive, _send: Send) -> None:
+    """An application that forgets to answer."""
+
+
+async def failing(_scope: Scope, _receive: Receive, _send: Send) -> None:
+    raise RuntimeError("inside")
+
+
+@pytest.mark.parametrize("app", [silent, failing])
+def test_an_application_that_fails_is_a_problem_of_ours(app: Any) -> None:
+    async def scene() -> None:
+        client = Server(app).connect()
+        await client.send(GET % 1)
+        assert client.problem["code"] == "internal_error"
+        assert client.statuses == [500]
+        assert b"inside" not in client.wire.answer
+
+    play(scene)
 
 
 def test_long_heads_and_longer_bodies_are_read(server: str) -> None:

@@ -78,6 +78,12 @@ CODES: Mapping[str, str] = MappingProxyType(
         # Where surfaces are kept.
         "store_full": "more bytes than the service may still keep",
         "disk_full": "the disk of the service is full",
+        # The connection, before there is a request.
+        "malformed_request": "no HTTP/1.1, or HTTP that could be read in two ways",
+        "head_too_large": "an address and headers of too many bytes",
+        "head_too_slow": "the head of the request did not arrive in time",
+        "too_many_connections": "as many connections are open as there may be",
+        "draining": "the service ended before the request was done",
         # The request around the body.
         "key_needed": "a call for which a key must be sent, and none was",
         "key_unknown": "a key that is not known here, or not any more",

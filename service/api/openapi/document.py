@@ -42,6 +42,12 @@ pointer into the body or the name of a parameter, what was got and what was need
 never repeated. A request that would cost too much is refused before anything is computed: 413 where
 the body itself is too long, 422 where its content or the answer would be too large.
 
+Some problems may come at every address, before the request has been read, and the connection is
+closed after them: 400 `malformed_request`, what is no HTTP/1.1 or could be read in two ways; 431
+`head_too_large`, the address and the headers are too long; 408 `head_too_slow`, they did not arrive
+in time; 503 `too_many_connections`; and 503 `draining`, the service stopped before it could answer.
+Both of the last come with `Retry-After`.
+
 The `code` of a problem tells its kind; the `code` of each of its `errors` is one of these:
 
 """

@@ -1,0 +1,144 @@
+"""One connection without a network and without time: what is sent to it, and what comes back."""
+
+import asyncio
+import json
+import re
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from starlette.types import ASGIApp
+from uvicorn.server import ServerState
+
+from service.server.connections import Connections
+from service.server.protocol import BoundedProtocol
+from service.server.run import make_server
+from service.settings.values import Settings
+
+STATUS = re.compile(rb"HTTP/1\.1 [0-9]{3} ")
+
+
+class Clock:
+    """The event loop, with a time of its own that only tests change."""
+
+    def __init__(self) -> None:
+        self.loop = asyncio.get_running_loop()
+        self.now = 1000.0
+
+    def time(self) -> float:
+        return self.now
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.loop, name)
+
+
+class Wire(asyncio.Transport):
+    """The other end of a connection: what was answered, and whether it was closed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.answer = b""
+        self.closed = self.aborted = self.ended = self.paused = False
+        self.unsent = 0
+
+    def write(self, data: bytes | bytearray | memoryview) -> None:
+        assert not self.ended
+        assert not self.closed
+        self.answer += bytes(data)
+
+    def write_eof(self) -> None:
+        self.ended = True
+
+    def get_write_buffer_size(self) -> int:
+        return self.unsent
+
+    def close(self) -> None:
+        self.closed = True
+
+    def abort(self) -> None:
+        self.closed = self.aborted = True
+
+    def is_closing(self) -> bool:
+        return self.closed
+
+    def pause_reading(self) -> None:
+        self.paused = True
+
+    def resume_reading(self) -> None:
+        self.paused = False
+
+
+class Server:
+    """Connections of a server."""
+
+    def __init__(self, app: ASGIApp, **settings: Any) -> None:
+        self.clock = Clock()
+        self.refused: list[str] = []
+        self.connections = Connections(Settings(**settings), self.refused.append)
+        self._config = make_server(app, Settings(**settings)).config
+        self._config.load()
+        self._state = ServerState()
+
+    def connect(self) -> "Client":
+        loop: Any = self.clock
+        protocol = BoundedProtocol(self.connections, self._config, self._state, {}, loop)
+        return Client(protocol)
+
+    def wait(self, seconds: float) -> None:
+        """Lets time go by."""
+        self.clock.now += seconds
+        self.connections.look(self.clock.now)
+
+
+class Client:
+    """One connection, as its client sees it."""
+
+    def __init__(self, protocol: BoundedProtocol) -> None:
+        self.protocol = protocol
+        self.wire = Wire()
+        protocol.connection_made(self.wire)
+
+    async def send(self, data: bytes) -> None:
+        """Sends, and lets the server do what it can do."""
+        if not self.wire.closed:
+            self.protocol.data_received(data)
+        await settle()
+
+    def lose(self) -> None:
+        self.protocol.connection_lost(None)
+
+    @property
+    def statuses(self) -> list[int]:
+        """The statuses of all answers, in their order."""
+        return [int(line.split()[1]) for line in STATUS.findall(self.wire.answer)]
+
+    @property
+    def problem(self) -> dict[str, Any]:
+        """The last answer, which is a problem and the connection's last."""
+        starts = [found.start() for found in STATUS.finditer(self.wire.answer)]
+        head, _, body = self.wire.answer[starts[-1] :].partition(b"\r\n\r\n")
+        lines = head.decode().split("\r\n")
+        headers = dict(line.split(": ", 1) for line in lines[1:])
+        assert headers["content-type"] == "application/problem+json"
+        assert headers["cache-control"] == "no-store"
+        assert headers["x-content-type-options"] == "nosniff"
+        assert headers["connection"] == "close"
+        assert int(headers["content-length"]) == len(body)
+        document: dict[str, Any] = json.loads(body)
+        assert lines[0] == f"HTTP/1.1 {document['status']} {document['title']}"
+        assert self.wire.ended or self.wire.closed
+        return {**document, "headers": headers}
+
+
+async def settle() -> None:
+    """As many rounds of the event loop as an answer takes."""
+    for _ in range(20):
+        await asyncio.sleep(0)
+
+
+def play(scene: Callable[[], Awaitable[None]]) -> None:
+    """Runs a scene, and ends what it leaves."""
+
+    async def whole() -> None:
+        await scene()
+
+    asyncio.run(whole())
