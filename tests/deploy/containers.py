@@ -60,6 +60,8 @@ class Engine:
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True)
         self._storage = ("--root", f"{folder}/storage", "--runroot", f"{folder}/run")
+        options = ("--runtime", "runc", "--cgroup-manager", "cgroupfs")
+        self._podman = ("podman", *self._storage, *options)
 
     def buildah(self, *arguments: str | Path) -> str:
         """What buildah prints."""
@@ -67,9 +69,8 @@ class Engine:
 
     def podman(self, *arguments: str | Path, timeout: float = 120) -> str:
         """What podman prints; containers are run by runc, which knows both kinds of cgroups."""
-        options = (*self._storage, "--runtime", "runc", "--cgroup-manager", "cgroupfs")
         # Where memory runs out, a file that says so is left in the folder that this runs in.
-        return run("podman", *options, *arguments, timeout=timeout, cwd=self.folder)
+        return run(*self._podman, *arguments, timeout=timeout, cwd=self.folder)
 
     def root(self, kind: str) -> str:
         """Image of a Debian root with "python" or "node"; made once."""
@@ -97,6 +98,15 @@ class Engine:
         """What is known of an image."""
         found: list[dict[str, Any]] = json.loads(self.podman("image", "inspect", image))
         return found[0]
+
+    def state(self, container: str) -> dict[str, Any]:
+        """How a container is: its process, when it began, how it ended."""
+        (found,) = json.loads(self.podman("container", "inspect", container))
+        return dict(found["State"])
+
+    def logs(self, container: str) -> str:
+        """What a container has written, to wherever."""
+        return run("sh", "-c", '"$@" 2>&1', "sh", *self._podman, "logs", container)
 
     def _registries(self) -> list[str]:
         """How pip and npm reach their registries here: as secrets, and the files these name."""
