@@ -24,6 +24,7 @@ come along, which it does, and MPL-2.0 for changes of its own files to be publis
 READ = {
     "httpcore": ("BSD License", "BSD-3-Clause"),
     "obstore": ("MIT License", "MIT"),
+    "protobuf": ("3-Clause BSD License", "BSD-3-Clause"),
     "trimesh": ("The MIT License (MIT); MIT License", "MIT"),
     "uvloop": ("MIT License; Apache Software License; MIT License", "MIT OR Apache-2.0"),
 }
@@ -33,10 +34,10 @@ licence files (obstore has none). Whatever says something else one day is to be 
 INTRODUCTION = """\
 # Licences
 
-What others wrote and the service brings along, in the image and in an installation with all
-extras. `make licences` writes this page; a test compares it with what is installed, and refuses a
-licence that `tests/supply/licences.py` does not allow. The texts of the licences lie beside the
-packages, in `*.dist-info`, and beside the scripts.
+What others wrote and an installation of the service with all its extras brings along; the image has
+a part of it, the extra `meshopt` alone. `make licences` writes this page; a test compares it with
+what is installed, and refuses a licence that `tests/supply/licences.py` does not allow. The texts
+of the licences lie beside the packages, in `*.dist-info`, and beside the scripts.
 
 Compiled packages have libraries inside that this list does not name: NumPy brings OpenBLAS and
 LAPACK (BSD) and the run-time libraries of GCC (GPL-3.0 with GCC's exception, and LGPL-2.1 for
