@@ -5,7 +5,8 @@ so what stands there is read from the right, as long as the one who wrote it is 
 address that is none of a trusted proxy is the client's. What stands left of it is hearsay.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from functools import lru_cache
 from ipaddress import (
     IPv4Address,
     IPv4Network,
@@ -26,6 +27,12 @@ UNIX = "unix"
 MOST_HOPS = 32
 """Proxies behind each other that are followed."""
 
+LONGEST = 64
+"""Bytes of an address: one of IPv6 with its zone and its port has less."""
+
+REMEMBERED = 4096
+"""Addresses that are not read anew: most requests come from somebody who was here before."""
+
 _SCHEMES = {b"http": "http", b"https": "https"}
 
 
@@ -39,7 +46,7 @@ class Proxies:
     def __init__(self, listed: Sequence[str]) -> None:
         self._unix = UNIX in listed
         try:
-            self._networks = [ip_network(text) for text in listed if text != UNIX]
+            self._networks = tuple(ip_network(text) for text in listed if text != UNIX)
         except ValueError:
             raise InvalidProxies(
                 "needed addresses, or networks without bits of hosts, such as 10.0.0.0/8, "
@@ -79,6 +86,11 @@ def address_in(text: bytes) -> Address | None:
     An IPv4 address that is written as one of IPv6 is the IPv4 address that it is.
     """
     word = text.strip()
+    return _address(word) if len(word) <= LONGEST else None
+
+
+@lru_cache(REMEMBERED)
+def _address(word: bytes) -> Address | None:
     if word.startswith(b"["):
         word = word[1:].partition(b"]")[0]
     elif word.count(b":") == 1:
@@ -91,5 +103,6 @@ def address_in(text: bytes) -> Address | None:
     return mapped or address
 
 
-def _within(address: Address, networks: Iterable[IPv4Network | IPv6Network]) -> bool:
+@lru_cache(REMEMBERED)
+def _within(address: Address, networks: tuple[IPv4Network | IPv6Network, ...]) -> bool:
     return any(address in network for network in networks)

@@ -9,6 +9,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from ipaddress import IPv6Address, ip_address
 from math import ceil
 
@@ -91,8 +92,12 @@ def caller(key: str | None, client: str | None) -> str:
 
     Somebody with one IPv6 address has 2⁶⁴ of them, so there the network is meant.
     """
-    if key is not None:
-        return f"key {key}"
+    return f"key {key}" if key is not None else _network(client)
+
+
+@lru_cache(4096)
+def _network(client: str | None) -> str:
+    """What an address is counted as."""
     try:
         address = ip_address(client or "")
     except ValueError:
