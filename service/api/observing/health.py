@@ -14,6 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 from anyio import CapacityLimiter, Lock, to_thread
+from starlette.datastructures import State
 from starlette.requests import Request
 from starlette.responses import Response
 
@@ -74,6 +75,11 @@ class Canary:
         self._limiter = CapacityLimiter(1)
         self._asked: tuple[float, bool] | None = None
 
+    @property
+    def last(self) -> bool:
+        """Whether it was right when somebody asked last; as long as nobody did, it is taken so."""
+        return self._asked is None or self._asked[1]
+
     async def sings(self) -> bool:
         """Whether the mesh was right, a few seconds ago at most."""
         async with self._asking:
@@ -91,6 +97,13 @@ class Canary:
         if not right:
             _log.error("the engine computes wrong numbers")
         return right
+
+
+def is_ready(state: State) -> bool:
+    """Whether new requests are welcome, as far as is known without asking."""
+    canary: Canary = state.canary
+    store: SurfaceStore = state.store
+    return bool(state.ready) and canary.last and store.failing < PATIENCE
 
 
 async def health(request: Request) -> Response:
@@ -111,7 +124,7 @@ async def ready(request: Request) -> Response:
     if not request.app.state.ready:
         return json_response({"status": "draining"}, 503, _HEADERS)
     sings, answers = await asyncio.gather(canary.sings(), store.answers())
-    well = sings and (answers or store.failing < PATIENCE)
+    well = is_ready(request.app.state)
     found = {
         "status": "ready" if well else "unready",
         "computing": "ready" if sings else "unavailable",

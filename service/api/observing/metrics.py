@@ -27,6 +27,7 @@ from service import __version__
 from service.api.admission.admission import Admission
 from service.api.answers import HEADERS, ChunkedResponse
 from service.api.caching.answers import AnswerCache
+from service.api.observing.health import is_ready
 from service.api.observing.observed import Histogram, Observed
 from service.api.parameters import no_parameters
 from service.engine.mesh import ENGINE
@@ -89,7 +90,9 @@ class Counts(Collector):
             {"version": __version__, "engine": str(ENGINE)},
         )
         yield GaugeMetricFamily(
-            "surface_ready", "Whether new requests are welcome.", float(self._state.ready)
+            "surface_ready",
+            "Whether new requests are welcome, as was last found.",
+            float(is_ready(self._state)),
         )
         yield from self._requests(self._state.observed)
         yield from self._cache(self._state.answers)
@@ -190,6 +193,11 @@ def _admission(admission: Admission) -> Iterator[Metric]:
 
 
 def _store(store: SurfaceStore) -> Iterator[Metric]:
+    yield GaugeMetricFamily(
+        "surface_store_answering",
+        "Whether the store answered when it was last asked.",
+        float(not store.failing),
+    )
     took = SummaryMetricFamily(
         "surface_store_operation_seconds",
         "What the store was asked to do, by the end it came to.",

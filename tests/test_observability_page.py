@@ -1,0 +1,27 @@
+"""The page of what is seen of the service says what the code does."""
+
+import json
+import logging
+import re
+
+from service.server.records import JsonRecords
+from service.settings.values import Settings
+from tests.api.observing.test_observer import asked
+from tests.observability_page import PAGE, page
+from tests.server.test_logs import failing
+
+TEXT = PAGE.read_text(encoding="utf-8")
+
+
+def test_its_table_of_metrics_is_that_of_the_code() -> None:
+    assert page(TEXT) == TEXT, "run `python -m tests.observability_page`"
+
+
+def test_its_table_of_fields_has_all_there_are() -> None:
+    section = TEXT.partition("## The log")[2].partition("## Health")[0]
+    cells = re.findall(r"^\| (`.*?) \| (\w+) \|", section, re.MULTILINE)
+    told = {name for names, _ in cells for name in re.findall(r"`(\w+)`", names)}
+    _, (line,), _ = asked([], Settings(log_format="json"), path="/refused")
+    record = json.loads(JsonRecords().format(failing()))
+    assert json.loads(line).keys() | record.keys() | {"surface", "format", "cache"} == told
+    assert logging.getLevelName(logging.CRITICAL).lower() in section
