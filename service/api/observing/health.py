@@ -103,7 +103,7 @@ def is_ready(state: State) -> bool:
     """Whether new requests are welcome, as far as is known without asking."""
     canary: Canary = state.canary
     store: SurfaceStore = state.store
-    return bool(state.ready) and canary.last and store.failing < PATIENCE
+    return bool(state.ready) and canary.last and store.failing <= PATIENCE
 
 
 async def health(request: Request) -> Response:
