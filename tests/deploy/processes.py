@@ -1,6 +1,7 @@
 """Instances of the service as processes of their own, and in front of them HAProxy."""
 
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -59,6 +60,13 @@ class Instance:
     def is_alive(self) -> bool:
         """Whether it runs."""
         return self.process is not None and self.process.poll() is None
+
+    @property
+    def peak_bytes(self) -> int:
+        """The most memory that it had at any time, as resident."""
+        assert self.process is not None
+        status = Path(f"/proc/{self.process.pid}/status").read_text(encoding="ascii")
+        return int(re.findall(r"VmHWM:\s+(\d+) kB", status)[0]) * 1024
 
     def is_ready(self) -> bool:
         """Whether it says that it is ready."""

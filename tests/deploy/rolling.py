@@ -25,7 +25,7 @@ from tests.deploy.traffic import Traffic
 REQUESTS = 20_000
 ROUNDS = 4
 KILLS = 10
-LONGEST = 200.0
+LONGEST = 180.0
 """Seconds after which no further round begins."""
 
 SETTINGS = {
@@ -36,20 +36,21 @@ SETTINGS = {
 """As in `deploy/compose.yaml`."""
 
 SHORT = {
-    "small_hit": 6,
+    "small_hit": 24,
+    "unchanged": 14,
+    "small_post": 8,
+    "stored": 6,
+    "points": 3,
+    "store": 3,
+    "cold": 2,
     "large_hit": 1,
-    "unchanged": 3,
-    "cold": 1,
-    "small_post": 4,
-    "points": 2,
-    "store": 2,
-    "stored": 2,
 }
 CLIENTS = (
     Clients(6, SHORT),
     Clients(4, SHORT, keep=False),
-    Clients(2, {"small_post": 1, "large_hit": 1}, pause=0.5),
-    Clients(1, {"long_post": 1}, keep=False, pause=0.3),
+    # So seldom that connections rest in between.
+    Clients(2, {"small_post": 1, "large_hit": 1}, pause=3.0),
+    Clients(1, {"long_post": 1}, pause=0.5),
 )
 
 
@@ -102,15 +103,18 @@ def test_no_request_fails_while_instances_are_restarted(
     traffic = Traffic()
     codes: list[int] = []
     seconds: list[float] = []
+    peaks: list[int] = []
     with two_behind_haproxy(tmp_path) as (proxy, instances):
 
         async def restart(tally: Tally) -> None:
             begin = time.monotonic()
             rounds = 0
             while rounds < ROUNDS or tally.count < REQUESTS:
-                assert time.monotonic() - begin < LONGEST, f"only {tally.count} requests"
+                if time.monotonic() - begin > LONGEST:
+                    break
                 for each in instances:
                     start = time.monotonic()
+                    peaks.append(each.peak_bytes)
                     codes.append(await asyncio.to_thread(each.stop))
                     seconds.append(time.monotonic() - start)
                     each.start()
@@ -126,8 +130,8 @@ def test_no_request_fails_while_instances_are_restarted(
     report(
         capsys,
         *tally.lines(),
-        f"{len(codes)} restarts, the longest stop {max(seconds):.1f} s;"
-        f" {retries:.0f} retries, {kept:.0f} answers from HAProxy's cache",
+        f"{len(codes)} restarts, the longest stop {max(seconds):.1f} s, the most memory"
+        f" {max(peaks) / 1e6:.0f} MB; {retries:.0f} retries, {kept:.0f} hits in HAProxy",
         stored,
         *tally.broken[:20],
         *tally.wrong[:20],
@@ -136,6 +140,7 @@ def test_no_request_fails_while_instances_are_restarted(
     assert not tally.wrong
     assert set(codes) == {0}
     assert tally.count >= REQUESTS
+    assert len(codes) >= 2 * ROUNDS
     assert len(tally.seconds["long post"]) >= len(codes)
 
 
