@@ -208,6 +208,36 @@ def test_an_answer_that_breaks_off_is_seen_to(tmp_path: Path) -> None:
         assert httpx.get(proxy.url + target, headers=plain, timeout=60).content == whole.content
 
 
+def test_what_the_proxy_does_by_itself(tmp_path: Path) -> None:
+    with two_behind_haproxy(tmp_path) as (proxy, instances):
+        # The numbers are for those inside, however the address is written.
+        assert httpx.get(f"{instances[0].url}/metrics").status_code == 200
+        for path in ("/metrics", "/%6detrics", "/metrics?x=1"):
+            shown = httpx.get(proxy.url + path)
+            assert (shown.status_code, shown.json()["code"]) == (404, "not_found")
+        # As long a head as the service takes reaches it: it is the service that refuses the query.
+        refused = httpx.get(f"{proxy.url}/v1/surfaces/saddle/mesh.glb?{'a' * 60_000}=1")
+        assert refused.status_code == 422
+        # A small answer is kept, and revalidated here; what was said of one request is not kept.
+        for coding, resolution in (("identity", 4), ("gzip", 5)):
+            query = f"resolution={resolution}&engine={ENGINE}"
+            target = f"{proxy.url}/v1/surfaces/saddle/mesh.glb?{query}"
+            first, again = (httpx.get(target, headers={"Accept-Encoding": coding}) for _ in "12")
+            assert first.content == again.content
+            assert ("age" in first.headers, "age" in again.headers) == (False, True)
+            assert first.headers["x-request-id"]
+            assert not again.headers.keys() & {"x-request-id", "server-timing"}
+            known = {"Accept-Encoding": coding, "If-None-Match": first.headers["etag"]}
+            assert httpx.get(target, headers=known).status_code == 304
+        for each in instances:
+            each.kill()
+        assert httpx.get(target).status_code == 200
+        nobody = httpx.post(f"{proxy.url}/v1/points", json={})
+        assert (nobody.status_code, nobody.json()["code"]) == (503, "no_instance")
+        assert nobody.headers["content-type"] == "application/problem+json"
+        assert int(nobody.headers["retry-after"]) > 0
+
+
 def serving(proxy: Proxy, instances: tuple[Instance, Instance]) -> Instance:
     """The one that is answering just now."""
     busy = {
