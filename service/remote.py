@@ -2,6 +2,7 @@
 
 import os
 import re
+import time
 from collections.abc import Mapping
 from typing import Any
 
@@ -14,6 +15,12 @@ from service.schemas.query import values_from_text
 
 PATIENCE = 600.0
 """Seconds to wait for the answer."""
+
+RETRIES, LONGEST_WAIT = 3, 30.0
+"""How often a service that is busy is asked again, and the seconds to wait before, at most."""
+
+_LATER = frozenset({httpx.codes.TOO_MANY_REQUESTS, httpx.codes.SERVICE_UNAVAILABLE})
+"""Answers that may be others a little later; nothing was done for them."""
 
 KEY = "SURFACE_KEY"
 """The environment variable with the key of who asks, where the service needs one."""
@@ -118,6 +125,11 @@ def _asked(url: str, wanted: str, method: str, path: str, **request: Any) -> byt
     try:
         with httpx.Client(base_url=url, timeout=httpx.Timeout(PATIENCE, connect=10)) as client:
             answer = client.request(method, path, **request)
+            for _ in range(RETRIES):
+                if answer.status_code not in _LATER or "retry-after" not in answer.headers:
+                    break
+                time.sleep(_seconds(answer.headers["retry-after"]))
+                answer = client.request(method, path, **request)
     except (httpx.InvalidURL, httpx.UnsupportedProtocol) as error:
         raise BadAddress(f"--url: {error}") from None
     except httpx.TransportError as error:
@@ -128,11 +140,18 @@ def _asked(url: str, wanted: str, method: str, path: str, **request: Any) -> byt
     problem = _problem(answer) if media_type == "application/problem+json" else {}
     if not problem:
         raise ServiceFailed(f"{url}: not a surface service ({answer.status_code} {answer.url})")
+    if answer.status_code in _LATER:
+        raise ServiceFailed(f"{url} cannot do it now: {problem['detail']}")
     if answer.is_server_error:
         raise ServiceFailed(f"{url} failed: {problem['detail']}")
     if answer.status_code == httpx.codes.UNAUTHORIZED:
         raise InvalidRequest(Issue(problem["code"], problem["detail"], needed=f"a key in {KEY}"))
     raise InvalidRequest(*_issues(problem))
+
+
+def _seconds(header: str) -> float:
+    """How long to wait, as Retry-After says; a date counts as the longest time."""
+    return min(float(header), LONGEST_WAIT) if header.isdecimal() else LONGEST_WAIT
 
 
 def _credentials() -> dict[str, str]:
