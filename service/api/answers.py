@@ -11,8 +11,14 @@ from starlette.types import Message, Receive, Scope, Send
 
 from service.encoders.format import FileFormat
 
-CHUNK = 1 << 20
-"""Bytes handed to the server at a time: it waits for a slow client after each, holding no more."""
+CHUNK = 1 << 19
+"""Bytes handed to the server at a time: it waits for a slow client after each. They are not copied,
+so that what a slow client leaves lying takes no memory beside the answer; pieces of an eighth are
+sent as quickly, and take more of the processor."""
+
+UNTRACKED = 1 << 16
+"""Bytes that the server may hold of an answer that was sent, as it sees it; of shorter ones, it is
+not waited for that a client has taken them."""
 
 HEADERS = {"X-Content-Type-Options": "nosniff"}
 """On every answer: a browser shall not guess another type than the one that is said."""

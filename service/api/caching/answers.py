@@ -1,6 +1,6 @@
 """The answers that are kept in memory: the least recently used go first, by bytes."""
 
-from collections import Counter, OrderedDict
+from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -56,7 +56,7 @@ class AnswerCache:
         self._entries: OrderedDict[str, Entry] = OrderedDict()
         self._known: dict[tuple[str, bytes], tuple[Entry, bool]] = {}
         self._of_surface: dict[str, set[str]] = {}
-        self._read: Counter[Entry] = Counter()
+        self._read: dict[Entry, int] = {}
 
     def __len__(self) -> int:
         return len(self._entries)
@@ -141,15 +141,25 @@ class AnswerCache:
         if not self.holds(entry):
             yield
             return
-        self._read[entry] += 1
+        self.begin(entry)
         try:
             yield
         finally:
-            self._read[entry] -= 1
-            if not self._read[entry]:
-                del self._read[entry]
+            self.end(entry)
+
+    def begin(self, entry: Entry) -> None:
+        """Begins to send an entry that is kept: `reading`, where every microsecond counts."""
+        self._read[entry] = self._read.get(entry, 0) + 1
+
+    def end(self, entry: Entry) -> None:
+        """One client has it, or has gone."""
+        left = self._read.pop(entry) - 1
+        if left:
+            self._read[entry] = left
+        else:
+            if self.bytes > self.allowed:
                 self._has_room(0)
-                self.freed()
+            self.freed()
 
     def _has_room(self, size: int, but: Entry | None = None) -> bool:
         """Makes room for so much by giving up others than this one; whether that succeeds."""

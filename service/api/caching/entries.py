@@ -62,12 +62,16 @@ class Subject:
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """The bytes in one coding; [False] of a pair is for addresses that do not name the engine."""
+    """The bytes in one coding, to be sent as the `whole` body or as a `piece` of it.
+
+    [False] of a pair is for addresses that do not name the engine.
+    """
 
     coding: Coding
     body: bytes
     tag: bytes
     whole: Message
+    piece: Message
     full: tuple[Message, Message]
     unchanged: tuple[Message, Message]
 
@@ -118,6 +122,7 @@ class Entry:
             body,
             self.subject.tag(coding),
             {"type": "http.response.body", "body": body},
+            {"type": "http.response.body", "body": body, "more_body": True},
             self._messages(200, [self._full(coding, len(body), p, HIT) for p in _PINNED]),
             self._messages(304, [self.subject.unchanged(coding, pinned=p) for p in _PINNED]),
         )

@@ -5,7 +5,7 @@ from operator import attrgetter
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.api.answers import CHUNK, send_pieces
+from service.api.answers import CHUNK, UNTRACKED, send_pieces
 from service.api.caching.answers import AnswerCache
 from service.api.caching.codings import Accepted, accepted
 from service.api.caching.entries import Entry, Variant
@@ -54,13 +54,24 @@ class Front:
                     await send(start)
                     if unchanged or scope["method"] == "HEAD":
                         await send(_END)
-                    elif len(variant.body) <= CHUNK:
+                    elif len(variant.body) <= UNTRACKED:
                         await send(variant.whole)
                     else:
-                        with self._answers.reading(entry):
-                            await send_pieces(variant.body, send)
+                        await self._send_tracked(entry, variant, send)
                     return
         await self._app(scope, receive, send)
+
+    async def _send_tracked(self, entry: Entry, variant: Variant, send: Send) -> None:
+        """A body that a slow client may leave with the server: so long the entry is kept."""
+        self._answers.begin(entry)
+        try:
+            if len(variant.body) <= CHUNK:
+                await send(variant.piece)
+                await send(_END)
+            else:
+                await send_pieces(variant.body, send)
+        finally:
+            self._answers.end(entry)
 
 
 _METHODS = frozenset({"GET", "HEAD"})

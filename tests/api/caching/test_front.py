@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import pytest
 from starlette.types import Message, Receive, Scope, Send
 
-from service.api.answers import CHUNK
+from service.api.answers import CHUNK, UNTRACKED
 from service.api.caching.answers import AnswerCache
 from service.api.caching.entries import Entry, Subject
 from service.api.caching.front import Front
@@ -77,6 +77,13 @@ def test_a_long_body_comes_in_pieces() -> None:
     assert b"".join(piece["body"] for piece in pieces) == content
     assert max(len(piece["body"]) for piece in pieces) == CHUNK
     assert [bool(piece.get("more_body")) for piece in pieces] == [True] * 3 + [False]
+
+
+def test_a_body_that_the_server_may_hold_is_one_message_and_a_longer_one_two() -> None:
+    for size, count in ((UNTRACKED, 1), (UNTRACKED + 1, 2), (CHUNK, 2)):
+        (_, *pieces), _ = asked(bytes(size))
+        assert [bool(piece.get("more_body")) for piece in pieces] == [True] * (count - 1) + [False]
+        assert sum(len(piece["body"]) for piece in pieces) == size
 
 
 def test_lines_of_a_header_are_one_list() -> None:
