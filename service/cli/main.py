@@ -28,10 +28,20 @@ from service.cli.refusals import (
 )
 from service.errors import BadAddress, InvalidSettings, ServiceFailed, SurfaceError
 
+INTERRUPTED = 128 + 2
+"""Exit code after Ctrl+C, as of a program that it ends by itself."""
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and returns its exit code."""
-    options = _parser().parse_args(arguments)
+    try:
+        return _run(_parser().parse_args(arguments))
+    except KeyboardInterrupt:
+        return INTERRUPTED
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Runs a command; says what went wrong."""
     try:
         return int(options.run(options))
     except SurfaceError as error:

@@ -16,6 +16,7 @@ exit codes:
      that was by the program it is piped into)
   2  the command line itself, or a variable SURFACE_*, is wrong
   3  the service given by --url does not answer, or fails
+  130  interrupted; a service ends with 0 the first time
 """
 
 

@@ -25,6 +25,10 @@ REFUSED_AT_ONCE = 64
 class Connection(Protocol):
     """What is asked of a connection."""
 
+    @property
+    def is_answering(self) -> bool:
+        """Whether an answer is awaited, or has not been taken as a whole."""
+
     def time_is_up(self) -> None:
         """It has been in its queue for as long as it may."""
 
@@ -129,6 +133,11 @@ class Connections:
     def _look(self, loop: asyncio.AbstractEventLoop) -> None:
         self.look(loop.time())
         self._timer = loop.call_later(self._pause, self._look, loop) if self._all else None
+
+    @property
+    def are_answering(self) -> bool:
+        """Whether any client waits for an answer, or is still taking one."""
+        return any(each.is_answering for each in self._all)
 
     def close_idle(self) -> None:
         """Ends all that are idle."""

@@ -8,6 +8,7 @@ ends the process at once, with 128 and the signal's number, as if it had killed 
 
 import asyncio
 import atexit
+import contextvars
 import logging
 import os
 import signal
@@ -32,7 +33,11 @@ PAUSE = 0.02
 """Seconds between two looks at what is still under way."""
 
 LAST_WORDS = 1.0
-"""Seconds in which what was cut off may end by itself, and threads too."""
+"""Seconds in which what was cut off may end by itself, and threads too.
+
+As long, at most, is waited for requests of which only a part has arrived, and for clients that were
+refused to see it.
+"""
 
 _log = logging.getLogger(__name__)
 
@@ -95,11 +100,14 @@ class Server(uvicorn.Server):
         if self._state is not None:
             self._state.ready = False
         if self._loop is not None:
-            self._loop.call_soon_threadsafe(self._announce, sig, delay)
+            # Whatever request the signal interrupts, the log shall not name it.
+            context = contextvars.Context()
+            self._loop.call_soon_threadsafe(self._announce, sig, delay, context=context)
 
     def _announce(self, sig: int, delay: float) -> None:
         notify("STOPPING=1")
-        _log.info("Told to stop by %s; connections are taken for another %g s", _name(sig), delay)
+        name = signal.Signals(sig).name
+        _log.info("Told to stop by %s; all is answered for another %g s", name, delay)
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Starts the application, then answers; says so to whoever asked."""
@@ -123,7 +131,7 @@ class Server(uvicorn.Server):
                 await self._nothing_under_way()
         except TimeoutError:
             _log.warning("%d requests were cut off after %g s", self.unfinished, seconds)
-            self._connections.give_up()
+        self._connections.give_up()
         with suppress(TimeoutError):
             # What was cut off learns it now; work that nobody waits for any more ends by itself.
             async with asyncio.timeout(LAST_WORDS):
@@ -132,9 +140,11 @@ class Server(uvicorn.Server):
         await self.lifespan.shutdown()
 
     async def _nothing_under_way(self) -> None:
+        patience = time.monotonic() + LAST_WORDS
         while True:
             self._connections.close_idle()
-            if not self.server_state.connections and not self.server_state.tasks:
+            under_way = self.server_state.tasks or self._connections.are_answering
+            if not under_way and (not self._connections or time.monotonic() >= patience):
                 return
             await asyncio.sleep(PAUSE)
 
@@ -157,7 +167,3 @@ def end_threads() -> None:
             thread.join(max(0.0, end - time.monotonic()))
             if thread.is_alive():
                 end_process()
-
-
-def _name(sig: int) -> str:
-    return signal.Signals(sig).name

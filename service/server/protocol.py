@@ -340,6 +340,13 @@ class BoundedProtocol(HttpToolsProtocol):
             end = self.loop.time() + self._connections.time_to_take(unsent)
             self._connections.taking.setdefault(self, end)
 
+    @property
+    def is_answering(self) -> bool:
+        """Whether an answer is awaited, or has not been taken as a whole."""
+        running = self._running
+        awaited = running is not None and not (running.response_complete or running.disconnected)
+        return awaited or self.unsent() > 0
+
     def unsent(self) -> int:
         """Bytes that were written and have not been taken."""
         return self.transport.get_write_buffer_size()

@@ -6,6 +6,7 @@ Its event loop is uvloop, which it takes where that is installed.
 import asyncio
 import logging
 import socket
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -56,11 +57,16 @@ def serve(app: ASGIApp, settings: Settings, state: Any = None) -> None:
     notice_the_vanished(sockets, settings.send_timeout)
     server = make_server(app, settings, state)
     raise_limit(settings.max_connections)
-    if not is_private(sockets) and not settings.api_keys and not settings.api_keys_file:
-        _log.warning("Whoever reaches this service may compute and store: it has no API keys")
+    warn_if_open(sockets, settings)
     with asyncio.Runner(loop_factory=server.config.get_loop_factory()) as runner:
         runner.run(_until_told(server, sockets))
     end_threads()
+
+
+def warn_if_open(sockets: Sequence[socket.socket], settings: Settings) -> None:
+    """Says in the log that everybody who can connect may do everything, if that is so."""
+    if not is_private(sockets) and not settings.api_keys and not settings.api_keys_file:
+        _log.warning("Whoever reaches this service may compute and store: it has no API keys")
 
 
 async def _until_told(server: Server, sockets: list[socket.socket]) -> None:

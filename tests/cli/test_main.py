@@ -382,7 +382,18 @@ def test_serve_answers_until_it_is_told_to_stop() -> None:
         finally:
             process.terminate()
             output = process.communicate(timeout=30)[0].decode()
+    assert process.returncode == 0
+    assert f"Answering at http://127.0.0.1:{port}" in output
     assert "Finished server process" in output
+    assert "Traceback" not in output
+
+
+def test_interrupted_without_a_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("service.settings.environment.from_environment", interrupt)
+    assert main(["serve"]) == 130
 
 
 @pytest.fixture

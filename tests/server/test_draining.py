@@ -17,6 +17,7 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
+from service.server import draining
 from service.server.draining import Server
 from service.server.listening import listen
 from service.server.run import make_server
@@ -103,6 +104,22 @@ def test_what_is_under_way_is_answered_after_the_listener_has_gone() -> None:
     assert [(answer.text, answer.headers["connection"]) for answer in answers] == [
         ("slow", "close")
     ]
+
+
+def test_half_a_request_and_a_client_that_was_refused_are_not_waited_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(draining, "LAST_WORDS", 0.05)
+    slow = Slow()
+    with answering(slow, Settings(drain_timeout=LONG), None) as (server, url):
+        address = ("127.0.0.1", int(url.rsplit(":", 1)[1]))
+        with socket.create_connection(address) as half, socket.create_connection(address) as other:
+            half.sendall(b"GET / HT")
+            other.sendall(b"nonsense")
+            assert other.recv(12) == b"HTTP/1.1 400"
+            server.handle_exit(signal.SIGINT, None)
+            with pytest.raises(ConnectionResetError):
+                half.recv(1)
 
 
 PROGRAM = """

@@ -8,7 +8,9 @@ import pytest
 
 from service.server import descriptors
 from service.server.listening import CannotListen, is_private, listen, urls
+from service.server.run import warn_if_open
 from service.server.supervisor import notify
+from service.settings.values import Settings
 
 
 def test_a_free_port_is_taken_and_named() -> None:
@@ -90,3 +92,21 @@ def test_file_descriptors(
     descriptors.raise_limit(1000)
     assert limit.now == becomes
     assert ("the system allows 512" in caplog.text) is (becomes == 512)
+
+
+@pytest.mark.parametrize(
+    ("settings", "warned"),
+    [
+        (Settings(host="127.0.0.1"), False),
+        (Settings(host="0.0.0.0"), True),
+        (Settings(host="0.0.0.0", api_keys_file="keys"), False),
+    ],
+)
+def test_who_is_open_to_all_is_warned(
+    caplog: pytest.LogCaptureFixture, settings: Settings, warned: bool
+) -> None:
+    sockets = listen(settings.host, 0)
+    warn_if_open(sockets, settings)
+    for sock in sockets:
+        sock.close()
+    assert ("it has no API keys" in caplog.text) is warned
