@@ -21,7 +21,7 @@ from service.api.stored import content_id, exists, forget, surface_of
 from service.api.timing import Timing
 from service.api.work import Pace, Task, done, parsed
 from service.encoders.format import Format
-from service.encoders.text import json_bound, json_text
+from service.encoders.text import json_bound, json_document
 from service.errors import Issue, UnknownSurface
 from service.pipeline.limits import Limits
 from service.schemas.canonical import canonical, surface_id
@@ -126,7 +126,7 @@ class _Definition:
 
     def run(self) -> bytes:
         """The body."""
-        return json_text(self.document)
+        return json_document(self.document)
 
 
 def _planned(surface: Surface, limits: Limits) -> _Definition:

@@ -15,7 +15,6 @@ of each face.
 from collections.abc import Iterator
 
 import numpy as np
-import orjson
 
 from service.bases.arrays import IndexArray
 from service.encoders.content import (
@@ -31,8 +30,7 @@ from service.encoders.text import (
     FLOAT64_CHARS,
     LONGEST_ESCAPE,
     digits,
-    json_array,
-    json_text,
+    json_document,
 )
 from service.engine.mesh import Mesh
 
@@ -42,7 +40,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     positions, row = shared_positions(mesh)
     document: dict[str, object] = {
         "vertices": np.ascontiguousarray(positions),
-        "faces": orjson.Fragment(_faces(mesh, None if mesh.welds is None else row)),
+        "faces": _faces(mesh, None if mesh.welds is None else row),
     }
     single = {"normals": mesh.normals, "uvs": mesh.uvs, "colors": mesh.colors}
     rows = {
@@ -56,7 +54,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
             name: np.ascontiguousarray(values) for name, values in mesh.attributes
         }
     if mesh.welds is not None and (rows or mesh.attributes):
-        document["attribute_faces"] = orjson.Fragment(_faces(mesh))
+        document["attribute_faces"] = _faces(mesh)
     document["parts"] = list(_parts(mesh))
     if overlays := drawn(mesh.overlays):
         document["lines"] = [
@@ -68,7 +66,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
             for overlay in overlays
         ]
     document["report"] = report_object(mesh.report, mesh.parts)
-    return json_text(document)
+    return json_document(document)
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
@@ -103,9 +101,9 @@ def _faces(mesh: Mesh, row: IndexArray | None = None) -> bytes:
     if row is not None:
         triangles, quads = row[triangles], row[quads]
     if not len(quads):
-        return json_array(triangles)
+        return json_document(triangles)
     runs = (
-        json_array(faces[slice(*run)])[1:-1]
+        json_document(faces[slice(*run)])[1:-1]
         for part in mesh.parts
         for faces, run in ((quads, part.quads), (triangles, part.triangles))
     )

@@ -1,6 +1,6 @@
 """Queried points as one JSON object: a list for every column, a row for every point."""
 
-from service.encoders.text import FLOAT64_CHARS, json_text
+from service.encoders.text import FLOAT64_CHARS, json_document
 from service.engine.points.answer import COLUMNS, Columns
 
 
@@ -9,7 +9,7 @@ def encode(columns: Columns) -> bytes:
 
     What is not finite has no JSON number and becomes null.
     """
-    return json_text(dict(columns))
+    return json_document(columns)
 
 
 def byte_bound(count: int, order: int) -> int:

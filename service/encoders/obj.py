@@ -27,6 +27,7 @@ from service.encoders.text import (
     digits,
     joined_rows,
     json_array,
+    row_chunks,
     rows,
 )
 from service.engine.mesh import Mesh
@@ -97,9 +98,12 @@ def _vertices(positions: FloatArray, colors: RealArray | None) -> bytes:
 
 def _faces(corners: IndexArray, faces: IndexArray, separator: bytes) -> bytes:
     """Lines `f a//n b//n c//n`; `corners`, shape (V, 1…3), holds the numbers of each vertex."""
-    if not len(faces):
-        return b""
-    inside = json_array(corners[faces])[3:-3]
+    return b"".join(_lines(corners[faces[chunk]], separator) for chunk in row_chunks(faces))
+
+
+def _lines(corners: IndexArray, separator: bytes) -> bytes:
+    """The lines of few faces, one at least, from the numbers of each corner, (n, 3, k)."""
+    inside = json_array(corners)[3:-3]
     lines = inside.replace(b"]],[[", b"\nf ").replace(b"],[", b" ").replace(b",", separator)
     return b"f " + lines + b"\n"
 

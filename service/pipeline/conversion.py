@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from service.encoders.text import json_bound, json_text
+from service.encoders.text import json_bound, json_document
 from service.engine.models import NOT_PATCHES
 from service.errors import InvalidRequest
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
@@ -43,7 +43,7 @@ class ConversionWork:
         document = {"surface": definition(convert(self.surface, self.operations, self.allowed))}
         message = "The surface could become too large as JSON."
         self.limits.check_bytes(json_bound(document), message, "/operations")
-        return json_text(document)
+        return json_document(document)
 
 
 def plan_conversion(

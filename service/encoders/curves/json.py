@@ -7,7 +7,7 @@ asked for is left out.
 import numpy as np
 
 from service.encoders.curves.format import CurveSize, report_object
-from service.encoders.text import FLOAT64_CHARS, json_text
+from service.encoders.text import FLOAT64_CHARS, json_document
 from service.engine.curves.polyline import Polyline
 
 
@@ -22,7 +22,7 @@ def encode(line: Polyline) -> bytes:
         ("arc_lengths", line.arc_lengths),
     )
     document |= {name: np.ascontiguousarray(c) for name, c in columns if c is not None}
-    return json_text(document | {"report": report_object(line.report)})
+    return json_document(document | {"report": report_object(line.report)})
 
 
 def byte_bound(size: CurveSize) -> int:

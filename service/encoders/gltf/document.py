@@ -7,9 +7,10 @@ Khronos, glTF 2.0 Specification: 3.2 asset, 3.6.1 buffers, 3.12 extensions, 4.4 
 
 import base64
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeAlias
 
+from service.bases.chunks import runs
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt, quantized
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject, Packed
@@ -27,6 +28,12 @@ GLB_MAGIC, GLB_VERSION, CHUNK_JSON, CHUNK_BIN = 0x46546C67, 2, 0x4E4F534A, 0x004
 
 DATA_URI = "data:application/gltf-buffer;base64,"
 """A buffer inside the document (3.6.1.1)."""
+
+_QUOTED = b'"uri":"' + DATA_URI.encode() + b'"'
+"""Where the buffer comes; in a name its quotation marks would have backslashes before them."""
+
+PIECE = 3 << 16
+"""Bytes that become base64 at a time."""
 
 REQUIRED = frozenset({quantized.EXTENSION, meshopt.EXTENSION})
 """Extensions without which a file cannot be read."""
@@ -81,7 +88,22 @@ def binary(document: JsonObject, buffer: Packed) -> bytes:
 
 def textual(document: JsonObject, buffer: Packed) -> bytes:
     """The file of a document with its buffer inside it."""
-    if buffer.chunks:
-        uri = DATA_URI + base64.b64encode(b"".join(buffer.chunks)).decode("ascii")
-        document["buffers"] = [{"byteLength": buffer.length, "uri": uri}, *buffer.others]
-    return json_text(document)
+    if not buffer.chunks:
+        return json_text(document)
+    document["buffers"] = [{"byteLength": buffer.length, "uri": DATA_URI}, *buffer.others]
+    # What writes JSON would copy the buffer, with eight times its length for room on the way.
+    before, here, after = json_text(document).partition(_QUOTED)
+    return b"".join((before, here[:-1], *_base64(buffer.chunks), b'"', after))
+
+
+def _base64(chunks: Iterable[memoryview | bytes]) -> Iterator[bytes]:
+    """The base64 of chunks, as if they were one."""
+    left = b""
+    for chunk in chunks:
+        for first, last in runs(len(chunk), PIECE):
+            piece = left + chunk[first:last]
+            # Three bytes are four letters; what is left over begins the next piece.
+            whole = len(piece) - len(piece) % 3
+            left = piece[whole:]
+            yield base64.b64encode(piece[:whole])
+    yield base64.b64encode(left)
