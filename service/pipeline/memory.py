@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from service.encoders import json_points
-from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.errors import Issue, TooLarge
 from service.pipeline.limits import Limits
 from service.surface import Surface
@@ -54,16 +53,6 @@ def model_bytes(model: Model) -> int:
 def estimating(surface: "Lowerable") -> int:
     """What `service.pipeline.estimate.estimate` takes."""
     return lowering(surface) + WORKING
-
-
-def meshing(
-    fmt: Format, encode: EncodeOptions, size: MeshSize, stored: MeshSize, model: int
-) -> int:
-    """A mesh of this size as a file, from the `model` on, which has so many bytes."""
-    seams = size.patches * (SEAMS + SIDES * 8 * 4 * 16)
-    samples = 300 * (size.vertices + size.overlay_points)
-    faces = 60 * (size.triangles + size.quads)
-    return model + WORKING + seams + samples + faces + 6 * fmt.byte_bound(stored, encode)
 
 
 def compressing(length: int) -> int:

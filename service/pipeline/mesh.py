@@ -31,7 +31,8 @@ from service.pipeline.checks import (
     check_wires,
 )
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.memory import check_lowering, meshing, model_bytes
+from service.pipeline.memory import check_lowering, model_bytes
+from service.pipeline.mesh_memory import meshing
 from service.pipeline.parametric import patches_of
 from service.pipeline.prediction import Known, predict
 from service.stopping import checkpoint
@@ -81,7 +82,9 @@ class Work:
     @property
     def memory(self) -> int:
         """Bytes that the work takes at most, the model and the file included."""
-        return meshing(self.fmt, self.encode, self.size, self.stored, model_bytes(self.model))
+        form = self.fmt, self.encode
+        mesh = meshing(self.model, self.options, form, self.stored)
+        return model_bytes(self.model) + mesh
 
     def run(self) -> bytes:
         """The file.
