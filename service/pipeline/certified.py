@@ -1,5 +1,6 @@
 """Meshes by tolerance: how large they may become, and what came out."""
 
+import sys
 from dataclasses import replace
 from typing import Protocol, TypeAlias
 
@@ -16,6 +17,7 @@ from service.errors import InvalidRequest, Issue, TooLarge
 from service.measuring import measured
 from service.pipeline.checks import check_bytes, check_vertices
 from service.pipeline.limits import Limits
+from service.pipeline.mesh_memory import SHARE
 from service.surface.lowered import GroupModel, PatchModel
 
 TRIANGLE = 5_000
@@ -52,6 +54,8 @@ class Certifier:
     effort : Effort
     quantized : bool
         Whether positions are stored on grids.
+    affordable : int
+        Triangles that the memory allows.
     """
 
     def __init__(
@@ -63,7 +67,9 @@ class Certifier:
         effort: Effort,
         *,
         quantized: bool = False,
+        affordable: int = sys.maxsize,
     ) -> None:
+        self._affordable = affordable
         storage = Storage(fmt.single, fmt.local)
         self._model, self._limits, self._effort = model, limits, effort
         nodes = fmt.encode_scene is not None
@@ -82,6 +88,8 @@ class Certifier:
         most, limit = most_triangles(self._limits), stated(accuracy)
         if accuracy.max_triangles is not None and accuracy.max_triangles < most:
             most, limit = accuracy.max_triangles, "/max_triangles"
+        scarce = self._affordable < most
+        most = min(most, self._affordable)
         goal = goal_of(accuracy, self._model)
         if tolerance is not None:
             goal = replace(goal, tolerance=tolerance)
@@ -89,10 +97,13 @@ class Certifier:
             with measured("adaptive"):
                 made = self._meshing.made(goal, most, self._effort)
         except TooLarge as error:
-            raise TooLarge(*(_limited(issue, limit, most) for issue in error.issues)) from None
+            issues = [_limited(issue, limit, most) for issue in error.issues]
+            if scarce:
+                issues = [_scarce(issue, self._limits) for issue in issues]
+            raise TooLarge(*issues) from None
         except InvalidRequest as error:
-            issues = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
-            raise InvalidRequest(*issues) from None
+            invalid = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
+            raise InvalidRequest(*invalid) from None
         self._effort.spent += TRIANGLE * made.report.triangles
         return made
 
@@ -103,6 +114,20 @@ def _limited(issue: Issue, limit: str, most: int) -> Issue:
         return replace(issue, pointer=limit)
     got, needed = f"more than {most} triangles", f"at most {most}; a greater tolerance needs fewer"
     return replace(issue, pointer=limit, got=got, needed=needed)
+
+
+def _scarce(issue: Issue, limits: Limits) -> Issue:
+    """What was too large for the memory that it may take."""
+    if issue.code != "too_many_triangles":
+        return issue
+    most = limits.max_memory // SHARE
+    return Issue(
+        "too_much_memory",
+        "The mesh would take more memory than this service has for one by tolerance.",
+        issue.pointer,
+        f"more than {most} bytes",
+        f"at most {most}; a greater tolerance, or another format, takes less",
+    )
 
 
 def check_made(

@@ -35,6 +35,8 @@ class Estimate:
         Whether they are those of the report; else upper bounds of them.
     sizes : tuple of (name of a format, bytes, whether they are exact)
         Of the formats that can hold the mesh; else upper bounds.
+    memory : tuple of (name of a format, bytes)
+        What the work would take at most, in the formats in which the mesh would be answered.
     refusals : tuple of Refusal
     accepted : bool
         Whether there is a format in which the mesh would be answered.
@@ -45,6 +47,7 @@ class Estimate:
     counts: Counts
     exact: bool
     sizes: tuple[tuple[str, int, bool], ...]
+    memory: tuple[tuple[str, int], ...]
     refusals: tuple[Refusal, ...]
     accepted: bool
     certain: bool
@@ -70,12 +73,15 @@ def estimate(
     whole = predict(model, options, known=known)
     expected = foreseen(model, options, whole, limits, encode)
     sizes: list[tuple[str, int, bool]] = []
+    memory: list[tuple[str, int]] = []
     refused: dict[Issue, list[str]] = {}
     accepted, certain = False, expected.certain
     for fmt in formats:
         try:
-            size = plan_model(model, options, fmt, encode, limits, known=known).stored
-            accepted = True
+            work = plan_model(model, options, fmt, encode, limits, known=known, expected=expected)
+            size, accepted = work.stored, True
+            memory.append((fmt.name, work.memory))
+            certain &= options.accuracy is None or expected.copies.triangles <= work.affordable
         except SurfaceError as error:
             for issue in error.issues:
                 refused.setdefault(issue, []).append(fmt.name)
@@ -91,6 +97,7 @@ def estimate(
         expected.copies,
         expected.exact,
         tuple(sizes),
+        tuple(memory),
         tuple(Refusal(tuple(names), issue) for issue, names in refused.items()),
         accepted,
         certain or not accepted,
@@ -106,6 +113,7 @@ def estimate_object(found: Estimate) -> dict[str, object]:
         "exact": found.exact,
         "bytes": {name: size for name, size, _ in found.sizes},
         "exact_bytes": [name for name, _, exact in found.sizes if exact],
+        "memory": dict(found.memory),
         "accepted": found.accepted,
         "certain": found.certain,
         "refused": [

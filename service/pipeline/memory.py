@@ -19,8 +19,11 @@ from service.surface.sizes import NUMBER, LoweredSize, lowered_size
 if TYPE_CHECKING:
     from service.pipeline.mesh import Lowerable
 
-SEAMS, SIDES = 1000, 7
+SEAMS, SIDES = 600, 4
 """Bytes for each patch, and for each byte of its sides, that finding shared edges takes."""
+
+SMALL = 1 << 19
+"""Bytes that are taken whatever is computed."""
 
 POINT = 1500
 """Bytes that a place of a surface, or a point of a curve, takes while it is computed."""
@@ -126,7 +129,7 @@ def _degree(surface: Surface) -> tuple[int, int]:
 
 def _lowering(size: LoweredSize) -> int:
     seams = size.patches * SEAMS + SIDES * NUMBER * size.side_numbers
-    return max(size.peak, size.kept + seams)
+    return SMALL + max(size.peak, size.kept + seams)
 
 
 def _size(surface: "Lowerable") -> LoweredSize:

@@ -1,5 +1,6 @@
 """Surface and options in, a mesh file out."""
 
+import sys
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.adaptive.accuracy import Accuracy
-from service.engine.adaptive.aims import diagonal_of
+from service.engine.adaptive.aims import diagonal_of, stated
 from service.engine.adaptive.limits import Effort
 from service.engine.build import build, build_scene, lines_of
 from service.engine.curvatures.stretches import with_stretches
@@ -30,9 +31,10 @@ from service.pipeline.checks import (
     check_vertices,
     check_wires,
 )
+from service.pipeline.foresight import Foreseen, foreseen
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.memory import check_lowering, model_bytes
-from service.pipeline.mesh_memory import meshing
+from service.pipeline.mesh_memory import SHARE, certifying, meshing, most_certified
 from service.pipeline.parametric import patches_of
 from service.pipeline.prediction import Known, predict
 from service.stopping import checkpoint
@@ -69,6 +71,8 @@ class Work:
     """A file that may be computed: everything is known of it but its bytes.
 
     `size` counts every copy of a surface in a group, `stored` what the format stores once once.
+    `memory` are the bytes that the work takes at most, the model and the file included. A mesh by
+    tolerance may have `affordable` triangles for that.
     """
 
     model: Model
@@ -78,13 +82,8 @@ class Work:
     size: MeshSize
     stored: MeshSize
     limits: Limits = DEFAULT_LIMITS
-
-    @property
-    def memory(self) -> int:
-        """Bytes that the work takes at most, the model and the file included."""
-        form = self.fmt, self.encode
-        mesh = meshing(self.model, self.options, form, self.stored)
-        return model_bytes(self.model) + mesh
+    memory: int = 0
+    affordable: int = sys.maxsize
 
     def run(self) -> bytes:
         """The file.
@@ -137,6 +136,7 @@ class Work:
             self.limits,
             effort,
             quantized=self.encode.quantize,
+            affordable=self.affordable,
         )
 
         def make(accuracy: Accuracy, tolerance: float | None = None) -> Mesh | Scene:
@@ -188,10 +188,12 @@ def plan_model(
     limits: Limits = DEFAULT_LIMITS,
     *,
     known: Known | None = None,
+    expected: Foreseen | None = None,
 ) -> Work:
     """The same of a surface that is lowered already; raises what `plan` raises.
 
-    Several plans with the same options may share what is `known` of their sizes.
+    Several plans with the same options may share what is `known` of their sizes, and what is
+    `expected` of a mesh by tolerance.
     """
     model, options = carried(model, options, fmt)
     if encode.exact and fmt.encode_exact is not None:
@@ -207,11 +209,25 @@ def plan_model(
         check_sweeps(model, options, limits)
         check_method(model, options, fmt, limits)
         check_bytes(stored, fmt, encode, limits)
-    work = Work(model, options, fmt, encode, size, stored, limits)
-    if options.accuracy is None:
-        less = "a lower resolution, or another format"
-        limits.check_memory(work.memory, "The mesh", "/resolution", less)
-    return work
+    form, held = (fmt, encode), model_bytes(model)
+    if options.accuracy is not None:
+        room = limits.max_memory // SHARE - held
+        affordable = most_certified(model, options, form, stored, room)
+        limits.check_memory(
+            held + certifying(model, options, form, stored, 0),
+            "The mesh",
+            stated(options.accuracy),
+            "a smaller surface",
+        )
+        known_most = expected or foreseen(model, options, size, limits, encode)
+        most = min(known_most.copies.triangles, affordable)
+        memory = held + certifying(model, options, form, stored, max(most, 0))
+        return Work(model, options, fmt, encode, size, stored, limits, memory, affordable)
+    memory = held + meshing(model, options, form, stored)
+    limits.check_memory(
+        memory, "The mesh", "/resolution", "a lower resolution, or another format, takes less"
+    )
+    return Work(model, options, fmt, encode, size, stored, limits, memory)
 
 
 def render(

@@ -6,11 +6,13 @@ pieces, then beside the file twice. What is larger counts. Work arrays that are 
 computed in them are not counted where threads keep them (`service.engine.scratch`).
 """
 
-from dataclasses import dataclass
+from bisect import bisect_left
+from dataclasses import dataclass, replace
+from itertools import combinations
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.options import MeshOptions
-from service.surface.batches import Patches
+from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel
 
@@ -20,7 +22,7 @@ NUMBER = 8
 TRIANGLE, QUAD = 12, 16
 """Bytes of a face."""
 
-SEAM, SIDE = 700, 5
+SEAM, SIDE = 600, 4
 """Bytes for each patch, and for each byte of the control points on its sides, while shared edges
 are found."""
 
@@ -33,10 +35,10 @@ JOINED = 20
 COUNTED = 40
 """Bytes for each triangle while edges are counted that only one of them uses."""
 
-DRAWN, SEGMENT, CELL = 150, 60, 120
+DRAWN, SEGMENT, CELL = 70, 30, 80
 """Bytes for each point, segment and cell of lines beside the faces."""
 
-STATION = 300
+STATION = 160
 """Bytes for each sample of what is swept along curves."""
 
 CURVED, CURVED_SAMPLES = 800, 16_384
@@ -45,11 +47,24 @@ CURVED, CURVED_SAMPLES = 800, 16_384
 SNAPPED = 120
 """Bytes for each vertex that is put on a grid."""
 
-LIMITS, DEGENERATE = 4, 8 << 20
+RIM = 280
+"""Bytes for each triangle along the borders of patches where some may be lost in folds."""
+
+LIMITS, DEGENERATE = 3, 4 << 20
 """Copies of the nets of patches of which normals are limits, and bytes of those at a time."""
 
 TEXT = 6 << 20
 """Bytes of a piece of text and of what leads to it; or six times as many as the text has."""
+
+CERTIFIED, CELLS = 1600, 4 << 20
+"""Bytes for each triangle of a mesh by tolerance while it is proved, and at least."""
+
+SHARE = 2
+"""A mesh by tolerance may take one part of so many of the memory: how large it becomes is not known
+before, so it is given as much as it may come to."""
+
+MOST = 1 << 32
+"""More triangles than any mesh has."""
 
 SMALL = 1 << 19
 """Bytes that are taken whatever is computed."""
@@ -96,14 +111,56 @@ def meshing(
     return SMALL + max(made, mesh + _writing(fmt, encode, stored, file))
 
 
+def certifying(
+    model: Model,
+    options: MeshOptions,
+    form: tuple[Format, EncodeOptions],
+    stored: MeshSize,
+    triangles: int,
+) -> int:
+    """The same of a mesh by tolerance, if it gets so many triangles."""
+    fmt, encode = form
+    vertices = triangles + 2 * stored.patches
+    lines = triangles if "boundary" in options.overlays else 0
+    size = replace(
+        stored,
+        vertices=vertices,
+        triangles=triangles,
+        overlay_points=stored.overlay_points + lines,
+        overlay_segments=stored.overlay_segments + lines,
+    )
+    row = _row(model, options, single=fmt.single)
+    mesh = _mesh(size, row)
+    made = CELLS + CERTIFIED * triangles + _seams(_patches(model)) + mesh
+    if isinstance(model, GroupModel) and fmt.encode_scene is None:
+        made += 2 * mesh
+    file = fmt.byte_bound(size, encode)
+    written = mesh + _writing(fmt, encode, size, file)
+    # While a budget is sought, the nearest mesh so far is kept, and the coarsest.
+    budgeted = options.accuracy is not None and options.accuracy.budgeted
+    return max(made, written) + (2 * (mesh + file) if budgeted else 0)
+
+
+def most_certified(
+    model: Model,
+    options: MeshOptions,
+    form: tuple[Format, EncodeOptions],
+    stored: MeshSize,
+    memory: int,
+) -> int:
+    """Triangles that a mesh by tolerance may have, if it has so much memory."""
+
+    def beyond(triangles: int) -> bool:
+        return certifying(model, options, form, stored, triangles) > memory
+
+    return bisect_left(range(MOST), True, key=beyond) - 1
+
+
 def _making(model: Model, options: MeshOptions, size: MeshSize, row: _Row) -> int:
     """Bytes of the meshes of all different models, and of what leads to the largest."""
     samples, faces = size.vertices, TRIANGLE * size.triangles + QUAD * size.quads
     patches = _patches(model)
-    seams = sum(
-        batch.count * (SEAM + SIDE * NUMBER * (3 + (batch.weights is not None)) * _on_sides(batch))
-        for batch in patches
-    )
+    seams = _seams(patches)
     nets = sum(batch.points.nbytes for batch in patches)
     again = min(LIMITS * 24 * nets, LIMITS * DEGENERATE) if options.normals else 0
     kept = _lines(size, row.real) + seams
@@ -116,9 +173,18 @@ def _making(model: Model, options: MeshOptions, size: MeshSize, row: _Row) -> in
         row.bytes * samples * 2 + 32 * samples + faces,
         row.bytes * samples + 8 * samples + faces + COUNTED * (size.triangles + 2 * size.quads),
         row.bytes * samples + bent if options.curvatures else 0,
+        row.bytes * samples + 8 * samples + _rims(patches, options),
     )
     swept = options.solid_wires or has_sweeps(model)
     return kept + max(steps) + (STATION * samples if swept else 0)
+
+
+def _seams(patches: list[Patches]) -> int:
+    """Bytes that finding shared edges takes."""
+    return sum(
+        batch.count * (SEAM + SIDE * NUMBER * (3 + (batch.weights is not None)) * _on_sides(batch))
+        for batch in patches
+    )
 
 
 def _mesh(size: MeshSize, row: _Row) -> int:
@@ -175,6 +241,24 @@ def has_sweeps(model: Model) -> bool:
     """Whether anything is swept along a curve."""
     models = model.models if isinstance(model, GroupModel) else (model,)
     return any(isinstance(own, SweepModel) for own in models)
+
+
+def _rims(patches: list[Patches], options: MeshOptions) -> int:
+    """Bytes for the triangles along the borders of patches, where these are looked at."""
+    ru, rv = options.resolution
+    if options.accuracy is not None or not (min(ru, rv) < 2 or any(map(_may_fold, patches))):
+        return 0
+    triangles = min(2 * ru * rv, 8 * (ru + rv))
+    return RIM * triangles * sum(batch.count for batch in patches)
+
+
+def _may_fold(batch: Patches) -> bool:
+    """Whether a patch has a corner twice; else no two of its sides are one, and none is a point."""
+    corners = batch.corners[:, : 3 if isinstance(batch, TrianglePatches) else 4]
+    return any(
+        bool((corners[:, one] == corners[:, other]).all(axis=1).any())
+        for one, other in combinations(range(corners.shape[1]), 2)
+    )
 
 
 def _on_sides(batch: Patches) -> int:

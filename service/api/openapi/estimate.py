@@ -113,6 +113,17 @@ def estimate_schema() -> Json:
             "items": {"type": "string", "enum": names},
             "description": "The formats whose number of bytes is exact.",
         },
+        "memory": {
+            "type": "object",
+            "properties": {
+                name: size | {"description": f"Bytes of memory for the mesh as {name}."}
+                for name in names
+            },
+            "additionalProperties": False,
+            "description": "Bytes of memory that making the answer takes at most, in the formats "
+            "in which there would be one. What takes more than the service has for one request is "
+            "refused, `too_much_memory`; what takes much may have to wait.",
+        },
         "accepted": {
             "type": "boolean",
             "description": "Whether `POST /v1/mesh` would answer this body in one of the formats.",
