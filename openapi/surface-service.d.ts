@@ -2702,6 +2702,25 @@ export interface components {
             };
             /** @description The formats whose number of bytes is exact. */
             exact_bytes: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off")[];
+            /** @description Bytes of memory that making the answer takes at most, in the formats in which there would be one. What takes more than the service has for one request is refused, `too_much_memory`; what takes much may have to wait. */
+            memory: {
+                /** @description Bytes of memory for the mesh as glb. */
+                glb?: number;
+                /** @description Bytes of memory for the mesh as gltf. */
+                gltf?: number;
+                /** @description Bytes of memory for the mesh as json. */
+                json?: number;
+                /** @description Bytes of memory for the mesh as oogl. */
+                oogl?: number;
+                /** @description Bytes of memory for the mesh as stl. */
+                stl?: number;
+                /** @description Bytes of memory for the mesh as obj. */
+                obj?: number;
+                /** @description Bytes of memory for the mesh as ply. */
+                ply?: number;
+                /** @description Bytes of memory for the mesh as off. */
+                off?: number;
+            };
             /** @description Whether `POST /v1/mesh` would answer this body in one of the formats. */
             accepted: boolean;
             /** @description Whether nothing else can be refused. Under a tolerance it is so if the bounds above are within all limits; else, and under a budget, a mesh may turn out to be too large, or the tolerance too small, when it is made. */
