@@ -16,6 +16,7 @@ from service.pipeline.encoding import encode_options
 from service.pipeline.estimate import estimate, estimate_object
 from service.schemas.document import DocumentLimits
 from service.schemas.request import mesh_request
+from service.settings.values import Settings, result_limits
 
 REQUESTS: Json = {
     "patch": MESHES["patch"],
@@ -62,7 +63,9 @@ def post_estimate() -> Json:
 @cache
 def _answer(text: bytes) -> Any:
     wanted = mesh_request(orjson.loads(text), DocumentLimits())
-    found = estimate(wanted.to_surface(), wanted.mesh_options(), encode_options(wanted))
+    limits = result_limits(Settings())
+    surface, options = wanted.to_surface(), wanted.mesh_options()
+    found = estimate(surface, options, encode_options(wanted), limits)
     return orjson.loads(json_text(estimate_object(found)))
 
 
