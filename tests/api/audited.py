@@ -110,8 +110,8 @@ def hostile() -> Iterator[tuple[str, str, bytes, dict[str, str]]]:
     """Every name in every place where a request can say one."""
     for name in NAMES:
         for place in PLACES:
-            for method in ("GET", "DELETE"):
-                yield method, place.format(name), b"", {}
+            yield "GET", place.format(name), b"", {}
+        yield "DELETE", f"/v1/surfaces/{name}", b"", {}
         for make in _BODIES:
             body = json.dumps(make(name)).encode()
             for path in ("/v1/mesh", "/v1/surfaces", "/v1/sign"):

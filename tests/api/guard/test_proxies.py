@@ -67,7 +67,7 @@ def test_nobody_else_is_believed(peer: str) -> None:
     assert found == (peer, "http")
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(st.lists(st.text("0123456789.:[], abcdef\x00", max_size=30), max_size=3))
 def test_whatever_a_client_writes_first_its_address_is_the_one_that_was_seen(
     forged: list[str],
