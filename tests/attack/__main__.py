@@ -207,6 +207,10 @@ def report(
     slow = sorted((s for row in rows for s in row.seen), key=lambda s: -s.seconds)[:5]
     print(f"\n{seconds:.0f} s; the slowest of the client:", end=" ")
     print(", ".join(f"{s.seconds * 1e3:.0f} ms {s.kind}" for s in slow))
+    for kind in sorted({s.kind for s in before}):
+        of_kind = [s for row in rows for s in row.seen if s.kind == kind]
+        half, most = (percentile(of_kind, part) * 1e3 for part in (50, 99))
+        print(f"  {kind}: {half:.1f} / {most:.1f} ms of {len(of_kind)}")
     print(f"{len(wrong)} things are wrong" + "".join(f"\n- {what}" for what in wrong))
     return not wrong
 

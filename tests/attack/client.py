@@ -43,12 +43,12 @@ _SURFACE = {"control_net": _NET}
 REQUESTS = (
     Request("health", "GET", "/health/live"),
     Request("hit", "GET", "/v1/surfaces/utah-teapot/mesh.glb?resolution=8"),
-    _post("post", "/v1/mesh?format=glb", surface=_SURFACE, resolution=8),
+    _post("mesh", "/v1/mesh?format=glb", surface=_SURFACE, resolution=8),
     Request("hit", "GET", "/v1/surfaces/saddle/mesh.stl?resolution=16"),
-    _post("post", "/v1/points", surface=_SURFACE, uv=[[0.5, 0.25], [0, 1]], derivatives=2),
+    _post("points", "/v1/points", surface=_SURFACE, uv=[[0.5, 0.25], [0, 1]], derivatives=2),
     Request("get", "GET", "/v1/surfaces/torus"),
-    _post("post", "/v1/mesh?format=json", surface=_SURFACE, tolerance=0.05),
-    _post("post", "/v1/estimate", surface=_SURFACE, resolution=64),
+    _post("tolerance", "/v1/mesh?format=json", surface=_SURFACE, tolerance=0.05),
+    _post("estimate", "/v1/estimate", surface=_SURFACE, resolution=64),
     Request("refused", "POST", "/v1/mesh", b'{"surface": {"control_net": [[1]]}}', 422),
 )
 

@@ -61,7 +61,9 @@ async def ask(port: int, request: Pieces, seconds: float = 20, pause: float = 0)
         async with asyncio.timeout(seconds), connected(port) as (reader, writer):
             sending = asyncio.create_task(_send(writer, request, pause))
             try:
-                return in_short(*await _read(reader))
+                kept, count = await _read(reader)
+                has_body = not (isinstance(request, bytes) and request.startswith(b"HEAD "))
+                return in_short(kept, count, has_body=has_body)
             finally:
                 sending.cancel()
                 with suppress(asyncio.CancelledError, OSError):
@@ -90,7 +92,7 @@ async def _read(reader: asyncio.StreamReader) -> tuple[bytes, int]:
     return kept, count
 
 
-def in_short(kept: bytes, count: int) -> str:
+def in_short(kept: bytes, count: int, *, has_body: bool = True) -> str:
     """Status, and the code of a problem; `closed` where there was none, `torn` where it ends too
     soon, `two answers` where a second begins behind the first.
     """
@@ -108,7 +110,7 @@ def in_short(kept: bytes, count: int) -> str:
     got = count - len(head) - 4
     if 0 <= length < got:
         return f"{status}, two answers"
-    if got < length and not (got == 0 and status in ("200", "304")):
+    if has_body and got < length and status != "304":
         return f"{status}, torn"
     if b"problem+json" in fields.get(b"content-type", b""):
         with suppress(ValueError):
