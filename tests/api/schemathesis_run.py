@@ -1,8 +1,9 @@
 """Judges the live service by its own OpenAPI document: `make test-api`.
 
 schemathesis makes up requests from the document, good and bad ones, one by one and in rows that
-follow its links, and judges each answer. Called with the path of its program and the least number
-of requests; fails if it finds anything, or made up fewer.
+follow its links, and judges each answer. First the service is open, then, for fewer requests, it
+needs keys. Called with the path of the program and the least number of requests; fails if it finds
+anything, or made up fewer.
 """
 
 import os
@@ -10,40 +11,56 @@ import re
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
+from service.api.guard.keys import entry_line, new_key
 from tests.process import ROOT, Service, service_process
 
-SETTINGS = {"SURFACE_ACCESS_LOG": "false", "SURFACE_ALLOW_DELETE": "true"}
+OPEN = {"SURFACE_ACCESS_LOG": "false", "SURFACE_ALLOW_DELETE": "true"}
 """Surfaces are kept in memory, and may be deleted, so that rows of requests come to their end."""
+
+PRIVATE = OPEN | {
+    "SURFACE_PUBLIC_READS": "false",
+    "SURFACE_METRICS": "key",
+    "SURFACE_SIGNING_KEYS": "0123456789abcdef" * 2,
+}
+"""All that can be had for a key needs one; the key comes later."""
+
 SEED = 20260101
 
+OPEN_EXAMPLES, PRIVATE_EXAMPLES = 150, 25
+"""The most requests of one operation in one phase."""
 
-def judged(program: str, service: Service, examples: int, *options: str) -> tuple[int, int]:
+RULES = Path(__file__).with_name("schemathesis.toml")
+HOOKS = Path(__file__).with_name("schemathesis_hooks.py")
+
+
+def judged(program: str, service: Service, examples: int, rules: str = "") -> tuple[int, int]:
     """Exit code, and the number of requests made up; what is found is printed."""
-    command = [
-        program,
-        f"--config-file={Path(__file__).with_name('schemathesis.toml')}",
-        "run",
-        f"{service.url}/openapi.json",
-        "--checks=all",
-        f"--max-examples={examples}",
-        f"--seed={SEED}",
-        "--warnings=off",
-        *options,
-    ]
-    with tempfile.TemporaryDirectory() as database:
+    with tempfile.TemporaryDirectory() as folder:
+        config = Path(folder) / "schemathesis.toml"
+        config.write_text(RULES.read_text(encoding="utf-8") + rules, encoding="utf-8")
+        command = [
+            program,
+            f"--config-file={config}",
+            "run",
+            f"{service.url}/openapi.json",
+            "--checks=all",
+            f"--max-examples={examples}",
+            f"--seed={SEED}",
+            "--warnings=off",
+        ]
         # Nothing is remembered from one run to the next.
         environment = os.environ | {
-            "HYPOTHESIS_STORAGE_DIRECTORY": database,
-            "SCHEMATHESIS_HOOKS": str(Path(__file__).with_name("schemathesis_hooks.py")),
+            "HYPOTHESIS_STORAGE_DIRECTORY": folder,
+            "SCHEMATHESIS_HOOKS": str(HOOKS),
             "NO_COLOR": "1",
         }
-        judging = subprocess.Popen(
-            command, cwd=database, env=environment, stdout=subprocess.PIPE, text=True
-        )
         lines = []
-        with judging:
+        with subprocess.Popen(
+            command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True
+        ) as judging:
             assert judging.stdout is not None
             for line in judging.stdout:
                 print(line, end="", flush=True)
@@ -52,17 +69,26 @@ def judged(program: str, service: Service, examples: int, *options: str) -> tupl
     return judging.returncode, int(counted.group(1)) if counted else 0
 
 
+def stands(
+    program: str, settings: Mapping[str, str], examples: int, least: int, rules: str = ""
+) -> bool:
+    """Whether a service with these settings stands the judgement, of enough requests."""
+    with service_process(ROOT / "build" / "api", settings) as service:
+        code, count = judged(program, service, examples, rules)
+        traces = service.log.read_text(encoding="utf-8").count("Traceback")
+    print(f"{count} requests of at least {least}, {traces} exceptions in the log of the service\n")
+    return code == 0 and count >= least and not traces
+
+
 def main(program: str, least: int) -> bool:
-    """Whether nothing was found in enough requests."""
-    with service_process(ROOT / "build" / "api", SETTINGS) as service:
-        code, count = judged(str(Path(program).absolute()), service, EXAMPLES)
-        failed = service.log.read_text(encoding="utf-8").count("Traceback")
-    print(f"{count} requests of at least {least}, {failed} exceptions in the log of the service")
-    return code == 0 and count >= least and not failed
+    """Whether nothing was found, open and with keys."""
+    judge = str(Path(program).absolute())
+    is_open = stands(judge, OPEN, OPEN_EXAMPLES, least)
+    key = new_key()
+    private = PRIVATE | {"SURFACE_API_KEYS": entry_line("judge", key)}
+    has_key = f'\n[auth.openapi.key]\nbearer = "{key}"\n'
+    return stands(judge, private, PRIVATE_EXAMPLES, least // 4, has_key) and is_open
 
-
-EXAMPLES = 150
-"""The most requests of one operation in one phase."""
 
 if __name__ == "__main__":
     sys.exit(0 if main(sys.argv[1], int(sys.argv[2])) else 1)

@@ -147,7 +147,7 @@ def left_over(service: Service, files: int) -> list[str]:
     return problems
 
 
-LEASES = ("surface_waiting", "surface_computing", "surface_in_flight_bytes")
+LEASES = ("surface_queue_length{", "surface_threads_busy{", "surface_memory_bytes{")
 """Gauges that must be at rest."""
 
 

@@ -47,7 +47,7 @@ REQUESTS = (
     Request("hit", "GET", "/v1/surfaces/saddle/mesh.stl?resolution=16"),
     _post("points", "/v1/points", surface=_SURFACE, uv=[[0.5, 0.25], [0, 1]], derivatives=2),
     Request("get", "GET", "/v1/surfaces/torus"),
-    _post("tolerance", "/v1/mesh?format=json", surface=_SURFACE, tolerance=0.05),
+    _post("mesh", "/v1/mesh?format=json", surface=_SURFACE, resolution=6),
     _post("estimate", "/v1/estimate", surface=_SURFACE, resolution=64),
     Request("refused", "POST", "/v1/mesh", b'{"surface": {"control_net": [[1]]}}', 422),
 )

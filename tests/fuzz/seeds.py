@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 
+from service.api.guard.keys import entry_line
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
@@ -89,11 +90,23 @@ def headers() -> Iterator[bytes]:
         b"bytes=0-1,-5",
         b"00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01",
         b"rojo=00f067aa0ba902b7,congo=t61rcWkgMzE",
-        b"Bearer sk_0123456789abcdef0123456789abcdef",
+        b"Bearer sfk_" + b"0123456789abcdef" * 4,
         b"10.0.0.1, ::1, 192.168.0.1:80, unknown",
         b'text/x-teapot; charset="utf-8"; x=y',
         b"application/json;charset=utf-8",
     )
+
+
+def keys() -> Iterator[bytes]:
+    """Files of API keys."""
+    line = entry_line("somebody", "sfk_" + "0" * 64).encode()
+    yield from (line, line + b"\n# old\n\n" + line.upper(), b"a:", b":" + b"0" * 64)
+
+
+def signed() -> Iterator[bytes]:
+    """Queries of addresses that say that they are signed; nobody has signed these."""
+    end = b"expires=1999999999&signature=" + b"A" * 43
+    yield from (end, b"resolution=2&" + end, end + b"&" + end, b"%65xpires=1&signature=%41")
 
 
 def requests() -> Iterator[bytes]:
@@ -105,6 +118,7 @@ def requests() -> Iterator[bytes]:
     address = b"GET /v1/surfaces/saddle/mesh.glb?resolution=2 HTTP/1.1\r\nHost: x\r\n"
     for name, value in zip(names, headers(), strict=True):
         yield address + name + b": " + value + b"\r\n\r\n"
+    key = b"Authorization: Bearer sfk_" + b"0123456789abcdef" * 4 + b"\r\n"
     for path in (
         b"/v1/surfaces/%2e%2e%2fetc/mesh.json", b"/v1/surfaces/" + b"0" * 64, b"//", b"/docs/../",
         b"*", b"http://x/health", b"/v1/surfaces/%00/mesh.%c0%af", b"/page/..%5c", b"/metrics",
@@ -112,7 +126,7 @@ def requests() -> Iterator[bytes]:
     ):  # fmt: skip
         yield b"GET " + path + b" HTTP/1.1\r\nHost: x\r\n\r\n"
     for body in GOOD[:3]:
-        head = b"POST /v1/mesh HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+        head = b"POST /v1/mesh HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n" + key
         yield head + b"Content-Length: %d\r\n\r\n" % len(body) + body
         yield head + b"Transfer-Encoding: chunked\r\n\r\n%x;e=1\r\n%b\r\n0\r\nT: 1\r\n\r\n" % (
             len(body),
@@ -135,6 +149,8 @@ SEEDS: dict[str, Callable[[], Iterator[bytes]]] = {
     "query": queries,
     "content": contents,
     "header": headers,
+    "keys": keys,
+    "signed": signed,
     "protocol": requests,
 }
 """By the name of the target."""

@@ -6,9 +6,11 @@ other exception is a finding.
 
 import asyncio
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 from urllib.parse import parse_qsl
 
+from pydantic import SecretStr
 from starlette.types import Message, Receive, Scope, Send
 from uvicorn.server import ServerState
 
@@ -16,7 +18,11 @@ from service.api.app import create_app
 from service.api.body import body_type
 from service.api.caching.requested import check_codings
 from service.api.caching.tags import is_any, listed
+from service.api.guard.keys import InvalidKeys, bearer, entries, entry_line, owner, together
+from service.api.guard.proxies import Proxies
+from service.api.guard.signatures import Signer
 from service.api.negotiation import by_accept, by_name
+from service.api.observing.traces import harmless_id, parent_of
 from service.decoders.registry import BY_NAME as DECODERS
 from service.decoders.registry import DECODERS as ALL_DECODERS
 from service.encoders.registry import FORMATS
@@ -28,9 +34,14 @@ from service.schemas.document import Budget, DocumentLimits, parse_document
 from service.schemas.mesh_query import canonical_query, mesh_query
 from service.schemas.points import points_request
 from service.schemas.request import mesh_request, surface_request
+from service.schemas.sign import sign_request
 from service.schemas.surface_query import document_from_query
 from service.server.run import make_server
 from service.settings.values import Settings
+
+KEY = "sfk_" + "0123456789abcdef" * 4
+SECRET = "0123456789abcdef" * 2
+"""What they open is only here."""
 
 LIMITS = DocumentLimits(max_control_points=20_000)
 SETTINGS = Settings(
@@ -42,6 +53,10 @@ SETTINGS = Settings(
     memory_bytes=1 << 26,
     store_quota=1 << 22,
     trusted_proxies=("127.0.0.1",),
+    api_keys=(entry_line("fuzzer", KEY),),
+    signing_keys=(SecretStr(SECRET),),
+    rate_limit=1_000_000,
+    log_level="error",
 )
 
 
@@ -55,6 +70,7 @@ def json(content: bytes) -> None:
         lambda: points_request(document, LIMITS).to_query(),
         lambda: convert_request(document, LIMITS).to_operations(),
         lambda: curve_request(document, LIMITS),
+        lambda: sign_request(document),
     )
     for call in calls:
         try:
@@ -102,6 +118,12 @@ def header(content: bytes) -> None:
     text = content.decode("latin-1")
     is_any(content)
     listed(content)
+    parent_of(content)
+    harmless_id(content)
+    if owner(bearer(content) or b"", _KEYS) and content.count(KEY.encode()) != 1:
+        raise AssertionError("something else than the key is taken for it")
+    scope = {"client": ("10.0.0.1", 1), "headers": [(b"x-forwarded-for", content)]}
+    _PROXIES.introduce(scope)
     calls: tuple[Callable[[], object], ...] = (
         lambda: by_accept(text, FORMATS),
         lambda: check_codings(content),
@@ -112,6 +134,33 @@ def header(content: bytes) -> None:
             call()
         except SurfaceError:
             continue
+
+
+_KEYS = entries([entry_line("fuzzer", KEY)])
+_PROXIES = Proxies(["10.0.0.0/8", "fd00::/8"])
+
+
+def keys(content: bytes) -> None:
+    """The lines of a file of keys, as far as they are text."""
+    with suppress(InvalidKeys):
+        together(entries(content.decode("utf-8", "replace").splitlines()), _KEYS)
+
+
+_SIGNER = Signer([SECRET, SECRET[::-1]])
+_PATH = "/v1/surfaces/saddle/mesh.glb"
+
+
+def signed(content: bytes) -> None:
+    """The query of an address that says that it is signed; what is signed here is believed."""
+    try:
+        text = _SIGNER.signed(_PATH, content.decode("latin-1"), 2_000_000_000)
+    except ValueError:
+        pass
+    else:
+        if text.isascii():
+            _SIGNER.check(_PATH, text.encode(), 1_900_000_000)
+    _SIGNER.check(_PATH, content, 1_900_000_000)
+    raise AssertionError("a signature was believed that nobody made")
 
 
 class Wire(asyncio.Transport):
@@ -157,7 +206,7 @@ class _Live:
         self.loop.set_exception_handler(self._failed)
         self.failures: list[BaseException] = []
         self.app = create_app(SETTINGS)
-        self.config = make_server(self._watched, SETTINGS).config
+        self.config = make_server(self._watched, SETTINGS, interface="asgi3").config
         self.config.load()
 
     def speak(self, content: bytes) -> None:
@@ -182,6 +231,8 @@ class _Live:
         protocol.connection_lost(None)
         if state.tasks:
             await asyncio.wait(state.tasks)
+        if b"HTTP/1.1 500" in wire.answer:
+            self.failures.append(AssertionError("the server itself failed"))
 
     async def _watched(self, scope: Scope, receive: Receive, send: Send) -> None:
         async def seen(message: Message) -> None:
@@ -217,6 +268,8 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "query": query,
     "content": content,
     "header": header,
+    "keys": keys,
+    "signed": signed,
     "protocol": protocol,
 }
 """By name."""
