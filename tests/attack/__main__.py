@@ -171,7 +171,7 @@ def main(chosen: list[str]) -> bool:
     with service_process(FOLDER, settings) as service:
         command = [sys.executable, "-m", "tests.attack.client", str(service.port)]
         client = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
-        os.nice(15)  # whoever attacks gets what is left of the processors
+        os.nice(10)  # whoever attacks gets what is left of the processors
         seen: list[Seen] = []
         reading = Thread(target=read_client, args=(client, seen))
         reading.start()

@@ -187,11 +187,11 @@ async def large_and_slow_for(port: int, seconds: float) -> Counter[str]:
 
 CONNECTIONS = (
     Attack("connections in and out", in_and_out, "gone"),
-    Attack("1000 idle connections", idle, "open|408 .*|closed"),
+    Attack("1000 idle connections", idle, "open|408 head_too_slow|closed"),
     Attack("gone in mid-body", gone_in_body, "gone"),
     Attack("gone in mid-answer", gone_in_answer, "gone"),
     Attack("gone while waiting", gone_in_queue, "gone"),
-    Attack("half closed", half_closed, "200|closed|400 .*"),
+    Attack("half closed", half_closed, "200|closed|400 malformed_request|408 .*"),
     Attack("slow readers of large answers", slow_readers, rf"200|closed|{BUSY}"),
 )
 

@@ -221,32 +221,28 @@ async def _pipeline(port: int, requests: bytes) -> Counter[str]:
 
 
 HEADS = (
-    Attack(
-        "header floods: many, long, folded", floods, "431 head_too_large|400 bad_request|closed"
-    ),
+    Attack("header floods: many, long, folded", floods, "431 head_too_large|400 malformed_request"),
     Attack(
         "path traversal in ids",
         traversal,
-        r"404 (not_found|unknown_surface|unknown_suffix)|405 method_not_allowed|400 bad_request"
-        r"|422 invalid_request",
+        r"404 (not_found|unknown_surface|unknown_suffix)|405 method_not_allowed"
+        r"|400 malformed_request|422 invalid_request",
     ),
-    Attack("malformed HTTP", malformed, "400 bad_request|closed"),
-    Attack("TE and CL smuggling", smuggling, "400 (bad_request|malformed_json)|closed"),
+    Attack("malformed HTTP", malformed, "400 malformed_request|closed"),
+    Attack("TE and CL smuggling", smuggling, "400 (malformed_request|malformed_json)|closed"),
     Attack(
         "HEAD, OPTIONS, TRACE, CONNECT floods",
         methods,
-        "200|204|400 bad_request|404 not_found|405 method_not_allowed|404|405|400|closed|415 .*",
+        "200|204|400 malformed_request|404|404 not_found|405|405 method_not_allowed",
     ),
-    Attack("websocket and h2c upgrades", upgrades, "200|400 bad_request|426 .*"),
+    Attack("websocket and h2c upgrades", upgrades, "200"),
     Attack(
         "long lists in headers",
         long_lists,
-        rf"200|304|400 (bad_request|malformed_json)|404 .*|405 method_not_allowed"
-        rf"|406 not_acceptable|415 unsupported_media_type|431 head_too_large|401 .*|{BUSY}",
+        rf"200|400 (malformed_request|malformed_json)|405 method_not_allowed|406 not_acceptable"
+        rf"|415 unsupported_media_type|431 head_too_large|{BUSY}",
     ),
     Attack("pipelining floods", pipelines, "200|429|503|431|closed"),
 )
 
-SLOW_HEADS = Attack(
-    "slow heads: 300 connections", slow_heads, "408 head_too_slow|closed|408 .*", lasts=True
-)
+SLOW_HEADS = Attack("slow heads: 300 connections", slow_heads, "408 head_too_slow", lasts=True)

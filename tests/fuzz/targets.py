@@ -180,6 +180,9 @@ class Wire(asyncio.Transport):
     def abort(self) -> None:
         self.closed = True
 
+    def write_eof(self) -> None:
+        """Nothing more is written; what still arrives is of no interest."""
+
     def is_closing(self) -> bool:
         return self.closed
 
