@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 
 
@@ -26,7 +26,7 @@ class Attack:
     answers: str
     lasts: bool = False
 
-    def wrong(self, answers: Counter[str]) -> list[str]:
+    def wrong(self, answers: Mapping[str, int]) -> list[str]:
         """The answers that are not documented."""
         return [answer for answer in answers if not re.fullmatch(self.answers, answer)]
 

@@ -21,15 +21,15 @@ class TooDear(Exception):
     """An input that takes more than it may."""
 
 
-def judged(target: Callable[[bytes], None], content: bytes) -> None:
+def judged(target: Callable[[bytes], None], content: bytes, seconds: float = SECONDS) -> None:
     """Calls the target; raises whatever is a finding."""
     before, start = _resident(), time.process_time()
     most = _most_resident()
     with suppress(SurfaceError):  # a refusal
         target(content)
-    seconds, grown = time.process_time() - start, _most_resident()
-    if seconds > SECONDS:
-        raise TooDear(f"{seconds:.1f} s for {len(content)} bytes")
+    taken, grown = time.process_time() - start, _most_resident()
+    if taken > seconds:
+        raise TooDear(f"{taken:.1f} s for {len(content)} bytes")
     if grown > most and grown - before > MEMORY:
         raise TooDear(f"{(grown - before) >> 20} MiB for {len(content)} bytes")
 

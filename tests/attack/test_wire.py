@@ -1,0 +1,48 @@
+"""What the attack table says of an answer."""
+
+import pytest
+
+from tests.attack.bodies import BODIES
+from tests.attack.connections import CONNECTIONS, HALF_BODIES, SLOW_BODIES, WORST
+from tests.attack.heads import HEADS, SLOW_HEADS
+from tests.attack.wire import in_short
+from tests.attack.work import WORK
+
+PROBLEM = b"HTTP/1.1 413 x\r\nContent-Type: application/problem+json\r\nContent-Length: 26\r\n\r\n"
+CODE = b'{"code": "body_too_large"}'
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        (b"", "closed"),
+        (b"SSH-2.0\r\n\r\n", "no HTTP"),
+        (b"HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\nab", "200"),
+        (b"HTTP/1.1 200 OK\r\nContent-Length: 3\r\n\r\nab", "200, torn"),
+        (b"HTTP/1.1 304 x\r\nContent-Length: 3\r\n\r\n", "304"),
+        (b"HTTP/1.1 200 OK\r\nContent-Length: 1\r\n\r\nab", "200, two answers"),
+        (PROBLEM + CODE, "413 body_too_large"),
+    ],
+)
+def test_answers_in_short(answer: bytes, said: str) -> None:
+    assert in_short(answer, len(answer)) == said
+
+
+def test_an_answer_to_head_has_no_body() -> None:
+    answer = b"HTTP/1.1 404 x\r\nContent-Length: 3\r\n\r\n"
+    assert in_short(answer, len(answer), has_body=False) == "404"
+
+
+def test_no_attack_allows_what_is_never_documented() -> None:
+    for attack in (
+        *BODIES,
+        *HEADS,
+        *CONNECTIONS,
+        *WORK,
+        SLOW_HEADS,
+        SLOW_BODIES,
+        HALF_BODIES,
+        WORST,
+    ):
+        for answer in ("500", "500 internal_error", "200, torn", "no answer", "smuggled"):
+            assert attack.wrong({answer: 1}) == [answer], attack.name
