@@ -88,7 +88,10 @@ class Tracing:
             name = f"{name} {place.route}"
         span = self._tracer.start_span(name, context, SpanKind.SERVER, about)
         made = span.get_span_context()
-        exchange.trace_id, exchange.span_id = f"{made.trace_id:032x}", f"{made.span_id:016x}"
+        named = f"{made.trace_id:032x}"
+        if exchange.id == exchange.trace_id:  # the client has none of its own
+            exchange.id = named
+        exchange.trace_id, exchange.span_id = named, f"{made.span_id:016x}"
         return span
 
     def end(self, span: Span, exchange: Exchange) -> None:

@@ -13,6 +13,7 @@ from service.api.observing.exchange import exchange_of
 from service.api.observing.observed import Observed
 from service.api.observing.observer import Observer
 from service.api.observing.places import Places
+from service.api.observing.tracing import Tracing
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
 
@@ -46,7 +47,9 @@ def asked(
     settings: Settings | None = None,
     path: str = "/",
     fails: Exception | None = None,
+    *,
     method: str = "GET",
+    tracing: Tracing | None = None,
 ) -> tuple[list[Message], list[str], Observed]:
     """What an application that answers 204, or fails, sends with the observer around it."""
     sent: list[Message] = []
@@ -68,7 +71,9 @@ def asked(
     async def receive() -> Message:
         raise AssertionError("a body was read")
 
-    outer = Observer(inner, Places([]), observed, settings or Settings(), write=lines.append)
+    outer = Observer(
+        inner, Places([]), observed, settings or Settings(), write=lines.append, tracing=tracing
+    )
     scope = {"type": "http", "method": method, "path": path, "headers": headers, "state": {}}
     try:
         asyncio.run(outer(scope, receive, send))

@@ -24,7 +24,7 @@ from service.api.observing.tracing import Tracing, exporting
 from service.errors import InvalidSettings
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
-from tests.api.observing.test_observer import PARENT, SPAN, TRACE
+from tests.api.observing.test_observer import PARENT, SPAN, TRACE, asked
 
 MESH = "/v1/surfaces/saddle/mesh.glb"
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]
@@ -72,6 +72,15 @@ def test_a_request_is_a_span(traced: Client, spans: InMemorySpanExporter) -> Non
         "surface.cache": "miss",
     }
     assert span.status.status_code is StatusCode.UNSET
+
+
+def test_its_id_is_that_of_the_answer(spans: InMemorySpanExporter) -> None:
+    provider = TracerProvider(shutdown_on_exit=False)
+    provider.add_span_processor(SimpleSpanProcessor(spans))
+    (start, *_), _, _ = asked([], tracing=Tracing(provider))
+    context = server_span(spans).context
+    assert context is not None
+    assert dict(start["headers"])[b"x-request-id"].decode() == f"{context.trace_id:032x}"
 
 
 def test_its_steps_are_children(traced: Client, spans: InMemorySpanExporter) -> None:
