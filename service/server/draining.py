@@ -130,7 +130,8 @@ class Server(uvicorn.Server):
             async with asyncio.timeout(seconds):
                 await self._nothing_under_way()
         except TimeoutError:
-            _log.warning("%d requests were cut off after %g s", self.unfinished, seconds)
+            if self.unfinished:
+                _log.warning("%d requests were cut off after %g s", self.unfinished, seconds)
         self._connections.give_up()
         with suppress(TimeoutError):
             # What was cut off learns it now; work that nobody waits for any more ends by itself.
