@@ -25,7 +25,6 @@ READ = {
     "httpcore": ("BSD License", "BSD-3-Clause"),
     "obstore": ("MIT License", "MIT"),
     "protobuf": ("3-Clause BSD License", "BSD-3-Clause"),
-    "trimesh": ("The MIT License (MIT); MIT License", "MIT"),
     "uvloop": ("MIT License; Apache Software License; MIT License", "MIT OR Apache-2.0"),
 }
 """Packages that state no SPDX expression: what they say instead, and what a person read in their
