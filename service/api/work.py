@@ -6,8 +6,8 @@ from enum import Enum
 from functools import partial
 from typing import Generic, Protocol, TypeVar
 
-from service.api.admission.admission import Admission, Lane
-from service.api.admission.visits import visiting
+from service.api.admission.admission import Lane
+from service.api.admission.visits import Visit, visiting
 from service.api.timing import Timing
 
 INLINE_BYTES = 1 << 18
@@ -82,7 +82,7 @@ async def parsed(parse: Callable[[], Result], timing: Timing, *, is_long: bool) 
         if is_long:
             result = await visit.in_thread(parse)
         else:
-            result = await _in_turn(parse, visit.admission)
+            result = await _in_turn(parse, visit)
     visit.arrival.parsed()
     return result
 
@@ -117,7 +117,7 @@ async def done(
     work = partial(run, planned)
     if pace is Pace.AT_ONCE:
         with timing.step(task.name):
-            result = await _in_turn(work, admission)
+            result = await _in_turn(work, visit)
     else:
         with timing.step("wait"):
             await visit.thread(lane)
@@ -141,7 +141,7 @@ async def _planned(task: Task[Plan], lane: Lane, timing: Timing) -> Plan | None:
             if lane is admission.large:
                 planned = await visit.in_thread(task.plan)
             else:
-                planned = await _in_turn(task.plan, admission)
+                planned = await _in_turn(task.plan, visit)
         is_large = planned.memory > admission.small_bytes or task.pace(planned) is Pace.LONG
         if is_large and lane is admission.small:
             visit.no_room()
@@ -151,12 +151,16 @@ async def _planned(task: Task[Plan], lane: Lane, timing: Timing) -> Plan | None:
     return planned
 
 
-async def _in_turn(work: Callable[[], Result], admission: Admission) -> Result:
+async def _in_turn(work: Callable[[], Result], visit: Visit) -> Result:
     """Calls `work` on the event loop.
 
     Short work takes turns. The event loop runs whatever is ready before it looks for anything new,
     so hundreds of short works that arrive together would keep it from all else until the last is
-    done; a lock is handed on once a round.
+    done; a lock is handed on once a round. A request has one turn for all that is short in it: at
+    the end of each round Python may give the processor to a thread that computes, for 5 ms.
     """
-    async with admission.turn:
+    if visit.had_turn:
+        return work()
+    async with visit.admission.turn:
+        visit.had_turn = True
         return work()

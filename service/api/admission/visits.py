@@ -39,6 +39,8 @@ class Visit:
         The memory of its body.
     memory : Lease or None
         The memory that it works in; in the end, that of its answer.
+    had_turn : bool
+        Whether it was its turn on the event loop.
     """
 
     def __init__(self, admission: Admission) -> None:
@@ -46,6 +48,7 @@ class Visit:
         self.stop = Stop()
         self.arrival = Arrival(admission)
         self.memory: Lease | None = None
+        self.had_turn = False
         self._thread: Lease | None = None
         self._until_end = ExitStack()
         self._while_working = ExitStack()
