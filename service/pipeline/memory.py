@@ -32,7 +32,10 @@ CONVERTED = 1000
 """Bytes that a control point takes while it is converted and written."""
 
 WORKING = 16 << 20
-"""Bytes of work arrays, which do not grow with what is computed in them."""
+"""Bytes of work arrays at most: from some size on they do not grow with what is computed."""
+
+LEAST, SHARE = 1 << 19, 4
+"""Bytes that these take in any case, and how many times the rest they do where that is little."""
 
 
 def lowering(surface: "Lowerable") -> int:
@@ -55,22 +58,22 @@ def model_bytes(model: Model) -> int:
 
 def estimating(surface: "Lowerable") -> int:
     """What `service.pipeline.estimate.estimate` takes."""
-    return lowering(surface) + WORKING
+    return _with_arrays(lowering(surface))
 
 
 def compressing(length: int) -> int:
     """An answer of so many bytes in another coding."""
-    return 2 * length + WORKING
+    return _with_arrays(2 * length)
 
 
 def answering(model: int, places: int, order: int) -> int:
     """The answer to a query of so many places, from the `model` on, which has so many bytes."""
-    return model + WORKING + POINT * places + 3 * json_points.byte_bound(places, order)
+    return _with_arrays(model + POINT * places + 3 * json_points.byte_bound(places, order))
 
 
 def tracing(pieces: int, points: int, file: int) -> int:
     """A curve as a file of so many bytes at most, from its pieces on, which have so many bytes."""
-    return pieces + WORKING + POINT * points + 3 * file
+    return _with_arrays(pieces + POINT * points + 3 * file)
 
 
 def converting(surface: Surface, operations: Sequence[Operation], allowed: int) -> int:
@@ -90,12 +93,17 @@ def converting(surface: Surface, operations: Sequence[Operation], allowed: int) 
         elif isinstance(operation, ToTriangle):
             p = q = p + q
         most = max(most, patches * (p + 1) * (q + 1))
-    return WORKING + size.peak + CONVERTED * min(most, allowed)
+    return _with_arrays(size.peak + CONVERTED * min(most, allowed))
 
 
 def convertible(surface: Surface, memory: int) -> int:
     """Control points that so much memory allows a surface to have after a conversion."""
     return max(0, memory - WORKING - lowered_size(surface).peak) // CONVERTED
+
+
+def _with_arrays(other: int) -> int:
+    """Bytes of something together with the work arrays in which it is computed."""
+    return other + min(WORKING, LEAST + SHARE * other)
 
 
 def check_lowering(surface: "Lowerable", limits: Limits) -> None:
