@@ -12,7 +12,8 @@ from service.api.app import create_app
 from service.api.observing.health import DEADLINE
 from service.settings.values import Settings
 from service.storage.address import open_store
-from tests.deploy.files import DEPLOY, USER, check_memory, run, settings_of
+from tests.deploy import rules
+from tests.deploy.files import DEPLOY, USER, check_memory, load, run, settings_of
 from tests.tools import program
 
 KUBERNETES = "1.37"
@@ -233,3 +234,18 @@ def test_ingress_leads_to_every_route_but_those_for_operators() -> None:
     annotations = the("production", "Ingress")["metadata"]["annotations"]
     seconds = int(annotations["haproxy.org/timeout-server"].removesuffix("s"))
     assert seconds > settings_in("production").request_timeout
+
+
+def test_operator_watches_the_service_by_the_name_that_alerts_know() -> None:
+    service = the("monitored", "Service")
+    monitor = the("monitored", "ServiceMonitor")["spec"]
+    assert monitor["selector"]["matchLabels"].items() <= service["metadata"]["labels"].items()
+    assert service["metadata"]["labels"][monitor["jobLabel"]] == "surface-service"
+    (endpoint,) = monitor["endpoints"]
+    assert endpoint["port"] in {port["name"] for port in service["spec"]["ports"]}
+    assert endpoint["path"] == "/metrics"
+
+
+def test_alerts_are_those_of_prometheus() -> None:
+    assert load(rules.FILE) == rules.rule(), "`python -m tests.deploy.rules` writes it anew"
+    assert the("monitored", "PrometheusRule")["spec"] == rules.rule()["spec"]

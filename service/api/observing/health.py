@@ -9,6 +9,7 @@ given out is a failed request, and whatever stands in front can say so at once.
 
 import asyncio
 import logging
+import math
 import time
 from collections.abc import Callable
 
@@ -34,7 +35,11 @@ PATIENCE = 5.0
 """Seconds for which a store may fail: it is asked twice, so one slow answer stops nobody."""
 
 DEADLINE = 2.0
-"""Seconds within which an engine answers that is well, however much is computed beside it."""
+"""Seconds for which whoever asks waits for the engine."""
+
+SILENCE = 30.0
+"""Seconds after which an engine that does not answer counts as stuck. One that answered before has
+much to do: were it taken out, its requests would go to the next one, and stop that too."""
 
 _HEADERS = {**HEADERS, "Cache-Control": "no-store"}
 
@@ -74,6 +79,7 @@ class Canary:
         self._asking = Lock()
         self._limiter = CapacityLimiter(1)
         self._asked: tuple[float, bool] | None = None
+        self._heard = -math.inf
 
     @property
     def last(self) -> bool:
@@ -91,9 +97,13 @@ class Canary:
         work = to_thread.run_sync(self._work, abandon_on_cancel=True, limiter=self._limiter)
         try:
             right = await asyncio.wait_for(work, DEADLINE)
+        except TimeoutError:
+            _log.warning("the engine has not answered within %g s", DEADLINE)
+            return time.monotonic() - self._heard <= SILENCE
         except Exception as error:
             _log.error("the engine does not answer", exc_info=error)
             return False
+        self._heard = time.monotonic() if right else -math.inf
         if not right:
             _log.error("the engine computes wrong numbers")
         return right

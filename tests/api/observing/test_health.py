@@ -103,3 +103,26 @@ def test_an_engine_that_raises_or_hangs_is_not_well(monkeypatch: pytest.MonkeyPa
         return answers
 
     assert asyncio.run(ask()) == [False, False, False]
+
+
+def test_an_engine_that_has_much_to_do_is_well_until_it_is_silent_for_long(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(health, "REMEMBERED", -1.0)
+    go_on = threading.Event()
+    asked = iter((False, True, True))
+
+    def work() -> bool:
+        return go_on.wait(10) if next(asked) else True
+
+    async def ask() -> list[bool]:
+        canary = Canary(work)
+        answers = [await canary.sings()]
+        monkeypatch.setattr(health, "DEADLINE", 0.05)
+        answers.append(await canary.sings())
+        monkeypatch.setattr(health, "SILENCE", 0.0)
+        answers.append(await canary.sings())
+        go_on.set()
+        return answers
+
+    assert asyncio.run(ask()) == [True, True, False]
