@@ -2,7 +2,10 @@
 
 import logging
 import os
+import platform
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -184,3 +187,28 @@ def test_blas_is_pinned() -> None:
     pools = [pool for pool in threadpool_info() if pool["user_api"] == "blas"]
     assert pools
     assert {pool["num_threads"] for pool in pools} == {1}
+
+
+RESIDENT = """
+import numpy as np
+from pathlib import Path
+from service.settings.process import free_at_once
+
+free_at_once()
+resident = lambda: int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+# Freeing a large block is what would raise the threshold, if it were not set.
+np.ones(1 << 21).sum()
+before = resident()
+kept = [np.ones(1 << (10 if k % 2 else 17)) for k in range(128)]
+kept = kept[1::2]
+print(resident() - before)
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="glibc alone is told anything")
+def test_memory_of_large_arrays_comes_back() -> None:
+    """64 MiB in blocks of 1 MiB are freed while small ones stay between them."""
+    done = subprocess.run(
+        [sys.executable, "-c", RESIDENT], capture_output=True, text=True, check=True
+    )
+    assert int(done.stdout) < 16 << 20

@@ -46,7 +46,7 @@ from service.api.openapi.document import document
 from service.api.static_files import StaticFiles
 from service.errors import InvalidSettings
 from service.settings.environment import from_environment
-from service.settings.process import pin_blas
+from service.settings.process import free_at_once, pin_blas
 from service.settings.values import Settings
 from service.storage.address import InvalidStore, open_store
 from service.storage.store import SurfaceStore
@@ -58,6 +58,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     `log` takes the lines about requests, of which there are none without it.
     """
     pin_blas()
+    free_at_once()
     app = Application(
         title="Surface Service",
         version=__version__,

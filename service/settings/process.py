@@ -1,7 +1,16 @@
 """What the process is told before it computes anything."""
 
+import ctypes
+import platform
+
 import numpy as np  # noqa: F401  (its BLAS must be loaded before it can be told anything)
 from threadpoolctl import threadpool_limits
+
+M_MMAP_THRESHOLD = -3
+"""Number of the parameter in glibc's `malloc.h`."""
+
+OWN_PAGES = 1 << 18
+"""Bytes from which a block of memory has pages of its own, which it gives back when it is freed."""
 
 
 def pin_blas() -> None:
@@ -11,3 +20,18 @@ def pin_blas() -> None:
     the slowest requests take twenty times as long.
     """
     threadpool_limits(limits=1, user_api="blas")
+
+
+def free_at_once() -> None:
+    """Makes large arrays give their memory back to the system when they are freed.
+
+    By itself glibc takes ever larger blocks, up to 32 MiB, from heaps that shrink only at their
+    ends: after a few large meshes on two threads 470 MB were resident where now 120 are. Fresh
+    pages cost large meshes up to a fifth of their time. Elsewhere than on glibc nothing is done.
+
+    References
+    ----------
+    mallopt(3): the threshold adjusts itself unless it is set.
+    """
+    if platform.libc_ver()[0] == "glibc":
+        ctypes.CDLL(None).mallopt(M_MMAP_THRESHOLD, OWN_PAGES)

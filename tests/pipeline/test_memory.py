@@ -1,0 +1,103 @@
+"""What is predicted of memory is at least what NumPy and Python take, and not much more."""
+
+import tracemalloc
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.encoders.format import EncodeOptions
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.options import MeshOptions
+from service.errors import TooLarge
+from service.pipeline.limits import Limits
+from service.pipeline.memory import lowering
+from service.pipeline.mesh import Lowerable, plan
+from service.surface.bspline import BsplineSurface
+from service.surface.examples import find
+
+LOOSEST = 3
+"""How many times what is taken a prediction may be, of meshes of some megabytes."""
+
+
+def taken(work: Callable[[], Any]) -> int:
+    """Bytes at the most that were allocated while something was done, beyond those before."""
+    tracemalloc.start()
+    try:
+        work()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def hills(count: int, *, weighted: bool = False) -> BsplineSurface:
+    random = np.random.default_rng(3)
+    net = random.normal(size=(count, count, 3))
+    weights = random.uniform(1, 2, (count, count)) if weighted else None
+    return BsplineSurface(net, weights=weights)
+
+
+TEAPOT, TORUS = find("utah-teapot").surface(), find("torus").surface()
+FINE = MeshOptions(resolution=(32, 32))
+CASES: dict[str, tuple[Lowerable, MeshOptions, EncodeOptions, str]] = {
+    **{fmt.name: (TEAPOT, FINE, EncodeOptions(), fmt.name) for fmt in FORMATS},
+    "quantized": (TEAPOT, FINE, EncodeOptions(quantize=True), "glb"),
+    "patches": (hills(40), MeshOptions(resolution=(1, 1)), EncodeOptions(), "glb"),
+    "framed": (hills(20, weighted=True), MeshOptions(resolution=(1, 5)), EncodeOptions(), "json"),
+    "group": (find("tea-service").surface(), MeshOptions((8, 8)), EncodeOptions(), "stl"),
+    "curved": (TORUS, MeshOptions((20, 20), curvatures=True), EncodeOptions(), "ply"),
+    "folded": (TORUS, MeshOptions((1, 200)), EncodeOptions(), "glb"),
+    "exact": (hills(40), MeshOptions(), EncodeOptions(oogl="bez"), "oogl"),
+    "tolerance": (
+        TEAPOT,
+        MeshOptions(accuracy=Accuracy(relative_tolerance=0.003)),
+        EncodeOptions(),
+        "glb",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_mesh_takes_no_more_than_predicted(name: str) -> None:
+    surface, options, encode, fmt = CASES[name]
+    work = plan(surface, options, BY_NAME[fmt], encode)
+    work.run()  # bases and work arrays are kept by the process
+    most = taken(work.run)
+    assert most <= work.memory
+    if most > 4e6 and options.accuracy is None:
+        assert work.memory <= LOOSEST * most
+
+
+@pytest.mark.parametrize("surface", [hills(60), hills(40, weighted=True)])
+def test_lowering_takes_no_more_than_predicted(surface: BsplineSurface) -> None:
+    most = taken(lambda: plan(surface, MeshOptions(resolution=(1, 2)), BY_NAME["glb"]))
+    assert most <= lowering(surface) <= LOOSEST * most
+
+
+def test_too_much_is_refused_before_and_too_much_by_tolerance_on_the_way() -> None:
+    surface = TEAPOT
+    work = plan(surface, FINE, BY_NAME["glb"])
+    plan(surface, FINE, BY_NAME["glb"], limits=Limits(max_memory=work.memory))
+    with pytest.raises(TooLarge) as refused:
+        plan(surface, FINE, BY_NAME["glb"], limits=Limits(max_memory=work.memory - 1))
+    assert [issue.code for issue in refused.value.issues] == ["too_much_memory"]
+    options = MeshOptions(accuracy=Accuracy(relative_tolerance=0.0003))
+    small = plan(surface, options, BY_NAME["glb"], limits=Limits(max_memory=20_000_000))
+    assert small.memory <= 10_000_000
+    with pytest.raises(TooLarge) as refused:
+        small.run()
+    assert refused.value.issues[0].code == "too_much_memory"
+    assert refused.value.issues[0].pointer == "/relative_tolerance"
+
+
+def test_patches_are_counted_before_they_are_made() -> None:
+    with pytest.raises(TooLarge) as refused:
+        plan(hills(40), FINE, BY_NAME["glb"], limits=Limits(max_patches=37 * 37 - 1))
+    (issue,) = refused.value.issues
+    assert (issue.code, issue.pointer, issue.got) == (
+        "too_many_patches",
+        "/surface",
+        "1369 patches",
+    )
