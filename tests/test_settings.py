@@ -1,5 +1,6 @@
 """Settings from the environment and from the command line."""
 
+import gc
 import logging
 import os
 import platform
@@ -13,7 +14,7 @@ from threadpoolctl import threadpool_info
 
 from service.errors import InvalidSettings
 from service.settings.environment import from_environment, values, with_flags
-from service.settings.process import pin_blas
+from service.settings.process import collect_rarely, pin_blas
 from service.settings.values import Settings
 from tests.settings_page import PAGE, page
 
@@ -212,3 +213,15 @@ def test_memory_of_large_arrays_comes_back() -> None:
         [sys.executable, "-c", RESIDENT], capture_output=True, text=True, check=True
     )
     assert int(done.stdout) < 16 << 20
+
+
+def test_garbage_is_sought_seldom_and_not_among_what_is_there() -> None:
+    before = gc.get_threshold()
+    try:
+        collect_rarely()
+        assert gc.get_freeze_count() > 10_000
+        assert gc.get_threshold()[0] > before[0]
+        assert gc.isenabled()
+    finally:
+        gc.unfreeze()
+        gc.set_threshold(*before)

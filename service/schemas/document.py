@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import orjson
 
 from service.errors import InvalidRequest, Issue, MalformedJson, pointer
+from service.schemas.pieces import loads
 from service.schemas.scan import MAX_PREFIX, pointer_at, repeated_key, shortened
 from service.surface.checks import MAX_DEGREE
 
@@ -160,7 +161,7 @@ def parse_document(body: bytes) -> object:
         `not_finite` for NaN, Infinity and numbers beyond float64; `repeated_key`.
     """
     try:
-        value = orjson.loads(body)
+        value = loads(body)
     except orjson.JSONDecodeError as error:
         # Only the message and the position go on: the exception holds the whole text.
         raise _refusal(error, body) from None

@@ -18,6 +18,7 @@ from service.server.descriptors import raise_limit
 from service.server.draining import Server, end_process, end_threads
 from service.server.listening import is_private, listen, notice_the_vanished
 from service.server.protocol import BoundedProtocol
+from service.settings.process import collect_rarely
 from service.settings.values import Settings
 
 _log = logging.getLogger(__name__)
@@ -58,6 +59,7 @@ def serve(app: ASGIApp, settings: Settings, state: Any = None) -> None:
     server = make_server(app, settings, state)
     raise_limit(settings.max_connections)
     warn_if_open(sockets, settings)
+    collect_rarely()
     with asyncio.Runner(loop_factory=server.config.get_loop_factory()) as runner:
         runner.run(_until_told(server, sockets))
     end_threads()

@@ -1,6 +1,7 @@
 """What the process is told before it computes anything."""
 
 import ctypes
+import gc
 import platform
 
 import numpy as np  # noqa: F401  (its BLAS must be loaded before it can be told anything)
@@ -35,3 +36,14 @@ def free_at_once() -> None:
     """
     if platform.libc_ver()[0] == "glibc":
         ctypes.CDLL(None).mallopt(M_MMAP_THRESHOLD, OWN_PAGES)
+
+
+def collect_rarely() -> None:
+    """Looks for garbage that holds on to itself seldom, and not among what is there already.
+
+    Python looks whenever some hundred objects more are alive: five times while a large document
+    becomes lists, each time with everybody waiting. What is called once at the start stays anyway.
+    """
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 100)
