@@ -11,6 +11,7 @@ import atheris
 
 with atheris.instrument_imports(include=["service"]):
     from tests.fuzz.judge import judged
+    from tests.fuzz.mutation import mutated
     from tests.fuzz.seeds import LARGEST, SEEDS
     from tests.fuzz.targets import TARGETS
 
@@ -43,7 +44,14 @@ def main(name: str, seconds: str, folder: str) -> None:
         "-verbosity=0",
         "-len_control=0",
     ]
-    atheris.Setup(arguments, lambda content: judged(target, content))
+
+    def mutate(content: bytes, most: int, seed: int) -> bytes:
+        """Every other time the fuzzer's own way."""
+        if seed % 2:
+            return bytes(atheris.Mutate(content, most))
+        return mutated(content, seed)[:most]
+
+    atheris.Setup(arguments, lambda content: judged(target, content), custom_mutator=mutate)
     atheris.Fuzz()
 
 
