@@ -3,8 +3,8 @@
 FastAPI's `max_body_size` would refuse a long body as well, but in plain text.
 """
 
+import re
 from collections.abc import Callable, Sequence
-from email.message import Message
 
 import anyio
 from starlette.requests import Request
@@ -108,10 +108,15 @@ def body_type(content_type: str | None, decoders: Sequence[Decoder] = ()) -> Dec
 
 
 def _media_type(content_type: str | None) -> tuple[str, str]:
-    """Media type and charset of a header, in lower case."""
-    header = Message()
-    header["Content-Type"] = content_type or ""
-    return header.get_content_type(), str(header.get_param("charset", "utf-8")).lower()
+    """Media type and charset of a header, in lower case (RFC 9110, section 8.3.1)."""
+    media_type, semicolon, rest = (content_type or "").partition(";")
+    for name, quoted, plain in _PARAMETER.findall(semicolon + rest):
+        if name.lower() == "charset":
+            return media_type.strip().lower(), (quoted or plain).lower()
+    return media_type.strip().lower(), "utf-8"
+
+
+_PARAMETER = re.compile(r';\s*([^\s=;"]+)=(?:"((?:[^"\\]|\\.)*)"|([^\s;"]*))')
 
 
 def body_too_large(settings: Settings) -> BodyTooLarge:

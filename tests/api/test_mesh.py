@@ -284,6 +284,9 @@ def test_unknown_suffix(client: Client, suffix: str) -> None:
         {"Content-Type": "multipart/form-data; boundary=x"},
         {"Content-Type": "application/jsonp"},
         {"Content-Type": "application/json; charset=latin-1"},
+        {"Content-Type": 'application/json; a="; charset=utf-8"; CHARSET=latin-1'},
+        # What the standard library's parser of mail fails on: the fuzzer found it.
+        {"Content-Type": "text/plain;q*;q*0"},
         {"Content-Type": "application/json", "Content-Encoding": "gzip"},
     ],
 )
@@ -301,6 +304,8 @@ def test_other_media_types_are_refused(client: Client, headers: dict[str, str]) 
         "Application/JSON",
         "application/json; charset=UTF-8",
         'application/json;charset="utf-8"',
+        'application/json;a="\\"; charset=x"; charset=utf-8',
+        "application/json;q*;q*0",
         "application/vnd.surface+json",
     ],
 )
