@@ -50,7 +50,7 @@ CLIENTS = (
     Clients(4, SHORT, keep=False),
     # So seldom that connections rest in between.
     Clients(2, {"small_post": 1, "large_hit": 1}, pause=3.0),
-    Clients(1, {"long_post": 1}, pause=0.5),
+    Clients(1, {"long_post": 1}, pause=1.0),
 )
 
 

@@ -13,8 +13,8 @@ from tests.deploy.client import Answer
 SEED = 1963
 
 JSON = {"Content-Type": "application/json"}
-LONG_SIDE = 12
-LONG_TRIANGLES = 20_000
+LONG_SIDE = 10
+LONG_TRIANGLES = 5_000
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class Traffic:
         return Request("points", "POST", "/v1/points", JSON, body)
 
     def _long_post(self) -> Request:
-        """Seconds of computing: the best mesh of so many triangles."""
+        """Two seconds of a processor: the best mesh of so many triangles."""
         budget = LONG_TRIANGLES + self._random.randrange(5)
         body = posted(hills(LONG_SIDE), max_triangles=budget)
         return Request("long post", "POST", "/v1/mesh?format=glb", JSON, body)
