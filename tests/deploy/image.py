@@ -114,7 +114,8 @@ def running(engine: Engine, *options: str) -> Iterator[str]:
         _wait(engine, container)
         yield container
     finally:
-        engine.podman("rm", "--force", "--time", "5", container)
+        engine.podman("stop", "--time", "60", container)
+        engine.podman("rm", "--force", container)
 
 
 def _wait(engine: Engine, container: str) -> None:
