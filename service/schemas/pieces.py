@@ -10,6 +10,7 @@ two inner ones, `…], […`, and every piece is parsed by itself:
 """
 
 import re
+import secrets
 from collections.abc import Iterator
 
 import numpy as np
@@ -25,7 +26,8 @@ MAX_DEPTH = 8
 TRIES = 16
 """Closing brackets that are looked at for a cut: where nets are, every second or third will do."""
 
-_BETWEEN = re.compile(rb"\]\s*,\s*(?=\[)")
+_BETWEEN = re.compile(rb"\][ \t\r\n]*,[ \t\r\n]*(?=\[)")
+_NAME = f"array {secrets.token_hex(16)}"
 _QUOTE, _ESCAPE = b'"', ord("\\")
 
 
@@ -51,13 +53,13 @@ def _in_pieces(body: bytes) -> object:
         found = _array(body, start, end)
         if found is not None:
             value, stop = found
-            name = f"array {len(arrays)}"
+            name = f"{_NAME} {len(arrays)}"  # which nobody can say in a text of their own
             arrays[name] = value
             rest += [body[done:start], orjson.dumps(name)]
             done = stop
     value = orjson.loads(b"".join([*rest, body[done:]]))
     if _put(value, arrays) != len(arrays):
-        return orjson.loads(body)  # somebody says such a name, or has an array where none belongs
+        return orjson.loads(body)  # somebody has an array where none belongs
     return value
 
 

@@ -9,7 +9,23 @@ import pytest
 
 from service.schemas import pieces
 
-ODD = (b"[", b"]", b",", b"", b"1", b'"', b"{", b"}", b"\\", b",,", b"[]", b" ", b"],[", b"\xff")
+ODD = (
+    b"\x0b",
+    b"[",
+    b"]",
+    b",",
+    b"",
+    b"1",
+    b'"',
+    b"{",
+    b"}",
+    b"\\",
+    b",,",
+    b"[]",
+    b" ",
+    b"],[",
+    b"\xff",
+)
 TEXTS = ('quoted \\" [[1], [2]]', "array 0", "\\\\", "]" * 200)
 
 
@@ -68,7 +84,16 @@ def test_arrays_are_cut(monkeypatch: pytest.MonkeyPatch) -> None:
     assert max(parsed) < 200
 
 
+def test_white_space_is_that_of_json() -> None:
+    rows = orjson.dumps([[i, i] for i in range(99)])
+    for cut in range(1, 98):
+        text = rows.replace(b"],[%d," % cut, b"],\x0b[%d," % cut)
+        assert outcome(pieces.loads, text) == outcome(orjson.loads, text)
+
+
 def test_a_name_that_stands_for_an_array_may_be_somebodys_own() -> None:
     array = [[i, i] for i in range(99)]
     text = orjson.dumps({"mine": "array 0", "other": array})
     assert pieces.loads(text) == {"mine": "array 0", "other": array}
+    hidden = {"mine": "array 0", "other": ["text", array]}
+    assert pieces.loads(orjson.dumps(hidden)) == hidden
