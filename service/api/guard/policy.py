@@ -38,7 +38,8 @@ class Policy:
         """What a request needs to be answered."""
         if method not in READING:
             return "key" if self.has_keys else "nothing"
-        if path == METRICS and self._metrics:
+        # Whatever begins so: routes match, say, a path with an end of line behind it, too.
+        if path.startswith(METRICS) and self._metrics:
             return "key"
         if self._private and path.startswith("/v1/") and path not in _LISTS:
             return "key or signature"

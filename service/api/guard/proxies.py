@@ -83,7 +83,8 @@ class Proxies:
 def address_in(text: bytes) -> Address | None:
     """The address in one part of the header, which may have a port; None if it is none.
 
-    An IPv4 address that is written as one of IPv6 is the IPv4 address that it is.
+    An IPv4 address that is written as one of IPv6 is the IPv4 address that it is. The zone of an
+    address, any text, means something on the machine that wrote it alone, and is left out.
     """
     word = text.strip()
     return _address(word) if len(word) <= LONGEST else None
@@ -99,8 +100,9 @@ def _address(word: bytes) -> Address | None:
         address = ip_address(word.decode("ascii"))
     except ValueError:
         return None
-    mapped = address.ipv4_mapped if isinstance(address, IPv6Address) else None
-    return mapped or address
+    if isinstance(address, IPv6Address):
+        return address.ipv4_mapped or IPv6Address(int(address))
+    return address
 
 
 @lru_cache(REMEMBERED)

@@ -48,6 +48,14 @@ def test_whatever_computes_or_stores_needs_a_key(client: Client, method: str, pa
     assert answer.json()["errors"][0]["header"] == "Authorization"
 
 
+@pytest.mark.parametrize("path", ["/metrics", "/metrics%0A", "/metric%73", "/metrics/"])
+@pytest.mark.parametrize("method", ["GET", "HEAD"])
+def test_metrics_behind_a_key_have_no_other_spelling(method: str, path: str) -> None:
+    with client_of(create_app(SETTINGS.model_copy(update={"metrics": "key"}))) as client:
+        assert client.request(method, path).status_code == 401
+        assert client.request(method, path, headers=WITH).status_code in (200, 404)
+
+
 def test_a_key_lets_in(client: Client) -> None:
     assert client.post("/v1/mesh", NET, WITH).status_code == 200
     assert client.post("/v1/surfaces", NET, WITH).status_code == 201

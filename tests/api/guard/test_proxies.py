@@ -44,6 +44,7 @@ def introduced(
         (["[2001:db8::7]:50000"], "2001:db8::7"),
         (["[2001:db8::7]"], "2001:db8::7"),
         (["2001:db8::7, fd00::1"], "2001:db8::7"),
+        (['fe80::7%" 200'], "fe80::7"),
         ([f"::ffff:{CLIENT}"], CLIENT),
         ([f"{CLIENT}, unknown"], PROXY),
         ([f"{CLIENT}, unknown, {EDGE}"], EDGE),
