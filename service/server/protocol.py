@@ -80,6 +80,7 @@ class BoundedProtocol(HttpToolsProtocol):
             if cycle is not None:
                 _tell(cycle)
         self.pipeline.clear()
+        self._deaf = self._left = True  # a request that fails only now has nothing to end
         super().connection_lost(exc)
 
     def eof_received(self) -> None:

@@ -344,6 +344,24 @@ def test_who_lingers_is_closed_after_a_while() -> None:
     play(scene)
 
 
+def test_what_fails_after_its_client_has_gone_leaves_nothing() -> None:
+    async def left(_scope: Scope, receive: Receive, _send: Send) -> None:
+        while (await receive())["type"] != "http.disconnect":
+            pass
+        raise RuntimeError("inside")
+
+    async def scene() -> None:
+        server = Server(left)
+        client = server.connect()
+        await client.send(FIRST + b"Content-Length: 9\r\n\r\nabc")
+        client.lose()
+        await settle()
+        assert not client.wire.ended
+        assert (len(server.connections), server.connections.taking) == (0, {})
+
+    play(scene)
+
+
 async def silent(_scope: Scope, _receive: Receive, _send: Send) -> None:
     """An application that forgets to answer."""
 
