@@ -156,13 +156,19 @@ async def _make(request: Request, subject: Subject, fmt: Format, query: str) -> 
 
 
 async def _coded(request: Request, entry: Entry, wanted: Accepted, timing: Timing) -> Variant:
-    """The answer in the coding that the client likes best; what is not kept goes as it is."""
+    """The answer in the coding that the client likes best; what is not kept goes as it is.
+
+    So does what would have to wait for memory to be compressed: it has some, for which others wait.
+    """
     answers: AnswerCache = request.app.state.answers
     coding = wanted.order[0]
     variant = entry.variants.get(coding)
     if variant is not None and (wanted.plain or variant.coding == coding):
         return variant
-    if wanted.plain and not answers.holds(entry):
+    admission = visiting().admission
+    if wanted.plain and not (
+        answers.holds(entry) and admission.has_room(compressing(len(entry.plain)))
+    ):
         return entry.variants["identity"]
     compress: Callable[[bytes], bytes | None] = COMPRESS[coding]
     if wanted.plain:

@@ -73,11 +73,11 @@ def long_to_read(body: bytes) -> bool:
 
 
 async def parsed(parse: Callable[[], Result], timing: Timing, *, is_long: bool) -> Result:
-    """What a body says; if it is long, found out in a thread, which is kept for what comes next."""
+    """What a body says; if it is long, found out in a thread, which what comes next may keep."""
     visit = visiting()
     if is_long:
         with timing.step("wait"):
-            await visit.thread(visit.admission.large)
+            await visit.thread_to_parse()
     with timing.step("parse"):
         if is_long:
             result = await visit.in_thread(parse)

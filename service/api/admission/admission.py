@@ -1,8 +1,10 @@
 """What there is to share: memory in pools, threads in lanes.
 
-No deadlock is possible. Who has a thread may wait for memory, and who has memory of the one kind,
-a body, may wait for memory of the other; nobody waits the other way round. Of those who have some
-of the memory to work in, one alone may wait for more, and only while it plans.
+Who has a thread may wait for memory, and who has memory of the one kind, a body, may wait for
+memory of the other; nobody waits the other way round. Of those who have some of the memory to work
+in, one alone may wait for more while it plans, and a body that takes some of it waits for nobody
+who may. Answers that are to be compressed are not, where that would have to wait for memory; should
+others be quicker than that was seen, the deadline of the request ends the wait.
 """
 
 import math
@@ -85,8 +87,11 @@ class Admission:
         self.capacity = whole
         self.turn = Lock()
         """Short work on the event loop takes turns."""
-        self.all_threads = CapacityLimiter(2 * settings.workers + 1)
-        """Nobody waits here who has a thread of a lane; one is for what is done once."""
+        self.parsing = Pool(1)
+        """A thread for bodies that take of the memory to work in: were they to wait for one of a
+        lane, those who have them might wait for just that memory."""
+        self.all_threads = CapacityLimiter(2 * settings.workers + 2)
+        """Nobody waits here who has a thread of the pools; one is for what is done once."""
         self.request_timeout = settings.request_timeout
         self.large = Lane(settings.workers, working, settings.max_queue, tenant)
         self.small = Lane(settings.workers, small, settings.max_queue)
@@ -112,7 +117,7 @@ class Admission:
     @property
     def computing(self) -> int:
         """Threads that compute, or are about to."""
-        return sum(lane.threads.used for lane in self.lanes)
+        return self.parsing.used + sum(lane.threads.used for lane in self.lanes)
 
     @property
     def refused(self) -> int:
@@ -124,6 +129,11 @@ class Admission:
     def seconds_waited(self) -> float:
         """How long all requests together have waited."""
         return sum(lane.threads.seconds + lane.memory.seconds for lane in self.lanes)
+
+    def has_room(self, amount: int) -> bool:
+        """Whether so much memory to work in could be had without waiting, as things are."""
+        lane = self.small if amount <= self.small_bytes else self.large
+        return not lane.planning.used and not lane.waiting and lane.memory.has(amount)
 
     def retry_after(self) -> int:
         """Seconds after which coming again makes sense: one for each round of those who wait."""

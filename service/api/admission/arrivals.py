@@ -28,6 +28,11 @@ class Arrival:
         """Bytes."""
         return self._own.amount + self._lodged.amount
 
+    @property
+    def lodges(self) -> bool:
+        """Whether some of it is of the memory to work in."""
+        return self._lodged.amount > 0
+
     def claim(self, to: int) -> None:
         """Takes so much altogether, if that is more than before.
 

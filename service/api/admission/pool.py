@@ -87,13 +87,14 @@ class Pool:
         while self._queue:
             first = self._queue[0]
             if not first.granted.done():
-                if not self._fits(first.amount):
+                if not self.has(first.amount):
                     return
                 self._take(first.amount)
                 first.granted.set_result(None)
             self._queue.popleft()
 
-    def _fits(self, amount: int) -> bool:
+    def has(self, amount: int) -> bool:
+        """Whether so much could be lent right now."""
         fixed = 0 if self._tenant is None else self._tenant.fixed
         return self.used + fixed + amount <= self.capacity
 
@@ -108,7 +109,7 @@ class Pool:
 
     def _taken(self, amount: int, leaving: int) -> bool:
         """Whether so much was there."""
-        if self._queue or not self._fits(amount + leaving):
+        if self._queue or not self.has(amount + leaving):
             return False
         self._take(amount)
         return True

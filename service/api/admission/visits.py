@@ -84,6 +84,13 @@ class Visit:
             self._thread.release()
         self._thread = await lane.threads.lent(1)
 
+    async def thread_to_parse(self) -> None:
+        """The same of a thread in which a long body is parsed."""
+        if self.arrival.lodges:
+            self._thread = await self.admission.parsing.lent(1)
+        else:
+            await self.thread(self.admission.large)
+
     async def room(self, lane: Lane, to: int) -> None:
         """Waits until there is so much memory to work in."""
         if self.memory is None or self.memory.pool is not lane.memory:

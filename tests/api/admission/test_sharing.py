@@ -8,8 +8,11 @@ from service.api.admission.admission import FREE_ARRIVAL, LEFT, Admission
 from service.api.admission.arrivals import Arrival
 from service.api.admission.busy import Busy
 from service.api.admission.pool import Lease
+from service.api.admission.visits import Visit
 from service.api.caching.answers import AnswerCache
 from service.api.caching.entries import Entry, Subject
+from service.api.timing import Timing
+from service.api.work import parsed
 from service.errors import TooLarge
 from service.settings.values import Settings
 
@@ -63,6 +66,31 @@ def test_bodies_do_not_lodge_where_somebody_waits() -> None:
         first.release()
         (await waits).release()
         arrival.claim(admission.arriving.capacity)
+
+    asyncio.run(scenario())
+
+
+def test_a_body_that_lodges_is_parsed_though_others_have_the_threads() -> None:
+    """Who has the thread waits for the memory that the body takes."""
+
+    async def scenario() -> None:
+        admission = Admission(Settings(threads=1))
+        lane = admission.large
+        lodger, other = Visit(admission), Visit(admission)
+        lodger.arrival.claim(admission.arriving.capacity + 1000)
+        await other.thread(lane)
+        waits = asyncio.create_task(other.room(lane, lane.memory.capacity))
+        await asyncio.sleep(0)
+        assert lane.memory.waiting == 1
+        assert not admission.has_room(lane.memory.capacity)
+        with lodger.current():
+            async with asyncio.timeout(30):
+                await parsed(lambda: None, Timing(), is_long=True)
+        await waits
+        lodger.close()
+        other.close()
+        assert (admission.used, admission.computing) == (0, 0)
+        assert admission.has_room(lane.memory.capacity)
 
     asyncio.run(scenario())
 
