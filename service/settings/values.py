@@ -226,11 +226,6 @@ class Settings(BaseSettings):
         return self.memory_bytes * WORKING // 100
 
     @property
-    def arriving_bytes(self) -> int:
-        """The share for bodies, and for what they become."""
-        return self.memory_bytes - self.working_bytes
-
-    @property
     def workers(self) -> int:
         """Number of threads, with 0 resolved."""
         return self.threads or os.cpu_count() or 1
