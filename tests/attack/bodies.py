@@ -142,7 +142,7 @@ def _shape(text: str) -> bytes:
 
 
 async def huge_numbers(port: int) -> Counter[str]:
-    return await storm(port, _huge(), seconds=10)
+    return await storm(port, _huge(), seconds=10, hasty=True)
 
 
 async def keys(port: int) -> Counter[str]:
