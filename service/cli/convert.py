@@ -93,13 +93,13 @@ def _local(document: dict[str, Any]) -> bytes:
     """The new surface, computed in this process."""
     from service.pipeline.conversion import converted
     from service.schemas.convert import convert_request
-    from service.settings.environment import from_environment
+    from service.settings.environment import for_one_command
     from service.settings.process import pin_blas
     from service.settings.values import document_limits, result_limits
     from service.surface.convert.nets import Allowed
 
     pin_blas()
-    settings = from_environment()
+    settings = for_one_command()
     request = convert_request(document, document_limits(settings))
     surface, operations = request.to_surface(), request.to_operations()
     allowed = Allowed(settings.max_control_points, settings.max_degree)

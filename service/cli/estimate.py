@@ -61,12 +61,12 @@ def _local(document: dict[str, Any], formats: "Sequence[Format]") -> bytes:
     from service.pipeline.encoding import encode_options
     from service.pipeline.estimate import estimate, estimate_object
     from service.schemas.request import mesh_request
-    from service.settings.environment import from_environment
+    from service.settings.environment import for_one_command
     from service.settings.process import pin_blas
     from service.settings.values import document_limits, result_limits
 
     pin_blas()
-    settings = from_environment()
+    settings = for_one_command()
     wanted = mesh_request(document, document_limits(settings))
     found = estimate(
         wanted.to_surface(),

@@ -150,13 +150,13 @@ def _local(
     from service.pipeline.mesh import Lowerable, render
     from service.schemas.query import options_from_text, values_from_text
     from service.schemas.request import mesh_request
-    from service.settings.environment import from_environment
+    from service.settings.environment import for_one_command
     from service.settings.process import pin_blas
     from service.settings.values import document_limits, result_limits
     from service.surface.examples import find
 
     pin_blas()
-    settings = from_environment()
+    settings = for_one_command()
     if isinstance(source, str):
         surface: Lowerable = find(source).surface()
         wanted = options_from_text(chosen.items())

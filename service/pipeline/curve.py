@@ -1,6 +1,6 @@
 """Curve and options in, points, tangents and lengths or lines out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from service.encoders.curves.format import CurveFormat, CurveSize
@@ -9,7 +9,8 @@ from service.engine.curves.trace import choose_samples, trace
 from service.errors import Issue, TooLarge
 from service.measuring import measured
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.memory import tracing
+from service.pipeline.memory import traceable, tracing
+from service.pipeline.mesh_memory import SHARE
 from service.surface.curve_pieces import CurvePieces
 
 
@@ -57,11 +58,12 @@ class CurveWork:
     @property
     def memory(self) -> int:
         """Bytes that the work takes at most, the curve and the file included."""
-        points = self.points
+        return tracing(self.pieces.points.nbytes, self.points, self.file(self.points))
+
+    def file(self, points: int) -> int:
+        """Bytes of the file at most, if the polyline has so many points."""
         most = self.fmt.byte_bound(CurveSize(points, len(self.pieces.name.encode())))
-        if self.options.tolerance is not None:
-            most = min(most, self.limits.max_bytes)
-        return tracing(self.pieces.points.nbytes, points, most)
+        return most if self.options.tolerance is None else min(most, self.limits.max_bytes)
 
     @property
     def points(self) -> int:
@@ -90,7 +92,13 @@ def plan_curve(
     planned = CurveWork(pieces, options, fmt, limits, most)
     if options.tolerance is None:
         _check_curve(planned, planned.points)
-    return planned
+        less = "a lower resolution takes less"
+        limits.check_memory(planned.memory, "The curve", "/resolution", less)
+        return planned
+    # How many there will be is not known: as many as a part of the memory holds.
+    room = limits.max_memory // SHARE
+    affordable = traceable(pieces.points.nbytes, planned.file, room)
+    return replace(planned, most=max(2, min(most, affordable)))
 
 
 def render_curve(

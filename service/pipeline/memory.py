@@ -4,17 +4,20 @@ Every number counts the bytes above what was there before the step, its result i
 step is over.
 """
 
-from collections.abc import Sequence
+from bisect import bisect_left
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from service.encoders import json_points
 from service.errors import Issue, TooLarge
 from service.pipeline.limits import Limits
 from service.surface import Surface
+from service.surface.convert.nets import width
 from service.surface.convert.operations import Elevate, Operation, Split, ToTriangle
 from service.surface.group import GroupSurface
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import NUMBER, LoweredSize, lowered_size
+from service.surface.sweeps import RibbonSurface, TubeSurface
 
 if TYPE_CHECKING:
     from service.pipeline.mesh import Lowerable
@@ -25,11 +28,14 @@ SEAMS, SIDES = 600, 4
 SMALL = 1 << 19
 """Bytes that are taken whatever is computed."""
 
-POINT = 1500
-"""Bytes that a place of a surface, or a point of a curve, takes while it is computed."""
+PLACE, POINT = 400, 700
+"""Bytes that a place of a surface, and a point of a curve, take while they are computed."""
 
-CONVERTED = 1000
-"""Bytes that a control point takes while it is converted and written."""
+CONVERTED = 100
+"""Bytes that each number of a control point takes while it is converted and written."""
+
+MOST = 1 << 32
+"""More points than any curve has."""
 
 WORKING = 16 << 20
 """Bytes of work arrays at most: from some size on they do not grow with what is computed."""
@@ -68,12 +74,12 @@ def compressing(length: int) -> int:
 
 def answering(model: int, places: int, order: int) -> int:
     """The answer to a query of so many places, from the `model` on, which has so many bytes."""
-    return _with_arrays(model + POINT * places + 3 * json_points.byte_bound(places, order))
+    return _with_arrays(model + PLACE * places + 2 * json_points.byte_bound(places, order))
 
 
 def tracing(pieces: int, points: int, file: int) -> int:
     """A curve as a file of so many bytes at most, from its pieces on, which have so many bytes."""
-    return _with_arrays(pieces + POINT * points + 3 * file)
+    return _with_arrays(pieces + POINT * points + 2 * file)
 
 
 def converting(surface: Surface, operations: Sequence[Operation], allowed: int) -> int:
@@ -93,12 +99,24 @@ def converting(surface: Surface, operations: Sequence[Operation], allowed: int) 
         elif isinstance(operation, ToTriangle):
             p = q = p + q
         most = max(most, patches * (p + 1) * (q + 1))
-    return _with_arrays(size.peak + CONVERTED * min(most, allowed))
+    return _with_arrays(size.peak + _converted(surface) * min(most, allowed))
 
 
 def convertible(surface: Surface, memory: int) -> int:
     """Control points that so much memory allows a surface to have after a conversion."""
-    return max(0, memory - WORKING - lowered_size(surface).peak) // CONVERTED
+    return max(0, memory - WORKING - lowered_size(surface).peak) // _converted(surface)
+
+
+def _converted(surface: Surface) -> int:
+    """Bytes for each control point of a conversion, its weight and what it carries included."""
+    return CONVERTED * (
+        4
+        + (
+            0
+            if isinstance(surface, GroupSurface | TubeSurface | RibbonSurface)
+            else width(surface.channels)
+        )
+    )
 
 
 def _with_arrays(other: int) -> int:
@@ -143,3 +161,12 @@ def _lowering(size: LoweredSize) -> int:
 def _size(surface: "Lowerable") -> LoweredSize:
     """What is known of a surface; nothing of one that is none of ours."""
     return lowered_size(surface) if isinstance(surface, Surface) else LoweredSize(0, 0, 0, 0)
+
+
+def traceable(pieces: int, file: Callable[[int], int], memory: int) -> int:
+    """Points of a curve for which so much memory does; `file` gives the bytes of so many."""
+
+    def beyond(points: int) -> bool:
+        return tracing(pieces, points, file(points)) > memory
+
+    return bisect_left(range(MOST), True, key=beyond) - 1

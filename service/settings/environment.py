@@ -18,6 +18,9 @@ from service.errors import InvalidSettings
 from service.settings.listening import PREFIX
 from service.settings.values import Settings
 
+EVERYTHING = 1 << 45
+"""More memory than a machine has."""
+
 _log = logging.getLogger(__name__)
 
 _OF_CLIENTS = frozenset({f"{PREFIX}KEY"})
@@ -59,6 +62,21 @@ def from_environment() -> Settings:
     except ValidationError as error:
         raise _refusal(error, texts, {name: variable(name) for name in texts}) from None
     return Settings(**found.model_dump())
+
+
+def for_one_command() -> Settings:
+    """The same for a command that computes by itself, on a machine that it need not share.
+
+    It takes as much memory as there is, unless the variable says how much.
+
+    Raises
+    ------
+    InvalidSettings
+    """
+    settings = from_environment()
+    if variable("memory_bytes") in os.environ:
+        return settings
+    return settings.model_copy(update={"memory_bytes": EVERYTHING})
 
 
 def with_flags(settings: Settings, flags: Mapping[str, str]) -> Settings:
