@@ -34,7 +34,7 @@ SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types bench bench-occ test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify web picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test check format openapi types bench bench-occ test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify memory web picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -101,6 +101,9 @@ test-attack: $(VENV)/.dev ## Attack the live service in every known way, and pri
 
 fuzz: $(VENV)/.dev build/fuzz/.ready ## Fuzz every parser, for SECONDS together (600)
 	PYTHONPATH=build/fuzz/packages $(BIN)/python -m tests.fuzz $(SECONDS)
+
+memory: $(VENV)/.dev ## Measure what meshes of many kinds take, beside what was predicted
+	$(BIN)/python -m tests.memory
 
 certify: $(VENV)/.dev ## Judge meshes by tolerance: a thousand surfaces, two hundred models
 	$(BIN)/python -m tests.certify

@@ -1,9 +1,5 @@
 """What is predicted of memory is at least what NumPy and Python take, and not much more."""
 
-import tracemalloc
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -17,19 +13,10 @@ from service.pipeline.memory import lowering
 from service.pipeline.mesh import Lowerable, plan
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
+from tests.memory import taken
 
 LOOSEST = 3
 """How many times what is taken a prediction may be, of meshes of some megabytes."""
-
-
-def taken(work: Callable[[], Any]) -> int:
-    """Bytes at the most that were allocated while something was done, beyond those before."""
-    tracemalloc.start()
-    try:
-        work()
-        return tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
 
 
 def hills(count: int, *, weighted: bool = False) -> BsplineSurface:
