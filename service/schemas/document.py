@@ -24,9 +24,9 @@ BYTES_PER_VALUE = 256
 PARSED = 16
 """Bytes that the parser needs for a value while it reads, beside a copy of the text."""
 
-NUMBER, LIST, OBJECT, STRING = 32, 72, 1500, 100
-"""Bytes of what a text becomes: a number with its place in a list; a list; an object and what is
-made of it; a string."""
+PLACE, NUMBER, LIST, OBJECT, STRING = 8, 24, 80, 1500, 100
+"""Bytes of what a text becomes: the place of a value in a list; a number; a list; an object and
+what is made of it; a string."""
 
 ARRAYS = 32
 """Bytes for each number while lists become arrays, and these are checked."""
@@ -135,11 +135,13 @@ class Budget:
     @property
     def memory(self) -> int:
         """Bytes that the text so far takes at most until it has become a surface, its own too."""
-        values = self.commas + self.brackets + 1
-        lists = self.brackets - self.braces
-        made = NUMBER * values + LIST * lists + OBJECT * self.braces + STRING * self.quotes // 2
+        # Before each value but the first of its list stands a comma, before each list a bracket.
+        numbers, lists = self.commas + 1, self.brackets - self.braces
+        values = numbers + self.brackets
+        made = PLACE * values + NUMBER * numbers + LIST * lists
+        made += OBJECT * self.braces + STRING * self.quotes // 2
         # First the parser has a copy of the text, then lists become arrays.
-        beside = max(self.received + PARSED * values, ARRAYS * values)
+        beside = max(self.received + PARSED * values, ARRAYS * numbers)
         return self.received + made + beside
 
     def _needed(self) -> str:

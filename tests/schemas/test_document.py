@@ -1,14 +1,18 @@
 """From bytes to values: what is refused, where, and what it may cost."""
 
 import json
+import tracemalloc
 from typing import Any
 
+import numpy as np
+import orjson
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from service.errors import InvalidRequest, MalformedJson
 from service.schemas.document import Budget, DocumentLimits, parse_document
+from service.schemas.request import mesh_request
 from service.schemas.scan import MAX_PREFIX, pointer_at, repeated_key
 
 VALUES = st.recursive(
@@ -183,3 +187,23 @@ def test_largest_surface_is_within_the_budget(rows: int) -> None:
     text = json.dumps(document, indent=8).encode()
     Budget(DocumentLimits(max_control_points=points)).take(text)
     assert parse_document(text) == document
+
+
+def test_a_budget_knows_the_memory_of_what_a_text_becomes() -> None:
+    """The document and the surface made of it, and the text itself; not ten times as much."""
+    net = np.random.default_rng(1).normal(size=(100, 100, 3))
+    for decimals in (17, 3):
+        body = orjson.dumps(
+            {"surface": {"type": "bspline", "control_net": net.round(decimals)}},
+            option=orjson.OPT_SERIALIZE_NUMPY,
+        )
+        budget = Budget()
+        budget.take(body)
+        tracemalloc.start()
+        document = parse_document(body)
+        # The parser reserves far more than it uses.
+        tracemalloc.reset_peak()
+        mesh_request(document, DocumentLimits()).to_surface()
+        most = len(body) + tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert most <= budget.memory <= 2 * most
