@@ -68,7 +68,10 @@ def serve(app: ASGIApp, settings: Settings, state: Any = None) -> None:
 def warn_if_open(sockets: Sequence[socket.socket], settings: Settings) -> None:
     """Says in the log that everybody who can connect may do everything, if that is so."""
     if not is_private(sockets) and not settings.api_keys and not settings.api_keys_file:
-        _log.warning("Whoever reaches this service may compute and store: it has no API keys")
+        _log.warning(
+            "Whoever reaches this service may compute and store: it has no API keys "
+            "(SURFACE_API_KEYS)"
+        )
 
 
 async def _until_told(server: Server, sockets: list[socket.socket]) -> None:

@@ -1,8 +1,5 @@
 """The guard as the settings want it; they are checked here, where they are put to use."""
 
-import logging
-from ipaddress import ip_address
-
 from starlette.types import ASGIApp
 
 from service.api.cors import Origins
@@ -15,8 +12,6 @@ from service.api.guard.rates import Rates
 from service.api.guard.signatures import InvalidSecrets, Signer
 from service.errors import InvalidSettings
 from service.settings.values import Settings
-
-_log = logging.getLogger(__name__)
 
 
 def guarded(app: ASGIApp, settings: Settings, origins: Origins) -> ASGIApp:
@@ -43,11 +38,6 @@ def guarded(app: ASGIApp, settings: Settings, origins: Origins) -> ASGIApp:
             "SURFACE_PUBLIC_READS: got 'false' where nobody could read, needed SURFACE_API_KEYS "
             "or SURFACE_SIGNING_KEYS too."
         )
-    if not policy.has_keys and not _is_loopback(settings.host):
-        _log.warning(
-            "Others can reach this service, and it has no keys (SURFACE_API_KEYS): "
-            "whoever does may compute and store"
-        )
     if means == Means(None, None, None, None):
         return app
     return Guard(app, policy, means, origins)
@@ -61,14 +51,6 @@ def signer_of(settings: Settings) -> Signer | None:
         return Signer([secret.get_secret_value() for secret in settings.signing_keys])
     except InvalidSecrets as error:
         raise InvalidSettings(f"SURFACE_SIGNING_KEYS: {error}") from None
-
-
-def _is_loopback(host: str) -> bool:
-    """Whether only programs of this machine come to an address."""
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 def _keys(settings: Settings) -> KnownKeys:

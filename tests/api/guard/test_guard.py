@@ -119,24 +119,6 @@ def test_settings_that_make_no_sense_stop_the_start(settings: Settings, message:
     assert "0123" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("settings", "warned"),
-    [
-        (Settings(), False),
-        (Settings(host="::1"), False),
-        (Settings(host="localhost"), False),
-        (Settings(host="0.0.0.0"), True),
-        (Settings(host="surface.example"), True),
-        (SETTINGS.model_copy(update={"host": "0.0.0.0"}), False),
-    ],
-)
-def test_who_opens_the_service_to_everybody_is_told(
-    settings: Settings, warned: bool, caplog: pytest.LogCaptureFixture
-) -> None:
-    create_app(settings)
-    assert ("SURFACE_API_KEYS" in caplog.text) is warned
-
-
 def test_scripts_of_other_origins_may_send_keys_and_read_refusals(client: Client) -> None:
     origin = {"Origin": "https://example.com"}
     asked = {"Access-Control-Request-Method": "POST"}
