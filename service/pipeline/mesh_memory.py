@@ -38,8 +38,8 @@ COUNTED = 40
 DRAWN, SEGMENT, CELL = 70, 30, 80
 """Bytes for each point, segment and cell of lines beside the faces."""
 
-STATION = 160
-"""Bytes for each sample of what is swept along curves."""
+STATION, PATH = 240, 400
+"""Bytes for each sample of what is swept along curves, and for each grid of such."""
 
 CURVED, CURVED_SAMPLES = 800, 16_384
 """Bytes for each sample of which curvatures are computed, and how many are at a time."""
@@ -176,7 +176,7 @@ def _making(model: Model, options: MeshOptions, size: MeshSize, row: _Row) -> in
         row.bytes * samples + 8 * samples + _rims(patches, options),
     )
     swept = options.solid_wires or has_sweeps(model)
-    return kept + max(steps) + (STATION * samples if swept else 0)
+    return kept + max(steps) + (STATION * samples + PATH * size.patches if swept else 0)
 
 
 def _seams(patches: list[Patches]) -> int:
