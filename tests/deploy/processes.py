@@ -86,7 +86,8 @@ class Instance:
         end = time.monotonic() + PATIENCE
         while not self.is_ready():
             if self.process.poll() is not None or time.monotonic() > end:
-                raise RuntimeError(f"the service did not start:\n{self.last_lines()}")
+                ended = f"it has ended with {self.process.poll()}"
+                raise RuntimeError(f"the service does not start; {ended}:\n{self.last_lines()}")
             time.sleep(0.1)
 
     def stop(self) -> int:
