@@ -41,8 +41,9 @@ def free_at_once() -> None:
 def collect_rarely() -> None:
     """Looks for garbage that holds on to itself seldom, and not among what is there already.
 
-    Python looks whenever some hundred objects more are alive: five times while a large document
-    becomes lists, each time with everybody waiting. What is called once at the start stays anyway.
+    Python looks whenever some hundred objects more are alive: while a large document becomes lists
+    that takes four times as long as the parsing, with everybody waiting. What is there at the
+    start stays anyway.
     """
     gc.collect()
     gc.freeze()

@@ -8,6 +8,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.options import MeshOptions
+from service.errors import TooLarge
 from service.pipeline.mesh import Lowerable, plan
 from service.settings.process import pin_blas
 from service.stopping import Stop, stopped_by
@@ -63,8 +64,8 @@ def run() -> None:
             try:
                 plan(surface, options, BY_NAME[fmt], EncodeOptions()).run()
                 how = ""
-            except Exception as error:  # what is too costly is refused on the way
-                how = f"  {type(error).__name__}"
+            except TooLarge:  # known only on the way
+                how = "  refused"
         watch.check()
         seconds = time.perf_counter() - start
         print(f"{title:36}{seconds:9.2f}{watch.longest * 1e3:12.0f}{how}")

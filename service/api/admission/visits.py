@@ -28,8 +28,8 @@ Result = TypeVar("Result")
 class Visit:
     """What one request has, or work that several wait for. All is given back at its end.
 
-    What a thread still uses is given back as soon as the thread has ended: it may take some 100 ms
-    to notice that it shall.
+    What a thread still uses is given back as soon as the thread has ended: it may take half a
+    second to notice that it shall.
 
     Attributes
     ----------
