@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import pytest
 from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import ExportTraceServiceRequest
-from opentelemetry.sdk.trace import ReadableSpan, TracerProvider
+from opentelemetry.sdk.trace import ReadableSpan, SpanProcessor, TracerProvider
 from opentelemetry.sdk.trace.export import SimpleSpanProcessor
 from opentelemetry.sdk.trace.export.in_memory_span_exporter import InMemorySpanExporter
 from opentelemetry.trace import SpanKind, StatusCode
@@ -185,13 +185,30 @@ def test_spans_go_where_the_operator_says(monkeypatch: pytest.MonkeyPatch) -> No
     assert [span.name for span in sent.scope_spans[0].spans] == ["GET /health"]
 
 
+class Stuck(SpanProcessor):
+    """Hands nothing on, as a collector that does not answer would have it, until it is let go."""
+
+    def __init__(self) -> None:
+        self.released = threading.Event()
+
+    def shutdown(self) -> None:
+        self.released.wait()
+
+
 def test_where_nobody_takes_them_the_end_is_not_delayed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tracing_module, "FAREWELL", 0.05)
-    monkeypatch.setenv("OTEL_EXPORTER_OTLP_ENDPOINT", "http://127.0.0.1:9")
-    app = create_app(Settings(tracing=True))
-    with client_of(app) as client:
-        client.get("/health")
-    asyncio.run(asyncio.wait_for(app.state.tracing.close(), 5))
+    # Not the exporter itself: its thread would go on trying, and drawing random numbers, in other
+    # tests' time.
+    stuck, provider = Stuck(), TracerProvider(shutdown_on_exit=False)
+    provider.add_span_processor(stuck)
+    try:
+        asyncio.run(asyncio.wait_for(Tracing(provider).close(), 5))
+        (waiting,) = [t for t in threading.enumerate() if t.name == "last spans"]
+        assert waiting.daemon
+    finally:
+        stuck.released.set()
+    waiting.join(5)
+    assert not waiting.is_alive()
 
 
 def test_the_operator_names_the_service(monkeypatch: pytest.MonkeyPatch) -> None:
