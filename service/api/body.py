@@ -6,7 +6,6 @@ FastAPI's `max_body_size` would refuse a long body as well, but in plain text.
 import re
 from collections.abc import Callable, Sequence
 
-import anyio
 from starlette.requests import Request
 
 from service.api.admission.visits import visiting
@@ -65,7 +64,7 @@ async def _read(request: Request, settings: Settings, take: Callable[[bytes], in
     chunks: list[bytes] = []
     received = 0
     try:
-        with anyio.fail_after(settings.body_timeout):
+        with arrival.within(settings.body_timeout):
             async for chunk in request.stream():
                 received += len(chunk)
                 if received > settings.max_body_bytes:

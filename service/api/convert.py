@@ -45,5 +45,6 @@ async def post_convert(request: Request) -> Response:
 
 def _parse(body: bytes, settings: Settings) -> tuple[Surface, Sequence[Operation]]:
     """What a body asks for."""
-    wanted = convert_request(parse_document(body), document_limits(settings))
+    limits = document_limits(settings)
+    wanted = convert_request(parse_document(body, limits.max_depth), limits)
     return wanted.to_surface(), wanted.to_operations()

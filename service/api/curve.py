@@ -51,7 +51,8 @@ async def post_curve(request: Request) -> Response:
 
 def _parse(body: bytes, settings: Settings) -> tuple[Curve, CurveOptions]:
     """What a body asks for."""
-    wanted = curve_request(parse_document(body), document_limits(settings))
+    limits = document_limits(settings)
+    wanted = curve_request(parse_document(body, limits.max_depth), limits)
     return wanted.to_curve(), wanted.curve_options()
 
 

@@ -22,6 +22,10 @@ from service.schemas.options import MeshOptionFields
 from service.schemas.request import mesh_request
 from service.settings.values import Settings, document_limits, result_limits
 from service.surface import Surface
+from service.surface.group import GroupSurface
+
+INLINE_MEMORY = 1 << 22
+"""What takes no more memory is estimated in a millisecond or two."""
 
 
 async def post_estimate(request: Request) -> Response:
@@ -75,5 +79,9 @@ def _parse(
 
 
 def _pace(work: _Estimate) -> Pace:
-    """How long an estimate takes: under a tolerance nobody knows."""
-    return Pace.SOON if work.wanted.mesh_options().accuracy is None else Pace.LONG
+    """How long an estimate takes."""
+    if work.wanted.mesh_options().accuracy is not None:
+        return Pace.LONG  # nobody knows
+    # Every member of a group takes a millisecond of its own.
+    is_small = work.memory <= INLINE_MEMORY and not isinstance(work.surface, GroupSurface)
+    return Pace.AT_ONCE if is_small else Pace.SOON

@@ -47,7 +47,8 @@ async def post_points(request: Request) -> Response:
 
 def _parse(body: bytes, settings: Settings) -> tuple[Surface, Query]:
     """What a body asks for."""
-    wanted = points_request(parse_document(body), document_limits(settings))
+    limits = document_limits(settings)
+    wanted = points_request(parse_document(body, limits.max_depth), limits)
     return wanted.to_surface(), wanted.to_query()
 
 

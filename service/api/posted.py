@@ -64,7 +64,7 @@ class Posting(Generic[AnyFormat]):
         MalformedJson, MalformedBody, InvalidRequest
         """
         if self.decoder is None:
-            return parse_document(body)
+            return parse_document(body, limits.max_depth)
         fields = self.beside["surface"]
         net = self.decoder.decode(body, fields.get("type"), limits.max_control_points)
         return {**self.beside, "surface": with_fields(net, fields)}

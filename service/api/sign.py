@@ -24,12 +24,12 @@ async def post_sign(request: Request) -> Response:
     no_parameters(request.query_params)
     body = await read_body(request, settings)
     async with attended(request):
-        wanted = await parsed(partial(_parse, body), Timing(), is_long=long_to_read(body))
+        wanted = await parsed(partial(_parse, body, settings), Timing(), is_long=long_to_read(body))
     root = request.scope.get("root_path", "")
     address, expires = signed_address(request.app.state.signer, wanted, root, time.time())
     headers = HEADERS | {"Cache-Control": "no-store"}
     return json_response({"url": address, "expires": expires}, headers=headers)
 
 
-def _parse(body: bytes) -> SignRequest:
-    return sign_request(parse_document(body))
+def _parse(body: bytes, settings: Settings) -> SignRequest:
+    return sign_request(parse_document(body, settings.max_json_depth))

@@ -35,6 +35,9 @@ from service.surface.examples import EXAMPLES
 WRITTEN = 3
 """A text takes so many times its length while it is written."""
 
+INLINE_MEMORY = 1 << 19
+"""What takes no more memory is written in half a millisecond."""
+
 
 async def collection(request: Request) -> Response:
     """`/v1/surfaces`: GET lists the examples, POST stores a surface."""
@@ -86,7 +89,7 @@ async def get_surface(request: Request) -> Response:
         with timing.step("surface"):
             stored = await surface_of(request, id)
         plan = partial(_planned, stored.surface, result_limits(settings))
-        task = Task("definition", plan, 0, lambda _: Pace.SOON, stored.is_long)
+        task = Task("definition", plan, 0, _pace, stored.is_long)
         _, content = await done(task, _Definition.run, len, timing)
     headers |= {"Server-Timing": str(timing)}
     return ChunkedResponse(content, 200, HEADERS | headers, "application/json")
@@ -135,6 +138,11 @@ def _planned(surface: Surface, limits: Limits) -> _Definition:
     most = json_bound(document)
     limits.check_bytes(most, "The surface could become too large as JSON.", "/id")
     return _Definition(document, WRITTEN * most)
+
+
+def _pace(work: _Definition) -> Pace:
+    """How long writing takes."""
+    return Pace.AT_ONCE if work.memory <= INLINE_MEMORY else Pace.SOON
 
 
 def _has(request: Request, tag: str) -> bool:

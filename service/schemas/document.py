@@ -1,6 +1,6 @@
 """Bytes to one JSON document, with a sharp eye for what parsers let pass.
 
-`orjson` refuses NaN, Infinity, 1e400, lone surrogates, deep nesting and text that is not UTF-8.
+`orjson` refuses NaN, Infinity, 1e400, lone surrogates and text that is not UTF-8.
 It keeps the last of two equal keys without a word; here that is an error. And because a short
 text can mean many objects in memory, a `Budget` counts them while the text is still arriving.
 """
@@ -12,11 +12,15 @@ import orjson
 
 from service.errors import InvalidRequest, Issue, MalformedJson, pointer
 from service.schemas.pieces import loads
-from service.schemas.scan import MAX_PREFIX, pointer_at, repeated_key, shortened
+from service.schemas.scan import MAX_PREFIX, is_deeper, pointer_at, repeated_key, shortened
 from service.surface.checks import MAX_DEGREE
 
 MAX_STRINGS = 50_000
 """Strings in a document, keys included; a request has some twenty, and two a named part."""
+
+MAX_DEPTH, PARSED_DEPTH = 32, 1024
+"""Brackets that may be open at once; what is asked for has some ten. The parser has its own bound,
+for texts of any kind."""
 
 BYTES_PER_VALUE = 256
 """Bytes that a number may take with its indentation; all its digits need 25."""
@@ -48,7 +52,6 @@ _FOUND = (
     ("trailing comma", "a comma with nothing behind it"),
     ("leading zero", "a number with a leading zero"),
     ("no digit", "a number that lacks digits"),
-    ("depth", "brackets nested too deeply"),
     ("after document", "more text after the document"),
     ("string key", "something else than a key in quotes"),
     ("after key", "no colon after a key"),
@@ -67,6 +70,7 @@ class DocumentLimits:
 
     max_control_points: int = 1_000_000
     max_degree: int = MAX_DEGREE
+    max_depth: int = MAX_DEPTH
 
 
 @dataclass(slots=True)
@@ -152,21 +156,27 @@ class Budget:
         return needed + (f" and at most {self.queries} points to query" if self.queries else "")
 
 
-def parse_document(body: bytes) -> object:
+def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
     """The value of a JSON text, made of dict, list, str, int, float, bool and None.
+
+    RFC 8259, section 9, leaves it to a parser how deeply it lets brackets be nested.
 
     Raises
     ------
     MalformedJson
         If the text is not one JSON document (RFC 8259) in UTF-8.
     InvalidRequest
-        `not_finite` for NaN, Infinity and numbers beyond float64; `repeated_key`.
+        `not_finite` for NaN, Infinity and numbers beyond float64; `repeated_key`; `too_deep`.
     """
     try:
         value = loads(body)
     except orjson.JSONDecodeError as error:
         # Only the message and the position go on: the exception holds the whole text.
+        if "depth" in error.msg:
+            raise _too_deep(max_depth) from None
         raise _refusal(error, body) from None
+    if is_deeper(body, max_depth):
+        raise _too_deep(max_depth)
     # Colons are as many as keys, unless a key is repeated, a string holds one, or an object
     # hides in a list of other things, where nothing is valid: only then is the text scanned.
     if body.count(b":") != _count_keys(value):
@@ -185,6 +195,17 @@ def _count_keys(value: object) -> int:
         elif isinstance(item, list) and item and type(item[0]) is dict:
             waiting.extend(item)
     return count
+
+
+def _too_deep(most: int) -> InvalidRequest:
+    return InvalidRequest(
+        Issue(
+            "too_deep",
+            "The brackets of the document are nested more deeply than this service reads.",
+            got=f"more than {most} levels",
+            needed=f"at most {most}; no request needs as many",
+        )
+    )
 
 
 def _refuse_repeated_key(body: bytes) -> None:

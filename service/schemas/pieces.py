@@ -11,11 +11,12 @@ two inner ones, `…], […`, and every piece is parsed by itself:
 
 import re
 import secrets
-from collections.abc import Iterator
 
 import numpy as np
 import orjson
 from numpy.typing import NDArray
+
+from service.schemas.scan import between_strings
 
 PIECE = 1 << 17
 """Bytes that are parsed at once: a millisecond or two."""
@@ -28,7 +29,6 @@ TRIES = 16
 
 _BETWEEN = re.compile(rb"\][ \t\r\n]*,[ \t\r\n]*(?=\[)")
 _NAME = f"array {secrets.token_hex(16)}"
-_QUOTE, _ESCAPE = b'"', ord("\\")
 
 
 def loads(body: bytes) -> object:
@@ -46,7 +46,7 @@ def _in_pieces(body: bytes) -> object:
     rest: list[bytes] = []
     arrays: dict[str, object] = {}
     done = 0
-    for begin, end in _without_strings(body):
+    for begin, end in between_strings(body, 2 * PIECE):
         start = body.find(b"[", begin, end)
         if start < 0 or end - start < 2 * PIECE:
             continue
@@ -61,30 +61,6 @@ def _in_pieces(body: bytes) -> object:
     if _put(value, arrays) != len(arrays):
         return orjson.loads(body)  # somebody has an array where none belongs
     return value
-
-
-def _without_strings(body: bytes) -> Iterator[tuple[int, int]]:
-    """Long stretches of the text with no string in them, as [begin, end)."""
-    begin = 0
-    while begin < len(body):
-        opening = body.find(_QUOTE, begin)
-        end = len(body) if opening < 0 else opening
-        if end - begin >= 2 * PIECE:
-            yield begin, end
-        begin = len(body) if opening < 0 else _behind_string(body, opening)
-
-
-def _behind_string(body: bytes, opening: int) -> int:
-    closing = opening
-    while True:
-        closing = body.find(_QUOTE, closing + 1)
-        if closing < 0:
-            return len(body)
-        escapes = closing - 1
-        while body[escapes] == _ESCAPE:
-            escapes -= 1
-        if (closing - escapes) % 2:
-            return closing + 1
 
 
 def _array(body: bytes, start: int, end: int) -> tuple[list[object], int] | None:

@@ -1,11 +1,13 @@
-"""Where in a JSON text something is: pointers to an offset, and keys that are said twice.
+"""What the parser forgets of a JSON text: where something is, keys that are said twice, how deep.
 
-The parser builds values and forgets the text. These two scanners look at strings and brackets
-only, and are called only when something is wrong, or may be.
+These scanners look at strings and brackets only, and most of them only where something is wrong, or
+may be.
 """
 
 import re
+from collections.abc import Iterator
 
+import numpy as np
 import orjson
 
 from service.errors import pointer
@@ -22,6 +24,15 @@ MAX_LEVELS = 32
 _STRING = rb'"[^"\\]*+(?:\\.[^"\\]*+)*+(?:"|\Z)'
 _BRACKET_OR_STRING = re.compile(_STRING + rb"|[][{}]", re.DOTALL)
 _BRACE_OR_STRING = re.compile(rb"(" + _STRING + rb")(\s*:)?|[{}]", re.DOTALL)
+
+
+_QUOTE, _ESCAPE = b'"', ord("\\")
+
+_SCANNED = 1 << 17
+"""Bytes of which the depths stand in memory at a time."""
+
+_CASE, _OPEN, _CLOSE = 0xDF, ord("["), ord("]")
+"""But for the bit that makes letters small, braces are square brackets in ASCII."""
 
 
 class _Level:
@@ -105,3 +116,51 @@ def key_text(string: bytes) -> str:
 def shortened(key: str) -> str:
     """A key as a pointer may repeat it."""
     return key if len(key) <= MAX_KEY else key[:MAX_KEY] + "…"
+
+
+def between_strings(body: bytes, least: int = 0) -> Iterator[tuple[int, int]]:
+    """Stretches of a text with no string in them, at least so long, as [begin, end)."""
+    begin = 0
+    while begin < len(body):
+        opening = body.find(_QUOTE, begin)
+        end = len(body) if opening < 0 else opening
+        if end - begin >= least:
+            yield begin, end
+        begin = len(body) if opening < 0 else _behind_string(body, opening)
+
+
+def _behind_string(body: bytes, opening: int) -> int:
+    closing = opening
+    while True:
+        closing = body.find(_QUOTE, closing + 1)
+        if closing < 0:
+            return len(body)
+        escapes = closing - 1
+        while body[escapes] == _ESCAPE:
+            escapes -= 1
+        if (closing - escapes) % 2:
+            return closing + 1
+
+
+def is_deeper(body: bytes, most: int) -> bool:
+    """Whether more than so many brackets are open anywhere in a JSON text that is well formed."""
+    if _opened(body, 0, len(body)) <= most:
+        return False
+    depth = 0
+    for begin, end in between_strings(body):
+        opened = _opened(body, begin, end)
+        if depth + opened > most:
+            for start in range(begin, end, _SCANNED):
+                text = np.frombuffer(body, np.uint8)[start : min(start + _SCANNED, end)] & _CASE
+                steps = (text == _OPEN).view(np.int8) - (text == _CLOSE).view(np.int8)
+                depths = depth + np.cumsum(steps, dtype=np.int64)
+                if depths.max() > most:
+                    return True
+                depth = int(depths[-1])
+        else:
+            depth += opened - body.count(b"]", begin, end) - body.count(b"}", begin, end)
+    return False
+
+
+def _opened(body: bytes, begin: int, end: int) -> int:
+    return body.count(b"[", begin, end) + body.count(b"{", begin, end)

@@ -54,6 +54,7 @@ class BoundedProtocol(HttpToolsProtocol):
         self._queue: dict[Connection, float] | None = None
         self._last: Cycle | None = None  # the request that was read last, answered or not
         self._running: Cycle | None = None
+        self._wire: Wire | None = None
         self._refusal: Refusal | None = None
         self._head = self._hosts = self._unread = self._discarded = 0
         self._within = self._headed = False  # where the parser is: in a request, behind its head
@@ -82,6 +83,9 @@ class BoundedProtocol(HttpToolsProtocol):
         self.pipeline.clear()
         self._deaf = self._left = True  # a request that fails only now has nothing to end
         super().connection_lost(exc)
+        # What holds on to itself stays until Python looks for it, which it is told to do rarely.
+        self.cycle = None  # type: ignore[assignment]
+        self._running = self._last = self._wire = None
 
     def eof_received(self) -> None:
         """A client will send nothing more; what was written to it, it may still take."""

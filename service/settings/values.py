@@ -10,7 +10,7 @@ from pydantic import Field
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
 
 from service.pipeline.limits import Limits
-from service.schemas.document import DocumentLimits
+from service.schemas.document import PARSED_DEPTH, DocumentLimits
 from service.settings.kinds import Bytes, Seconds, Secrets, Texts
 from service.settings.listening import HOST, PORT, PREFIX
 from service.surface.checks import MAX_DEGREE
@@ -68,6 +68,12 @@ class Settings(BaseSettings):
         ge=1,
         le=MAX_DEGREE,
         description="Degree of a patch, a curve or a spline.",
+    )
+    max_json_depth: int = Field(
+        default=DocumentLimits().max_depth,
+        ge=16,
+        le=PARSED_DEPTH,
+        description="Brackets that may be open at once in a document.",
     )
     max_patches: int = Field(
         default=1_000_000,
@@ -233,7 +239,7 @@ class Settings(BaseSettings):
 
 def document_limits(settings: Settings) -> DocumentLimits:
     """The settings that the language of requests needs."""
-    return DocumentLimits(settings.max_control_points, settings.max_degree)
+    return DocumentLimits(settings.max_control_points, settings.max_degree, settings.max_json_depth)
 
 
 def result_limits(settings: Settings) -> Limits:

@@ -19,6 +19,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from threading import Thread
 
@@ -45,8 +46,9 @@ QUIET = 2.0
 
 FOLDER = ROOT / "build" / "attack"
 
-ATTACKS = (*BODIES, *HEADS, *CONNECTIONS, *WORK, WORST)
 LASTING = (SLOW_HEADS, SLOW_BODIES, HALF_BODIES)
+FIRST, BESIDE, LAST = (BODIES, (*HEADS, *CONNECTIONS), (*WORK, WORST))
+"""Attacks before those that last, which take the room for bodies; beside those; and after."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +101,7 @@ def percentile(seen: list[Seen], part: int) -> float:
 
 
 async def attacked(service: Service, chosen: list[str]) -> list[Row]:
-    """Every attack in its turn; those that last go on beside the others until they end."""
+    """Every attack in its turn, but for those that last."""
     rows: list[Row] = []
 
     async def one(attack: Attack) -> None:
@@ -112,12 +114,14 @@ async def attacked(service: Service, chosen: list[str]) -> list[Row]:
     def meant(attack: Attack) -> bool:
         return not chosen or any(word in attack.name for word in chosen)
 
-    lasting = [asyncio.create_task(one(attack)) for attack in LASTING if meant(attack)]
-    for attack in ATTACKS:
-        if meant(attack):
+    async def in_turn(attacks: Iterable[Attack]) -> None:
+        for attack in filter(meant, attacks):
             await one(attack)
             await asyncio.sleep(0.3)
-    await asyncio.gather(*lasting)
+
+    await in_turn(FIRST)
+    await asyncio.gather(*map(one, filter(meant, LASTING)), in_turn(BESIDE))
+    await in_turn(LAST)
     return rows
 
 

@@ -34,5 +34,5 @@ class Attack:
 BUSY = r"429 busy|503 out_of_time"
 """What a service that has enough to do may always say."""
 
-DONE = rf"200|gave up|422 (result_too_large|invalid_request|unsupported_by_format)|{BUSY}"
+DONE = rf"200|422 (result_too_large|invalid_request|unsupported_by_format)|{BUSY}"
 """What becomes of work."""

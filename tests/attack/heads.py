@@ -4,9 +4,10 @@ import asyncio
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
+from itertools import cycle
 
 from tests.attack.attack import BUSY, Attack
-from tests.attack.wire import Pieces, ask, connected, get, in_short, post, storm
+from tests.attack.wire import Pieces, again, ask, connected, get, in_short, post, storm
 
 SMALL = b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},"resolution":1}'
 
@@ -30,7 +31,7 @@ def _floods() -> Iterator[Pieces]:
 
 
 async def floods(port: int) -> Counter[str]:
-    return await storm(port, [flood for _ in range(4) for flood in _floods()])
+    return await storm(port, again(_floods))
 
 
 PATHS = (
@@ -58,7 +59,7 @@ async def traversal(port: int) -> Counter[str]:
         for path in PATHS
     ]
     encoded = [address.encode("utf-8").decode("latin-1") for address in addresses]
-    return await storm(port, [get(a, method=m) for a in encoded for m in ("GET", "DELETE")])
+    return await storm(port, cycle([get(a, method=m) for a in encoded for m in ("GET", "DELETE")]))
 
 
 _TAIL = b"\r\nHost: x\r\nConnection: close\r\n"
@@ -90,7 +91,7 @@ MALFORMED = (
 
 
 async def malformed(port: int) -> Counter[str]:
-    return await storm(port, list(MALFORMED) * 5)
+    return await storm(port, cycle(MALFORMED))
 
 
 _HIDDEN = b"GET /health HTTP/1.1\r\nHost: x\r\n\r\n"
@@ -138,7 +139,7 @@ async def methods(port: int) -> Counter[str]:
         sent += [get(address, method=method) for method in METHODS]
     sent.append(get("http://example.org/health"))
     sent.append(get("example.org:80", method="CONNECT"))
-    return await storm(port, sent * 15, seconds=6)
+    return await storm(port, cycle(sent))
 
 
 async def upgrades(port: int) -> Counter[str]:
@@ -147,7 +148,7 @@ async def upgrades(port: int) -> Counter[str]:
         get("/health", told[0].format(kind), *told[1:]).replace(b": close", b": Upgrade, close")
         for kind in ("websocket", "h2c", "TLS/1.0", "websocket, h2c")
     ]
-    return await storm(port, sent * 50)
+    return await storm(port, cycle(sent))
 
 
 async def long_lists(port: int) -> Counter[str]:
@@ -175,7 +176,7 @@ async def long_lists(port: int) -> Counter[str]:
     sent: list[Pieces] = [get(address, value) for value in values]
     sent += [get("/v1/mesh?format=json", value, method="POST") for value in values]
     sent += [get("/v1/mesh", value, "Origin: http://x", method="OPTIONS") for value in values]
-    return await storm(port, sent * 3, seconds=5)
+    return await storm(port, cycle(sent))
 
 
 async def slow_heads(port: int) -> Counter[str]:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from service.errors import InvalidRequest, MalformedJson
 from service.schemas.document import Budget, DocumentLimits, parse_document
 from service.schemas.request import mesh_request
-from service.schemas.scan import MAX_PREFIX, pointer_at, repeated_key
+from service.schemas.scan import MAX_PREFIX, is_deeper, pointer_at, repeated_key
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers(-99, 99) | st.text(max_size=5),
@@ -119,7 +119,6 @@ def test_malformed_text_is_located_by_line_and_column() -> None:
         (b'["\\x"]', "an escape that JSON does not have"),
         (b'["\\ud800"]', "half of a surrogate pair"),
         (b'["\1"]', "a control character in a string"),
-        (b"[" * 1100 + b"]" * 1100, "brackets nested too deeply"),
         (b"[tru]", "a character that cannot stand here"),
         (b"\0", "a character that cannot stand here"),
     ],
@@ -128,6 +127,42 @@ def test_text_that_is_not_json_is_described_in_words_of_ours(body: bytes, got: s
     with pytest.raises(MalformedJson) as refusal:
         parse_document(body)
     assert refusal.value.issues[0].got == got
+
+
+def depth_of(value: object) -> int:
+    """Brackets that are open at the deepest place of a document."""
+    if isinstance(value, dict):
+        value = list(value.values())
+    return 1 + max(map(depth_of, value), default=0) if isinstance(value, list) else 0
+
+
+_TEXTS = st.text('[]{}",\\a', max_size=6)
+_NESTED = st.recursive(
+    st.integers() | _TEXTS,
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(_TEXTS, inner, max_size=4),
+    max_leaves=30,
+)
+
+
+@given(_NESTED, st.integers(0, 2), st.booleans())
+def test_depth_is_counted_outside_of_strings(value: object, within: int, is_long: bool) -> None:
+    blank = " " * (300_000 * is_long)  # more than is scanned at a time
+    text = json.dumps([value]).encode().replace(b"[", b"[" + blank.encode(), 1)
+    depth = depth_of([value])
+    assert not is_deeper(text, depth + within)
+    assert is_deeper(text, depth - 1 - within) or depth - 1 - within < 0
+
+
+@pytest.mark.parametrize(("opened", "closed"), [("[", "]"), ('{"a":', "}"), ('[{"[":', "}]")])
+@pytest.mark.parametrize("levels", [17, 2000])
+def test_what_is_nested_too_deeply_is_refused(opened: str, closed: str, levels: int) -> None:
+    per_level = len(closed)
+    text = (opened * levels + "0" + closed * levels).encode()
+    with pytest.raises(InvalidRequest) as refusal:
+        parse_document(text, 16)
+    assert refusal.value.issues[0].code == "too_deep"
+    fitting = (opened * (16 // per_level) + "0" + closed * (16 // per_level)).encode()
+    assert parse_document(fitting, 16) == json.loads(fitting)
 
 
 def test_byte_that_is_no_utf8_is_located() -> None:

@@ -1,5 +1,10 @@
 """Memory for a body as it arrives, and for the document that it becomes."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from anyio import CancelScope, current_time
+
 from service.api.admission.admission import FREE_ARRIVAL, LEFT, Admission
 from service.api.admission.busy import Busy
 from service.api.admission.pool import Lease
@@ -13,7 +18,8 @@ class Arrival:
     """What one body takes. It never waits: what does not fit right now is refused.
 
     Where the room for bodies does not do, a body takes of the memory to work in, as long as nobody
-    waits for that. So one body may be larger than what is set aside for all.
+    waits for that. So one body may be larger than what is set aside for all, and nobody has to wait
+    for one that comes slowly.
     """
 
     __slots__ = ("_admission", "_lodged", "_own")
@@ -32,6 +38,36 @@ class Arrival:
     def lodges(self) -> bool:
         """Whether some of it is of the memory to work in."""
         return self._lodged.amount > 0
+
+    @contextmanager
+    def within(self, seconds: float) -> Iterator[None]:
+        """The body arrives meanwhile, and has so long.
+
+        Raises
+        ------
+        TimeoutError
+        Busy
+            If somebody began to wait for what it takes of the memory to work in.
+        """
+        is_awaited, pool = False, self._lodged.pool
+
+        def leave() -> None:
+            nonlocal is_awaited
+            if self.lodges:
+                is_awaited = True
+                scope.cancel()
+
+        with CancelScope(deadline=current_time() + seconds) as scope:
+            pool.lodgers[leave] = None
+            try:
+                yield
+            finally:
+                del pool.lodgers[leave]
+        if scope.cancelled_caught:
+            if not is_awaited:
+                raise TimeoutError
+            pool.refused += 1
+            raise Busy
 
     def claim(self, to: int) -> None:
         """Takes so much altogether, if that is more than before.

@@ -3,6 +3,7 @@
 import asyncio
 import time
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Protocol, Self
@@ -51,6 +52,8 @@ class Pool:
         How often somebody was refused.
     seconds : float
         How long all together have waited.
+    lodgers : dict
+        Whom to tell when somebody has to wait, and how; as keys, in the order in which they came.
     """
 
     def __init__(
@@ -60,6 +63,7 @@ class Pool:
         self.used = 0
         self.refused = 0
         self.seconds = 0.0
+        self.lodgers: dict[Callable[[], None], None] = {}
         self._max_waiting = max_waiting
         self._tenant = tenant
         self._queue: deque[_Waiting] = deque()
@@ -123,6 +127,8 @@ class Pool:
             raise Busy
         waiting = _Waiting(amount, asyncio.get_running_loop().create_future())
         self._queue.append(waiting)
+        for tell in self.lodgers:
+            tell()
         since = time.monotonic()
         try:
             await waiting.granted

@@ -11,7 +11,8 @@ from contextlib import (
     contextmanager,
 )
 from contextvars import ContextVar
-from typing import Any, TypeVar
+from traceback import clear_frames
+from typing import Any, TypeVar, cast
 
 from anyio import CancelScope, current_time, to_thread
 from starlette.requests import ClientDisconnect, Request
@@ -105,12 +106,18 @@ class Visit:
 
     async def in_thread(self, work: Callable[[], Result]) -> Result:
         """What `work` returns; it runs in the thread that is had."""
-        run = to_thread.run_sync(work, limiter=self.admission.all_threads)
+        run = to_thread.run_sync(_settled, work, limiter=self.admission.all_threads)
         with stopped_by(self.stop):  # the task has this context, and hands it to the thread
             task = asyncio.create_task(run)
         self._running.add(task)
         task.add_done_callback(self._returned)
-        return await asyncio.shield(task)
+        result, error = await asyncio.shield(task)
+        if error is not None:
+            try:
+                raise error
+            finally:
+                del error  # it has this frame
+        return cast(Result, result)
 
     def rest(self) -> None:
         """Gives back the thread, for the time being."""
@@ -144,6 +151,21 @@ class Visit:
     def _end(self) -> None:
         if not self._running:
             self.worked(answer=0)
+
+
+def _settled(work: Callable[[], Result]) -> tuple[Result | None, Exception | None]:
+    """What `work` returns, or what it raises, without whatever it had in its hands.
+
+    An error holds the frames that it has passed through, and all in them: arrays as large as a
+    mesh. Of those that are handed from thread to thread some frame always holds the error as well,
+    and all of it would stay until Python looks for what holds on to itself.
+    """
+    try:
+        return work(), None
+    except Exception as error:
+        clear_frames(error.__traceback__)  # but this one, which runs
+        del work
+        return None, error
 
 
 _current: ContextVar[Visit | None] = ContextVar("visit", default=None)

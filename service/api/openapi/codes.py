@@ -11,6 +11,7 @@ CODES: Mapping[str, str] = MappingProxyType(
         "repeated_key": "an object or a query has the same key twice",
         "too_many_values": "more numbers, lists or components than are taken",
         "too_many_strings": "more strings than are taken",
+        "too_deep": "brackets nested more deeply than is read",
         "too_sparse": "very many bytes for the few values in them",
         "missing_field": "a required field is not there",
         "unknown_field": "there is no such field or parameter",

@@ -1,5 +1,6 @@
 """Who waits, who is refused, who goes away and who is slow: on a real server."""
 
+import gc
 import json
 import socket
 import threading
@@ -266,3 +267,34 @@ def test_bodies_that_do_not_fit_are_refused_and_small_ones_do_fit() -> None:
         status, _, body = third.answer()
         assert (status, json.loads(body)["errors"][0]["code"]) == (422, "too_much_memory")
         until(service.given_back)
+
+
+def test_nothing_holds_on_to_itself(looping: Looping) -> None:
+    """Python looks rarely for what does: whatever a request had is gone when it is over."""
+    many = LONG["surface"] | {"extra": [[0] * 10] * 10_000}  # type: ignore[operator]
+    before, kept = gc.isenabled(), list[object]()
+    with serving(max_queue=1) as service:
+        gc.collect()
+        gc.disable()
+        try:
+            gone = service.posted(LONG)
+            until(lambda: looping.calls == 1)
+            gone.leave()
+            until(lambda: looping.stopped == 1)
+            for client in (service.posted({"surface": many}), service.posted(SHORT)):
+                assert client.answer()[0] in (200, 422)
+                client.leave()
+            half = service.connected()
+            half.post(b'{"surface": ', "/v1/mesh", length=10**6)
+            half.leave()
+            until(service.given_back)
+            time.sleep(0.1)  # the connections end
+            gc.set_debug(gc.DEBUG_SAVEALL)
+            gc.collect()
+            kept, gc.garbage[:] = list(gc.garbage), []
+        finally:
+            gc.set_debug(0)
+            if before:
+                gc.enable()
+    kinds = {type(thing).__qualname__ for thing in kept}
+    assert kinds.isdisjoint({"BoundedProtocol", "Cycle", "Visit", "Work", "ndarray", "frame"})

@@ -70,6 +70,47 @@ def test_bodies_do_not_lodge_where_somebody_waits() -> None:
     asyncio.run(scenario())
 
 
+@pytest.mark.parametrize("lodges", [False, True])
+def test_nobody_waits_for_a_body_that_comes_slowly(lodges: bool) -> None:
+    """One that takes of the memory that another waits for leaves at once; others stay."""
+
+    async def scenario() -> None:
+        admission = Admission(SETTINGS)
+        working, arrival = admission.large.memory, Arrival(admission)
+        arrival.claim(admission.arriving.capacity if lodges else 1000)
+
+        async def arrives() -> None:
+            with arrival.within(60):
+                await asyncio.sleep(60)
+
+        arriving = asyncio.create_task(arrives())
+        await asyncio.sleep(0)
+        first = await working.lent(working.capacity - arrival.amount)
+        assert not arriving.done(), "nobody waits"
+        waiting = asyncio.create_task(working.lent(arrival.amount + 1))
+        await asyncio.wait([arriving], timeout=0.01)
+        assert arriving.done() == lodges
+        if lodges:
+            assert isinstance(arriving.exception(), Busy)
+        assert working.refused == lodges
+        arriving.cancel()
+        arrival.release()
+        first.release()
+        (await waiting).release()
+        assert not working.lodgers
+
+    asyncio.run(scenario())
+
+
+def test_a_body_has_so_long() -> None:
+    async def scenario() -> None:
+        with Arrival(Admission(SETTINGS)).within(0.01):
+            await asyncio.sleep(60)
+
+    with pytest.raises(TimeoutError):
+        asyncio.run(scenario())
+
+
 def test_a_body_that_lodges_is_parsed_though_others_have_the_threads() -> None:
     """Who has the thread waits for the memory that the body takes."""
 
