@@ -37,7 +37,7 @@ CONVERTED = 100
 MOST = 1 << 32
 """More points than any curve has."""
 
-WORKING = 16 << 20
+SCRATCH = 16 << 20
 """Bytes of work arrays at most: from some size on they do not grow with what is computed."""
 
 LEAST, SHARE = 1 << 19, 4
@@ -104,7 +104,7 @@ def converting(surface: Surface, operations: Sequence[Operation], allowed: int) 
 
 def convertible(surface: Surface, memory: int) -> int:
     """Control points that so much memory allows a surface to have after a conversion."""
-    return max(0, memory - WORKING - lowered_size(surface).peak) // _converted(surface)
+    return max(0, memory - SCRATCH - lowered_size(surface).peak) // _converted(surface)
 
 
 def _converted(surface: Surface) -> int:
@@ -121,7 +121,7 @@ def _converted(surface: Surface) -> int:
 
 def _with_arrays(other: int) -> int:
     """Bytes of something together with the work arrays in which it is computed."""
-    return other + min(WORKING, LEAST + SHARE * other)
+    return other + min(SCRATCH, LEAST + SHARE * other)
 
 
 def check_lowering(surface: "Lowerable", limits: Limits) -> None:

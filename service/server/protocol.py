@@ -85,7 +85,7 @@ class BoundedProtocol(HttpToolsProtocol):
         super().connection_lost(exc)
         # What holds on to itself stays until Python looks for it, which it is told to do rarely.
         self.cycle = None  # type: ignore[assignment]
-        self._running = self._last = self._wire = None
+        self._running = self._last = self._wire = self._refusal = None
 
     def eof_received(self) -> None:
         """A client will send nothing more; what was written to it, it may still take."""

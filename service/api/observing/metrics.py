@@ -178,6 +178,11 @@ def _admission(admission: Admission) -> Iterator[Metric]:
         computing.add_metric((name,), lane.threads.used)
         threads.add_metric((name,), lane.threads.capacity)
         waited.add_metric((name,), lane.threads.seconds + lane.memory.seconds)
+    parsing = admission.parsing
+    waiting.add_metric(("parsing",), parsing.waiting)
+    computing.add_metric(("parsing",), parsing.used)
+    threads.add_metric(("parsing",), parsing.capacity)
+    waited.add_metric(("parsing",), parsing.seconds)
     yield from (waiting, computing, threads, waited)
     used = GaugeMetricFamily(
         "surface_memory_bytes", "Memory that is lent, by prediction.", labels=("pool",)

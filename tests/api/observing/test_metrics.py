@@ -166,6 +166,8 @@ def test_pools_queues_and_the_store(own: Client) -> None:
     for lane in ("large", "small"):
         assert sample(own, "surface_queue_length", lane=lane) == 0
         assert sample(own, "surface_threads", lane=lane) == Settings().workers
+    assert sample(own, "surface_threads", lane="parsing") == 1
+    assert sample(own, "surface_threads_busy", lane="parsing") == 0
     pools = ("large", "small", "arriving")
     limits = [sample(own, "surface_memory_limit_bytes", pool=pool) for pool in pools]
     assert sum(limits) == Settings().memory_bytes
