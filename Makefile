@@ -96,7 +96,7 @@ lint-deploy: build/checkov/.ready ## Judge Dockerfile and manifests by a securit
 test-api: $(VENV)/.dev build/api/.ready ## Judge the live service by its OpenAPI document, with CASES requests (20000)
 	$(BIN)/python -m tests.api.schemathesis_run build/api/bin/schemathesis $(CASES)
 
-test-attack: $(VENV)/.dev ## Attack the live service in every known way, and print a table (6 minutes)
+test-attack: $(VENV)/.dev ## Attack the live service in every known way, and print a table (5 minutes)
 	$(BIN)/python -m tests.attack
 
 fuzz: $(VENV)/.dev build/fuzz/.ready ## Fuzz every parser, for SECONDS together (600)

@@ -14,7 +14,7 @@ from service.api.timing import Timing
 from service.api.work import Pace, Task, done, long_to_read, parsed
 from service.pipeline.conversion import ConversionWork, plan_conversion
 from service.schemas.convert import convert_request
-from service.schemas.document import parse_document
+from service.schemas.document import understood
 from service.settings.values import Settings, document_limits, result_limits
 from service.surface import Surface
 from service.surface.convert.nets import Allowed
@@ -46,5 +46,5 @@ async def post_convert(request: Request) -> Response:
 def _parse(body: bytes, settings: Settings) -> tuple[Surface, Sequence[Operation]]:
     """What a body asks for."""
     limits = document_limits(settings)
-    wanted = convert_request(parse_document(body, limits.max_depth), limits)
+    wanted = understood(body, lambda document: convert_request(document, limits), limits.max_depth)
     return wanted.to_surface(), wanted.to_operations()

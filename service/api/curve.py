@@ -17,7 +17,7 @@ from service.encoders.curves.registry import CURVE_FORMATS
 from service.engine.curves.options import CurveOptions
 from service.pipeline.curve import CurveWork, plan_curve
 from service.schemas.curve_request import curve_request
-from service.schemas.document import parse_document
+from service.schemas.document import understood
 from service.settings.values import Settings, document_limits, result_limits
 from service.surface.curve import Curve
 
@@ -52,7 +52,7 @@ async def post_curve(request: Request) -> Response:
 def _parse(body: bytes, settings: Settings) -> tuple[Curve, CurveOptions]:
     """What a body asks for."""
     limits = document_limits(settings)
-    wanted = curve_request(parse_document(body, limits.max_depth), limits)
+    wanted = understood(body, lambda document: curve_request(document, limits), limits.max_depth)
     return wanted.to_curve(), wanted.curve_options()
 
 

@@ -74,7 +74,7 @@ def _parse(
 ) -> tuple[Surface, MeshOptionFields]:
     """What a body asks for."""
     allowed = document_limits(settings)
-    wanted = mesh_request(posted.document(body, allowed), allowed)
+    wanted = posted.understood(body, lambda document: mesh_request(document, allowed), allowed)
     return wanted.to_surface(), wanted
 
 

@@ -75,7 +75,7 @@ def _parse(
 ) -> tuple[Surface, MeshOptionFields]:
     """What a body asks for."""
     limits = document_limits(settings)
-    wanted = mesh_request(posted.document(body, limits), limits)
+    wanted = posted.understood(body, lambda document: mesh_request(document, limits), limits)
     return wanted.to_surface(), wanted
 
 

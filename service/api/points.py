@@ -14,7 +14,7 @@ from service.api.work import INLINE_BYTES, Pace, Task, done, parsed
 from service.engine.points.places import Query
 from service.pipeline.memory import lowering
 from service.pipeline.points import PointsWork, plan_points
-from service.schemas.document import parse_document
+from service.schemas.document import understood
 from service.schemas.points import points_request
 from service.settings.values import Settings, document_limits, result_limits
 from service.surface import Surface
@@ -48,7 +48,7 @@ async def post_points(request: Request) -> Response:
 def _parse(body: bytes, settings: Settings) -> tuple[Surface, Query]:
     """What a body asks for."""
     limits = document_limits(settings)
-    wanted = points_request(parse_document(body, limits.max_depth), limits)
+    wanted = understood(body, lambda document: points_request(document, limits), limits.max_depth)
     return wanted.to_surface(), wanted.to_query()
 
 

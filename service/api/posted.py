@@ -4,9 +4,9 @@ A file holds control points alone. What a JSON body would say beside them stands
 fields of the surface, and the options. So there is one document for both, and one way to check it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Generic
+from typing import Any, Generic, TypeVar
 
 from starlette.requests import Request
 
@@ -18,9 +18,11 @@ from service.api.work import INLINE_BYTES, long_to_read
 from service.decoders.format import Decoder
 from service.decoders.registry import DECODERS
 from service.errors import InvalidRequest
-from service.schemas.document import DocumentLimits, parse_document
+from service.schemas.document import DocumentLimits, understood
 from service.schemas.surface_query import document_from_query, with_fields
 from service.settings.values import Settings
+
+Result = TypeVar("Result")
 
 INLINE_TEXT = 1 << 14
 """Texts up to this size are read in some 5 ms, even if they are a list of single patches."""
@@ -56,18 +58,20 @@ class Posting(Generic[AnyFormat]):
             return long_to_read(body)
         return len(body) > (INLINE_BYTES if self.decoder.binary else INLINE_TEXT)
 
-    def document(self, body: bytes, limits: DocumentLimits) -> object:
-        """The whole request in the language of requests; of a file, with arrays in it.
+    def understood(
+        self, body: bytes, understand: Callable[[object], Result], limits: DocumentLimits
+    ) -> Result:
+        """What `understand` makes of the whole request in the language of requests.
 
         Raises
         ------
         MalformedJson, MalformedBody, InvalidRequest
         """
         if self.decoder is None:
-            return parse_document(body, limits.max_depth)
+            return understood(body, understand, limits.max_depth)
         fields = self.beside["surface"]
         net = self.decoder.decode(body, fields.get("type"), limits.max_control_points)
-        return {**self.beside, "surface": with_fields(net, fields)}
+        return understand({**self.beside, "surface": with_fields(net, fields)})
 
 
 def posting(request: Request, formats: Sequence[AnyFormat] = ()) -> Posting[AnyFormat]:

@@ -115,7 +115,7 @@ async def delete_surface(request: Request) -> Response:
 def _named(posted: Posting[Format], body: bytes, settings: Settings) -> tuple[str, bytes]:
     """The id and the content of the surface in a body."""
     limits = document_limits(settings)
-    wanted = surface_request(posted.document(body, limits), limits)
+    wanted = posted.understood(body, lambda document: surface_request(document, limits), limits)
     content = canonical(wanted.to_surface())
     return surface_id(content), content
 

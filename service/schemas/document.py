@@ -6,12 +6,15 @@ text can mean many objects in memory, a `Budget` counts them while the text is s
 """
 
 import re
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import TypeVar
 
+import numpy as np
 import orjson
 
 from service.errors import InvalidRequest, Issue, MalformedJson, pointer
-from service.schemas.pieces import loads
+from service.schemas.pieces import is_long, loads
 from service.schemas.scan import MAX_PREFIX, is_deeper, pointer_at, repeated_key, shortened
 from service.surface.checks import MAX_DEGREE
 
@@ -62,6 +65,9 @@ _FOUND = (
 stay the same when the parser finds others."""
 
 _NOT_FINITE = re.compile(r"[-+]?(?:nan|inf(?:inity)?)\b", re.IGNORECASE)
+
+
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,9 +162,29 @@ class Budget:
         return needed + (f" and at most {self.queries} points to query" if self.queries else "")
 
 
-def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
+def understood(
+    body: bytes, understand: Callable[[object], Result], max_depth: int = MAX_DEPTH
+) -> Result:
+    """What `understand` makes of the value of a JSON text; raises what that or `parse_document` do.
+
+    Of a long text it is shown arrays of numbers, and lists only where it refuses those for a type:
+    all numbers of an array have one, and lists tell which of them has another. What is refused for
+    its lengths has the same everywhere, so it is refused at the first place alone.
+    """
+    document = parse_document(body, max_depth, arrays=is_long(body))
+    try:
+        return understand(document)
+    except InvalidRequest as error:
+        if all(issue.code != "wrong_type" for issue in error.issues) or not _has_arrays(document):
+            raise
+    del document
+    return understand(parse_document(body, max_depth))
+
+
+def parse_document(body: bytes, max_depth: int = MAX_DEPTH, *, arrays: bool = False) -> object:
     """The value of a JSON text, made of dict, list, str, int, float, bool and None.
 
+    With `arrays`, also of arrays of float64 and int64 in the place of long lists of numbers.
     RFC 8259, section 9, leaves it to a parser how deeply it lets brackets be nested.
 
     Raises
@@ -169,7 +195,7 @@ def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
         `not_finite` for NaN, Infinity and numbers beyond float64; `repeated_key`; `too_deep`.
     """
     try:
-        value = loads(body)
+        value = loads(body, arrays=arrays)
     except orjson.JSONDecodeError as error:
         # Only the message and the position go on: the exception holds the whole text.
         if "depth" in error.msg:
@@ -185,16 +211,25 @@ def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
 
 
 def _count_keys(value: object) -> int:
-    """Keys of all objects that are reached through objects and lists that begin with one."""
-    count, waiting = 0, [value]
+    """Keys of all objects that are reached."""
+    return sum(map(len, _objects(value)))
+
+
+def _has_arrays(value: object) -> bool:
+    """Whether there is an array of NumPy in one of the objects that are reached."""
+    return any(np.ndarray in map(type, item.values()) for item in _objects(value))
+
+
+def _objects(value: object) -> Iterator[dict[str, object]]:
+    """All objects that are reached through objects and lists that begin with one."""
+    waiting = [value]
     while waiting:
         item = waiting.pop()
         if isinstance(item, dict):
-            count += len(item)
+            yield item
             waiting.extend(child for child in item.values() if type(child) in (dict, list))
         elif isinstance(item, list) and item and type(item[0]) is dict:
             waiting.extend(item)
-    return count
 
 
 def _too_deep(most: int) -> InvalidRequest:

@@ -16,6 +16,7 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
+from service.schemas.numbers import read_numbers
 from service.schemas.scan import between_strings
 
 PIECE = 1 << 17
@@ -31,17 +32,26 @@ _BETWEEN = re.compile(rb"\][ \t\r\n]*,[ \t\r\n]*(?=\[)")
 _NAME = f"array {secrets.token_hex(16)}"
 
 
-def loads(body: bytes) -> object:
-    """The value of a JSON text, as `orjson.loads` has it; raises what that raises."""
-    if len(body) < 2 * PIECE:
+def is_long(body: bytes) -> bool:
+    """Whether a text is parsed in pieces."""
+    return len(body) >= 2 * PIECE
+
+
+def loads(body: bytes, *, arrays: bool = False) -> object:
+    """The value of a JSON text, as `orjson.loads` has it; raises what that raises.
+
+    With `arrays` what is long, of nothing but numbers, and of equal lengths on each level, is an
+    array of NumPy.
+    """
+    if not is_long(body):
         return orjson.loads(body)
     try:
-        return _in_pieces(body)
+        return _in_pieces(body, arrays)
     except orjson.JSONDecodeError:
         return orjson.loads(body)  # it tells where in the whole text
 
 
-def _in_pieces(body: bytes) -> object:
+def _in_pieces(body: bytes, as_arrays: bool) -> object:
     """The text without its long arrays, names in their stead; then the arrays in place of those."""
     rest: list[bytes] = []
     arrays: dict[str, object] = {}
@@ -50,7 +60,11 @@ def _in_pieces(body: bytes) -> object:
         start = body.find(b"[", begin, end)
         if start < 0 or end - start < 2 * PIECE:
             continue
-        found = _array(body, start, end)
+        found: tuple[object, int] | None = None
+        if as_arrays:
+            found = read_numbers(body, start, end, PIECE)
+        if found is None:
+            found = _array(body, start, end)
         if found is not None:
             value, stop = found
             name = f"{_NAME} {len(arrays)}"  # which nobody can say in a text of their own
@@ -63,7 +77,7 @@ def _in_pieces(body: bytes) -> object:
     return value
 
 
-def _array(body: bytes, start: int, end: int) -> tuple[list[object], int] | None:
+def _array(body: bytes, start: int, end: int) -> tuple[object, int] | None:
     """The array that begins at `start`, and where it ends; None if it cannot be cut.
 
     Between `start` and `end` there is no string.

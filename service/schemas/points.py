@@ -35,7 +35,7 @@ def _one_or_many(value: object, handler: ValidatorFunctionWrapHandler) -> Any:
         if abs(value) > MAX_INDEX:
             raise refusal([((), index_too_large())])
         return np.array(value, dtype=np.int64)
-    if not isinstance(value, list):
+    if not isinstance(value, list | np.ndarray):
         raise refusal([((), wrong_type(value, "a whole number or a list of them"))])
     return handler(value)
 

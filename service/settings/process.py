@@ -38,6 +38,17 @@ def free_at_once() -> None:
         ctypes.CDLL(None).mallopt(M_MMAP_THRESHOLD, OWN_PAGES)
 
 
+def give_back() -> None:
+    """Hands whole pages that nothing lies on back to the system: of blocks below `OWN_PAGES`.
+
+    References
+    ----------
+    malloc_trim(3).
+    """
+    if platform.libc_ver()[0] == "glibc":
+        ctypes.CDLL(None).malloc_trim(0)
+
+
 def collect_rarely() -> None:
     """Looks for garbage that holds on to itself seldom, and not among what is there already.
 

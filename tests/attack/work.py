@@ -23,6 +23,14 @@ def grid(rows: int, columns: int) -> bytes:
     return json.dumps({"surface": surface, "resolution": 1}).encode()
 
 
+@cache
+def points(count: int) -> bytes:
+    """A request of so many control points, of which a few make a patch."""
+    vertices = [[k % 7 / 7, k % 11 / 11, k] for k in range(count)]
+    surface = {"type": "patches", "vertices": vertices, "patches": [[[0, 1], [2, 3]]]}
+    return json.dumps({"surface": surface, "resolution": 1}).encode()
+
+
 _PATCH = {"control_net": [[[i, j, i * j % 3] for j in range(4)] for i in range(4)]}
 
 
@@ -77,7 +85,7 @@ async def largest_bodies(port: int) -> Counter[str]:
     net = np.zeros((62_500, 4, 4, 3), np.float32)
     net[..., 0], net[..., 1] = np.indices((4, 4))
     net[..., 2] = np.arange(62_500)[:, None, None]
-    patches, text = saved(net), grid(900, 900)
+    patches, text = saved(net), points(900_000)
     kinds: tuple[Pieces, ...] = (
         post("/v1/mesh?format=glb&resolution=1", patches, media_type=NPY),
         post("/v1/mesh?format=stl", text),

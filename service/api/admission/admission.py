@@ -13,6 +13,7 @@ from anyio import CapacityLimiter, Lock
 
 from service.api.admission.busy import Busy
 from service.api.admission.pool import Pool, Tenant
+from service.api.admission.thrift import Thrift
 from service.settings.values import Settings
 
 SMALL = 12
@@ -85,6 +86,7 @@ class Admission:
         working = settings.working_bytes
         small = whole // SMALL
         self.capacity = whole
+        self.thrift = Thrift()
         self.turn = Lock()
         """Short work on the event loop takes turns."""
         self.parsing = Pool(1)

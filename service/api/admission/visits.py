@@ -50,6 +50,7 @@ class Visit:
         self.arrival = Arrival(admission)
         self.memory: Lease | None = None
         self.had_turn = False
+        self._most = 0
         self._thread: Lease | None = None
         self._until_end = ExitStack()
         self._while_working = ExitStack()
@@ -128,6 +129,8 @@ class Visit:
     def worked(self, answer: int) -> None:
         """The answer is there, of so many bytes: all else is given back."""
         self._while_working.close()
+        working = 0 if self.memory is None else self.memory.amount
+        self._most = max(self._most, self.arrival.amount + working)
         self.arrival.release()
         self.rest()
         if self.memory is not None:
@@ -151,6 +154,7 @@ class Visit:
     def _end(self) -> None:
         if not self._running:
             self.worked(answer=0)
+            self.admission.thrift.ended(self._most)
 
 
 def _settled(work: Callable[[], Result]) -> tuple[Result | None, Exception | None]:
