@@ -17,6 +17,7 @@ import orjson
 from numpy.typing import NDArray
 
 from service.schemas.numbers import read_numbers
+from service.schemas.parser import parse
 from service.schemas.scan import between_strings
 
 PIECE = 1 << 17
@@ -44,11 +45,11 @@ def loads(body: bytes, *, arrays: bool = False) -> object:
     array of NumPy.
     """
     if not is_long(body):
-        return orjson.loads(body)
+        return parse(body)
     try:
         return _in_pieces(body, arrays)
     except orjson.JSONDecodeError:
-        return orjson.loads(body)  # it tells where in the whole text
+        return parse(body)  # it tells where in the whole text
 
 
 def _in_pieces(body: bytes, as_arrays: bool) -> object:
@@ -71,9 +72,9 @@ def _in_pieces(body: bytes, as_arrays: bool) -> object:
             arrays[name] = value
             rest += [body[done:start], orjson.dumps(name)]
             done = stop
-    value = orjson.loads(b"".join([*rest, body[done:]]))
+    value = parse(b"".join([*rest, body[done:]]))
     if _put(value, arrays) != len(arrays):
-        return orjson.loads(body)  # somebody has an array where none belongs
+        return parse(body)  # somebody has an array where none belongs
     return value
 
 
@@ -91,14 +92,14 @@ def _array(body: bytes, start: int, end: int) -> tuple[object, int] | None:
         closed = np.flatnonzero(depths[1:] <= 0)
         if len(closed):
             stop = start + 1 + int(closed[0]) + 1
-            _merge(whole, orjson.loads(b"[" * depth + body[start:stop]), depth)
+            _merge(whole, parse(b"[" * depth + body[start:stop]), depth)
             return whole, stop
         cut = _last_cut(body, start, np.flatnonzero((text == ord("]")) & (depths <= MAX_DEPTH)))
         if cut is None:
             return None
         at, begin = cut
         after = int(depths[at - start])
-        _merge(whole, orjson.loads(b"[" * depth + body[start : at + 1] + b"]" * after), depth)
+        _merge(whole, parse(b"[" * depth + body[start : at + 1] + b"]" * after), depth)
         start, depth = begin, after
 
 
