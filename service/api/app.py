@@ -33,7 +33,6 @@ from service.api.caching.flights import Flights
 from service.api.caching.front import Front
 from service.api.cors import CrossOrigin, Origins
 from service.api.guard.means import guarded, signer_of
-from service.api.guard.policy import needs_keys
 from service.api.observing import health
 from service.api.observing.health import Canary
 from service.api.observing.lines import Write
@@ -133,8 +132,7 @@ def _add_routes(app: FastAPI) -> None:
     delete = ["DELETE"] if app.state.settings.allow_delete else []
     app.add_route("/v1/surfaces/{id}", surfaces.item, methods=["GET", *delete])
     app.add_route("/v1/surfaces/{id}/mesh.{suffix}", mesh_by_url.get_mesh)
-    if app.state.signer is not None and needs_keys(app.state.settings):
-        app.add_route("/v1/sign", sign.post_sign, methods=["POST"])
+    app.add_route("/v1/sign", sign.post_sign, methods=["POST"])
     app.add_route("/v1/formats", catalogue.list_formats)
     app.add_route("/health", health.health)
     app.add_route("/health/live", health.live)

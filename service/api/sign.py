@@ -3,6 +3,7 @@
 import time
 from functools import partial
 
+from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
@@ -10,6 +11,7 @@ from service.api.admission.visits import attended
 from service.api.answers import HEADERS, json_response
 from service.api.body import read_body
 from service.api.guard.moments import signed_address
+from service.api.guard.policy import needs_keys
 from service.api.parameters import no_parameters
 from service.api.timing import Timing
 from service.api.work import long_to_read, parsed
@@ -21,6 +23,8 @@ from service.settings.values import Settings
 async def post_sign(request: Request) -> Response:
     """Signs the address in the body. There only where there are secrets to sign with, and keys."""
     settings: Settings = request.app.state.settings
+    if request.app.state.signer is None or not needs_keys(settings):
+        raise HTTPException(404)
     no_parameters(request.query_params)
     body = await read_body(request, settings)
     async with attended(request):

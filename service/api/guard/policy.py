@@ -37,7 +37,9 @@ class Policy:
     def need(self, method: str, path: str) -> Need:
         """What a request needs to be answered."""
         if method not in READING:
-            return "key" if self.has_keys else "nothing"
+            # What is not below /v1 can only be read, and nothing is traced: others are told so.
+            closed = self.has_keys and path.startswith("/v1/") and method != "TRACE"
+            return "key" if closed else "nothing"
         # Whatever begins so: routes match, say, a path with an end of line behind it, too.
         if path.startswith(METRICS) and self._metrics:
             return "key"

@@ -35,7 +35,7 @@ def client() -> Iterator[Client]:
         ("POST", "/v1/surfaces"),
         ("DELETE", "/v1/surfaces/" + "0" * 64),
         ("PUT", "/v1/surfaces/saddle"),
-        ("BREW", "/nothing"),
+        ("BREW", "/v1/nothing"),
     ],
 )
 def test_whatever_computes_or_stores_needs_a_key(client: Client, method: str, path: str) -> None:
@@ -46,6 +46,16 @@ def test_whatever_computes_or_stores_needs_a_key(client: Client, method: str, pa
     assert answer.headers["cache-control"] == "no-store"
     assert answer.json()["code"] == answer.json()["errors"][0]["code"] == "key_needed"
     assert answer.json()["errors"][0]["header"] == "Authorization"
+
+
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [("TRACE", "/v1/mesh"), ("TRACE", "/health"), ("PUT", "/health"), ("POST", "/docs")],
+)
+def test_methods_that_nothing_answers_need_none(client: Client, method: str, path: str) -> None:
+    answer = client.request(method, path)
+    assert (answer.status_code, answer.json()["code"]) == (405, "method_not_allowed")
+    assert answer.headers["allow"]
 
 
 @pytest.mark.parametrize("path", ["/metrics", "/metrics%0A", "/metric%73", "/metrics/"])
