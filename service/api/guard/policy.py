@@ -14,7 +14,9 @@ METRICS = "/metrics"
 EXEMPT = frozenset({"/health", "/health/live", "/health/ready", METRICS})
 """Asked by machines that watch the service, and not counted."""
 
-_LISTS = frozenset({"/v1/formats", "/v1/surfaces"})
+FORMATS = "/v1/formats"
+
+_LISTS = frozenset({FORMATS, "/v1/surfaces"})
 
 
 def needs_keys(settings: Settings) -> bool:
@@ -37,9 +39,9 @@ class Policy:
     def need(self, method: str, path: str) -> Need:
         """What a request needs to be answered."""
         if method not in READING:
-            # What is not below /v1 can only be read, and nothing is traced: others are told so.
-            closed = self.has_keys and path.startswith("/v1/") and method != "TRACE"
-            return "key" if closed else "nothing"
+            # Where one can only read, and to whom nobody listens, that is said to everybody.
+            heard = path.startswith("/v1/") and path != FORMATS and method != "TRACE"
+            return "key" if self.has_keys and heard else "nothing"
         # Whatever begins so: routes match, say, a path with an end of line behind it, too.
         if path.startswith(METRICS) and self._metrics:
             return "key"

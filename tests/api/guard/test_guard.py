@@ -50,7 +50,13 @@ def test_whatever_computes_or_stores_needs_a_key(client: Client, method: str, pa
 
 @pytest.mark.parametrize(
     ("method", "path"),
-    [("TRACE", "/v1/mesh"), ("TRACE", "/health"), ("PUT", "/health"), ("POST", "/docs")],
+    [
+        ("TRACE", "/v1/mesh"),
+        ("QUERY", "/v1/formats"),
+        ("TRACE", "/health"),
+        ("PUT", "/health"),
+        ("POST", "/docs"),
+    ],
 )
 def test_methods_that_nothing_answers_need_none(client: Client, method: str, path: str) -> None:
     answer = client.request(method, path)
