@@ -173,7 +173,7 @@ BODIES = (
         in_chunks,
         rf"413 body_too_large|422 (invalid_request|result_too_large)|{BUSY}",
     ),
-    Attack("100 000 nested brackets", brackets, rf"422 invalid_request|{BUSY}"),
+    Attack("100 000 nested brackets", brackets, rf"422 invalid_request|400 malformed_json|{BUSY}"),
     Attack(
         "wide, sparse and long JSON",
         wide,
