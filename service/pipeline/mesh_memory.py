@@ -53,6 +53,9 @@ RIM = 280
 LIMITS, DEGENERATE = 3, 4 << 20
 """Copies of the nets of patches of which normals are limits, and bytes of those at a time."""
 
+BENT, NETS = 4, 1 << 20
+"""Copies of the nets of patches of which the bends are bounded, and bytes of those at a time."""
+
 TEXT = 6 << 20
 """Bytes of a piece of text and of what leads to it; or six times as many as the text has."""
 
@@ -163,7 +166,7 @@ def _making(model: Model, options: MeshOptions, size: MeshSize, row: _Row) -> in
     seams = _seams(patches)
     nets = sum(batch.points.nbytes for batch in patches)
     again = min(LIMITS * 24 * nets, LIMITS * DEGENERATE) if options.normals else 0
-    kept = _lines(size, row.real) + seams
+    kept = _lines(size, row.real) + seams + BENT * min(nets, NETS)
     anew = samples * 6 * NUMBER if row.real < NUMBER else 0
     bent = CURVED * min(samples, CURVED_SAMPLES) + 4 * NUMBER * samples
     steps = (
