@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-import numpy as np
 import orjson
 
 from service.errors import InvalidRequest, Issue, MalformedJson, pointer
+from service.schemas.numbers import Listed
 from service.schemas.pieces import is_long, loads
 from service.schemas.scan import MAX_PREFIX, is_deeper, pointer_at, repeated_key, shortened
 from service.surface.checks import MAX_DEGREE
@@ -216,8 +216,8 @@ def _count_keys(value: object) -> int:
 
 
 def _has_arrays(value: object) -> bool:
-    """Whether there is an array of NumPy in one of the objects that are reached."""
-    return any(np.ndarray in map(type, item.values()) for item in _objects(value))
+    """Whether there is an array of numbers in one of the objects that are reached."""
+    return any(Listed in map(type, item.values()) for item in _objects(value))
 
 
 def _objects(value: object) -> Iterator[dict[str, object]]:

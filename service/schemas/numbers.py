@@ -7,7 +7,9 @@ small was made meanwhile keeps a part of it from being used for anything else. S
     1, 2, 3, 4, 5, 6, 7, 8                  its numbers, which the parser reads
     [[[,],[,]],[[,],[,]]]                   what is around them, of which the lengths are found
 
-Only what is an array of equal lengths on every level, of nothing but numbers, is read so.
+Only what is an array of equal lengths on every level, of nothing but numbers, is read so. What is
+made of it is told from other arrays by its type, since those may have the rows of a triangle as one
+axis, which no text has.
 """
 
 import re
@@ -25,6 +27,11 @@ _FOREIGN = re.compile(rb"[^0-9eE+\-., \t\r\n\[\]]")
 _BLANK_BRACKETS = bytes.maketrans(b"[]", b"  ")
 Numbers: TypeAlias = NDArray[Any]
 """Of float64 or int64."""
+
+
+class Listed(np.ndarray[tuple[int, ...], np.dtype[Any]]):
+    """Numbers of a text: each axis is a level of its lists."""
+
 
 _OTHERS = bytes(set(range(256)) - set(b"[],"))
 _OPEN, _CLOSE, _COMMA = b"[],"
@@ -82,7 +89,7 @@ class _Levels:
         return tuple(shape) if lists == count else None
 
 
-def read_numbers(body: bytes, start: int, end: int, piece: int) -> tuple[Numbers, int] | None:
+def read_numbers(body: bytes, start: int, end: int, piece: int) -> tuple[Listed, int] | None:
     """The array that begins at `start`, and where its text ends; None for any other value.
 
     It is of int64 where no number has a point or an exponent, else of float64: the numbers are
@@ -121,7 +128,9 @@ def read_numbers(body: bytes, start: int, end: int, piece: int) -> tuple[Numbers
         parts.append(values)
         if len(closed):
             shape = levels.shape(sum(map(len, parts)))
-            return None if shape is None else (np.concatenate(parts).reshape(shape), stop)
+            if shape is None:
+                return None
+            return np.concatenate(parts).reshape(shape).view(Listed), stop
         if not levels.take(np.frombuffer(b",", np.uint8), np.array([levels.depth])):
             return None
         start = stop + 1

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
+from service.schemas.numbers import Listed
 from service.schemas.scan import shortened
 
 Path: TypeAlias = tuple[str | int, ...]
@@ -33,6 +34,7 @@ _KINDS = {
     float: "a number with a fraction or an exponent",
     list: "a list",
     np.ndarray: "a list",
+    Listed: "a list",
 }
 
 _WRONG_TYPE = {

@@ -169,8 +169,19 @@ FAULTS = {
     "somewhere else": request(control_net=grid(2, 2), name=[[1] * 9] * 9),
     "of a field that is none": request(control_net=grid(2, 2), names=[[1] * 9] * 9),
     "no numbers": SURFACES["a net"].replace(b"[3, 4, ", b"[3, true, "),
+    "a triangle without rows": request(type="triangle", control_net=grid(1, 36)[0]),
+    "a triangle of equal rows": request(type="triangle", control_net=grid(6, 6)),
+    "triangles without rows": request(
+        type="patches", vertices=grid(1, 36)[0], triangles=[[k, k + 1, k + 2] for k in range(34)]
+    ),
 }
-AGAIN = ("an index that is none", "somewhere else")
+AGAIN = (
+    "an index that is none",
+    "somewhere else",
+    "a triangle without rows",
+    "a triangle of equal rows",
+    "triangles without rows",
+)
 """Refused for a type."""
 
 
