@@ -78,7 +78,9 @@ class Row:
         found += [f"client: {what}" for what in sorted({s.what for s in self.seen} - {"ok"})]
         if self.resident > MOST_RESIDENT:
             found.append("memory")
-        if self.seen and percentile(self.seen, 99) > SLOWEST:
+        if not self.seen:
+            found.append("no client")  # it waited all the while, or has ended
+        elif percentile(self.seen, 99) > SLOWEST:
             found.append("p99")
         return found
 
@@ -94,9 +96,9 @@ class Row:
 
 
 def percentile(seen: list[Seen], part: int) -> float:
-    """Of the latencies of some requests, in seconds; nothing for less than two."""
+    """Of the latencies of some requests, in seconds; nothing where there are none."""
     if len(seen) < 2:
-        return 0.0
+        return sum(s.seconds for s in seen)
     return statistics.quantiles((s.seconds for s in seen), n=100, method="inclusive")[part - 1]
 
 

@@ -27,7 +27,9 @@ class Attack:
     lasts: bool = False
 
     def wrong(self, answers: Mapping[str, int]) -> list[str]:
-        """The answers that are not documented."""
+        """The answers that are not documented; or that there were none at all."""
+        if not answers:
+            return ["nothing happened"]
         return [answer for answer in answers if not re.fullmatch(self.answers, answer)]
 
 

@@ -1,7 +1,13 @@
-"""What the attack table says of an answer."""
+"""What the attack table says of an answer, and of none."""
+
+import asyncio
+from collections import Counter
+from contextlib import suppress
 
 import pytest
 
+from tests.attack import connections
+from tests.attack.__main__ import SLOWEST, Row, Seen
 from tests.attack.bodies import BODIES
 from tests.attack.connections import CONNECTIONS, HALF_BODIES, SLOW_BODIES, WORST
 from tests.attack.heads import HEADS, SLOW_HEADS
@@ -46,3 +52,36 @@ def test_no_attack_allows_what_is_never_documented() -> None:
     ):
         for answer in ("500", "500 internal_error", "200, torn", "no answer", "smuggled"):
             assert attack.wrong({answer: 1}) == [answer], attack.name
+        assert attack.wrong({}), "it did nothing"
+
+
+@pytest.mark.parametrize(
+    ("seen", "wrong"),
+    [
+        ([], ["no client"]),
+        ([2 * SLOWEST], ["p99"]),
+        ([SLOWEST / 2, 2 * SLOWEST], ["p99"]),
+        ([SLOWEST / 2], []),
+    ],
+)
+def test_a_client_that_saw_nothing_was_not_served(seen: list[float], wrong: list[str]) -> None:
+    attack = CONNECTIONS[0]
+    of_client = [Seen(0.5, "hit", seconds, "ok") for seconds in seen]
+    assert Row(attack, Counter({"gone": 1}), 0, 1, 0, of_client).wrong() == wrong
+
+
+def test_a_service_that_does_not_answer_has_not_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connections, "PATIENCE", 0.05)
+
+    async def silent(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        with suppress(OSError):
+            await reader.read()
+        writer.close()
+
+    async def scenario() -> str:
+        server = await asyncio.start_server(silent, "127.0.0.1", 0)
+        async with server:
+            port = server.sockets[0].getsockname()[1]
+            return await connections._reads_slowly(port, b"GET / HTTP/1.1\r\n\r\n")
+
+    assert asyncio.run(scenario()) == "no answer"
