@@ -117,7 +117,7 @@ class Visit:
             try:
                 raise error
             finally:
-                del error  # it has this frame
+                del error, task  # they have this frame
         return cast(Result, result)
 
     def rest(self) -> None:

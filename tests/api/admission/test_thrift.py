@@ -1,6 +1,11 @@
 """Memory is handed back once after large requests, and not after small ones."""
 
 import asyncio
+import gc
+import weakref
+from traceback import extract_tb
+
+import pytest
 
 from service.api.admission.admission import Admission
 from service.api.admission.thrift import LARGE, PAUSE, Thrift
@@ -46,3 +51,40 @@ def test_a_request_counts_with_the_most_that_it_had() -> None:
 
 def test_handing_back_may_be_asked_for_anywhere() -> None:
     give_back()
+
+
+class _Large:
+    """Something that work has in its hands."""
+
+
+def test_work_that_fails_leaves_nothing_but_where_it_failed() -> None:
+    had: list[weakref.ref[_Large]] = []
+
+    def first() -> None:
+        large = _Large()
+        had.append(weakref.ref(large))
+        raise KeyError
+
+    def work() -> None:
+        large = _Large()
+        had.append(weakref.ref(large))
+        try:
+            first()
+        except KeyError:
+            raise ArithmeticError from None  # it still has the other, and all of its frames
+
+    async def scenario() -> None:
+        visit = Visit(Admission(Settings()))
+        with pytest.raises(ArithmeticError) as failed:
+            await visit.in_thread(work)
+        assert extract_tb(failed.value.__traceback__)[-1].name == "work"
+        del failed
+        visit.close()
+
+    gc.collect()
+    gc.disable()
+    try:
+        asyncio.run(scenario())
+        assert [large() for large in had] == [None, None]
+    finally:
+        gc.enable()
