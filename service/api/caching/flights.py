@@ -61,7 +61,10 @@ class Flights:
         visit = visiting()
         (visit.until_end if sent else visit.while_working)(partial(self._leave, flight))
         task: asyncio.Task[Result] = flight.task
-        return await asyncio.shield(task)
+        try:
+            return await asyncio.shield(task)
+        finally:
+            del flight, task  # an error of theirs has this frame
 
     def _leave(self, flight: _Flight) -> None:
         """One who waited for the result, or used it, does so no longer."""

@@ -4,6 +4,7 @@ import asyncio
 import gc
 import threading
 import time
+import weakref
 from collections.abc import Awaitable, Callable
 from contextlib import closing
 
@@ -207,3 +208,27 @@ def test_different_keys_are_different_work() -> None:
         assert list(results) == [1, 2]
 
     asyncio.run(scenario())
+
+
+def test_work_that_fails_leaves_nothing() -> None:
+    left: list[weakref.ref[Visit]] = []
+
+    async def fails() -> object:
+        left.append(weakref.ref(visiting()))
+        await asyncio.sleep(0)
+        raise ArithmeticError
+
+    async def scenario() -> None:
+        flights = Airport()
+        for _ in range(2):
+            with pytest.raises(ArithmeticError):
+                await flights.asked("key", fails)
+        await asyncio.sleep(0)
+
+    gc.collect()
+    gc.disable()
+    try:
+        asyncio.run(scenario())
+        assert [visit() for visit in left] == [None, None]
+    finally:
+        gc.enable()
