@@ -17,14 +17,11 @@ class Attack:
         Attacks the service at a port; returns its answers in short, and how many of each.
     answers : str
         A regular expression of the answers that are documented.
-    lasts : bool
-        Whether it goes on, held by a time limit of the service, while others follow.
     """
 
     name: str
     run: Callable[[int], Awaitable[Counter[str]]]
     answers: str
-    lasts: bool = False
 
     def wrong(self, answers: Mapping[str, int]) -> list[str]:
         """The answers that are not documented; or that there were none at all."""

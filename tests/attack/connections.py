@@ -216,13 +216,11 @@ SLOW_BODIES = Attack(
     "slow bodies: 100 connections",
     slow_bodies,
     rf"408 body_too_slow|closed|{BUSY}",
-    lasts=True,
 )
 HALF_BODIES = Attack(
     "half of 64 MiB, then slowly",
     large_and_slow,
     rf"408 body_too_slow|closed|{BUSY}|4\d\d .*",
-    lasts=True,
 )
 
 WORST = Attack(

@@ -246,4 +246,4 @@ HEADS = (
     Attack("pipelining floods", pipelines, "200|429|503|431|closed"),
 )
 
-SLOW_HEADS = Attack("slow heads: 300 connections", slow_heads, "408 head_too_slow", lasts=True)
+SLOW_HEADS = Attack("slow heads: 300 connections", slow_heads, "408 head_too_slow")
