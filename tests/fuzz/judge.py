@@ -23,23 +23,23 @@ class TooDear(Exception):
 
 def judged(target: Callable[[bytes], None], content: bytes, seconds: float = SECONDS) -> None:
     """Calls the target; raises whatever is a finding."""
-    before, start = _resident(), time.process_time()
-    most = _most_resident()
+    before, start = resident(), time.process_time()
+    most = most_resident()
     with suppress(SurfaceError):  # a refusal
         target(content)
-    taken, grown = time.process_time() - start, _most_resident()
+    taken, grown = time.process_time() - start, most_resident()
     if taken > seconds:
         raise TooDear(f"{taken:.1f} s for {len(content)} bytes")
     if grown > most and grown - before > MEMORY:
         raise TooDear(f"{(grown - before) >> 20} MiB for {len(content)} bytes")
 
 
-def _resident() -> int:
+def resident() -> int:
     """Bytes of memory that this process holds now (Linux)."""
     with open("/proc/self/statm", "rb", buffering=0) as file:
         return int(file.read(64).split()[1]) * _PAGE
 
 
-def _most_resident() -> int:
+def most_resident() -> int:
     """The most that it has ever held."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
