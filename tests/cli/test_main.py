@@ -181,7 +181,7 @@ COMMAND = f"{sys.executable} -m service"
     [
         "mesh utah-teapot -o - --format json | true",
         "mesh utah-teapot -o - --format json | head -c 10",
-        "openapi | true",
+        "examples | true",
     ],
 )
 @pytest.mark.parametrize("unbuffered", ["", "1"])
@@ -193,7 +193,7 @@ def test_a_reader_that_has_had_enough_is_one_exit_code_and_no_message(
     assert (done.returncode, done.stderr) == (1, "")
 
 
-@pytest.mark.parametrize("command", ["mesh sphere -o - --format glb", "formats", "openapi"])
+@pytest.mark.parametrize("command", ["mesh sphere -o - --format glb", "formats"])
 def test_closed_standard_output(command: str) -> None:
     done = _bash(f"{COMMAND} {command} >&-")
     assert (done.returncode, done.stderr) == (1, "surface: standard output is closed\n")

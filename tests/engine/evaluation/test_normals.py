@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from service.engine.evaluation.evaluate import evaluate
@@ -82,6 +82,7 @@ def test_wherever_there_is_a_normal_it_is_right(weighted: tuple[Array, Array | N
         assert np.abs(found - truth)[there].max() < 1e-9
 
 
+@settings(max_examples=50)
 @given(weighted_nets(height_nets(degree=st.integers(1, 4))), st.integers(0, 7))
 def test_a_collapsed_edge_has_the_limit_along_every_ruling(
     weighted: tuple[Array, Array | None], symmetry: int
@@ -111,6 +112,7 @@ def test_a_collapsed_edge_has_the_limit_along_every_ruling(
             assert normal == pytest.approx(truth, abs=1e-9)
 
 
+@settings(max_examples=50)
 @given(height_nets(degree=st.integers(3, 4)), st.sampled_from([2, 3]), st.booleans(), st.data())
 def test_an_edge_of_several_equal_rows_divides_several_times(
     net: Array, rows: int, weighted: bool, data: st.DataObject
@@ -145,6 +147,7 @@ def test_poles_are_counted(net: Array) -> None:
     assert found.poles == np.isnan(exact.normals(net, None, (3, 2))).any(axis=-1).sum()
 
 
+@settings(max_examples=50)
 @given(degenerate_nets())
 def test_poles_on_the_border_have_the_limit_from_inside(net: Array) -> None:
     """Wherever the exact expansion knows one."""
