@@ -27,10 +27,11 @@ from service.decoders.registry import BY_NAME as DECODERS
 from service.decoders.registry import DECODERS as ALL_DECODERS
 from service.encoders.registry import FORMATS
 from service.errors import SurfaceError
+from service.schemas import pieces
 from service.schemas.canonical import canonical, restored
 from service.schemas.convert import convert_request
 from service.schemas.curve_request import curve_request
-from service.schemas.document import Budget, DocumentLimits, parse_document
+from service.schemas.document import Budget, DocumentLimits, parse_document, understood
 from service.schemas.mesh_query import canonical_query, mesh_query
 from service.schemas.points import points_request
 from service.schemas.request import mesh_request, surface_request
@@ -64,19 +65,36 @@ def json(content: bytes) -> None:
     """A body in the language of requests, whichever operation it is for."""
     Budget(LIMITS).take(content)
     document = parse_document(content)
-    calls: tuple[Callable[[], object], ...] = (
-        lambda: _same_again(surface_request(document, LIMITS).to_surface()),
-        lambda: mesh_request(document, LIMITS).to_surface(),
-        lambda: points_request(document, LIMITS).to_query(),
-        lambda: convert_request(document, LIMITS).to_operations(),
-        lambda: curve_request(document, LIMITS),
-        lambda: sign_request(document),
+    calls: tuple[Callable[[object], object], ...] = (
+        lambda document: _same_again(surface_request(document, LIMITS).to_surface()),
+        lambda document: mesh_request(document, LIMITS).to_surface(),
+        lambda document: points_request(document, LIMITS).to_query(),
+        lambda document: convert_request(document, LIMITS).to_operations(),
+        lambda document: curve_request(document, LIMITS),
+        sign_request,
     )
     for call in calls:
-        try:
-            call()
-        except SurfaceError:
-            continue
+        taken = _is_taken(lambda call=call: call(document))  # type: ignore[misc]
+        if _is_taken(lambda call=call: _as_if_long(content, call)) != taken:  # type: ignore[misc]
+            raise AssertionError("what a text means depends on how long it is")
+
+
+def _is_taken(call: Callable[[], object]) -> bool:
+    try:
+        call()
+    except SurfaceError:
+        return False
+    return True
+
+
+def _as_if_long(content: bytes, call: Callable[[object], object]) -> None:
+    """Inputs are shorter than what is read in pieces; so the pieces are."""
+    size = pieces.PIECE
+    pieces.PIECE = 64
+    try:
+        understood(content, call)
+    finally:
+        pieces.PIECE = size
 
 
 def _same_again(surface: Any) -> None:
