@@ -1,7 +1,8 @@
 """Long arrays of numbers in a JSON text, read piece by piece into arrays of NumPy.
 
-Lists of Python's numbers take ten times the memory of the numbers, and once they are gone, whatever
-small was made meanwhile keeps a part of it from being used for anything else. So they are not made:
+Lists of Python's numbers take several times the memory of the numbers, and once they are gone,
+whatever small was made meanwhile keeps a part of it from being used for anything else. So they are
+not made:
 
     [[[1, 2], [3, 4]], [[5, 6], [7, 8]]]    the text
     1, 2, 3, 4, 5, 6, 7, 8                  its numbers, which the parser reads

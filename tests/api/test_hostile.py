@@ -1,9 +1,13 @@
 """Every hostile body gets a problem that says where, and nothing of the body."""
 
 import pytest
+from pydantic import SecretStr
 
+from service.api.app import create_app
+from service.api.guard.keys import entry_line
 from service.errors import MAX_ISSUES
-from tests.api.client import Client
+from service.settings.values import Settings
+from tests.api.client import Client, client_of
 from tests.api.hostile import ECHO, HOSTILE, Hostile
 from tests.api.hostile_files import FILES, HostileFile
 
@@ -33,6 +37,23 @@ def test_hostile_body_is_refused(client: Client, case: Hostile) -> None:
     without_pointers = [{**error, "pointer": ""} for error in problem["errors"]]
     assert ECHO not in str(without_pointers)
     assert len(answer.content) < 20_000
+
+
+@pytest.mark.parametrize(
+    "call", ["mesh", "estimate", "points", "convert", "curve", "surfaces", "sign"]
+)
+def test_whatever_is_posted_may_be_so_deep(call: str) -> None:
+    key = "sfk_" + "a1" * 32
+    limits = Settings(
+        max_json_depth=16, api_keys=(entry_line("k", key),), signing_keys=(SecretStr("s" * 32),)
+    )
+    headers = JSON | {"Authorization": f"Bearer {key}"}
+    with client_of(create_app(limits)) as client:
+        for levels, is_refused in ((15, False), (16, True)):
+            body = b'{"x":' + b"[" * levels + b"]" * levels + b"}"
+            answer = client.request("POST", f"/v1/{call}", [body], headers)
+            assert answer.status_code == 422
+            assert (answer.json()["errors"][0]["code"] == "too_deep") == is_refused
 
 
 def test_no_two_files_are_alike() -> None:

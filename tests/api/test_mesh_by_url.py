@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from service.api.admission.admission import Admission
 from service.api.app import create_app
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
@@ -173,6 +174,19 @@ def test_small_bodies_are_sent_as_they_are_unless_that_is_refused(fresh: Client)
     assert unpacked_gzip(forced.content) == answer.content
     again = fresh.raw(address, {"Accept-Encoding": "gzip, zstd"})
     assert "content-encoding" not in again.headers
+
+
+def test_what_would_wait_for_memory_is_sent_as_it_is(
+    fresh: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    address, coded = "/v1/surfaces/torus/mesh.json?resolution=8", {"Accept-Encoding": "gzip"}
+    with monkeypatch.context() as full:
+        full.setattr(Admission, "has_room", lambda *_: False)
+        plain = fresh.raw(address, coded)
+        assert "content-encoding" not in plain.headers
+        forced = fresh.raw(address, {"Accept-Encoding": "gzip, identity;q=0"})
+        assert unpacked_gzip(forced.content) == plain.content, "who takes nothing else waits"
+    assert fresh.raw(address, coded).headers["content-encoding"] == "gzip"
 
 
 def test_excluded_codings_are_a_problem(client: Client) -> None:

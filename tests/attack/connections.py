@@ -129,7 +129,7 @@ async def half_closed(port: int) -> Counter[str]:
 
 async def slow_readers(port: int) -> Counter[str]:
     """Large answers, of which nobody takes more than a little: after a while they hang up."""
-    asked = [_reads_slowly(port, LARGE_ANSWER) for _ in range(8)]
+    asked = [_reads_slowly(port, LARGE_ANSWER) for _ in range(16)]
     hit = get("/v1/surfaces/tea-service/mesh.json?resolution=24")
     asked += [_reads_slowly(port, hit) for _ in range(64)]
     return Counter(await asyncio.gather(*asked))

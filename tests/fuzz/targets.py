@@ -7,6 +7,7 @@ other exception is a finding.
 import asyncio
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from typing import Any
 from urllib.parse import parse_qsl
 
@@ -74,8 +75,8 @@ def json(content: bytes) -> None:
         sign_request,
     )
     for call in calls:
-        taken = _is_taken(lambda call=call: call(document))  # type: ignore[misc]
-        if _is_taken(lambda call=call: _as_if_long(content, call)) != taken:  # type: ignore[misc]
+        taken = _is_taken(partial(call, document))
+        if _is_taken(partial(_as_if_long, content, call)) != taken:
             raise AssertionError("what a text means depends on how long it is")
 
 
