@@ -1,5 +1,5 @@
 # Both bases are arguments: a mirror's, ones with their digests (docs/supply-chain.md), or other
-# root file systems with Node and with Python 3.11, as tests/deploy/image.py makes them.
+# root file systems with Node and with Python 3.11, as tools/deploy/image.py makes them.
 ARG NODE_IMAGE=node:24.19.0-bookworm-slim
 ARG PYTHON_IMAGE=python:3.11.14-slim-bookworm
 

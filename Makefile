@@ -65,10 +65,10 @@ types: openapi tests/web/node_modules/.package-lock.json ## Write openapi/ and i
 	mv openapi/surface-service.d.ts.new openapi/surface-service.d.ts
 
 bench: $(VENV)/.dev ## Measure: evaluation, encoders, one request, cache hits, hostile bodies
-	$(BIN)/python -m tests.benchmarks
+	$(BIN)/python -m tools.benchmarks
 
 bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance against Open CASCADE
-	$(BIN)/python -m tests.benchmarks.open_cascade build/occ/bin/python
+	$(BIN)/python -m tools.benchmarks.open_cascade build/occ/bin/python
 
 # As root of a name space of its own where that is allowed: a disk can be mounted there.
 test-disk: $(VENV)/.dev ## Store on a disk that gets full: a small tmpfs, mounted as root
@@ -80,7 +80,7 @@ test-s3: $(VENV)/.dev build/s3/.ready ## Store on a server that speaks S3
 
 test-rolling: $(VENV)/.dev ## Restart and kill instances behind HAProxy under load (LONGEST=180 s): none may fail
 	@command -v haproxy >/dev/null || { echo 'haproxy is needed: apt-get install haproxy'; exit 1; }
-	LONGEST=$(LONGEST) $(BIN)/python -m pytest tests/deploy/rolling.py
+	LONGEST=$(LONGEST) $(BIN)/python -m pytest tools/deploy/rolling.py
 
 # Nothing is fetched from, nor told to, the linter's makers. Exceptions stand in the manifests, with
 # their reasons; CKV_DOCKER_7 cannot see that the tags of the bases are in arguments.
@@ -94,24 +94,24 @@ lint-deploy: build/checkov/.ready ## Judge Dockerfile and manifests by a securit
 	  --skip-check CKV_DOCKER_7 --file Dockerfile
 
 test-api: $(VENV)/.dev build/api/.ready ## Judge the live service by its OpenAPI document, with CASES requests (20000)
-	$(BIN)/python -m tests.api.schemathesis_run build/api/bin/schemathesis $(CASES)
+	$(BIN)/python -m tools.schemathesis_run build/api/bin/schemathesis $(CASES)
 
 test-attack: $(VENV)/.dev ## Attack the live service in every known way, and print a table (5 minutes)
-	$(BIN)/python -m tests.attack
+	$(BIN)/python -m tools.attack
 
 fuzz: $(VENV)/.dev build/fuzz/.ready ## Fuzz every parser, for SECONDS together (600)
-	PYTHONPATH=build/fuzz/packages $(BIN)/python -m tests.fuzz $(SECONDS)
+	PYTHONPATH=build/fuzz/packages $(BIN)/python -m tools.fuzz $(SECONDS)
 
 memory: $(VENV)/.dev ## Measure what meshes of many kinds take, beside what was predicted
-	$(BIN)/python -m tests.memory
+	$(BIN)/python -m tools.memory
 
 certify: $(VENV)/.dev ## Judge meshes by tolerance: a thousand surfaces, two hundred models
-	$(BIN)/python -m tests.certify
+	$(BIN)/python -m tools.certify
 
 web: $(SWAGGER)/LICENSE $(THREE)/LICENSE ## Fetch the scripts of / and /docs from the npm registry
 
 picture: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Draw the pictures of docs/ anew
-	$(BIN)/python -m tests.web.picture docs
+	$(BIN)/python -m tools.picture docs
 
 lock: ## Pin the newest versions of everything in constraints.txt
 	rm -rf build/lock
@@ -129,10 +129,10 @@ image: ## Build the container image
 	  --build-arg REVISION=$$(git rev-parse HEAD) --build-arg CREATED=$$created .
 
 image-test: $(VENV)/.dev ## Build the image with buildah and run it, as root: docs/supply-chain.md
-	$(BIN)/python -m tests.deploy.image
+	$(BIN)/python -m tools.deploy.image
 
 sbom: build/sbom/.ready build/runtime/.ready ## List what the image is made of: build/sbom.cdx.json
-	build/sbom/bin/python -m tests.supply.sbom build/runtime/bin/python build/sbom.cdx.json
+	build/sbom/bin/python -m tools.supply.sbom build/runtime/bin/python build/sbom.cdx.json
 
 # All three are asked, whatever one of them says. --strict: what could not be asked is no good news.
 audit: build/audit/.ready $(VENV)/.runtime ## Ask whether vulnerabilities of what is pinned are known
@@ -143,15 +143,15 @@ audit: build/audit/.ready $(VENV)/.runtime ## Ask whether vulnerabilities of wha
 	$$good || { echo 'Something is vulnerable, or could not be asked; it stands above.'; exit 1; }
 
 licences: $(VENV)/.dev ## Write docs/licences.md anew; fails where a licence is none of ours
-	$(BIN)/python -m tests.supply.licences
+	$(BIN)/python -m tools.supply.licences
 
 release-check: $(VENV)/.dev ## Whether what lies here may be tagged: docs/release.md
-	$(BIN)/python -m tests.supply.release
+	$(BIN)/python -m tools.supply.release
 
 clean: ## Remove everything that was made here
 	rm -rf $(VENV) build dist service/api/static web/build web/node_modules tests/web/node_modules
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis
-	find service tests -name __pycache__ -type d -prune -exec rm -rf {} +
+	find service tests tools -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # What was installed is remembered by a file that is younger than what asked for it. Where there is
 # no wheel of meshopt, the service does without.

@@ -19,8 +19,8 @@ from service.api.guard.signatures import Signer
 from service.api.problems import PROBLEMS
 from service.settings.values import Settings
 from tests.live import running_service
+from tests.programs import program
 from tests.test_readme import SERVED_AT
-from tests.tools import program
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "access.md").read_text(encoding="utf-8")

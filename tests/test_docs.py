@@ -4,7 +4,7 @@ from pathlib import Path
 
 from service.api.openapi.curve import REQUESTS
 from service.surface.examples import EXAMPLES
-from tests.web.picture import listing
+from tools.picture import listing
 
 DOCS = Path(__file__).parents[1] / "docs"
 

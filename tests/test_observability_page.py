@@ -7,14 +7,14 @@ import re
 from service.server.records import JsonRecords
 from service.settings.values import Settings
 from tests.api.observing.test_observer import asked
-from tests.observability_page import PAGE, page
 from tests.server.test_logs import failing
+from tools.observability_page import PAGE, page
 
 TEXT = PAGE.read_text(encoding="utf-8")
 
 
 def test_its_table_of_metrics_is_that_of_the_code() -> None:
-    assert page(TEXT) == TEXT, "run `python -m tests.observability_page`"
+    assert page(TEXT) == TEXT, "run `python -m tools.observability_page`"
 
 
 def test_its_table_of_fields_has_all_there_are() -> None:

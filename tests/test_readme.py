@@ -16,7 +16,7 @@ from service.schemas.convert import OPERATIONS
 from service.schemas.options import MeshOptionFields
 from service.schemas.surfaces import KINDS, SurfaceDefinition
 from service.surface.examples import EXAMPLES
-from tests.tools import program
+from tests.programs import program
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -16,7 +16,7 @@ from service.errors import InvalidSettings
 from service.settings.environment import from_environment, values, with_flags
 from service.settings.process import collect_rarely, pin_blas
 from service.settings.values import Settings
-from tests.settings_page import PAGE, page
+from tools.settings_page import PAGE, page
 
 OTHER = {
     "host": "::1",
@@ -173,7 +173,7 @@ def test_the_key_of_a_client_is_no_setting(
 
 def test_the_page_of_the_settings_is_that_of_the_code() -> None:
     text = PAGE.read_text(encoding="utf-8")
-    assert text == page(text), "run `python -m tests.settings_page`"
+    assert text == page(text), "run `python -m tools.settings_page`"
 
 
 def test_defaults_are_within_their_own_bounds() -> None:

@@ -15,8 +15,8 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import plan
 from service.schemas.accuracy import NAMES
 from service.surface.examples import EXAMPLES
+from tests.programs import program
 from tests.test_readme import SERVED_AT, run_shell
-from tests.tools import program
 
 PAGE = (Path(__file__).parents[1] / "docs" / "tolerance.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^```sh\n(.*?)^```$", PAGE, re.M | re.S)

@@ -20,7 +20,7 @@ from service.surface.curve import BezierCurve
 from tests.api.client import Client, client_of
 from tests.clients.gltf_validator import issues
 from tests.encoders.gltf.reader import read_glb
-from tests.tools import program
+from tests.programs import program
 
 QUARTER = {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, math.sqrt(0.5), 1]}
 LOOP = {

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.tools import program
+from tests.programs import program
 
 
 @dataclass(frozen=True)

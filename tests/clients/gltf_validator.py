@@ -5,7 +5,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from tests.tools import node_package, program
+from tests.programs import node_package, program
 
 SCRIPT = Path(__file__).with_suffix(".mjs")
 

@@ -14,7 +14,7 @@ from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
 from tests.clients.geomview import read_oogl
-from tests.tools import program
+from tests.programs import program
 
 GEOMVIEW = Path("/usr/share/geomview/geom")
 

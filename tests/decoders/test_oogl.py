@@ -24,7 +24,7 @@ from service.surface import Surface
 from service.surface.examples import find
 from service.surface.lowered import PatchModel
 from tests.clients.geomview import read_oogl
-from tests.tools import program
+from tests.programs import program
 
 MOST = 1_000_000
 GEOMVIEW = Path("/usr/share/geomview/geom")

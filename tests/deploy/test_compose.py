@@ -8,7 +8,7 @@ import pytest
 from service import __version__
 from service.settings.values import Settings
 from tests.deploy.files import DEPLOY, ROOT, check_memory, load, run, settings_of, variables
-from tests.tools import program
+from tests.programs import program
 
 FILE = DEPLOY / "compose.yaml"
 SERVICES: dict[str, dict[str, Any]] = load(FILE)["services"]

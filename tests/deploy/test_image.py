@@ -1,7 +1,7 @@
 """The Dockerfile is clean, and agrees with what runs its image."""
 
 from tests.deploy.files import DEPLOY, ROOT, USER, load, run
-from tests.tools import program
+from tests.programs import program
 
 
 def test_dockerfile_is_clean() -> None:

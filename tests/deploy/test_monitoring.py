@@ -15,8 +15,8 @@ from prometheus_client.parser import text_string_to_metric_families as families
 from service.api.app import create_app
 from service.settings.values import Settings
 from tests.api.client import client_of
-from tests.dashboard import FILE, PANELS, text
-from tests.tools import program
+from tests.programs import program
+from tools.dashboard import FILE, PANELS, text
 
 ROOT = Path(__file__).parents[2]
 DEPLOY = ROOT / "deploy"
@@ -132,7 +132,7 @@ def run(*command: str, stdin: str = "") -> None:
 
 
 def test_the_dashboard_is_that_of_the_code() -> None:
-    assert FILE.read_text(encoding="utf-8") == text(), "run `python -m tests.dashboard`"
+    assert FILE.read_text(encoding="utf-8") == text(), "run `python -m tools.dashboard`"
     panels = json.loads(text())["panels"]
     places = {(panel["gridPos"]["x"], panel["gridPos"]["y"]) for panel in panels}
     assert len(places) == len(panels) == len({panel["title"] for panel in panels})

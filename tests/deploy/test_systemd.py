@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.deploy.files import DEPLOY, check_memory, run, settings_of, variables
-from tests.tools import program
+from tests.programs import program
 
 UNIT = DEPLOY / "systemd" / "surface-service.service"
 OURS = "/opt/surface-service/bin/surface"

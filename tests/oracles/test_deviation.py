@@ -11,11 +11,11 @@ from scipy.interpolate import NdBSpline
 from trimesh.proximity import closest_point_naive
 
 from service.surface.bspline import BsplineSurface
-from tests.certify.surfaces import FAMILIES, bicubic
 from tests.oracles import exact, splines, triangles
 from tests.oracles.deviation import mesh_to_surface, seen_deviation, surface_to_mesh
 from tests.oracles.distance import Soup, to_triangles
 from tests.oracles.sheets import Array, PlacedSheet, bezier_sheet, sheets_of, triangle_sheet
+from tools.certify.surfaces import FAMILIES, bicubic
 
 PLACES = [(0.0, 0.0), (1.0, 1.0), (1 / 3, 5 / 7), (0.125, 0.875)]
 

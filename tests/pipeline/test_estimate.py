@@ -18,8 +18,8 @@ from service.pipeline.mesh import PLAIN, render
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
-from tests.certify.surfaces import FAMILIES
 from tests.encoders.gltf.reader import read_glb
+from tools.certify.surfaces import FAMILIES
 
 COUNTS = ("vertices", "triangles", "quads")
 

@@ -13,7 +13,7 @@ from service.pipeline.memory import lowering
 from service.pipeline.mesh import Lowerable, plan
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
-from tests.memory import taken
+from tools.memory import taken
 
 LOOSEST = 3
 """How many times what is taken a prediction may be, of meshes of some megabytes."""

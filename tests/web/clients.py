@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 
 from playwright.sync_api import Browser
 
-from tests.tools import node_package
+from tests.programs import node_package
 from tests.web.browser import FOLDER, QuietHandler, Stage, open_page, serve
 
 PAGE = Path(__file__).parents[2] / "docs" / "browser.md"

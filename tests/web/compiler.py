@@ -3,7 +3,7 @@
 import subprocess
 from pathlib import Path
 
-from tests.tools import node_package, program
+from tests.programs import node_package, program
 
 
 def complaints(project: Path) -> str:

@@ -6,7 +6,7 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Browser
 
-from tests.tools import chromium, node_package
+from tests.programs import chromium, node_package
 from tests.web.browser import FOLDER, Stage, open_browser, open_page, open_viewer, serve_folder
 from tests.web.editor import SADDLE, open_editor
 

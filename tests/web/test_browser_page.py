@@ -15,8 +15,8 @@ from playwright.sync_api import Browser
 from service.api.cors import EXPOSED
 from service.settings.environment import with_flags
 from service.settings.values import Settings
+from tests.programs import node_package, program
 from tests.test_readme import run_shell
-from tests.tools import node_package, program
 from tests.web.browser import Stage
 from tests.web.clients import PAGE, SERVED_AT, blocks, held, open_client, page_of, site
 from tests.web.compiler import complaints

@@ -4,7 +4,7 @@ import json
 import subprocess
 from pathlib import Path
 
-from tests.tools import node_package, program
+from tests.programs import node_package, program
 from tests.web.browser import FOLDER
 from tests.web.compiler import complaints
 

@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import Browser
 
+from tests.programs import program
 from tests.test_readme import run_shell
-from tests.tools import program
 from tests.web.browser import Stage
 from tests.web.clients import LIBRARIES, MODEL, SERVED_AT, blocks, held, open_client, page_of, site
 

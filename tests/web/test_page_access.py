@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Page
 
 from service.encoders.registry import FORMATS
-from tests.tools import node_package
+from tests.programs import node_package
 from tests.web.browser import Stage
 from tests.web.editor import READY, choose, start_anew, value
 

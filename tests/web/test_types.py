@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tests.tools import node_package
+from tests.programs import node_package
 from tests.web.compiler import complaints
 
 FOLDER = Path(__file__).parent

@@ -15,12 +15,12 @@ from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.errors import TooLarge
 from service.surface.lowered import PatchModel
-from tests.certify.models import complex_of
-from tests.certify.surfaces import MODERATE, bicubic
 from tests.engine.adaptive.bordering import bordered
 from tests.engine.meshing import check_sound
 from tests.examples import patches_of
 from tests.strategies import model_of
+from tools.certify.models import complex_of
+from tools.certify.surfaces import MODERATE, bicubic
 
 MOST, WORK = 30_000, 5e8
 """Of a request of this size nobody waits long; in work, some seconds at most."""

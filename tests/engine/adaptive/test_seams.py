@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from service.engine.adaptive.goal import Goal, View
-from tests.certify.models import BODIES, Complex, complex_of
 from tests.engine.adaptive.refining import Refined, check_refined, refined
+from tools.certify.models import BODIES, Complex, complex_of
 
 CLOSED = ("tori", "pyramids", "prisms", "double pyramids")
 """Kinds of models without an open edge."""

@@ -26,10 +26,10 @@ from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
 from service.surface.triangle import TriangleSurface
-from tests.certify.surfaces import FAMILIES
 from tests.examples import patches_of
 from tests.oracles import exact
 from tests.strategies import Array, height_nets, weighted_nets
+from tools.certify.surfaces import FAMILIES
 
 FINE = Accuracy(tolerance=0.02)
 

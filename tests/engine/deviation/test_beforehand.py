@@ -8,12 +8,12 @@ from service.engine.options import MeshOptions
 from service.engine.tessellate import tessellate
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
-from tests.certify.surfaces import FAMILIES
 from tests.engine.deviation.test_bound import corners_of
 from tests.examples import patches_of
 from tests.oracles.deviation import surface_to_mesh
 from tests.oracles.sheets import sheets_of
 from tests.strategies import model_of
+from tools.certify.surfaces import FAMILIES
 
 
 def bowl(bend_u: float, bend_v: float, twist: float = 0.0) -> PatchModel:

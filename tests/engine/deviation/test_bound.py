@@ -11,12 +11,12 @@ from service.engine.deviation.bound import largest
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.surface.lowered import Part
-from tests.certify.surfaces import FAMILIES
 from tests.engine.meshing import mesh_of
 from tests.examples import patches_of
 from tests.oracles.deviation import sheet_by_sheet, surface_to_mesh
 from tests.oracles.sheets import sheets_of
 from tests.strategies import Array, mixed_model, model_of, moved
+from tools.certify.surfaces import FAMILIES
 
 DIAGONALS = (((0, 1, 3), (1, 2, 3)), ((0, 1, 2), (0, 2, 3)))
 """Both ways to cut a quad."""

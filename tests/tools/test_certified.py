@@ -1,0 +1,60 @@
+"""A few of the surfaces and models that `make certify` looks at, of every family."""
+
+import pytest
+
+from tools.certify.judge import Case, judge
+from tools.certify.models import BODIES
+from tools.certify.seams import judge_model
+from tools.certify.surfaces import FAMILIES
+
+SAMPLES = 1000, 4000
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_deviations_are_within_bounds_and_bounds_within_tolerances(family: str) -> None:
+    for seed, relative, written_as in ((1001, 1e-1, "json"), (1002, 1e-2, "glb")):
+        verdict = judge(Case(family, seed, relative, written_as=written_as), SAMPLES)
+        assert verdict.wrong == []
+
+
+@pytest.mark.parametrize("family", ["bicubic, wild", "NURBS", "triangles", "cusped"])
+def test_meshes_are_near_their_surfaces_too_where_that_was_asked_for(family: str) -> None:
+    verdict = judge(Case(family, 1003, 3e-2, two_sided=True), SAMPLES)
+    assert verdict.wrong == []
+    assert verdict.mesh_bound > 0
+
+
+@pytest.mark.parametrize(
+    ("family", "seed", "relative"),
+    [
+        # Strips whose deviation from their triangles was just beyond what edges had allowed for.
+        ("flat", 18, 1e-1),
+        ("degrees 1 to 8, anywhere", 18, 1e-1),
+        # Strips that fanned from a pole, from which corners are in line.
+        ("triangles", 30, 1e-3),
+    ],
+)
+def test_strips_beside_the_border_pass_and_have_an_area(
+    family: str, seed: int, relative: float
+) -> None:
+    for written_as in ("json", "glb"):
+        verdict = judge(Case(family, seed, relative, True, written_as), SAMPLES)
+        assert verdict.wrong == []
+
+
+def test_a_spike_between_ten_thousand_flat_triangles_is_not_missed() -> None:
+    verdict = judge(Case("spikes", 1004, 1e-3), SAMPLES)
+    assert verdict.wrong == []
+    assert verdict.triangles < 10_000
+
+
+@pytest.mark.parametrize("kind", BODIES)
+def test_seams_are_closed_and_the_same_wherever_they_are_computed(kind: str) -> None:
+    for seed in (1001, 1002):
+        assert judge_model(kind, seed, 0.1).wrong == []
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_meshes_by_resolution_are_within_their_bounds(family: str) -> None:
+    verdict = judge(Case(family, 1005, resolution=(3, 2), faces="quads"), SAMPLES)
+    assert verdict.wrong == []

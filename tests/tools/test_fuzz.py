@@ -1,0 +1,52 @@
+"""Every seed goes through its target, and the judge tells a finding from a refusal."""
+
+import time
+
+import pytest
+
+from service.errors import Issue, MalformedBody
+from tools.fuzz.judge import MEMORY, TooDear, judged, most_resident, resident
+from tools.fuzz.seeds import LARGEST, SEEDS
+from tools.fuzz.targets import TARGETS
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_nothing_is_found_where_the_fuzzer_begins(name: str) -> None:
+    """A part of the seeds; all of them, and what comes of them, are the fuzzer's."""
+    seeds = [content for content in SEEDS[name]() if len(content) <= LARGEST]
+    assert seeds
+    for content in seeds[:: max(1, len(seeds) // 40)]:
+        judged(TARGETS[name], content)
+
+
+def test_every_target_has_seeds() -> None:
+    assert SEEDS.keys() == TARGETS.keys()
+
+
+def test_a_refusal_is_no_finding() -> None:
+    def refusing(_: bytes) -> None:
+        raise MalformedBody(Issue("malformed_body", "no"))
+
+    judged(refusing, b"")
+
+
+def test_other_exceptions_and_what_is_too_dear_are_findings() -> None:
+    def failing(content: bytes) -> None:
+        content.decode("ascii")
+
+    def slow(_: bytes) -> None:
+        end = time.process_time() + 0.02
+        while time.process_time() < end:
+            pass
+
+    def greedy(_: bytes) -> None:
+        # More than other tests had in this process: the most that it ever held is what is seen.
+        assert len(b"x" * (most_resident() - resident() + 2 * MEMORY)) > MEMORY
+
+    judged(failing, b"x")
+    with pytest.raises(UnicodeDecodeError):
+        judged(failing, b"\xff")
+    with pytest.raises(TooDear, match="s for 0 bytes"):
+        judged(slow, b"", seconds=0.01)
+    with pytest.raises(TooDear, match="MiB for 0 bytes"):
+        judged(greedy, b"")

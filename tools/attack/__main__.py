@@ -1,0 +1,225 @@
+"""The attack table: `make test-attack`.
+
+A service in a process of its own, with its default settings but a quota that can be reached, is
+attacked in every way that is known, one after the other, and by the worst of them at once. All the
+while a client that behaves asks for small things and compares every byte. Attackers are nice'd
+and bounded in what they do at a time, as they share two processors with the service and the client:
+what is looked for are limits, not bandwidth.
+
+It fails if the service ever held more memory than it may, if the client waited too long or got
+anything but its answers, if an answer to an attack is not one of those that are documented, or if
+something is left of it all: memory, files, leases, or a service that does not answer.
+"""
+
+import asyncio
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from threading import Thread
+
+import httpx
+
+from tests.process import ROOT, Service, service_process
+from tools.attack.attack import Attack
+from tools.attack.bodies import BODIES
+from tools.attack.connections import CONNECTIONS, HALF_BODIES, SLOW_BODIES, WORST
+from tools.attack.heads import HEADS, SLOW_HEADS
+from tools.attack.work import WORK
+
+MOST_RESIDENT = 600e6
+"""Bytes that the process may hold at the default limits."""
+
+SLOWEST = 0.1
+"""Seconds: the 99th percentile of the client that behaves."""
+
+LEFT = 250e6
+"""Bytes that it may hold once all is over, what is kept of answers included."""
+
+QUIET = 2.0
+"""Seconds of nothing before the first attack, which the client is measured in as well."""
+
+FOLDER = ROOT / "build" / "attack"
+
+LASTING = (SLOW_HEADS, SLOW_BODIES, HALF_BODIES)
+FIRST, BESIDE, LAST = (BODIES, (*HEADS, *CONNECTIONS), (*WORK, WORST))
+"""Attacks before those that last, which take the room for bodies; beside those; and after."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What the client that behaves saw of one of its requests."""
+
+    time: float
+    kind: str
+    seconds: float
+    what: str
+
+
+@dataclass(slots=True)
+class Row:
+    """What one attack did."""
+
+    attack: Attack
+    answers: Counter[str]
+    start: float
+    end: float
+    resident: int
+    seen: list[Seen] = field(default_factory=list)
+
+    def wrong(self) -> list[str]:
+        """What should not have been."""
+        found = self.attack.wrong(self.answers)
+        found += [f"client: {what}" for what in sorted({s.what for s in self.seen} - {"ok"})]
+        if self.resident > MOST_RESIDENT:
+            found.append("memory")
+        if not self.seen:
+            found.append("no client")  # it waited all the while, or has ended
+        elif percentile(self.seen, 99) > SLOWEST:
+            found.append("p99")
+        return found
+
+    def line(self) -> str:
+        """A line of the table."""
+        answers = ", ".join(f"{count} × {what}" for what, count in self.answers.most_common())
+        half, most = (percentile(self.seen, part) * 1e3 for part in (50, 99))
+        return (
+            f"| {self.attack.name} | {self.end - self.start:.0f} s | {answers} | "
+            f"{self.resident / 1e6:.0f} MB | {half:.1f} / {most:.1f} ms of {len(self.seen)} | "
+            f"{', '.join(self.wrong()) or 'ok'} |"
+        )
+
+
+def percentile(seen: list[Seen], part: int) -> float:
+    """Of the latencies of some requests, in seconds; nothing where there are none."""
+    if len(seen) < 2:
+        return sum(s.seconds for s in seen)
+    return statistics.quantiles((s.seconds for s in seen), n=100, method="inclusive")[part - 1]
+
+
+async def attacked(service: Service, chosen: list[str]) -> list[Row]:
+    """Every attack in its turn, but for those that last."""
+    rows: list[Row] = []
+
+    async def one(attack: Attack) -> None:
+        service.forget_most()
+        start = time.monotonic()
+        answers = await attack.run(service.port)
+        rows.append(Row(attack, answers, start, time.monotonic(), service.most_resident()))
+        print(f"  {attack.name}: {dict(answers)}", file=sys.stderr, flush=True)
+
+    def meant(attack: Attack) -> bool:
+        return not chosen or any(word in attack.name for word in chosen)
+
+    async def in_turn(attacks: Iterable[Attack]) -> None:
+        for attack in filter(meant, attacks):
+            await one(attack)
+            await asyncio.sleep(0.3)
+
+    await in_turn(FIRST)
+    await asyncio.gather(*map(one, filter(meant, LASTING)), in_turn(BESIDE))
+    await in_turn(LAST)
+    return rows
+
+
+def read_client(process: "subprocess.Popen[str]", seen: list[Seen]) -> None:
+    """Collects what the client tells until it ends."""
+    assert process.stdout is not None
+    for line in process.stdout:
+        if line.startswith("ready"):
+            continue
+        moment, kind, seconds, what = line.rstrip("\n").split(" ", 3)
+        seen.append(Seen(float(moment), kind, float(seconds), what))
+
+
+def left_over(service: Service, files: int) -> list[str]:
+    """What is still there some seconds after the last attack, and should not be."""
+    problems: list[str] = []
+    for _ in range(60):
+        time.sleep(0.5)
+        problems = []
+        if service.resident() > LEFT:
+            problems.append(f"{service.resident() / 1e6:.0f} MB of memory")
+        if service.files() > files + 4:
+            problems.append(f"{service.files()} open files, {files} before")
+        problems += leases(service)
+        if not problems:
+            break
+    return problems
+
+
+LEASES = ("surface_queue_length{", "surface_threads_busy{", "surface_memory_bytes{")
+"""Gauges that must be at rest."""
+
+
+def leases(service: Service) -> list[str]:
+    """What the service's own numbers say is still held."""
+    answer = httpx.get(f"{service.url}/metrics")
+    if answer.status_code != 200:
+        return ["no /metrics"]
+    held = []
+    for line in answer.text.splitlines():
+        name, _, value = line.rpartition(" ")
+        if name.startswith(LEASES) and float(value) > 0:
+            held.append(f"{name} {value}")
+    return held
+
+
+def main(chosen: list[str]) -> bool:
+    """Whether the service withstood it all."""
+    shutil.rmtree(FOLDER, ignore_errors=True)
+    settings = {"SURFACE_STORE": str(FOLDER / "store"), "SURFACE_STORE_QUOTA": "4MiB"}
+    with service_process(FOLDER, settings) as service:
+        command = [sys.executable, "-m", "tools.attack.client", str(service.port)]
+        client = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
+        os.nice(10)  # whoever attacks gets what is left of the processors
+        seen: list[Seen] = []
+        reading = Thread(target=read_client, args=(client, seen))
+        reading.start()
+        try:
+            time.sleep(QUIET + 1)
+            files, begin = service.files(), time.monotonic()
+            rows = asyncio.run(attacked(service, chosen))
+            end = time.monotonic()
+        finally:
+            client.terminate()
+            client.wait()
+            reading.join()
+        left = left_over(service, files)
+        traces = service.log.read_text(encoding="utf-8").count("Traceback")
+    for row in rows:
+        row.seen = [s for s in seen if row.start <= s.time <= row.end]
+    return report(rows, [s for s in seen if s.time < begin], left, traces, end - begin)
+
+
+def report(
+    rows: list[Row], before: list[Seen], left: list[str], traces: int, seconds: float
+) -> bool:
+    """Prints the table; whether all in it is as it should be."""
+    half, most = (percentile(before, part) * 1e3 for part in (50, 99))
+    print("| attack | took | answers | most memory | client p50 / p99 | |")
+    print("| --- | --- | --- | --- | --- | --- |")
+    print(f"| nothing | | | | {half:.1f} / {most:.1f} ms of {len(before)} | |")
+    for row in rows:
+        print(row.line())
+    wrong = [f"{row.attack.name}: {what}" for row in rows for what in row.wrong()]
+    wrong += [f"left over: {what}" for what in left]
+    wrong += [f"{traces} exceptions in the log"] if traces else []
+    slow = sorted((s for row in rows for s in row.seen), key=lambda s: -s.seconds)[:5]
+    print(f"\n{seconds:.0f} s; the slowest of the client:", end=" ")
+    print(", ".join(f"{s.seconds * 1e3:.0f} ms {s.kind}" for s in slow))
+    for kind in sorted({s.kind for s in before}):
+        of_kind = [s for row in rows for s in row.seen if s.kind == kind]
+        half, most = (percentile(of_kind, part) * 1e3 for part in (50, 99))
+        print(f"  {kind}: {half:.1f} / {most:.1f} ms of {len(of_kind)}")
+    print(f"{len(wrong)} things are wrong" + "".join(f"\n- {what}" for what in wrong))
+    return not wrong
+
+
+if __name__ == "__main__":
+    sys.exit(0 if main(sys.argv[1:]) else 1)

@@ -1,0 +1,179 @@
+"""Attacks by work: as much of it as is allowed, and much of it that is of no use to anybody."""
+
+import asyncio
+import json
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import cache
+from itertools import cycle, product
+
+import numpy as np
+
+from tests.api.hostile_files import NPY, saved
+from tools.attack.attack import BUSY, DONE, Attack
+from tools.attack.wire import Pieces, connected, get, post, storm
+
+
+@cache
+def grid(rows: int, columns: int) -> bytes:
+    """A request for a B-spline of so many control points."""
+    net = [[[i, j, (i * j) % 7 / 7] for j in range(columns)] for i in range(rows)]
+    surface = {"type": "bspline", "degree": 3, "control_net": net}
+    return json.dumps({"surface": surface, "resolution": 1}).encode()
+
+
+@cache
+def points(count: int) -> bytes:
+    """A request of so many control points, of which a few make a patch."""
+    vertices = [[k % 7 / 7, k % 11 / 11, k] for k in range(count)]
+    surface = {"type": "patches", "vertices": vertices, "patches": [[[0, 1], [2, 3]]]}
+    return json.dumps({"surface": surface, "resolution": 1}).encode()
+
+
+_PATCH = {"control_net": [[[i, j, i * j % 3] for j in range(4)] for i in range(4)]}
+
+
+def _mesh(**options: object) -> bytes:
+    return json.dumps({"surface": _PATCH} | options).encode()
+
+
+LARGE_ANSWER = post("/v1/mesh?format=stl", _mesh(resolution=800))
+"""64 MB, from a short request."""
+
+_FORMATS = ("glb", "stl", "ply", "obj", "json", "off", "gltf", "oogl")
+_NAMES = ("utah-teapot", "torus", "sphere", "tea-service")
+
+COLD = tuple(
+    f"/v1/surfaces/{name}/mesh.{suffix}?resolution={u},{v}"
+    for u, v, name, suffix in product(range(5, 40), range(5, 40), _NAMES, _FORMATS[:4])
+)
+"""Addresses of which no two are one, and none is known yet."""
+
+
+async def cold(port: int) -> Counter[str]:
+    return await storm(port, [get(address) for address in COLD], together=8, seconds=6)
+
+
+async def tolerances(port: int) -> Counter[str]:
+    """Meshes that take long to compute, though they are small."""
+    addresses = (
+        f"/v1/surfaces/{name}/mesh.{suffix}?tolerance={number}e-6&two_sided={sides}"
+        for number, name, suffix, sides in product(
+            range(400, 600), _NAMES, ("glb", "stl"), ("true", "false")
+        )
+    )
+    return await storm(port, (get(address) for address in addresses), together=8, seconds=8)
+
+
+async def largest(port: int) -> Counter[str]:
+    """The largest that is allowed, many times at once."""
+    kinds: list[Pieces] = []
+    for fmt, resolution in (("glb", 1000), ("stl", 900), ("json", 500), ("obj", 450)):
+        kinds.append(post(f"/v1/mesh?format={fmt}", _mesh(resolution=resolution)))
+        kinds.append(
+            get(f"/v1/surfaces/saddle/mesh.{fmt}?resolution={resolution}", "Accept-Encoding: zstd")
+        )
+    kinds.append(post("/v1/mesh?format=json", _mesh(resolution=400, faces="quads", uvs=True)))
+    points = [[k / 100_000, 0.5] for k in range(100_000)]
+    kinds.append(post("/v1/points", _mesh(uv=points, derivatives=2)))
+    return await storm(port, cycle(kinds), together=24, seconds=12)
+
+
+async def largest_bodies(port: int) -> Counter[str]:
+    """Surfaces of as many control points as are allowed."""
+    net = np.zeros((62_500, 4, 4, 3), np.float32)
+    net[..., 0], net[..., 1] = np.indices((4, 4))
+    net[..., 2] = np.arange(62_500)[:, None, None]
+    patches, text = saved(net), points(900_000)
+    kinds: tuple[Pieces, ...] = (
+        post("/v1/mesh?format=glb&resolution=1", patches, media_type=NPY),
+        post("/v1/mesh?format=stl", text),
+        post("/v1/estimate?resolution=4", patches, media_type=NPY),
+        post("/v1/surfaces", patches, media_type=NPY),
+        post("/v1/surfaces", text.replace(b', "resolution": 1', b"")),
+    )
+    alone = await storm(port, kinds, together=1, seconds=12)
+    return alone + await storm(port, cycle(kinds), together=8, seconds=8)
+
+
+def _spellings() -> Iterator[Pieces]:
+    """One answer that is kept, asked for in as many ways as there are."""
+    for k in range(100_000):
+        address = "/v1/surfaces/saddle/mesh.glb?resolution="
+        yield get(f"{address}4&crease_angle=0.{'3' * (k % 15 + 1)}{k}")
+        yield get(f"{address}5", f"Accept-Encoding: zstd;q=0.{k % 1000:03}, gzip;q=0.{k // 100:03}")
+        yield get(f"{address}5&tolerance=", f'If-None-Match: "{k}"')
+        yield get(f"{address}5", f"Accept: x/{k}", f"Cookie: k={k}", f"Origin: http://{k}")
+        yield get(f"{address}6&weld={'true' if k % 2 else 'false'}&wire_sides={k % 60 + 3}")
+
+
+async def busting(port: int) -> Counter[str]:
+    return await storm(port, _spellings(), together=4, seconds=6)
+
+
+async def uploads(port: int) -> Counter[str]:
+    """Small surfaces, all different, until there is no room."""
+    answers: Counter[str] = Counter()
+
+    async def one_by_one(first: int) -> None:
+        end = asyncio.get_running_loop().time() + 6
+        for k in range(first, 100_000, 4):
+            if asyncio.get_running_loop().time() > end:
+                break
+            net = np.full((8, 8, 3), k, np.float32)
+            net[..., 0], net[..., 1] = np.indices((8, 8))
+            request = post("/v1/surfaces", saved(net), media_type=NPY)
+            answers.update(await storm(port, [request], 1))
+
+    await asyncio.gather(*(one_by_one(k) for k in range(4)))
+    return answers
+
+
+async def operations(port: int) -> Counter[str]:
+    """Conversions that would make much of little."""
+    kinds = [
+        post("/v1/convert", _mesh(operations=[{"op": "elevate", "degree": [64, 64]}])),
+        post("/v1/convert", _mesh(operations=[{"op": "split", "u": 0.5, "v": 0.5}] * 30)),
+        post("/v1/convert", _mesh(operations=[{"op": "transpose"}] * 1000)),
+        post("/v1/convert", grid(400, 400).replace(b'"resolution": 1', b'"operations": '
+             b'[{"op": "bezier"}, {"op": "elevate", "degree": [12, 12]}]')),
+        post("/v1/mesh", _mesh(wires="tubes", isocurves=500, wire_sides=64, resolution=500)),
+        post("/v1/mesh", _mesh(method="de_casteljau", resolution=1000)),
+        post("/v1/mesh", _mesh(method="forward_difference", resolution=1000)),
+    ]  # fmt: skip
+    return await storm(port, cycle(kinds), together=6, seconds=8)
+
+
+async def floods(port: int) -> Counter[str]:
+    """As many small requests on open connections as the service answers."""
+    answers: Counter[str] = Counter()
+    end = asyncio.get_running_loop().time() + 4
+    body = _mesh(resolution=4)
+    request = post("/v1/mesh?format=glb", body).replace(b"Connection: close\r\n", b"")
+
+    async def one_by_one() -> None:
+        with suppress(OSError, asyncio.IncompleteReadError):
+            async with connected(port) as (reader, writer):
+                while asyncio.get_running_loop().time() < end:
+                    writer.write(request)
+                    head = await reader.readuntil(b"\r\n\r\n")
+                    length = head.lower().split(b"content-length:")[1].split(b"\r\n")[0]
+                    await reader.readexactly(int(length))
+                    answers[head[9:12].decode()] += 1
+                    await asyncio.sleep(0.004)
+
+    await asyncio.gather(*(one_by_one() for _ in range(16)))
+    return answers
+
+
+WORK = (
+    Attack("many distinct cold addresses", cold, DONE),
+    Attack("tolerances that take long", tolerances, DONE),
+    Attack("the largest meshes, many at once", largest, DONE),
+    Attack("the largest bodies, many at once", largest_bodies, rf"201|507 store_full|{DONE}"),
+    Attack("cache-busting", busting, rf"304|{DONE}"),
+    Attack("distinct uploads against the quota", uploads, rf"201|507 store_full|{BUSY}"),
+    Attack("conversions, wires and slow methods", operations, DONE),
+    Attack("small posts, 16 connections", floods, "200|429"),
+)

@@ -1,0 +1,109 @@
+"""Evaluation against its floor: copying the result once, warm.
+
+Seven works, float32 positions and unit normals; every formulation that is fit for the shape is
+shown, the one that `evaluate` chooses is marked. The record is what the best formulation reached,
+without poles or checks of any kind, when formulations were looked for; half as much again is the
+figure to keep. It is a range, as that machine's memory was: so are the figures of any one run.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.engine.evaluation.evaluate import Formulation, choose, evaluate
+from service.settings.process import pin_blas
+from service.surface.batches import TensorPatches
+from tests.strategies import example_batch
+from tools.benchmarks.alternately import alternately
+
+
+@dataclass(frozen=True)
+class Work:
+    """One shape of work, and the multiple of a copy that it once cost."""
+
+    title: str
+    patches: TensorPatches
+    divisions: int
+    record: tuple[float, float]
+
+
+def hills(count: int, degree: int) -> TensorPatches:
+    """Patches over a regular grid with small pseudo-random heights, the same in every run."""
+    steps = np.arange(degree + 1.0)
+    flat = np.stack(np.meshgrid(steps, steps, [0.0], indexing="ij"), axis=-1)[:, :, 0]
+    return TensorPatches(flat + 0.3 * np.random.default_rng(1).random((count, *flat.shape)))
+
+
+def works() -> list[Work]:
+    """The seven works of the record."""
+    teapot = example_batch("utah-teapot")
+    return [
+        Work("1 bicubic patch, 65 x 65", hills(1, 3), 64, (18, 22)),
+        Work("1 bicubic patch, 513 x 513", hills(1, 3), 512, (3.5, 3.8)),
+        Work("1 bicubic patch, 2049 x 2049", hills(1, 3), 2048, (2.0, 2.1)),
+        Work("teapot, 32 bicubic patches, 17 x 17", teapot, 16, (18, 19)),
+        Work("10 000 bicubic patches, 9 x 9", hills(10_000, 3), 8, (4.3, 5.2)),
+        Work("100 000 bicubic patches, 5 x 5", hills(100_000, 3), 4, (4.8, 4.8)),
+        Work("degree 15 x 15, 129 x 129", hills(1, 15), 128, (22, 24)),
+    ]
+
+
+def rivals(work: Work) -> list[Formulation]:
+    """The formulations worth timing on this shape."""
+    samples = (work.divisions + 1) ** 2
+    fit: list[Formulation] = []
+    if samples * (work.patches.degree[0] + 1) ** 2 <= 1e5:
+        fit.append("kronecker")
+    if work.patches.count < 1000:
+        fit.append("separable")
+        if samples >= 4000 and work.patches.degree[0] <= 5:
+            fit.append("normal_polynomial")
+    return fit
+
+
+def run() -> None:
+    """Prints the table."""
+    print("Evaluation, float32 positions and normals; CPU time, medians of alternating rounds")
+    print(
+        f"{'work':38}{'formulation':20}{'ns/vertex':>10}{'x copy':>9}{'record':>13}{'x record':>14}"
+    )
+    for work in works():
+        measure(work)
+
+
+def measure(work: Work) -> None:
+    """Prints the lines of one work."""
+    resolution = (work.divisions, work.divisions)
+    result = evaluate(work.patches, resolution, dtype=np.float32)
+    assert result.normals is not None
+    sources = (result.positions, result.normals)
+    copies = tuple(np.empty_like(source) for source in sources)
+
+    def copy() -> None:
+        for target, source in zip(copies, sources, strict=True):
+            np.copyto(target, source)
+
+    def evaluation(formulation: Formulation) -> Callable[[], object]:
+        return lambda: evaluate(
+            work.patches, resolution, dtype=np.float32, formulation=formulation, out=result
+        )
+
+    chosen = choose(work.patches, resolution, True)
+    calls: dict[str, Callable[[], object]] = {name: evaluation(name) for name in rivals(work)}
+    times = alternately({"copy": copy, **calls}, rounds=9)
+    vertices = result.positions.size / 3
+    for name in calls:
+        ratio = times[name] / times["copy"]
+        mark = " *" if name == chosen else ""
+        low, high = work.record
+        against = f"{low:8.1f} -{high:5.1f}{ratio / high:7.2f} -{ratio / low:5.2f}"
+        print(
+            f"{work.title:38}{name + mark:20}{times[name] / vertices * 1e9:10.1f}"
+            f"{ratio:9.1f}{against if name == chosen else ''}"
+        )
+
+
+if __name__ == "__main__":
+    pin_blas()
+    run()

@@ -1,0 +1,132 @@
+"""What the methods of evaluation cost and what they lose: the tables of docs/methods.md.
+
+Cost is CPU time against `matrix`, positions and normals, in turns. Loss is the largest error of a
+position, in parts of the extent of the net, against exact arithmetic at a few samples of each row
+or, at many divisions, against `matrix` in float64, which is right to 1e-15.
+"""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from service.engine.evaluation.evaluate import evaluate
+from service.engine.evaluation.forward_difference import MAX_DEGREE
+from service.engine.options import Method
+from service.engine.scratch import Real
+from service.settings.process import pin_blas
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
+from tests.oracles import exact
+from tests.strategies import example_batch
+from tools.benchmarks.alternately import alternately
+
+METHODS: tuple[Method, ...] = ("matrix", "de_casteljau", "forward_difference")
+DIVISIONS = (64, 256, 1024, 4096)
+DEGREES = (1, 2, 3, 5, 8)
+
+
+def wild(p: int, q: int, *, weights: bool = False, count: int = 1) -> TensorPatches:
+    """Patches of independent control points and weights from 0.2 to 5, the same in every run."""
+    rng = np.random.default_rng(p + 100 * q)
+    shape = (count, p + 1, q + 1)
+    points = rng.uniform(-1, 1, (*shape, 3))
+    return TensorPatches(points, rng.uniform(0.2, 5, shape) if weights else None)
+
+
+def works() -> list[tuple[str, Patches, int]]:
+    """What is timed: a title, patches, divisions."""
+    teapot = example_batch("utah-teapot")
+    cubic = np.random.default_rng(3).uniform(-1, 1, (1, 10, 3))
+    return [
+        ("bilinear, 257 x 257", wild(1, 1), 256),
+        ("bicubic, 257 x 257", wild(3, 3), 256),
+        ("teapot, 32 x 17 x 17", teapot, 16),
+        ("1000 bicubics, 9 x 9", wild(3, 3, count=1000), 8),
+        ("rational 3 x 5, 129 x 129", wild(3, 5, weights=True), 128),
+        ("rational 8 x 8, 65 x 65", wild(8, 8, weights=True), 64),
+        ("15 x 15, 65 x 65", wild(15, 15), 64),
+        ("cubic triangle, 256 rows", TrianglePatches(cubic), 256),
+    ]
+
+
+def run() -> None:
+    """Prints the tables."""
+    costs()
+    print()
+    losses()
+    print()
+    growth()
+
+
+def costs() -> None:
+    """CPU time of each method in multiples of `matrix`."""
+    print("CPU time in multiples of matrix (ns a sample), float32 and float64; normals included")
+    print(f"{'work':28}{'':9}" + "".join(f"{name:>24}" for name in METHODS))
+    for title, patches, divisions in works():
+        for dtype in (np.float32, np.float64):
+            times = alternately(rivals(patches, divisions, dtype), rounds=5)
+            samples = evaluate(patches, (divisions, divisions), normals=False).positions.size / 3
+            cells = "".join(
+                f"{times[m] / times['matrix']:14.1f} ({times[m] / samples * 1e9:6.0f})"
+                if m in times
+                else f"{'-':>24}"
+                for m in METHODS
+            )
+            print(f"{title:28}{dtype.__name__:9}{cells}")
+
+
+def rivals(patches: Patches, divisions: int, dtype: Real) -> dict[str, Callable[[], object]]:
+    """Calls of the methods that take this degree."""
+    degree = max(patches.side_degrees)
+    fit = [m for m in METHODS if m != "forward_difference" or degree <= MAX_DEGREE[dtype]]
+    resolution = (divisions, divisions)
+    return {m: partial(evaluate, patches, resolution, dtype=dtype, method=m) for m in fit}
+
+
+def losses() -> None:
+    """Largest error at 16 × 16 divisions, against fractions."""
+    print("Largest error of a position at 16 x 16 divisions, in parts of the extent")
+    print(f"{'degree':28}{'':9}" + "".join(f"{name:>24}" for name in METHODS))
+    for p, q, weights in ((3, 3, False), (3, 5, True), (8, 8, True), (16, 16, True)):
+        patches = wild(p, q, weights=weights)
+        own = None if patches.weights is None else patches.weights[0]
+        truth = exact.positions(patches.points[0], own, (16, 16))
+        for dtype in (np.float32, np.float64):
+            cells = ""
+            for method in METHODS:
+                if method == "forward_difference" and max(p, q) > MAX_DEGREE[dtype]:
+                    cells += f"{'-':>24}"
+                    continue
+                found = evaluate(patches, (16, 16), dtype=dtype, normals=False, method=method)
+                off = np.abs(found.positions[0] - truth).max() / patches.extent
+                cells += f"{off:24.1e}"
+            title = f"{'rational ' if weights else ''}{p} x {q}"
+            print(f"{title:28}{dtype.__name__:9}{cells}")
+
+
+def growth() -> None:
+    """Largest error of forward differences as the divisions of a row grow."""
+    print("Largest error of forward_difference, in parts of the extent, by divisions of a row")
+    print(f"{'degree':28}{'':9}" + "".join(f"{divisions:>12}" for divisions in DIVISIONS))
+    for degree in (*DEGREES, 16):
+        patches = wild(2, degree, count=4)
+        for dtype in (np.float32, np.float64):
+            if degree > MAX_DEGREE[dtype]:
+                continue
+            cells = ""
+            for divisions in DIVISIONS:
+                right = evaluate(patches, (2, divisions), normals=False).positions
+                found = evaluate(
+                    patches,
+                    (2, divisions),
+                    dtype=dtype,
+                    normals=False,
+                    method="forward_difference",
+                )
+                cells += f"{np.abs(found.positions - right).max() / patches.extent:12.1e}"
+            print(f"{degree:<28}{dtype.__name__:9}{cells}")
+
+
+if __name__ == "__main__":
+    pin_blas()
+    run()

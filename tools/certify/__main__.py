@@ -1,0 +1,156 @@
+"""Certified meshes of a thousand random surfaces, models and groups, judged: `make certify`.
+
+Every surface is meshed at four tolerances and one resolution, written, read back and sampled.
+Ctrl-C ends it and prints what was found so far. The exit status is 1 if anything was wrong.
+
+    python -m tools.certify [share] [family …]
+
+`share` is the part of the surfaces and models that is looked at, 1 being all; families are named as
+in the table.
+"""
+
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from multiprocessing import Pool, cpu_count
+from typing import Literal, TypeAlias
+
+from service.settings.process import pin_blas
+from tools.certify import groups, seams, table
+from tools.certify.groups import judge_group
+from tools.certify.judge import TOLERANCES, Case, Verdict, judge
+from tools.certify.models import BODIES
+from tools.certify.seams import Joint, judge_model
+from tools.certify.surfaces import FAMILIES
+
+JOINT_TOLERANCES = 3e-1, 3e-2, 3e-3
+RESOLUTIONS = (1, 1), (4, 4), (3, 7), (16, 2), (6, 6)
+PATIENCE = 60
+"""Seconds of the processor for one task: others may use the machine as well."""
+
+MOST = 40
+"""Complaints that are printed at the end."""
+
+TWO_SIDED_EVERY, BINARY_EVERY = 6, 2
+
+
+def cases(share: float, names: list[str]) -> Iterator[Case]:
+    """All surfaces at all tolerances, every second file a GLB, and at one resolution."""
+    for name, family in FAMILIES.items():
+        if names and name not in names:
+            continue
+        for seed in range(max(1, round(share * family.count))):
+            for turn, relative in enumerate(TOLERANCES):
+                two_sided = seed % TWO_SIDED_EVERY == 0 and relative >= 1e-3
+                binary = (seed + turn) % BINARY_EVERY == 0
+                yield Case(name, seed, relative, two_sided, "glb" if binary else "json")
+            resolution = RESOLUTIONS[seed % len(RESOLUTIONS)]
+            faces: Literal["triangles", "quads"] = "quads" if seed % 3 else "triangles"
+            yield Case(name, seed, resolution=resolution, faces=faces)
+
+
+def joints(share: float, names: list[str]) -> Iterator[tuple[str, int, float]]:
+    """All models and groups, at one of the tolerances each."""
+    for kind, (count, _) in BODIES.items():
+        if names and kind not in names:
+            continue
+        for seed in range(max(1, round(share * count))):
+            yield kind, seed, JOINT_TOLERANCES[seed % len(JOINT_TOLERANCES)]
+    if not names or "groups" in names:
+        for seed in range(max(1, round(share * groups.COUNT))):
+            yield "groups", seed, TOLERANCES[1 + seed % 3]
+
+
+Task: TypeAlias = Case | tuple[str, int, float]
+
+
+def _seed(task: Task) -> int:
+    return task.seed if isinstance(task, Case) else task[1]
+
+
+def work(task: Task) -> Verdict | Joint:
+    """One mesh, one model or one group; after a while there is none."""
+    signal.setitimer(signal.ITIMER_PROF, PATIENCE)
+    try:
+        if isinstance(task, Case):
+            return judge(task)
+        return judge_group(*task[1:]) if task[0] == "groups" else judge_model(*task)
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+
+
+def _too_long(_signal: int, _frame: object) -> None:
+    raise TimeoutError(f"more than {PATIENCE} s")
+
+
+def _quiet() -> None:
+    """Leaves Ctrl-C to the parent, ends what takes too long."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGPROF, _too_long)
+    pin_blas()
+
+
+def main(arguments: list[str]) -> int:
+    """Judges all, prints all."""
+    share = float(arguments[0]) if arguments else 1.0
+    names = arguments[1:]
+    # Some of every family first, so that whoever ends it early has seen something of all.
+    tasks: list[Task] = sorted([*joints(share, names), *cases(share, names)], key=_seed)
+    found: list[Verdict | Joint] = []
+    start = time.monotonic()
+    pool = Pool(min(2, cpu_count()), _quiet)
+    try:
+        for result in pool.imap_unordered(work, tasks, chunksize=4):
+            found.append(result)
+            for text in said_of(result):
+                print(f"\r{text}", file=sys.stderr)
+            if len(found) % 50 == 0 or len(found) == len(tasks):
+                wrong = sum(bool(each.wrong) for each in found)
+                print(
+                    f"\r{len(found)} of {len(tasks)}, {wrong} wrong, "
+                    f"{time.monotonic() - start:.0f} s",
+                    end="",
+                    file=sys.stderr,
+                    flush=True,
+                )
+    except KeyboardInterrupt:
+        pool.terminate()
+    print(file=sys.stderr)
+    return report(found)
+
+
+def report(found: list[Verdict | Joint]) -> int:
+    """Prints the tables and the complaints; 1 if there are any."""
+    order = {name: number for number, name in enumerate([*FAMILIES, *BODIES, "groups"])}
+    verdicts = [each for each in found if isinstance(each, Verdict)]
+    models = [each for each in found if isinstance(each, Joint)]
+    verdicts.sort(key=lambda v: (order[v.case.family], v.case.seed, -v.case.relative))
+    models.sort(key=lambda j: (order[j.kind], j.seed))
+    by_resolution = [v for v in verdicts if v.case.resolution is not None]
+    verdicts = [v for v in verdicts if v.case.resolution is None]
+    if verdicts:
+        print("\n".join([*table.rows(verdicts), ""]))
+    if by_resolution:
+        print("\n".join([*table.by_resolution(by_resolution), ""]))
+    if models:
+        print("\n".join([*seams.rows(models), ""]))
+    two = [v for v in verdicts if v.case.two_sided and v.mesh_bound > 0]
+    if two:
+        tight = max(v.mesh_deviation / v.mesh_bound for v in two)
+        print(f"{len(two)} meshes two-sided: found/bound from mesh to surface {tight:.3f} at most")
+    ordered: list[Verdict | Joint] = [*verdicts, *by_resolution, *models]
+    said = [text for each in ordered for text in said_of(each)]
+    rest = [f"… and {len(said) - MOST} more"] if len(said) > MOST else []
+    print("\n".join(["", *said[:MOST], *rest] if said else ["", "Nothing is wrong."]))
+    return int(bool(said))
+
+
+def said_of(result: Verdict | Joint) -> list[str]:
+    """What is wrong with a mesh, and which it is."""
+    name = result.case if isinstance(result, Verdict) else result
+    return [f"WRONG: {name}: {text}" for text in result.wrong]
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

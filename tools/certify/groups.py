@@ -1,0 +1,90 @@
+"""Copies in their places, and what a camera sees: bounds that are stretched, tolerances that grow.
+
+Every group has three surfaces, one of them twice, in affine places of all kinds. It is meshed once
+to a tolerance and once for a camera, as JSON, where all copies are where they belong.
+"""
+
+import time
+from math import tan
+
+import numpy as np
+
+from service.encoders.registry import BY_NAME
+from service.engine.adaptive.accuracy import Accuracy, Camera
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import render
+from service.surface.group import GroupSurface, Member
+from tests.oracles.deviation import seen_deviation, sheet_by_sheet
+from tests.oracles.sheets import PlacedSheet, Sheet, sheets_of
+from tools.certify.seams import Joint
+from tools.certify.surfaces import FAMILIES, Array, Random
+from tools.certify.written import Written, read
+
+KINDS = "bicubic, wild", "NURBS", "rational triangles", "poles", "creases", "quadrics", "flat"
+COUNT = 40
+PIXELS = 2.0
+NEAR = 1e-3
+"""Share of the diagonal that is the least distance from the eye that counts."""
+
+
+def judge_group(seed: int, relative: float) -> Joint:
+    """A group, judged copy by copy."""
+    rng = np.random.default_rng(seed)
+    group, sheets = group_of(rng)
+    joint = Joint("groups", seed, relative)
+    points = np.concatenate([s.at(s.samples(2000)) + s.origin for s in sheets])
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
+    camera = Camera(tuple((points[0] + rng.uniform(-1, 1, 3) * size).tolist()), 0.8, 600)
+    try:
+        start = time.process_time()
+        mesh = _mesh(group, Accuracy(relative_tolerance=relative))
+        seen = _mesh(group, Accuracy(camera=camera, pixel_tolerance=PIXELS))
+        joint.seconds = time.process_time() - start
+    except Exception as error:  # whatever it is, there is no mesh
+        joint.wrong.append(f"{type(error).__name__}: {error}")
+        return joint
+    joint.triangles = len(mesh.faces)
+    joint.bound = mesh.report.get("deviation_bound", np.nan)
+    # The box about the control points is larger than the one about samples, but not by so much.
+    joint.tolerance = relative * 4 * size
+    if not joint.bound <= joint.tolerance:
+        joint.wrong.append(f"bound {joint.bound} above the tolerance")
+    for k, each in enumerate(sheet_by_sheet(sheets, mesh.corners, 2000)):
+        bound = mesh.part_bounds.get(f"member {k}", np.nan)
+        joint.deviation = max(joint.deviation, each.distance)
+        if not each.distance <= bound + each.noise or not bound <= joint.bound:
+            joint.wrong.append(f"member {k} deviates by {each.distance}, bound {bound}")
+    rate = PIXELS * 2 * tan(camera.field_of_view / 2) / camera.height
+    eye = np.array(camera.position)
+    found = seen_deviation(sheets, seen.corners, eye, NEAR * 4 * size, 1000)
+    if not found <= rate * (1 + 1e-9):
+        joint.wrong.append(f"{found / rate * PIXELS} pixels off where {PIXELS} are allowed")
+    return joint
+
+
+def _mesh(group: GroupSurface, accuracy: Accuracy) -> Written:
+    options = MeshOptions(accuracy=accuracy, normals=False)
+    return read("json", render(group, options, BY_NAME["json"]))
+
+
+def group_of(rng: Random) -> tuple[GroupSurface, list[Sheet]]:
+    """Four copies of three surfaces, and their sheets."""
+    kinds = rng.choice(KINDS, size=3, replace=False)
+    surfaces = [FAMILIES[kind].surface(int(rng.integers(1000))) for kind in kinds]
+    members: list[Member] = []
+    sheets: list[Sheet] = []
+    for k, surface in enumerate([surfaces[0], *surfaces]):
+        matrix = _place(rng)
+        members.append(Member(surface, name=f"member {k}", matrix=matrix))
+        sheets += [PlacedSheet(sheet, matrix) for sheet in sheets_of(surface)]
+    return GroupSurface(tuple(members)), sheets
+
+
+def _place(rng: Random) -> Array:
+    """Turned, stretched up to tenfold, sheared, mirrored and moved."""
+    matrix = np.eye(4)
+    stretch = np.diag(10 ** rng.uniform(-1, 1, 3)) if rng.integers(2) else np.eye(3)
+    turns = (np.linalg.qr(rng.normal(size=(3, 3)))[0] for _ in range(2))
+    matrix[:3, :3] = next(turns) @ stretch @ next(turns)
+    matrix[:3, 3] = rng.uniform(-3, 3, 3)
+    return matrix

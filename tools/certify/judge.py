@@ -1,0 +1,203 @@
+"""One mesh, from its surface to its bytes and back, and all that can be wrong with it."""
+
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from math import inf
+from typing import Any, Literal
+
+import numpy as np
+
+from service.encoders.registry import BY_NAME
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import render
+from tests.oracles.deviation import mesh_to_surface, surface_to_mesh
+from tests.oracles.exact import flat
+from tests.oracles.sheets import sheets_of
+from tools.certify.rounding import flattened_by_rounding
+from tools.certify.surfaces import FAMILIES
+from tools.certify.written import Array, Rows, Written, read
+
+TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4)
+"""Shares of the diagonal of the box about the control points."""
+
+SAMPLES = 2000, 20000
+"""Samples of a sheet: at least, and at most; between them four a triangle."""
+
+THIN = 1e-9
+"""Twice the area over the square of the longest side from which on exact arithmetic decides."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A mesh to be made and judged: to a tolerance, or by a resolution if there is one."""
+
+    family: str
+    seed: int
+    relative: float = inf
+    two_sided: bool = False
+    written_as: str = "json"
+    resolution: tuple[int, int] | None = None
+    faces: Literal["triangles", "quads"] = "triangles"
+
+    def __str__(self) -> str:
+        if self.resolution is not None:
+            return f"{self.family} {self.seed} at {self.resolution} in {self.faces}"
+        two = ", two-sided" if self.two_sided else ""
+        return f"{self.family} {self.seed} at {self.relative:g} as {self.written_as}{two}"
+
+
+@dataclass
+class Verdict:
+    """What was found; `wrong` says what must not be."""
+
+    case: Case
+    tolerance: float = 1.0
+    bound: float = 0.0
+    deviation: float = 0.0
+    mesh_bound: float = 0.0
+    mesh_deviation: float = 0.0
+    triangles: int = 0
+    bad_triangles: int = 0
+    excused: int = 0
+    missed: bool = False
+    seconds: float = 0.0
+    wrong: list[str] = field(default_factory=list)
+
+
+def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
+    """Makes the mesh, reads it back, and looks at it from all sides."""
+    family = FAMILIES[case.family]
+    surface = family.surface(case.seed)
+    verdict = Verdict(case, min(case.relative, 1e3) * diagonal_of(surface))
+    options = options_of(case)
+    start = time.process_time()
+    try:
+        content = render(surface, options, BY_NAME[case.written_as])
+    except Exception as error:  # whatever it is, there is no mesh
+        verdict.wrong.append(f"{type(error).__name__}: {error}")
+        return verdict
+    verdict.seconds = time.process_time() - start
+    mesh = read(case.written_as, content)
+    verdict.triangles = len(mesh.faces)
+    _measure(verdict, surface, mesh, samples)
+    if case.faces == "quads":
+        _measure(verdict, surface, read(case.written_as, content, diagonal=1), samples)
+    if case.resolution is not None:
+        return verdict
+    _count(verdict, mesh, [] if family.lines else _without_area(verdict, surface, mesh))
+    if family.flat and not case.two_sided and verdict.triangles != 2:
+        verdict.wrong.append(f"{verdict.triangles} triangles where two are enough")
+    return verdict
+
+
+def options_of(case: Case) -> MeshOptions:
+    """Bare positions; by tolerance, parameters as well."""
+    if case.resolution is not None:
+        return MeshOptions(resolution=case.resolution, faces=case.faces, normals=False)
+    accuracy = Accuracy(relative_tolerance=case.relative, two_sided=case.two_sided)
+    return MeshOptions(accuracy=accuracy, normals=False, uvs=True)
+
+
+def diagonal_of(surface: Any) -> float:
+    """Of the box about the control points."""
+    points = surface.control_net.reshape(-1, 3)
+    return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
+
+
+def _measure(verdict: Verdict, surface: Any, mesh: Written, samples: tuple[int, int]) -> None:
+    """Deviations against what is promised, and promises against what was asked for."""
+    sheets = sheets_of(surface)
+    if not len(mesh.faces):
+        if verdict.tolerance > 0 and verdict.case.resolution is None:
+            verdict.wrong.append("no triangles")
+        return
+    verdict.bound = mesh.report.get("deviation_bound", np.nan)
+    if not verdict.bound <= verdict.tolerance:
+        verdict.wrong.append(f"bound {verdict.bound} above tolerance {verdict.tolerance}")
+    count = int(np.clip(4 * len(mesh.faces), *samples))
+    found = surface_to_mesh(sheets, mesh.corners, count)
+    verdict.deviation = max(verdict.deviation, found.distance)
+    if not found.distance <= verdict.bound + found.noise:
+        verdict.wrong.append(
+            f"deviation {found.distance} above bound {verdict.bound} at {found.place}"
+        )
+    if verdict.case.family == "spikes" and verdict.case.resolution is None:
+        peak = float(surface.control_net[..., 2].max())
+        top = max(float((s.at(s.samples(count)) + s.origin)[:, 2].max()) for s in sheets)
+        verdict.missed = peak > 0 and top - float(mesh.vertices[:, 2].max()) > verdict.tolerance
+        if verdict.missed:
+            verdict.wrong.append("the spike is missed")
+    if verdict.case.two_sided:
+        verdict.mesh_bound = mesh.report.get("mesh_deviation_bound", np.nan)
+        inner = 4 if len(mesh.faces) < 2000 else 2
+        verdict.mesh_deviation = mesh_to_surface(
+            sheets, mesh.corners, count, inner, doubt=verdict.mesh_bound
+        )
+        if not verdict.mesh_bound <= 2 * verdict.tolerance:
+            verdict.wrong.append(f"mesh bound {verdict.mesh_bound} above twice the tolerance")
+        if not verdict.mesh_deviation <= verdict.mesh_bound + found.noise:
+            verdict.wrong.append(
+                f"mesh deviation {verdict.mesh_deviation} above bound {verdict.mesh_bound}"
+            )
+
+
+def _without_area(verdict: Verdict, surface: Any, mesh: Written) -> list[int]:
+    """Triangles without area that are not excused: rounding alone took it from those that are."""
+    found = flat_triangles(mesh.corners)
+    if mesh.steps is None or mesh.places is None:
+        return found
+    (sheet,) = sheets_of(surface)
+    places, steps = mesh.places, mesh.steps[mesh.faces]
+    wrong = [
+        k for k in found if not flattened_by_rounding(sheet, mesh.corners[k], places[k], steps[k])
+    ]
+    verdict.excused = len(found) - len(wrong)
+    return wrong
+
+
+def _count(verdict: Verdict, mesh: Written, without_area: list[int]) -> None:
+    """Triangles without area or turned over, edges with more than two triangles."""
+    bad = Counter(
+        {
+            "name a vertex twice": int((np.diff(np.sort(mesh.faces, axis=1)) == 0).any(1).sum()),
+            "have no area": len(without_area),
+            "are turned over": 0 if mesh.places is None else turned_triangles(mesh.places),
+        }
+    )
+    verdict.bad_triangles = bad.total()
+    verdict.wrong += [f"{count} triangles {what}" for what, count in bad.items() if count]
+    boundary, more = edge_counts(mesh.faces)
+    if verdict.case.written_as == "json":
+        if more:
+            verdict.wrong.append(f"{more} edges of more than two triangles")
+        if boundary != mesh.report["boundary_edges"]:
+            verdict.wrong.append(
+                f"{boundary} boundary edges, reported {mesh.report['boundary_edges']}"
+            )
+
+
+def flat_triangles(corners: Array) -> list[int]:
+    """Rows of the triangles whose area is zero, exactly."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    normal = np.cross(b - a, c - a)
+    longest = np.max([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+    thin = np.flatnonzero((normal**2).sum(axis=1) <= (THIN * longest) ** 2)
+    return [k for k in thin.tolist() if flat(corners[k])]
+
+
+def turned_triangles(places: Array) -> int:
+    """Triangles that run clockwise in (u, v), where float32 can tell."""
+    a, b, c = places[:, 0], places[:, 1], places[:, 2]
+    (x, y), (z, w) = (b - a).T, (c - a).T
+    size = np.abs(places).max(axis=(1, 2)) * 2.0**-22
+    doubt = size * (np.abs(b - a) + np.abs(c - a)).sum(axis=1)
+    return int((x * w - y * z < -doubt).sum())
+
+
+def edge_counts(faces: Rows) -> tuple[int, int]:
+    """Edges of one triangle, and of more than two or run through twice in one direction."""
+    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    _, uses = np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
+    return int((uses == 1).sum()), int((uses > 2).sum())

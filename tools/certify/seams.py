@@ -1,0 +1,223 @@
+"""Models of many patches: whether what meets is joined, and the same wherever it is computed."""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from service.encoders.registry import BY_NAME
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import render
+from service.surface.lowered import PatchModel
+from tests.oracles.deviation import sheet_by_sheet
+from tests.oracles.sheets import sheets_of
+from tools.certify.models import Complex, Loop, Pair, complex_of
+from tools.certify.written import Array, Rows, Written, read
+
+ALONE = 3
+"""Patches of each model that are also computed by themselves."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ready:
+    """A model that lowers to itself."""
+
+    model: PatchModel
+
+    def lower(self) -> PatchModel:
+        return self.model
+
+
+@dataclass
+class Joint:
+    """What was found of one model."""
+
+    kind: str
+    seed: int
+    tolerance: float
+    triangles: int = 0
+    seams: int = 0
+    boundary: int = 0
+    bound: float = 0.0
+    deviation: float = 0.0
+    seconds: float = 0.0
+    wrong: list[str] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        return f"{self.kind} {self.seed} at {self.tolerance:g}"
+
+
+def judge_model(kind: str, seed: int, tolerance: float) -> Joint:
+    """Meshes it whole, in another order, and some of its patches alone."""
+    joint = Joint(kind, seed, tolerance)
+    whole = complex_of(kind, seed)
+    rng = np.random.default_rng([seed, 1])
+    patches = range(len(whole.nets))
+    try:
+        start = time.process_time()
+        mesh = _mesh(whole.model(patches), tolerance)
+        joint.seconds = time.process_time() - start
+        again = _mesh(
+            whole.model(rng.permutation(len(patches)).tolist(), together=False), tolerance
+        )
+        few = rng.permutation(len(patches))[:ALONE].tolist()
+        alone = {k: _mesh(whole.model([k]), tolerance) for k in few}
+    except Exception as error:  # whatever it is, there is no mesh
+        joint.wrong.append(f"{type(error).__name__}: {error}")
+        return joint
+    joint.triangles = len(mesh.faces)
+    check_order(joint, mesh, again)
+    sides = check_seams(joint, whole, mesh)
+    for k, single in alone.items():
+        together = {pair: mesh.vertices[line] for (n, pair), line in sides.items() if n == k}
+        _check_alone(joint, whole, k, single, together)
+    _check_deviation(joint, whole, mesh)
+    return joint
+
+
+def _mesh(model: PatchModel, tolerance: float) -> Written:
+    options = MeshOptions(accuracy=Accuracy(tolerance=tolerance), normals=False)
+    return read("json", render(Ready(model), options, BY_NAME["json"]))
+
+
+def check_order(joint: Joint, mesh: Written, again: Written) -> None:
+    """The triangles of every patch are the same, bit for bit."""
+    for name in mesh.parts:
+        if _triangles(mesh, name) != _triangles(again, name):
+            joint.wrong.append(f"{name} depends on the order of the patches")
+
+
+def _triangles(mesh: Written, name: str) -> set[tuple[tuple[float, ...], ...]]:
+    """Corners of the triangles of a part, the least corner first."""
+    found = set()
+    for corners in mesh.corners[slice(*mesh.parts[name])].tolist():
+        points = [tuple(corner) for corner in corners]
+        first = points.index(min(points))
+        found.add(tuple(points[first:] + points[:first]))
+    return found
+
+
+def check_seams(joint: Joint, whole: Complex, mesh: Written) -> dict[tuple[int, Pair], list[int]]:
+    """Both sides of a seam name the same vertices; returns the vertices of all sides."""
+    ends = np.sort(
+        np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]]),
+        axis=1,
+    )
+    edges, uses = np.unique(ends, axis=0, return_counts=True)
+    times = {(a, b): n for (a, b), n in zip(edges.tolist(), uses.tolist(), strict=True)}
+    if uses.max() > 2:
+        joint.wrong.append(f"{(uses > 2).sum()} edges of more than two triangles")
+    sides: dict[tuple[int, Pair], list[int]] = {}
+    for k, loop in enumerate(whole.loops):
+        lines = _sides(mesh.vertices, mesh.faces[slice(*mesh.parts[f"patch {k}"])], whole, loop)
+        if lines is None:
+            joint.wrong.append(f"the border of patch {k} does not run from corner to corner")
+            return sides
+        sides |= {(k, pair): line for pair, line in lines.items()}
+    for pair, patches in whole.edges().items():
+        lines_ = [sides[k, pair] for k in patches]
+        if any(line != lines_[0] for line in lines_):
+            joint.wrong.append(f"the sides of the seam {pair} differ")
+        count = [times[min(a, b), max(a, b)] for a, b in pairwise(lines_[0])]
+        if any(n != len(patches) for n in count):
+            joint.wrong.append(f"edges on {pair} are used {sorted(set(count))} times")
+        if len(patches) > 1:
+            joint.seams += 1
+        else:
+            joint.boundary += len(count)
+    if not (uses == 1).sum() == joint.boundary == mesh.report["boundary_edges"]:
+        joint.wrong.append(
+            f"{(uses == 1).sum()} boundary edges, {joint.boundary} expected, "
+            f"{mesh.report['boundary_edges']} reported"
+        )
+    if mesh.report["watertight"] != (joint.boundary == 0):
+        joint.wrong.append(f"watertight is {mesh.report['watertight']}")
+    return sides
+
+
+def _sides(
+    vertices: Array, faces: Rows, whole: Complex, loop: Loop
+) -> dict[Pair, list[int]] | None:
+    """Vertices along each side of one patch, from its lower corner to its higher.
+
+    The edges that the patch uses once are its border: one loop through its corners in order.
+    """
+    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    _, first, uses = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True)
+    following = dict(ends[first[uses == 1]].tolist())
+    if len(following) != (uses == 1).sum():
+        return None
+    near = {tuple(point): row for row, point in enumerate(vertices.tolist())}
+    number = {near.get(tuple(whole.corners[c].tolist()), -1): c for c in loop}
+    if -1 in number:
+        return None
+    start = at = next(iter(number))
+    lines: dict[Pair, list[int]] = {}
+    line = [at]
+    for _ in following:
+        at = following.get(at, start)
+        line.append(at)
+        if at in number:
+            a, b = number[line[0]], number[at]
+            lines[min(a, b), max(a, b)] = line if a < b else line[::-1]
+            line = [at]
+        if at == start:
+            break
+    expected = {(min(a, b), max(a, b)) for a, b in pairwise([*loop, loop[0]])}
+    used = sum(len(line) - 1 for line in lines.values())
+    return lines if set(lines) == expected and used == len(following) else None
+
+
+def _check_alone(
+    joint: Joint,
+    whole: Complex,
+    k: int,
+    single: Written,
+    sides: Mapping[Pair, Array],
+) -> None:
+    """A patch computed by itself has the same vertices on the edges that are stated alike."""
+    lines = _sides(single.vertices, single.faces, whole, whole.loops[k])
+    if lines is None:
+        joint.wrong.append(f"the border of patch {k} alone does not run from corner to corner")
+        return
+    for pair, line in lines.items():
+        known = pair in whole.alike and pair in sides
+        if known and single.vertices[line].tolist() != sides[pair].tolist():
+            joint.wrong.append(f"edge {pair} of patch {k} differs when computed alone")
+
+
+def _check_deviation(joint: Joint, whole: Complex, mesh: Written) -> None:
+    """Of every patch, against the bound of its part and that of the whole."""
+    joint.bound = mesh.report.get("deviation_bound", np.nan)
+    if not joint.bound <= joint.tolerance:
+        joint.wrong.append(f"bound {joint.bound} above the tolerance")
+    patches = range(len(whole.nets))
+    count = int(np.clip(4 * len(mesh.faces) / len(patches), 400, 4000))
+    found = sheet_by_sheet(sheets_of(whole.model(patches)), mesh.corners, count)
+    for k, each in enumerate(found):
+        bound = mesh.part_bounds.get(f"patch {k}", np.nan)
+        if not each.distance <= bound + each.noise or not bound <= joint.bound:
+            joint.wrong.append(f"patch {k} deviates by {each.distance}, bound {bound}")
+    joint.deviation = max(each.distance for each in found)
+
+
+def rows(joints: Sequence[Joint]) -> list[str]:
+    """One line for each kind of body."""
+    lines = [
+        f"{'models':28}{'meshes':>7}{'triangles':>10}{'found/bound':>12}{'bound/tol':>10}"
+        f"{'seams':>7}{'open':>7}{'wrong':>6}{'seconds':>8}"
+    ]
+    for kind in dict.fromkeys(joint.kind for joint in joints):
+        some = [joint for joint in joints if joint.kind == kind]
+        good = [joint for joint in some if joint.bound > 0]
+        lines.append(
+            f"{kind:28}{len(some):7}{np.median([j.triangles for j in some]):10.0f}"
+            f"{max((j.deviation / j.bound for j in good), default=0):12.3f}"
+            f"{max(j.bound / j.tolerance for j in some):10.3f}"
+            f"{sum(j.seams for j in some):7}{sum(j.boundary for j in some):7}"
+            f"{sum(bool(j.wrong) for j in some):6}{sum(j.seconds for j in some):8.1f}"
+        )
+    return lines

@@ -1,0 +1,292 @@
+"""The image, built and run: `make image-test`. Every line that is printed was seen.
+
+Debian roots stand in for the official bases, since no registry of images is needed so; PYTHON_IMAGE
+and NODE_IMAGE in the environment name others, which podman here must have. The container runs
+as in production: as uid 10001, on a file system that it cannot write, without capabilities, with
+512 MB. It listens at 127.0.0.1 on the network of this machine.
+"""
+
+import json
+import os
+import re
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+
+import httpx
+
+from service import __version__
+from tools.deploy.containers import Engine, Failed, missing
+
+ROOT = Path(__file__).parents[2]
+IMAGE = "localhost/surface-service:test"
+PORT = int(os.environ.get("IMAGE_TEST_PORT", "8150"))
+URL = f"http://127.0.0.1:{PORT}"
+USER = 10001
+MAX_ABOVE_BASE = 150e6
+MAX_START = 2.0
+MEMORY = 512 << 20
+MEMORY_BYTES = "250MB"
+"""What SURFACE_MEMORY_BYTES must be at most in so much memory; docs/settings.md says what it is."""
+
+SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
+
+INSIDE = """
+import json, os
+def refused(path):
+    try:
+        open(path, "w").close()
+    except OSError as error:
+        return error.strerror
+    os.remove(path)
+status = dict(line.split(":\\t", 1) for line in open("/proc/self/status").read().splitlines())
+print(json.dumps({
+    "uid": os.getuid(), "gid": os.getgid(), "groups": os.getgroups(),
+    "CapEff": status["CapEff"], "CapBnd": status["CapBnd"],
+    "NoNewPrivs": status["NoNewPrivs"], "Seccomp": status["Seccomp"],
+    "refused": {path: refused(path + "/x") for path in ("/", "/app", "/tmp", "/var/tmp", "/run")},
+    "data": refused("/data/x"),
+}))
+"""
+
+
+WRONG: list[str] = []
+"""What was not as it should be."""
+
+
+def seen(what: str, fact: object = "", *, good: bool = True) -> None:
+    """Prints what was seen, and remembers what is wrong."""
+    print(f"{' ' if good else '✗'} {what:<44} {fact}", flush=True)
+    if not good:
+        WRONG.append(what)
+
+
+def build(engine: Engine) -> None:
+    """Two builds: the same layers, not too large, labelled."""
+    bases = {
+        f"{kind.upper()}_IMAGE": os.environ.get(f"{kind.upper()}_IMAGE") or engine.root(kind)
+        for kind in ("python", "node")
+    }
+    arguments = {**bases, "REVISION": "0" * 40, "SOURCE_DATE_EPOCH": "0"}
+    layers = []
+    for _ in range(2):
+        begin = time.monotonic()
+        engine.build(ROOT, IMAGE, arguments)
+        seen("built", f"in {time.monotonic() - begin:.0f} s")
+        layers.append(engine.inspect(IMAGE)["RootFS"]["Layers"])
+    seen("two builds have the same layers", layers[0][-1][:19], good=layers[0] == layers[1])
+    image, base = engine.inspect(IMAGE), engine.inspect(bases["PYTHON_IMAGE"])
+    above = image["Size"] - base["Size"]
+    seen("above its base", f"{above / 1e6:.0f} MB", good=above <= MAX_ABOVE_BASE)
+    config = image["Config"]
+    labels = config["Labels"]
+    name = "org.opencontainers.image."
+    right = (labels[name + "version"], labels[name + "revision"]) == (__version__, "0" * 40)
+    seen("labels", ", ".join(key.removeprefix(name) for key in sorted(labels)), good=right)
+    seen("user", config["User"], good=config["User"] == f"{USER}:{USER}")
+    shells = [config["Entrypoint"][0], image["Healthcheck"]["Test"][1]]
+    seen(
+        "runs",
+        " ".join(config["Entrypoint"] + config["Cmd"]),
+        good=shells == ["/app/bin/surface"] * 2,
+    )
+
+
+@contextmanager
+def running(engine: Engine, *options: str) -> Iterator[str]:
+    """The id of a container that runs as in production and answers; it is gone afterwards."""
+    container = engine.podman(
+        "run", "--detach", "--read-only", "--read-only-tmpfs=false", "--cap-drop", "ALL",
+        "--security-opt", "no-new-privileges", "--memory", str(MEMORY),
+        "--memory-swap", str(MEMORY), "--pids-limit", "64",
+        # Lower than any machine's: the default is more than this process may grant.
+        "--ulimit", "nofile=1024:1024", "--ulimit", "nproc=1024:1024",
+        "--network", "host", "--env", "SURFACE_HOST=127.0.0.1", "--env", f"SURFACE_PORT={PORT}",
+        "--env", f"SURFACE_MEMORY_BYTES={MEMORY_BYTES}", "--volume", "surfaces:/data",
+        *options, IMAGE,
+    ).strip()  # fmt: skip
+    try:
+        _wait(engine, container)
+        yield container
+    finally:
+        engine.podman("stop", "--time", "60", container)
+        engine.podman("rm", "--force", container)
+
+
+def _wait(engine: Engine, container: str) -> None:
+    """Until it answers."""
+    for _ in range(1500):
+        try:
+            if httpx.get(f"{URL}/health/ready", trust_env=False).status_code == 200:
+                return
+        except httpx.TransportError:
+            time.sleep(0.02)
+    raise Failed(f"no answer\n{engine.logs(container)}")
+
+
+def start(engine: Engine) -> None:
+    """From nothing to the first answer: from a cold disk, then five times more.
+
+    What counts is the time of the processor, which is all that takes long: the clock shows the same
+    where nobody else keeps the processor.
+    """
+    times, work = [], []
+    for number in range(6):
+        if number == 0:
+            os.sync()
+            Path("/proc/sys/vm/drop_caches").write_text("3", encoding="ascii")
+        with running(engine) as container:
+            now = time.time()
+            state = engine.state(container)
+            times.append(now - datetime.fromisoformat(state["StartedAt"]).timestamp())
+            ticks = Path(f"/proc/{state['Pid']}/stat").read_text("ascii").rpartition(")")[2].split()
+            work.append((int(ticks[11]) + int(ticks[12])) / os.sysconf("SC_CLK_TCK"))
+    seen("first answer, from a cold disk", f"after {times[0]:.2f} s")
+    best = min(times[1:])
+    least = min(work[1:])
+    fact = f"after {best:.2f} s, {least:.2f} s of a processor's time"
+    seen("first answer, later", fact, good=least < MAX_START)
+
+
+def confinement(engine: Engine, container: str) -> None:
+    """Who it is, and where it may write."""
+    facts = json.loads(engine.podman("exec", container, "/app/bin/python", "-c", INSIDE))
+    seen("uid, gid", (facts["uid"], facts["gid"]), good=facts["uid"] == facts["gid"] == USER)
+    none = int(facts["CapEff"], 16) == int(facts["CapBnd"], 16) == 0
+    seen("capabilities", facts["CapBnd"], good=none)
+    locked = (facts["NoNewPrivs"], facts["Seccomp"]) == ("1", "2")
+    seen("no new privileges, system calls filtered", locked, good=locked)
+    refused = facts["refused"]
+    seen("may not write", ", ".join(refused), good=all(refused.values()))
+    seen("may write", "/data", good=facts["data"] is None)
+    begin = time.monotonic()
+    for flags in ([], ["--live"]):
+        engine.podman("exec", container, "/app/bin/surface", "health", *flags)
+    seen("surface health, twice, through podman", f"{time.monotonic() - begin:.2f} s")
+    engine.podman("healthcheck", "run", container)
+    seen("health check of the image", "healthy")
+    lines = engine.logs(container).splitlines()
+    strange = [line for line in lines if not line.startswith("{") or not line.endswith("}")]
+    seen("log lines, each one JSON", strange or len(lines), good=bool(lines) and not strange)
+
+
+def answers(client: httpx.Client) -> str:
+    """Pages, their scripts, a mesh and a stored surface, whose address comes back."""
+    for path in ("/", "/docs", "/openapi.json", "/v1/surfaces", "/metrics"):
+        status = client.get(path).status_code
+        seen(f"GET {path}", status, good=status == 200)
+    pages = client.get("/").text + client.get("/docs").text
+    files = set(re.findall(r'"(?:\./)?((?:page|docs)/[\w./-]+)"', pages))
+    sizes = {path: len(client.get(f"/{path}").raise_for_status().content) for path in files}
+    heavy = sum(size > 500_000 for size in sizes.values())
+    fact = f"{len(sizes)}, {sum(sizes.values()) / 1e6:.1f} MB, three.js and Swagger UI among them"
+    seen("files of the pages", fact, good=heavy == 2 and all(sizes.values()))
+    mesh = client.get("/v1/surfaces/utah-teapot/mesh.glb?resolution=16").content
+    seen("the teapot", f"{len(mesh)} bytes", good=mesh[:4] == b"glTF")
+    stored = client.post("/v1/surfaces", json={"surface": SURFACE})
+    seen("a surface is stored", stored.status_code, good=stored.status_code in (200, 201))
+    return str(stored.headers["location"])
+
+
+def largest(client: httpx.Client, suffix: str) -> int:
+    """The largest resolution of one patch that is computed at all."""
+    low, high = 1, 1 << 13
+    while high - low > 1:
+        middle = (low + high) // 2
+        body = {"surface": SURFACE, "resolution": middle}
+        answer = client.post(f"/v1/estimate?format={suffix}", json=body).json()
+        low, high = (middle, high) if answer["accepted"] else (low, middle)
+    return low
+
+
+def large(engine: Engine, container: str) -> None:
+    """The largest meshes that are computed and large bodies, many at once, within the memory."""
+    pid = engine.state(container)["Pid"]
+    seen("resident before", f"{resident(pid, 'VmRSS')} MiB")
+    with httpx.Client(base_url=URL, trust_env=False, timeout=120) as client:
+        sizes = {suffix: largest(client, suffix) for suffix in ("glb", "json", "stl", "obj")}
+    seen("largest resolutions of one patch", sizes)
+    net = [[[i, j, i * j % 7] for j in range(100)] for i in range(100)]
+    spline = {"type": "bspline", "control_net": net, "degree": [3, 3], "knots": "clamped"}
+    points = json.dumps({"surface": spline, "resolution": 1}).encode()
+
+    def ask(number: int) -> int | str:
+        """A mesh that nobody else asks for, or a large body for a small one."""
+        suffix = list(sizes)[number % len(sizes)]
+        body = json.dumps({"surface": SURFACE, "resolution": sizes[suffix] - number}).encode()
+        where = f"{URL}/v1/mesh?format={suffix}"
+        headers = {"Content-Type": "application/json"}
+        content = points if number % 5 == 4 else body
+        try:
+            answer = httpx.post(
+                where, content=content, headers=headers, timeout=120, trust_env=False
+            )
+            return answer.status_code
+        except httpx.TransportError as error:
+            return type(error).__name__
+
+    with ThreadPoolExecutor(12) as pool:
+        statuses = Counter(pool.map(ask, range(40)))
+    good = statuses.keys() <= {200, 429, 503} and statuses[200] > 0
+    seen("40 of them and of bodies, 12 at a time", dict(statuses), good=good)
+    peak = resident(pid, "VmHWM")
+    fact = f"{peak} of {MEMORY >> 20} MiB, SURFACE_MEMORY_BYTES={MEMORY_BYTES}"
+    seen("resident at most", fact, good=peak << 20 < 0.9 * MEMORY)
+    engine.podman("exec", container, "/app/bin/surface", "health")
+    seen("still ready")
+
+
+def resident(pid: int, field: str) -> int:
+    """Mebibytes of a process, now (VmRSS) or at most so far (VmHWM)."""
+    found = re.search(rf"{field}:\s+(\d+) kB", Path(f"/proc/{pid}/status").read_text("ascii"))
+    return int(found[1]) >> 10 if found else 0
+
+
+def end(engine: Engine, container: str) -> None:
+    """SIGTERM: exit code 0."""
+    begin = time.monotonic()
+    engine.podman("stop", "--time", "60", container)
+    state = engine.state(container)
+    fact = f"exit code {state['ExitCode']} after {time.monotonic() - begin:.1f} s"
+    seen("SIGTERM", fact, good=state["ExitCode"] == 0 and not state["OOMKilled"])
+
+
+def check(engine: Engine) -> None:
+    """All of it."""
+    build(engine)
+    engine.podman("volume", "rm", "--force", "surfaces")
+    start(engine)
+    with (
+        running(engine) as container,
+        httpx.Client(base_url=URL, trust_env=False, timeout=30) as client,
+    ):
+        confinement(engine, container)
+        address = answers(client)
+        large(engine, container)
+        end(engine, container)
+    with running(engine) as container:
+        again = httpx.get(URL + address, trust_env=False).status_code
+        seen("the stored surface, in a new container", again, good=again == 200)
+        end(engine, container)
+
+
+def main() -> int:
+    """Exit code 0 if everything was as it should be."""
+    if lacking := missing():
+        print(f"The image cannot be built here: {lacking}.", file=sys.stderr)
+        return 2
+    try:
+        check(Engine(ROOT / "build" / "image"))
+    except Failed as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 1 if WRONG else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,249 @@
+"""Instances behind HAProxy that are restarted, and killed, under load: `make test-rolling`.
+
+HAProxy runs the file that we ship. The instances share a folder, as containers share a bucket.
+"""
+
+import asyncio
+import hashlib
+import json
+import os
+import socket
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import httpx
+import pytest
+
+from service.engine.mesh import ENGINE
+from service.storage.keys import SURFACES
+from tools.deploy.load import Clients, Tally, under_load
+from tools.deploy.processes import Instance, Proxy
+from tools.deploy.traffic import Traffic
+
+REQUESTS = 20_000
+ROUNDS = 4
+KILLS = 10
+LONGEST = float(os.environ.get("LONGEST", "180"))
+"""Seconds after which no further round begins; a machine that has other things to do needs more."""
+
+SETTINGS = {
+    "SURFACE_DRAIN_DELAY": "5",
+    "SURFACE_DRAIN_TIMEOUT": "60",
+    "SURFACE_THREADS": "2",
+}
+"""As in `deploy/compose.yaml`."""
+
+SHORT = {
+    "small_hit": 24,
+    "unchanged": 14,
+    "small_post": 8,
+    "stored": 6,
+    "points": 3,
+    "store": 3,
+    "cold": 2,
+    "large_hit": 1,
+}
+CLIENTS = (
+    Clients(6, SHORT),
+    Clients(4, SHORT, keep=False),
+    # So seldom that connections rest in between.
+    Clients(2, {"small_post": 1, "large_hit": 1}, pause=3.0),
+    Clients(1, {"long_post": 1}, pause=1.0),
+)
+
+
+@contextmanager
+def two_behind_haproxy(folder: Path) -> Iterator[tuple[Proxy, tuple[Instance, Instance]]]:
+    """HAProxy and two instances that store in one folder; all are gone afterwards."""
+    settings = SETTINGS | {"SURFACE_STORE": str(folder / "store")}
+    instances = (Instance("one", folder, settings), Instance("two", folder, settings))
+    proxy = None
+    try:
+        for each in instances:
+            each.start()
+        for each in instances:
+            each.wait_until_ready()
+        proxy = Proxy(folder, instances)
+        yield proxy, instances
+    finally:
+        if proxy is not None:
+            proxy.stop()
+        for each in instances:
+            if each.is_alive:
+                each.kill()
+
+
+def report(capsys: pytest.CaptureFixture[str], *lines: str) -> None:
+    """Shows what was seen, whether the test passes or not."""
+    with capsys.disabled():
+        print("", *lines, sep="\n  ")
+
+
+def check_store(folder: Path, traffic: Traffic, instances: tuple[Instance, ...]) -> str:
+    """Whatever is stored is whole, and all that was acknowledged is there."""
+    objects = [path for path in (folder / "store" / SURFACES).rglob("*") if path.is_file()]
+    for path in objects:
+        assert hashlib.sha256(path.read_bytes()).hexdigest() == path.name, "a torn object"
+    assert traffic.stored.keys() <= {path.name for path in objects}
+    for number, instance in enumerate(instances):
+        with httpx.Client(base_url=instance.url, timeout=30) as client:
+            for id, body in list(traffic.stored.items())[number :: len(instances)]:
+                given = client.get(f"/v1/surfaces/{id}")
+                assert given.status_code == 200, f"{id} was acknowledged and is lost"
+                net = json.loads(body)["surface"]["control_net"]
+                assert given.json()["surface"]["control_net"] == net
+    return f"{len(objects)} objects, all whole; {len(traffic.stored)} acknowledged, all there"
+
+
+def test_no_request_fails_while_instances_are_restarted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    traffic = Traffic()
+    codes: list[int] = []
+    seconds: list[float] = []
+    peaks: list[int] = []
+    with two_behind_haproxy(tmp_path) as (proxy, instances):
+
+        async def restart(tally: Tally) -> None:
+            begin = time.monotonic()
+            rounds = 0
+            while rounds < ROUNDS or tally.count < REQUESTS:
+                if time.monotonic() - begin > LONGEST:
+                    break
+                for each in instances:
+                    start = time.monotonic()
+                    peaks.append(each.peak_bytes)
+                    codes.append(await asyncio.to_thread(each.stop))
+                    seconds.append(time.monotonic() - start)
+                    each.start()
+                    await asyncio.to_thread(each.wait_until_ready)
+                    # Until HAProxy has seen it too: as an operator waits, or Kubernetes does.
+                    await asyncio.sleep(1.5)
+                rounds += 1
+
+        tally = asyncio.run(under_load(proxy.port, traffic, CLIENTS, restart))
+        retries = proxy.metric("haproxy_backend_retry_warnings_total")
+        kept = proxy.metric("haproxy_backend_http_cache_hits_total")
+        stored = check_store(tmp_path, traffic, instances)
+    report(
+        capsys,
+        *tally.lines(),
+        f"{len(codes)} restarts, the longest stop {max(seconds):.1f} s, the most memory"
+        f" {max(peaks) / 1e6:.0f} MB; {retries:.0f} retries, {kept:.0f} hits in HAProxy",
+        stored,
+        *tally.broken[:20],
+        *tally.wrong[:20],
+    )
+    assert not tally.broken
+    assert not tally.wrong
+    assert set(codes) == {0}
+    assert tally.count >= REQUESTS
+    assert len(codes) >= 2 * ROUNDS
+    assert len(tally.seconds["long post"]) >= len(codes)
+
+
+def test_killed_instances_lose_nothing_and_tear_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whoever is being answered may see it break, and no one else; nobody gets half an answer.
+
+    What had not one byte of answer is asked of the other instance, by HAProxy.
+    """
+    traffic = Traffic()
+    clients = (*CLIENTS, Clients(6, {"store": 1}), Clients(2, {"large_hit": 1}, keep=False))
+    with two_behind_haproxy(tmp_path) as (proxy, instances):
+
+        async def kill(tally: Tally) -> None:
+            for number in range(KILLS):
+                each = instances[number % 2]
+                await asyncio.sleep(1.5 + 0.13 * number)
+                assert await asyncio.to_thread(each.kill) == -9
+                before = tally.count
+                await asyncio.sleep(0.5)
+                assert tally.count > before, "the other one does not go on"
+                each.start()
+                await asyncio.to_thread(each.wait_until_ready)
+                await asyncio.sleep(1.5)
+
+        tally = asyncio.run(under_load(proxy.port, traffic, clients, kill))
+        retries = proxy.metric("haproxy_backend_retry_warnings_total")
+        stored = check_store(tmp_path, traffic, instances)
+    refused = [line for line in tally.wrong if ": 502 " in line]
+    report(
+        capsys,
+        *tally.lines(),
+        f"{KILLS} killed; {retries:.0f} retries, {len(refused)} answers 502",
+        stored,
+        *tally.broken[:20],
+        *tally.wrong[:20],
+    )
+    assert tally.wrong == refused
+    assert len(tally.broken) + len(refused) <= KILLS * sum(group.number for group in clients)
+    assert tally.count > 100 * KILLS
+
+
+def test_an_answer_that_breaks_off_is_seen_to(tmp_path: Path) -> None:
+    """A client in the midst of a long answer, of the instance that is killed."""
+    target = f"/v1/surfaces/saddle/mesh.json?resolution=340&engine={ENGINE}"
+    plain = {"Accept-Encoding": "identity"}
+    # Little is on its way while the client does not read.
+    little = httpx.HTTPTransport(socket_options=[(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)])
+    with two_behind_haproxy(tmp_path) as (proxy, instances):
+        whole = httpx.get(proxy.url + target, headers=plain, timeout=60)
+        assert whole.status_code == 200
+        with (
+            httpx.Client(base_url=proxy.url, transport=little, timeout=60) as client,
+            client.stream("GET", target, headers=plain) as answer,
+        ):
+            pieces = answer.iter_raw(1 << 16)
+            next(pieces)
+            serving(proxy, instances).kill()
+            with pytest.raises(httpx.RemoteProtocolError):
+                deque(pieces)
+        assert answer.status_code == 200
+        assert int(answer.headers["content-length"]) == len(whole.content)
+        # The other one goes on as if nothing had happened.
+        assert httpx.get(proxy.url + target, headers=plain, timeout=60).content == whole.content
+
+
+def test_what_the_proxy_does_by_itself(tmp_path: Path) -> None:
+    with two_behind_haproxy(tmp_path) as (proxy, instances):
+        # The numbers are for those inside, however the address is written.
+        assert httpx.get(f"{instances[0].url}/metrics").status_code == 200
+        for path in ("/metrics", "/%6detrics", "/metrics?x=1"):
+            shown = httpx.get(proxy.url + path)
+            assert (shown.status_code, shown.json()["code"]) == (404, "not_found")
+        # As long a head as the service takes reaches it: it is the service that refuses the query.
+        refused = httpx.get(f"{proxy.url}/v1/surfaces/saddle/mesh.glb?{'a' * 60_000}=1")
+        assert refused.status_code == 422
+        # A small answer is kept, and revalidated here; what was said of one request is not kept.
+        for coding, resolution in (("identity", 4), ("gzip", 5)):
+            query = f"resolution={resolution}&engine={ENGINE}"
+            target = f"{proxy.url}/v1/surfaces/saddle/mesh.glb?{query}"
+            first, again = (httpx.get(target, headers={"Accept-Encoding": coding}) for _ in "12")
+            assert first.content == again.content
+            assert ("age" in first.headers, "age" in again.headers) == (False, True)
+            assert first.headers["x-request-id"]
+            assert not again.headers.keys() & {"x-request-id", "server-timing"}
+            known = {"Accept-Encoding": coding, "If-None-Match": first.headers["etag"]}
+            assert httpx.get(target, headers=known).status_code == 304
+        for each in instances:
+            each.kill()
+        assert httpx.get(target).status_code == 200
+        nobody = httpx.post(f"{proxy.url}/v1/points", json={})
+        assert (nobody.status_code, nobody.json()["code"]) == (503, "no_instance")
+        assert nobody.headers["content-type"] == "application/problem+json"
+        assert int(nobody.headers["retry-after"]) > 0
+
+
+def serving(proxy: Proxy, instances: tuple[Instance, Instance]) -> Instance:
+    """The one that is answering just now."""
+    busy = {
+        each: proxy.metric("haproxy_server_current_sessions", f'server="{name}"')
+        for each, name in zip(instances, ("surface", "surface-2"), strict=True)
+    }
+    (only,) = (each for each, sessions in busy.items() if sessions)
+    return only

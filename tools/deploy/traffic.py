@@ -1,0 +1,149 @@
+"""What clients ask for while instances come and go, and what the answers must be."""
+
+import hashlib
+import json
+import math
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from service.engine.mesh import ENGINE
+from tools.deploy.client import Answer
+
+SEED = 1963
+
+JSON = {"Content-Type": "application/json"}
+LONG_SIDE = 10
+LONG_TRIANGLES = 5_000
+
+
+@dataclass(frozen=True)
+class Request:
+    """A request, and what is known of its answer."""
+
+    kind: str
+    method: str
+    target: str
+    headers: dict[str, str] = field(default_factory=dict)
+    body: bytes = b""
+    statuses: frozenset[int] = frozenset({200})
+
+
+class Traffic:
+    """Requests of all kinds, drawn by chance from a seed, and the judge of their answers.
+
+    Answers are pure: whichever instance gives one, before or after a restart, out of memory or
+    computed anew, the same request has the same bytes.
+    """
+
+    def __init__(self, seed: int = SEED) -> None:
+        self._random = random.Random(seed)
+        self._seen: dict[tuple[str, str, bytes], str] = {}
+        self._stores = 0
+        self.stored: dict[str, bytes] = {}
+        """What was acknowledged: ids, and the bodies that were posted."""
+
+    def requests(self, kinds: dict[str, int]) -> Iterator[Request]:
+        """Requests without end; kinds by their weights."""
+        names, weights = list(kinds), list(kinds.values())
+        while True:
+            (kind,) = self._random.choices(names, weights)
+            yield getattr(self, f"_{kind}")()
+
+    def wrong_with(self, request: Request, answer: Answer) -> str | None:
+        """What is wrong with an answer; None if nothing is."""
+        if answer.status not in request.statuses:
+            return f"{answer.status} {answer.body[:300]!r}"
+        if request.kind == "store":
+            said = json.loads(answer.body)["id"]
+            if answer.headers["location"] != f"/v1/surfaces/{said}":
+                return "an address that is not the id's"
+            self.stored[said] = request.body
+            return None
+        if answer.status == 304:
+            return None
+        if answer.body[:4] == b"glTF" and int.from_bytes(answer.body[8:12], "little") != len(
+            answer.body
+        ):
+            return "a binary glTF of another length than it says"
+        found = hashlib.sha256(answer.body).hexdigest()
+        known = self._seen.setdefault((request.method, request.target, request.body), found)
+        return None if found == known else "other bytes than another answer to the same request"
+
+    def _small_hit(self) -> Request:
+        """So small, and asked for so often, that the proxy's cache has it."""
+        coding = self._random.choice(({}, {"Accept-Encoding": "gzip"}))
+        return Request(
+            "small hit", "GET", mesh("utah-teapot", f"resolution=8&engine={ENGINE}"), coding
+        )
+
+    def _large_hit(self) -> Request:
+        """Too large for the proxy's cache; in the memory of the instances."""
+        return Request("large hit", "GET", mesh("utah-teapot", f"resolution=40&engine={ENGINE}"))
+
+    def _unchanged(self) -> Request:
+        """The client has it."""
+        target = mesh("torus", "resolution=32")
+        return Request("304", "GET", target, {"If-None-Match": "*"}, statuses=frozenset({304}))
+
+    def _cold(self) -> Request:
+        """One of so many that it is seldom known already."""
+        name = self._random.choice(("utah-teapot", "torus", "nurbs-goblet", "trefoil-tube"))
+        u, v = self._random.randrange(2, 40), self._random.randrange(2, 16)
+        return Request("cold", "GET", mesh(name, f"resolution={u},{v}"))
+
+    def _small_post(self) -> Request:
+        body = posted(patch(self._random.randrange(5000)), resolution=self._random.randrange(2, 20))
+        return Request("small post", "POST", "/v1/mesh?format=glb", JSON, body)
+
+    def _points(self) -> Request:
+        uv = [[self._random.random(), self._random.random()] for _ in range(50)]
+        body = posted(patch(self._random.randrange(5000)), uv=uv, derivatives=2)
+        return Request("points", "POST", "/v1/points", JSON, body)
+
+    def _long_post(self) -> Request:
+        """Two seconds of a processor: the best mesh of so many triangles."""
+        budget = LONG_TRIANGLES + self._random.randrange(5)
+        body = posted(hills(LONG_SIDE), max_triangles=budget)
+        return Request("long post", "POST", "/v1/mesh?format=glb", JSON, body)
+
+    def _store(self) -> Request:
+        """Something that nobody has stored."""
+        self._stores += 1
+        body = posted(patch(10_000 + self._stores))
+        statuses = frozenset({200, 201})
+        return Request("store", "POST", "/v1/surfaces", JSON, body, statuses)
+
+    def _stored(self) -> Request:
+        """A mesh of what was stored before."""
+        if not self.stored:
+            return self._small_hit()
+        id = self._random.choice(list(self.stored))
+        return Request("stored", "GET", mesh(id, f"resolution=4&engine={ENGINE}"))
+
+
+def mesh(id: str, query: str) -> str:
+    """Address of a mesh."""
+    return f"/v1/surfaces/{id}/mesh.glb?{query}"
+
+
+def posted(surface: dict[str, object], **options: object) -> bytes:
+    """Body of a request."""
+    return json.dumps({"surface": surface, **options}).encode("ascii")
+
+
+def patch(number: int) -> dict[str, object]:
+    """One patch of many."""
+    return {"control_net": [[[0, 0, number], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
+
+
+def hills(side: int) -> dict[str, object]:
+    """A B-spline that bends everywhere."""
+    rows = range(side)
+    net = [[[u, v, math.sin(0.7 * u) * math.cos(0.9 * v)] for v in rows] for u in rows]
+    return {
+        "type": "bspline",
+        "control_net": net,
+        "degree": [3, 3],
+        "knots": ["clamped", "clamped"],
+    }

@@ -1,0 +1,187 @@
+"""What surfaces take as meshes in all formats, beside what was predicted: `make memory`.
+
+What Python and NumPy allocate is traced, over small meshes; what is resident is seen from a process
+of its own, over large ones. The exit status is 1 if anything took more than was predicted.
+
+    python -m tools.memory [name of a surface …]
+"""
+
+import sys
+import tracemalloc
+from collections.abc import Callable, Iterator
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from service.encoders.format import EncodeOptions
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.options import MeshOptions, OverlayName
+from service.errors import SurfaceError
+from service.pipeline.memory import lowering
+from service.pipeline.mesh import plan
+from service.settings.process import free_at_once, pin_blas
+from service.surface import Surface
+from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
+from service.surface.channels import Channels
+from service.surface.examples import EXAMPLES, find
+from service.surface.patches import PatchSurface
+from service.surface.triangle import TriangleSurface
+
+RESOLUTIONS = (1, 1), (3, 7)
+LARGE = ("saddle", 900), ("utah-teapot", 150), ("tea-service", 60), ("spline", 6)
+"""Surfaces and divisions of what is looked at in a process of its own."""
+
+OWN = 16 << 20
+"""Bytes that a process keeps of the first large mesh: bases, index patterns, work arrays."""
+
+MOST_VERTICES = 300_000
+"""Tracing takes ten times as long as the work itself."""
+
+
+class Measured(NamedTuple):
+    """Bytes that something took, and what was predicted."""
+
+    name: str
+    taken: int
+    predicted: int
+
+
+def taken(work: Callable[[], Any]) -> int:
+    """Bytes at the most that were allocated while something was done, beyond those before."""
+    tracemalloc.start()
+    try:
+        work()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def surfaces() -> dict[str, Surface]:
+    """Examples, and surfaces that are more of something than any of these."""
+    random = np.random.default_rng(8)
+    found = {name: find(name).surface() for name in EXAMPLES}
+    points, indices = random.normal(size=(500, 3)), random.integers
+    line = np.zeros((40, 40, 3))
+    line[..., 0] = np.arange(40)[:, np.newaxis]
+    weights = random.uniform(1, 2, (30, 30))
+    nets = random.normal(size=(60, 60, 3)), random.normal(size=(30, 30, 3))
+    carried = Channels(
+        random.uniform(0, 1, (500, 4)),
+        random.normal(size=(500, 2)),
+        (("heat", random.normal(size=(500, 7))),),
+    )
+    return found | {
+        "spline": BsplineSurface(nets[0]),
+        "rational": BsplineSurface(nets[1], weights=weights),
+        "linear": BsplineSurface(nets[0], (1, 1)),
+        "high": BsplineSurface(nets[1], (10, 9)),
+        "degenerate": BsplineSurface(np.rint(nets[0])),
+        "line": BsplineSurface(line),
+        "whole": BezierSurface(random.normal(size=(21, 18, 3)), random.uniform(1, 2, (21, 18))),
+        "triangle": TriangleSurface(random.normal(size=(28, 3))),
+        "soup": PatchSurface(
+            points,
+            indices(0, 500, (3000, 2, 2)),
+            triangles=indices(0, 500, (2000, 6)),
+            weights=random.uniform(1, 2, 500),
+        ),
+        "carried": PatchSurface(points, indices(0, 500, (800, 3, 3)), channels=carried),
+    }
+
+
+def variants(resolution: tuple[int, int]) -> Iterator[tuple[str, MeshOptions, EncodeOptions]]:
+    """Options that change what is made, or how it is written."""
+    plain, base = EncodeOptions(), MeshOptions(resolution)
+    yield "plain", base, plain
+    yield "bare", MeshOptions(resolution, normals=False, weld=False), plain
+    yield "quads", MeshOptions(resolution, faces="quads", uvs=True), plain
+    yield "curved", MeshOptions(resolution, uvs=True, curvatures=True), plain
+    lines: tuple[OverlayName, ...] = ("control_net", "boundary")
+    yield "lines", MeshOptions(resolution, overlays=lines, isocurves=(2, 3)), plain
+    yield "tubes", MeshOptions(resolution, isocurves=(1, 1), wires="tubes", wire_sides=4), plain
+    ribbons = MeshOptions(resolution, isocurves=(2, 1), wires="ribbons", surface=False)
+    yield "ribbons", ribbons, plain
+    yield "quantized", base, EncodeOptions(quantize=True)
+    yield "compressed", base, EncodeOptions(quantize=True, compression="meshopt")
+    yield "exact", base, EncodeOptions(oogl="bez")
+    yield "meshes", MeshOptions(resolution, uvs=True), EncodeOptions(oogl="mesh")
+    yield "de Casteljau", MeshOptions(resolution, method="de_casteljau"), plain
+    if resolution == RESOLUTIONS[0]:
+        yield "tolerance", MeshOptions(accuracy=Accuracy(relative_tolerance=0.01)), plain
+
+
+def traced(name: str, surface: Surface) -> Iterator[Measured]:
+    """A surface in every variant and every format that has a place for it."""
+    for resolution in RESOLUTIONS:
+        for variant, options, encode in variants(resolution):
+            for fmt in FORMATS:
+                special = encode.oogl is not None and fmt.name != "oogl"
+                if special or (encode.quantize and not fmt.compact):
+                    continue
+                called = f"{name} {resolution[0]}×{resolution[1]} {variant} {fmt.name}"
+                try:
+                    work = plan(surface, options, fmt, encode)
+                    if work.size.vertices > MOST_VERTICES:
+                        continue
+                    work.run()  # bases and work arrays are kept by the process
+                    yield Measured(called, taken(work.run), work.memory)
+                except SurfaceError:
+                    continue
+    first = taken(lambda: plan(surface, MeshOptions((1, 2)), BY_NAME["glb"]))
+    yield Measured(f"{name} as patches", first, lowering(surface))
+
+
+def resident(name: str, divisions: int, fmt: str) -> Measured:
+    """A large mesh, made in this process, which did nothing before."""
+    pin_blas()
+    free_at_once()
+    surface, options = surfaces()[name], MeshOptions((divisions, divisions))
+    plan(surface, MeshOptions((2, 2)), BY_NAME[fmt]).run()
+    before = _status("VmRSS")
+    Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
+    work = plan(surface, options, BY_NAME[fmt])
+    work.run()
+    called = f"{name} {divisions}×{divisions} {fmt}, resident"
+    return Measured(called, _status("VmHWM") - before - OWN, work.memory)
+
+
+def _status(field: str) -> int:
+    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
+    return next(int(line.split()[1]) << 10 for line in lines if line.startswith(field))
+
+
+def _shown(found: Measured) -> bool:
+    """Prints a line where more was taken than predicted, or far less."""
+    wrong = found.taken > found.predicted
+    loose = found.taken > 1 << 23 and found.predicted > 3 * found.taken
+    if wrong or loose or "resident" in found.name:
+        share = f"{found.taken / 1e6:8.2f} MB of {found.predicted / 1e6:8.2f} MB"
+        print(f"{share}  {found.name}{'  TOO MUCH' if wrong else ''}", flush=True)
+    return wrong
+
+
+def main(names: list[str]) -> int:
+    """Everything, or the surfaces of these names; the exit status."""
+    pin_blas()
+    wrong = count = 0
+    for name, surface in surfaces().items():
+        if not names or name in names:
+            for found in traced(name, surface):
+                count += 1
+                wrong += _shown(found)
+    with get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
+        for name, divisions in LARGE:
+            if not names or name in names:
+                for fmt in FORMATS:
+                    count += 1
+                    wrong += _shown(pool.apply(resident, (name, divisions, fmt.name)))
+    print(f"{count} meshes, {wrong} of which took more than was predicted.")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,139 @@
+"""Draws the pictures of the documentation, and lists the examples beside theirs.
+
+`python -m tools.picture docs` writes `editor.png`, `curvature.png`, `wires.png`,
+`adaptive.png`, `examples/<id>.png`, `curves/<name>.png` and `examples.md`.
+"""
+
+import json
+import sys
+from base64 import b64encode
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+from playwright.sync_api import Browser
+
+from service.api.openapi.curve import REQUESTS
+from service.encoders.curves.registry import CURVES_BY_NAME
+from service.pipeline.curve import render_curve
+from service.schemas.curve_request import curve_request
+from service.schemas.document import DocumentLimits
+from service.surface.examples import EXAMPLES, Example
+from tests.live import running_service
+from tests.programs import chromium
+from tests.web.browser import FOLDER, open_browser, open_page, open_viewer, serve_folder
+from tests.web.editor import choose, listening, show
+
+WIRES = (
+    "/v1/surfaces/utah-teapot/mesh.glb?resolution=12&faces=none&isocurves=4&wires=tubes"
+    "&wire_width=0.03"
+)
+ADAPTIVE = "/v1/surfaces/utah-teapot/mesh.glb?relative_tolerance=0.001"
+EDITOR = "/?surface=utah-teapot"
+SPOUT = 200
+"""A control point at the tip of the spout."""
+CURVATURE = "/?surface=nurbs-goblet&relative_tolerance=0.001&look=gaussian"
+
+Scheme: TypeAlias = Literal["light", "dark"]
+
+LARGE = (1200, 800)
+MEDIUM = (900, 600)
+SMALL = (400, 300)
+
+HEAD = """\
+# The built-in surfaces
+
+They answer at `/v1/surfaces/{id}/mesh.{suffix}` without having been posted, with any option in the
+query; `/v1/surfaces/{id}` is the definition to start from. Drawn by three.js from the service's
+own glTF; `make picture` draws them anew.
+"""
+
+
+CURVES = """\
+# Curves to begin with
+
+Curves have no address of their own: these are bodies for `POST /v1/curve`, or files for
+`surface curve`; under these names the OpenAPI document has them too.
+"""
+
+
+def listing() -> str:
+    """The page of the examples, Markdown."""
+    curves = [_curve(name, example) for name, example in REQUESTS.items()]
+    return "\n".join([HEAD, *map(_entry, EXAMPLES.values()), CURVES, *curves])
+
+
+def _entry(example: Example) -> str:
+    return (
+        f"## {example.title}: `{example.id}`\n\n"
+        f"![{example.title}](examples/{example.id}.png)\n\n{example.description}\n"
+    )
+
+
+def _curve(name: str, example: dict[str, Any]) -> str:
+    title = example["summary"]
+    return (
+        f"## {title}: `{name}`\n\n![{title}](curves/{name}.png)\n\n"
+        f"```json\n{json.dumps(example['value'])}\n```\n"
+    )
+
+
+def _curve_address(request: dict[str, Any]) -> str:
+    """A curve as glTF, which is a line, in an address that holds the file itself."""
+    wanted = curve_request(request, DocumentLimits())
+    glb = CURVES_BY_NAME["glb"]
+    content = render_curve(wanted.to_curve(), wanted.curve_options(), glb)
+    return f"data:{glb.media_type};base64,{b64encode(content).decode()}"
+
+
+def draw_editor(browser: Browser, address: str, scheme: Scheme, target: Path, point: int) -> None:
+    """The editor as it opens at an address, in light or dark; with a control point chosen, or 0."""
+    context = browser.new_context(
+        viewport={"width": 1280, "height": 800}, device_scale_factor=1.25, color_scheme=scheme
+    )
+    stage = listening(context.new_page())
+    show(stage.page, address)
+    if point:
+        choose(stage.page, point)
+    stage.page.evaluate("document.activeElement.blur()")
+    stage.page.screenshot(path=target)
+    context.close()
+    if stage.complaints:
+        sys.exit("\n".join(stage.complaints))
+
+
+def main(folder: Path) -> None:
+    """All pictures, and the page that shows them."""
+    for name in ("examples", "curves"):
+        (folder / name).mkdir(parents=True, exist_ok=True)
+    pictures = {
+        folder / "wires.png": (WIRES, MEDIUM),
+        folder / "adaptive.png": (ADAPTIVE, LARGE),
+    }
+    with_edges = {folder / "adaptive.png"}
+    for example in EXAMPLES:
+        address = f"/v1/surfaces/{example}/mesh.glb?resolution=24"
+        pictures[folder / "examples" / f"{example}.png"] = (address, SMALL)
+    for name, request in REQUESTS.items():
+        address = _curve_address({"curve": request["value"]["curve"], "resolution": 32})
+        pictures[folder / "curves" / f"{name}.png"] = (address, SMALL)
+    with (
+        running_service() as service,
+        serve_folder(FOLDER) as pages,
+        open_browser(chromium()) as browser,
+    ):
+        draw_editor(browser, service + EDITOR, "light", folder / "editor.png", SPOUT)
+        draw_editor(browser, service + CURVATURE, "dark", folder / "curvature.png", 0)
+        stage = open_page(browser)
+        open_viewer(stage, pages)
+        for target, (address, size) in pictures.items():
+            stage.show(address if address.startswith("data:") else service + address, *size)
+            if stage.complaints:
+                sys.exit("\n".join([address, *stage.complaints]))
+            if target in with_edges:
+                stage.draw_edges()
+            stage.page.screenshot(path=target)
+    (folder / "examples.md").write_text(listing(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

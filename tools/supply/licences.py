@@ -1,0 +1,113 @@
+"""The page of licences, `docs/licences.md`: what others' work is in the service, under which terms.
+
+`python -m tools.supply.licences` writes it anew, and fails where a licence is none of ours.
+"""
+
+import re
+import sys
+from contextlib import suppress
+from importlib.metadata import Distribution
+
+from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
+
+from tools.supply.packages import ROOT, needed, scripts
+
+PAGE = ROOT / "docs" / "licences.md"
+
+ALLOWED = {
+    "0BSD", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "CC0-1.0", "ISC", "MIT", "MPL-2.0",
+    "PSF-2.0", "Unlicense", "Zlib",
+}  # fmt: skip
+"""Licences (SPDX) of what may be shipped with the service, unchanged: they ask for their text to
+come along, which it does, and MPL-2.0 for changes of its own files to be published."""
+
+READ = {
+    "httpcore": ("BSD License", "BSD-3-Clause"),
+    "obstore": ("MIT License", "MIT"),
+    "protobuf": ("3-Clause BSD License", "BSD-3-Clause"),
+    "uvloop": ("MIT License; Apache Software License; MIT License", "MIT OR Apache-2.0"),
+}
+"""Packages that state no SPDX expression: what they say instead, and what a person read in their
+licence files (obstore has none). Whatever says something else one day is to be read again."""
+
+INTRODUCTION = """\
+# Licences
+
+What others wrote and an installation of the service with all its extras brings along; the image has
+a part of it, the extra `meshopt` alone. `make licences` writes this page; a test compares it with
+what is installed, and refuses a licence that `tools/supply/licences.py` does not allow. The texts
+of the licences lie beside the packages, in `*.dist-info`, and beside the scripts.
+
+Compiled packages have libraries inside that this list does not name: NumPy brings OpenBLAS and
+LAPACK (BSD) and the run-time libraries of GCC (GPL-3.0 with GCC's exception, and LGPL-2.1 for
+libquadmath), as its licence file says; those written in Rust (obstore, orjson, pydantic_core) are
+linked with crates, and the page of the interface (swagger-ui-dist) with what its `NOTICE` tells.
+Python itself and Debian's packages come with the image's base, and have their texts there.
+
+"""
+
+
+class Unread(Exception):
+    """Nobody has read under which terms a package may be passed on, or these are none of ours."""
+
+
+def licence(package: Distribution) -> str:
+    """The licence of a package as an SPDX expression.
+
+    Raises
+    ------
+    Unread
+        If the package does not state one, and nobody has read what it states.
+    """
+    for field in ("License-Expression", "License"):
+        with suppress(InvalidLicenseExpression):
+            return str(canonicalize_license_expression(_first_line(package, field)))
+    said, meant = READ.get(package.name.lower(), (None, ""))
+    if statement(package) != said:
+        raise Unread(f"{package.name} says {statement(package)!r}: read its licence, tell READ")
+    return meant
+
+
+def statement(package: Distribution) -> str:
+    """What a package says of its licence where it states no expression."""
+    classifiers = package.metadata.get_all("Classifier") or []
+    named = [c.rpartition(" :: ")[2] for c in classifiers if c.startswith("License :: ")]
+    return "; ".join(filter(None, [_first_line(package, "License"), *named]))
+
+
+def _first_line(package: Distribution, field: str) -> str:
+    (text,) = package.metadata.get_all(field) or [""]
+    return str(text).partition("\n")[0]
+
+
+def check(name: str, expression: str) -> str:
+    """The expression, if all that it names is allowed: also what it leaves to choose.
+
+    Raises
+    ------
+    Unread
+        If something is not.
+    """
+    named = set(re.findall(r"[^\s()]+", expression)) - {"AND", "OR", "WITH"}
+    if not named or named - ALLOWED:
+        raise Unread(f"{name}: {expression!r} is not allowed")
+    return expression
+
+
+def page() -> str:
+    """The page."""
+    lines = ["| Python package | version | licence |", "| --- | --- | --- |"]
+    for name, each in needed().items():
+        lines.append(f"| {each.name} | {each.version} | {check(name, licence(each))} |")
+    lines += ["", "| npm package | version | licence |", "| --- | --- | --- |"]
+    for script in scripts():
+        terms = check(script.name, str(canonicalize_license_expression(script.licence)))
+        lines.append(f"| {script.name} | {script.version} | {terms} |")
+    return INTRODUCTION + "\n".join([*lines, ""])
+
+
+if __name__ == "__main__":
+    try:
+        PAGE.write_text(page(), encoding="utf-8")
+    except Unread as problem:
+        sys.exit(str(problem))

@@ -1,0 +1,81 @@
+"""The bill of materials of the service, in CycloneDX's JSON: `make sbom`.
+
+    python -m tools.supply.sbom PYTHON OUTPUT
+
+PYTHON is one with the service and nothing else installed. cyclonedx-py lists what it has; what
+pages load is added, and all is checked against the schema. It has neither a time nor a number by
+chance: the same packages give the same bytes.
+"""
+
+import base64
+import importlib
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from service import __version__
+from tools.supply.packages import ROOT, Script, scripts
+
+SPECIFICATION = "1.6"
+
+
+def python_packages(python: str) -> dict[str, Any]:
+    """What cyclonedx-py finds installed, with the service as what all the others are for."""
+    command = [
+        sys.executable, "-m", "cyclonedx_py", "environment", "--output-reproducible",
+        "--spec-version", SPECIFICATION, "--output-format", "JSON",
+        "--pyproject", str(ROOT / "pyproject.toml"), python,
+    ]  # fmt: skip
+    done = subprocess.run(command, stdout=subprocess.PIPE, check=True)
+    bill: dict[str, Any] = json.loads(done.stdout)
+    return bill
+
+
+def component(script: Script) -> dict[str, Any]:
+    """An npm package as one, its checksum the lock file's."""
+    algorithm, _, checksum = script.integrity.partition("-")
+    return {
+        "type": "library",
+        "bom-ref": f"pkg:npm/{script.name}@{script.version}",
+        "purl": f"pkg:npm/{script.name}@{script.version}",
+        "name": script.name,
+        "version": script.version,
+        "licenses": [{"license": {"id": script.licence, "acknowledgement": "declared"}}],
+        "hashes": [{"alg": f"SHA-{algorithm[3:]}", "content": base64.b64decode(checksum).hex()}],
+    }
+
+
+def with_scripts(bill: dict[str, Any]) -> dict[str, Any]:
+    """The list with what pages load, and with our version, which pyproject.toml does not tell."""
+    main = {**bill["metadata"]["component"], "version": __version__}
+    own = main["bom-ref"]
+    more = [component(script) for script in scripts()]
+    needs = {each["ref"]: each.get("dependsOn", []) for each in bill["dependencies"]}
+    needs[own] = [*needs.get(own, []), *(each["bom-ref"] for each in more)]
+    needs |= {each["bom-ref"]: [] for each in more}
+    return {
+        **bill,
+        "metadata": {**bill["metadata"], "component": main},
+        "components": sorted([*bill["components"], *more], key=lambda each: str(each["bom-ref"])),
+        "dependencies": [
+            {"ref": ref, **({"dependsOn": sorted(on)} if on else {})}
+            for ref, on in sorted(needs.items())
+        ],
+    }
+
+
+def main(python: str, output: str) -> None:
+    """Writes the list, if it is of its schema."""
+    # Neither is installed where the tests are: this runs in a Python of its own.
+    validation = importlib.import_module("cyclonedx.validation.json")
+    version = importlib.import_module("cyclonedx.schema").SchemaVersion.V1_6
+    text = json.dumps(with_scripts(python_packages(python)), indent=2, sort_keys=True) + "\n"
+    if problem := validation.JsonStrictValidator(version).validate_str(text):
+        sys.exit(f"not CycloneDX {SPECIFICATION}: {problem}")
+    Path(output).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
