@@ -1,0 +1,201 @@
+"""Small faults put into the code one at a time, to see whether the tests of its room notice.
+
+    python -m tools.mutants FILE [--seed 1] [--count 65] [--checkout DIR] [--limit 900]
+
+If FILE is not there, COUNT mutants of DIR (default: this checkout) are drawn and written to it.
+Otherwise its mutants are looked up in DIR by their line of code: so the suites of two checkouts can
+judge the same faults. Verdicts, also in FILE.DIR.json: `killed`, `survived`, `slow` (more than
+LIMIT seconds, counts as noticed), `gone` (DIR has no such line).
+"""
+
+import argparse
+import ast
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+ROOMS = ("engine", "surface", "encoders", "schemas", "api")
+COMPARISONS: dict[type, type[ast.cmpop]] = {
+    ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq,
+    ast.NotEq: ast.Eq, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In,
+}  # fmt: skip
+OPERATORS: dict[type, type[ast.operator]] = {
+    ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Add, ast.Div: ast.Mult,
+    ast.FloorDiv: ast.Mult, ast.MatMult: ast.Mult, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One fault: at `column` (bytes) of `line`, `before` becomes `after`.
+
+    `code` is the text of the line, by which the place is found again; `nth` of the lines like it.
+    """
+
+    path: str
+    line: int
+    code: str
+    nth: int
+    column: int
+    kind: str
+    before: str
+    after: str
+
+
+def _faults(node: ast.AST) -> Iterator[tuple[str, ast.AST, str]]:
+    """Kind, the part that is replaced, and its new text."""
+    match node:
+        case ast.Compare(left=left, ops=[op, *more], comparators=others) if type(op) in COMPARISONS:
+            flipped = ast.Compare(left, [COMPARISONS[type(op)](), *more], others)
+            yield "comparison", node, f"({ast.unparse(flipped)})"
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
+            other = ast.BinOp(left, OPERATORS[type(op)](), right)
+            yield "operator", node, f"({ast.unparse(other)})"
+        case ast.Constant(value=int() as value):
+            yield "constant", node, str(not value if isinstance(value, bool) else value + 1)
+        case ast.BoolOp(op=op, values=values):
+            either = ast.BoolOp(ast.Or() if isinstance(op, ast.And) else ast.And(), values)
+            yield "and-or", node, f"({ast.unparse(either)})"
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            yield "sign", node, f"({ast.unparse(operand)})"
+        case ast.If(test=test) | ast.IfExp(test=test) | ast.While(test=test):
+            yield "condition", test, f"(not ({ast.unparse(test)}))"
+        case ast.Return(value=ast.expr()):
+            yield "return", node, "return None"
+        case ast.Call(func=func, args=[first, second, *rest], keywords=keywords):
+            swapped = ast.Call(func, [second, first, *rest], keywords)
+            yield "arguments", node, f"({ast.unparse(swapped)})"
+        case ast.Expr(value=ast.Call()) | ast.AugAssign() | ast.Raise():
+            yield "deletion", node, "pass"
+
+
+def _parts(node: ast.AST) -> Iterator[ast.AST]:
+    """A node and what it is made of, but no types and no parts of f-strings."""
+    yield node
+    for name, value in ast.iter_fields(node):
+        if name not in {"annotation", "returns"} and not isinstance(node, ast.JoinedStr):
+            for each in value if isinstance(value, list) else [value]:
+                if isinstance(each, ast.AST):
+                    yield from _parts(each)
+
+
+def mutants_of(root: Path, path: Path) -> Iterator[Mutant]:
+    """Every fault that one file can be given."""
+    source = path.read_text(encoding="utf-8")
+    lines = source.splitlines()
+    for node in _parts(ast.parse(source)):
+        for kind, part, after in _faults(node):
+            before = ast.get_source_segment(source, part)
+            if before is not None:
+                line, column = part.lineno, part.col_offset  # type: ignore[attr-defined]
+                code, name = lines[line - 1], str(path.relative_to(root))
+                nth = lines[: line - 1].count(code)
+                yield Mutant(name, line, code, nth, column, kind, before, after)
+
+
+def drawn(root: Path, seed: int, count: int) -> list[Mutant]:
+    """As many of every room; in a room, kinds of fault take turns."""
+    sample = []
+    for room in ROOMS:
+        dice = random.Random(f"{seed} {room}")
+        kinds: dict[str, list[Mutant]] = {}
+        for path in sorted((root / "service" / room).rglob("*.py")):
+            for mutant in mutants_of(root, path):
+                kinds.setdefault(mutant.kind, []).append(mutant)
+        for turn in range(count // len(ROOMS)):
+            same = kinds[sorted(kinds)[turn % len(kinds)]]
+            sample.append(same.pop(dice.randrange(len(same))))
+    return sample
+
+
+def mutated(source: str, mutant: Mutant) -> str | None:
+    """The file with the fault in it; None where its line is no more."""
+    lines = source.splitlines(keepends=True)
+    alike = [k for k, line in enumerate(lines) if line.rstrip("\r\n") == mutant.code]
+    if len(alike) <= mutant.nth:
+        return None
+    start = alike[mutant.nth]
+    rest = "".join(lines[start:]).encode()
+    end = mutant.column + len(mutant.before.encode())
+    if rest[mutant.column : end].decode() != mutant.before:
+        return None
+    changed = rest[: mutant.column] + mutant.after.encode() + rest[end:]
+    return "".join(lines[:start]) + changed.decode()
+
+
+def tests_of(copy: Path, path: str) -> list[str]:
+    """Nearest first: of the module, of its folder, of the room."""
+    room, *folders, name = Path(path).with_suffix("").parts[1:]
+    near = Path("tests", room, *folders)
+    places = [near / f"test_{name}.py", near, Path("tests", room)]
+    places += [Path("tests", "test_openapi.py")] * (room == "api")
+    return [str(place) for place in places if (copy / place).exists()]
+
+
+def judged(copy: Path, mutant: Mutant, limit: float) -> tuple[str, str]:
+    """Verdict, and the test that noticed. What fails once and not again does not count."""
+    path = copy / mutant.path
+    source = path.read_text(encoding="utf-8") if path.exists() else ""
+    if (text := mutated(source, mutant)) is None:
+        return "gone", ""
+    command = [sys.executable, "-B", "-m", "pytest", "-x", "-q", *tests_of(copy, mutant.path)]
+    environment = os.environ | {"PYTHONPATH": str(copy)}
+    path.write_text(text, encoding="utf-8")
+    said = ""
+    try:
+        for more in ([], ["--last-failed"]):
+            run = subprocess.run(
+                [*command, *more], cwd=copy, env=environment, timeout=limit, text=True,
+                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
+            )  # fmt: skip
+            if run.returncode == 0:
+                return "survived", said
+            said = next((x for x in run.stdout.splitlines() if x.startswith("FAILED")), "error")
+    except subprocess.TimeoutExpired:
+        return "slow", ""
+    finally:
+        path.write_text(source, encoding="utf-8")
+    return "killed", said
+
+
+def main() -> None:
+    """Draw or read the mutants, judge each, print a table."""
+    parser = argparse.ArgumentParser(prog="tools.mutants", description=__doc__)
+    parser.add_argument("file", type=Path)
+    parser.add_argument("--checkout", type=Path, default=Path())
+    for name, default in (("--seed", 1), ("--count", 65), ("--limit", 900)):
+        parser.add_argument(name, type=int, default=default)
+    options = parser.parse_args()
+    root = options.checkout.resolve()
+    if not options.file.exists():
+        new = drawn(root, options.seed, options.count)
+        options.file.write_text(json.dumps([asdict(mutant) for mutant in new]), encoding="utf-8")
+    sample = [Mutant(**each) for each in json.loads(options.file.read_text(encoding="utf-8"))]
+    verdicts = []
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / root.name
+        shutil.copytree(root, copy, ignore=shutil.ignore_patterns(".*", "node_modules", "build"))
+        if (modules := root / "tests" / "web" / "node_modules").exists():
+            (copy / "tests" / "web" / "node_modules").symlink_to(modules)
+        for mutant in sample:
+            verdict, by = judged(copy, mutant, options.limit)
+            verdicts.append(asdict(mutant) | {"verdict": verdict, "by": by})
+            print(verdict, mutant.kind, mutant.path, mutant.line, mutant.after[:60], by, flush=True)
+    options.file.with_suffix(f".{root.name}.json").write_text(json.dumps(verdicts, indent=1))
+    for room in (*ROOMS, ""):
+        counts = Counter(v["verdict"] for v in verdicts if v["path"].startswith(f"service/{room}"))
+        total = sum(counts.values()) - counts["gone"]
+        noticed = counts["killed"] + counts["slow"]
+        print(f"{room or 'all':9} {noticed} of {total} noticed, {counts['gone']} gone")
+
+
+if __name__ == "__main__":
+    main()
