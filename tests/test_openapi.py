@@ -25,13 +25,13 @@ from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
 from service.pipeline.mesh import render
 from service.pipeline.points import PointsWork, plan_points
-from service.schemas.convert import OPERATIONS, convert_request
-from service.schemas.document import DocumentLimits
+from service.schemas.convert import OPERATIONS, ConvertRequest
 from service.schemas.options import MeshOptionFields
-from service.schemas.points import points_request
-from service.schemas.request import mesh_request
+from service.schemas.points import PointsRequest
+from service.schemas.request import MeshRequest
 from service.schemas.surface_query import FIELDS, document_from_query
 from service.schemas.surfaces import KINDS
+from service.schemas.validation import validate_document
 from service.settings.values import Settings
 from service.surface.examples import find
 from tests.api.client import Client, client_of
@@ -223,7 +223,7 @@ def test_what_stands_beside_a_file_is_listed_with_examples_that_are_taken() -> N
             text = ",".join(map(str, example)) if isinstance(example, list) else example
             document = document_from_query({"type": "bspline", name: text}.items())
             document["surface"]["control_net"] = net
-            mesh_request(document, DocumentLimits()).to_surface()
+            validate_document(MeshRequest, document).to_surface()
 
 
 def test_request_examples_show_every_kind_of_surface_and_every_option() -> None:
@@ -283,7 +283,7 @@ def test_operations_are_described_and_their_examples_taken() -> None:
             for example in schema.get("examples", []):
                 operation = {"op": op} | required | {name: example}
                 request = {"surface": surface, "operations": [operation]}
-                convert_request(request, DocumentLimits()).to_operations()
+                validate_document(ConvertRequest, request).to_operations()
 
 
 def test_examples_of_curves_are_valid_and_answered(client: Client) -> None:
@@ -359,7 +359,7 @@ def test_schema_of_queries_is_no_stricter_than_the_code() -> None:
 
 
 def planned(value: Any) -> PointsWork:
-    wanted = points_request(value, DocumentLimits())
+    wanted = validate_document(PointsRequest, value)
     return plan_points(wanted.to_surface(), wanted.to_query())
 
 
@@ -380,13 +380,13 @@ def test_field_examples_are_taken() -> None:
         fields = schemas[name]["properties"].items()
         value = {field: schema["examples"][0] for field, schema in fields if "examples" in schema}
         value["type"] = schemas[name]["properties"]["type"]["const"]
-        mesh_request({"surface": value}, DocumentLimits()).to_surface()
+        validate_document(MeshRequest, {"surface": value}).to_surface()
     surface = {
         "control_net": schemas["BezierDefinition"]["properties"]["control_net"]["examples"][0]
     }
     for field, schema in schemas["MeshRequest"]["properties"].items():
         for example in schema.get("examples", []):
-            mesh_request({"surface": surface, field: example}, DocumentLimits())
+            validate_document(MeshRequest, {"surface": surface, field: example})
 
 
 @pytest.mark.parametrize(
@@ -424,7 +424,7 @@ def test_schema_of_requests_is_no_stricter_than_the_code() -> None:
         if value is not None and errors("MeshRequest", value):
             checked += 1
             with pytest.raises(InvalidRequest):
-                mesh_request(value, DocumentLimits()).to_surface()
+                validate_document(MeshRequest, value).to_surface()
     assert checked > 100
 
 

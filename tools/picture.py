@@ -15,8 +15,8 @@ from playwright.sync_api import Browser
 from service.api.openapi.curve import REQUESTS
 from service.encoders.curves.registry import CURVES_BY_NAME
 from service.pipeline.curve import render_curve
-from service.schemas.curve_request import curve_request
-from service.schemas.document import DocumentLimits
+from service.schemas.curve_request import CurveRequest
+from service.schemas.validation import validate_document
 from service.surface.examples import EXAMPLES, Example
 from tests.live import running_service
 from tests.programs import chromium
@@ -79,7 +79,7 @@ def _curve(name: str, example: dict[str, Any]) -> str:
 
 def _curve_address(request: dict[str, Any]) -> str:
     """A curve as glTF, which is a line, in an address that holds the file itself."""
-    wanted = curve_request(request, DocumentLimits())
+    wanted = validate_document(CurveRequest, request)
     glb = CURVES_BY_NAME["glb"]
     content = render_curve(wanted.to_curve(), wanted.curve_options(), glb)
     return f"data:{glb.media_type};base64,{b64encode(content).decode()}"

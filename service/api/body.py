@@ -16,8 +16,8 @@ from service.schemas.document import Budget
 from service.settings.values import Settings, document_limits
 
 
-async def read_body(request: Request, settings: Settings, queries: int = 0) -> bytes:
-    """The whole body of a request that carries JSON: a surface, and so many points to query.
+async def read_body(request: Request, settings: Settings) -> bytes:
+    """The whole body of a request that carries JSON.
 
     Raises
     ------
@@ -35,13 +35,15 @@ async def read_body(request: Request, settings: Settings, queries: int = 0) -> b
         When there is not so much memory right now.
     """
     body_type(request.headers.get("content-type"))
-    budget = Budget(document_limits(settings), queries)
+    budget = Budget(document_limits(settings))
 
     def take(chunk: bytes) -> int:
         budget.take(chunk)
         return budget.memory
 
-    return await _read(request, settings, take)
+    too_large = body_too_large(settings, is_json=True)
+    most = min(settings.max_json_bytes, settings.max_body_bytes)
+    return await _read(request, settings, take, most, too_large)
 
 
 async def read_file(request: Request, settings: Settings, decoder: Decoder) -> bytes:
@@ -53,22 +55,32 @@ async def read_file(request: Request, settings: Settings, decoder: Decoder) -> b
         received += len(chunk)
         return decoder.memory(received)
 
-    return await _read(request, settings, take)
+    most = settings.max_body_bytes
+    return await _read(request, settings, take, most, body_too_large(settings))
 
 
-async def _read(request: Request, settings: Settings, take: Callable[[bytes], int]) -> bytes:
+async def _read(
+    request: Request,
+    settings: Settings,
+    take: Callable[[bytes], int],
+    most: int,
+    too_large: BodyTooLarge,
+) -> bytes:
     """The whole body. Shown each piece as it arrives, `take` says how much memory all need."""
     arrival = visiting().arrival
     _check_encoding(request.headers.get("content-encoding", "identity"))
-    _check_length(request.headers.get("content-length", ""), settings)
+    declared = request.headers.get("content-length", "")
+    # The server has checked that it is a number; twenty digits are enough to see that it is large.
+    if declared.isdecimal() and int(declared[:20]) > most:
+        raise too_large
     chunks: list[bytes] = []
     received = 0
     try:
         with arrival.within(settings.body_timeout):
             async for chunk in request.stream():
                 received += len(chunk)
-                if received > settings.max_body_bytes:
-                    raise body_too_large(settings)
+                if received > most:
+                    raise too_large
                 arrival.claim(take(chunk))
                 chunks.append(chunk)
     except TimeoutError:
@@ -118,14 +130,17 @@ def _media_type(content_type: str | None) -> tuple[str, str]:
 _PARAMETER = re.compile(r';\s*([^\s=;"]+)=(?:"((?:[^"\\]|\\.)*)"|([^\s;"]*))')
 
 
-def body_too_large(settings: Settings) -> BodyTooLarge:
-    """The refusal of a body that is too long."""
+def body_too_large(settings: Settings, *, is_json: bool = False) -> BodyTooLarge:
+    """The refusal of a body that is too long; JSON has a limit of its own."""
+    most, larger = settings.max_body_bytes, ""
+    if is_json and settings.max_json_bytes < most:
+        most, larger = settings.max_json_bytes, ", a larger net as .npy"
     return BodyTooLarge(
         Issue(
             "body_too_large",
             "The body is larger than this service reads.",
-            got=f"more than {settings.max_body_bytes} bytes",
-            needed=f"at most {settings.max_body_bytes} bytes",
+            got=f"more than {most} bytes",
+            needed=f"at most {most} bytes{larger}",
         )
     )
 
@@ -153,9 +168,3 @@ def _check_encoding(encoding: str) -> None:
                 "no encoding, or identity",
             )
         )
-
-
-def _check_length(declared: str, settings: Settings) -> None:
-    # The server has checked that it is a number; twenty digits are enough to see that it is large.
-    if declared.isdecimal() and int(declared[:20]) > settings.max_body_bytes:
-        raise body_too_large(settings)

@@ -13,8 +13,8 @@ from service.api.parameters import no_parameters
 from service.api.timing import Timing
 from service.api.work import Pace, Task, done, long_to_read, parsed
 from service.pipeline.conversion import ConversionWork, plan_conversion
-from service.schemas.convert import convert_request
-from service.schemas.document import understood
+from service.schemas.convert import ConvertRequest
+from service.schemas.validation import parse_request
 from service.settings.values import Settings, document_limits, result_limits
 from service.surface import Surface
 from service.surface.convert.nets import Allowed
@@ -45,6 +45,5 @@ async def post_convert(request: Request) -> Response:
 
 def _parse(body: bytes, settings: Settings) -> tuple[Surface, Sequence[Operation]]:
     """What a body asks for."""
-    limits = document_limits(settings)
-    wanted = understood(body, lambda document: convert_request(document, limits), limits.max_depth)
+    wanted = parse_request(ConvertRequest, body, document_limits(settings))
     return wanted.to_surface(), wanted.to_operations()

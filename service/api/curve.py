@@ -16,8 +16,8 @@ from service.api.work import Pace, Task, done, long_to_read, parsed
 from service.encoders.curves.registry import CURVE_FORMATS
 from service.engine.curves.options import CurveOptions
 from service.pipeline.curve import CurveWork, plan_curve
-from service.schemas.curve_request import curve_request
-from service.schemas.document import understood
+from service.schemas.curve_request import CurveRequest
+from service.schemas.validation import parse_request
 from service.settings.values import Settings, document_limits, result_limits
 from service.surface.curve import Curve
 
@@ -51,8 +51,7 @@ async def post_curve(request: Request) -> Response:
 
 def _parse(body: bytes, settings: Settings) -> tuple[Curve, CurveOptions]:
     """What a body asks for."""
-    limits = document_limits(settings)
-    wanted = understood(body, lambda document: curve_request(document, limits), limits.max_depth)
+    wanted = parse_request(CurveRequest, body, document_limits(settings))
     return wanted.to_curve(), wanted.curve_options()
 
 

@@ -19,7 +19,7 @@ from service.pipeline.encoding import encode_options
 from service.pipeline.estimate import estimate, estimate_object
 from service.pipeline.memory import estimating
 from service.schemas.options import MeshOptionFields
-from service.schemas.request import mesh_request
+from service.schemas.request import MeshRequest
 from service.settings.values import Settings, document_limits, result_limits
 from service.surface import Surface
 from service.surface.group import GroupSurface
@@ -73,8 +73,7 @@ def _parse(
     posted: Posting[Format], body: bytes, settings: Settings
 ) -> tuple[Surface, MeshOptionFields]:
     """What a body asks for."""
-    allowed = document_limits(settings)
-    wanted = posted.understood(body, lambda document: mesh_request(document, allowed), allowed)
+    wanted = posted.request(MeshRequest, body, document_limits(settings))
     return wanted.to_surface(), wanted
 
 

@@ -27,7 +27,7 @@ from service.pipeline.encoding import encode_options
 from service.pipeline.memory import lowering
 from service.pipeline.mesh import Answer, Work, plan
 from service.schemas.options import MeshOptionFields
-from service.schemas.request import mesh_request
+from service.schemas.request import MeshRequest
 from service.settings.values import Settings, document_limits, result_limits
 from service.surface import Surface
 from service.surface.lowered import GroupModel
@@ -74,8 +74,7 @@ def _parse(
     posted: Posting[Format], body: bytes, settings: Settings
 ) -> tuple[Surface, MeshOptionFields]:
     """What a body asks for."""
-    limits = document_limits(settings)
-    wanted = posted.understood(body, lambda document: mesh_request(document, limits), limits)
+    wanted = posted.request(MeshRequest, body, document_limits(settings))
     return wanted.to_surface(), wanted
 
 

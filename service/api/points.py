@@ -14,8 +14,8 @@ from service.api.work import INLINE_BYTES, Pace, Task, done, parsed
 from service.engine.points.places import Query
 from service.pipeline.memory import lowering
 from service.pipeline.points import PointsWork, plan_points
-from service.schemas.document import understood
-from service.schemas.points import points_request
+from service.schemas.points import PointsRequest
+from service.schemas.validation import parse_request
 from service.settings.values import Settings, document_limits, result_limits
 from service.surface import Surface
 
@@ -32,7 +32,7 @@ async def post_points(request: Request) -> Response:
     no_parameters(request.query_params)
     timing = Timing()
     with timing.step("read"):
-        body = await read_body(request, settings, settings.max_points)
+        body = await read_body(request, settings)
     async with attended(request):
         is_long = len(body) > INLINE_BYTES
         parse = partial(_parse, body, settings)
@@ -47,8 +47,7 @@ async def post_points(request: Request) -> Response:
 
 def _parse(body: bytes, settings: Settings) -> tuple[Surface, Query]:
     """What a body asks for."""
-    limits = document_limits(settings)
-    wanted = understood(body, lambda document: points_request(document, limits), limits.max_depth)
+    wanted = parse_request(PointsRequest, body, document_limits(settings))
     return wanted.to_surface(), wanted.to_query()
 
 

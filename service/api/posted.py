@@ -4,10 +4,11 @@ A file holds control points alone. What a JSON body would say beside them stands
 fields of the surface, and the options. So there is one document for both, and one way to check it.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
+from pydantic import BaseModel
 from starlette.requests import Request
 
 from service.api.body import body_type, read_body, read_file
@@ -18,11 +19,12 @@ from service.api.work import INLINE_BYTES, long_to_read
 from service.decoders.format import Decoder
 from service.decoders.registry import DECODERS
 from service.errors import InvalidRequest
-from service.schemas.document import DocumentLimits, understood
+from service.schemas.document import DocumentLimits
 from service.schemas.surface_query import document_from_query, with_fields
+from service.schemas.validation import parse_request, validate_document
 from service.settings.values import Settings
 
-Result = TypeVar("Result")
+Model = TypeVar("Model", bound=BaseModel)
 
 INLINE_TEXT = 1 << 14
 """Texts up to this size are read in some 5 ms, even if they are a list of single patches."""
@@ -58,20 +60,19 @@ class Posting(Generic[AnyFormat]):
             return long_to_read(body)
         return len(body) > (INLINE_BYTES if self.decoder.binary else INLINE_TEXT)
 
-    def understood(
-        self, body: bytes, understand: Callable[[object], Result], limits: DocumentLimits
-    ) -> Result:
-        """What `understand` makes of the whole request in the language of requests.
+    def request(self, model: type[Model], body: bytes, limits: DocumentLimits) -> Model:
+        """The whole request, parsed and validated.
 
         Raises
         ------
         MalformedJson, MalformedBody, InvalidRequest
         """
         if self.decoder is None:
-            return understood(body, understand, limits.max_depth)
+            return parse_request(model, body, limits)
         fields = self.beside["surface"]
         net = self.decoder.decode(body, fields.get("type"), limits.max_control_points)
-        return understand({**self.beside, "surface": with_fields(net, fields)})
+        document = {**self.beside, "surface": with_fields(net, fields)}
+        return validate_document(model, document, limits)
 
 
 def posting(request: Request, formats: Sequence[AnyFormat] = ()) -> Posting[AnyFormat]:

@@ -15,9 +15,9 @@ from service.api.guard.policy import needs_keys
 from service.api.parameters import no_parameters
 from service.api.timing import Timing
 from service.api.work import long_to_read, parsed
-from service.schemas.document import parse_document
-from service.schemas.sign import SignRequest, sign_request
-from service.settings.values import Settings
+from service.schemas.sign import SignRequest
+from service.schemas.validation import parse_request
+from service.settings.values import Settings, document_limits
 
 
 async def post_sign(request: Request) -> Response:
@@ -36,4 +36,4 @@ async def post_sign(request: Request) -> Response:
 
 
 def _parse(body: bytes, settings: Settings) -> SignRequest:
-    return sign_request(parse_document(body, settings.max_json_depth))
+    return parse_request(SignRequest, body, document_limits(settings))

@@ -1,6 +1,5 @@
 """Surfaces by their ids: names of examples, hashes of what was stored."""
 
-import asyncio
 import logging
 from dataclasses import dataclass, replace
 from functools import cache, partial
@@ -13,8 +12,8 @@ from service.api.caching.flights import Flights
 from service.api.timing import Timing
 from service.api.work import long_to_read, parsed
 from service.errors import DamagedObject, InvalidRequest, Issue, UnknownSurface
-from service.schemas.canonical import canonical, restored, surface_id
-from service.schemas.document import Budget, DocumentLimits
+from service.schemas.canonical import canonical, restored, restored_memory, surface_id
+from service.schemas.document import DocumentLimits
 from service.settings.values import document_limits
 from service.storage.keys import is_id
 from service.storage.store import SurfaceStore
@@ -22,10 +21,6 @@ from service.surface import Surface
 from service.surface.examples import EXAMPLES, find
 
 _log = logging.getLogger(__name__)
-
-
-COUNTED = 1 << 20
-"""Bytes of a text in which the event loop counts values before it does something else."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,11 +117,7 @@ async def _load(request: Request, id: str) -> Stored:
         raise error.within("/id") from None
     limits = document_limits(request.app.state.settings)
     is_long = long_to_read(content)
-    budget = Budget(limits)
-    for start in range(0, len(content), COUNTED):
-        budget.take(content[start : start + COUNTED])
-        await asyncio.sleep(0)
-    arrival.claim(budget.memory)
+    arrival.claim(restored_memory(content))
     work = partial(_restored, id, content, limits)
     surface = await parsed(work, Timing(), is_long=is_long)
     visiting().rest()

@@ -25,7 +25,7 @@ from service.encoders.text import json_bound, json_document
 from service.errors import Issue, UnknownSurface
 from service.pipeline.limits import Limits
 from service.schemas.canonical import canonical, surface_id
-from service.schemas.request import surface_request
+from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
 from service.settings.values import Settings, document_limits, result_limits
 from service.storage.store import SurfaceStore
@@ -114,8 +114,7 @@ async def delete_surface(request: Request) -> Response:
 
 def _named(posted: Posting[Format], body: bytes, settings: Settings) -> tuple[str, bytes]:
     """The id and the content of the surface in a body."""
-    limits = document_limits(settings)
-    wanted = posted.understood(body, lambda document: surface_request(document, limits), limits)
+    wanted = posted.request(SurfaceRequest, body, document_limits(settings))
     content = canonical(wanted.to_surface())
     return surface_id(content), content
 

@@ -92,7 +92,8 @@ def _run(arguments: argparse.Namespace) -> int:
 def _local(document: dict[str, Any]) -> bytes:
     """The new surface, computed in this process."""
     from service.pipeline.conversion import converted
-    from service.schemas.convert import convert_request
+    from service.schemas.convert import ConvertRequest
+    from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
     from service.settings.process import pin_blas
     from service.settings.values import document_limits, result_limits
@@ -100,7 +101,7 @@ def _local(document: dict[str, Any]) -> bytes:
 
     pin_blas()
     settings = for_one_command()
-    request = convert_request(document, document_limits(settings))
+    request = validate_document(ConvertRequest, document, document_limits(settings))
     surface, operations = request.to_surface(), request.to_operations()
     allowed = Allowed(settings.max_control_points, settings.max_degree)
     return converted(surface, operations, allowed, result_limits(settings))

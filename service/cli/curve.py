@@ -70,13 +70,16 @@ def _run(arguments: argparse.Namespace) -> int:
 def _local(source: dict[str, Any], chosen: Mapping[str, str], fmt: "CurveFormat") -> bytes:
     """The file of a curve, computed in this process."""
     from service.pipeline.curve import render_curve
-    from service.schemas.curve_request import curve_request
+    from service.schemas.curve_request import CurveRequest
     from service.schemas.query import values_from_text
+    from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
     from service.settings.process import pin_blas
     from service.settings.values import document_limits, result_limits
 
     pin_blas()
     settings = for_one_command()
-    wanted = curve_request(source | values_from_text(chosen.items()), document_limits(settings))
+    wanted = validate_document(
+        CurveRequest, source | values_from_text(chosen.items()), document_limits(settings)
+    )
     return render_curve(wanted.to_curve(), wanted.curve_options(), fmt, result_limits(settings))

@@ -60,14 +60,15 @@ def _local(document: dict[str, Any], formats: "Sequence[Format]") -> bytes:
     from service.encoders.text import json_text
     from service.pipeline.encoding import encode_options
     from service.pipeline.estimate import estimate, estimate_object
-    from service.schemas.request import mesh_request
+    from service.schemas.request import MeshRequest
+    from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
     from service.settings.process import pin_blas
     from service.settings.values import document_limits, result_limits
 
     pin_blas()
     settings = for_one_command()
-    wanted = mesh_request(document, document_limits(settings))
+    wanted = validate_document(MeshRequest, document, document_limits(settings))
     found = estimate(
         wanted.to_surface(),
         wanted.mesh_options(),

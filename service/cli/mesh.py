@@ -149,7 +149,8 @@ def _local(
     from service.pipeline.encoding import encode_options
     from service.pipeline.mesh import Lowerable, render
     from service.schemas.query import options_from_text, values_from_text
-    from service.schemas.request import mesh_request
+    from service.schemas.request import MeshRequest
+    from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
     from service.settings.process import pin_blas
     from service.settings.values import document_limits, result_limits
@@ -162,7 +163,9 @@ def _local(
         wanted = options_from_text(chosen.items())
     else:
         source = source.document() if isinstance(source, NetFile) else source
-        request = mesh_request(source | values_from_text(chosen.items()), document_limits(settings))
+        request = validate_document(
+            MeshRequest, source | values_from_text(chosen.items()), document_limits(settings)
+        )
         surface, wanted = request.to_surface(), request
     return render(
         surface, wanted.mesh_options(), fmt, encode_options(wanted), result_limits(settings)

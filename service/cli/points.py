@@ -73,12 +73,13 @@ def _number(text: str) -> int | float | str:
 def _local(document: Mapping[str, Any]) -> bytes:
     """The answer, computed in this process."""
     from service.pipeline.points import plan_points
-    from service.schemas.points import points_request
+    from service.schemas.points import PointsRequest
+    from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
     from service.settings.process import pin_blas
     from service.settings.values import document_limits, result_limits
 
     pin_blas()
     settings = for_one_command()
-    wanted = points_request(document, document_limits(settings))
+    wanted = validate_document(PointsRequest, document, document_limits(settings))
     return plan_points(wanted.to_surface(), wanted.to_query(), result_limits(settings)).run()

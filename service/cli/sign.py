@@ -33,7 +33,8 @@ def _run(arguments: argparse.Namespace) -> int:
 
     from service.api.guard.means import signer_of
     from service.api.guard.moments import signed_address
-    from service.schemas.sign import sign_request
+    from service.schemas.sign import SignRequest
+    from service.schemas.validation import validate_document
     from service.settings.environment import from_environment
 
     signer = signer_of(from_environment())
@@ -46,6 +47,6 @@ def _run(arguments: argparse.Namespace) -> int:
             if not (text.isascii() and text.isdigit() and len(text) < 20):
                 raise UsageError(f"--{name}: needed a whole number")
             document[name] = int(text)
-    address, _ = signed_address(signer, sign_request(document), "", time.time())
+    address, _ = signed_address(signer, validate_document(SignRequest, document), "", time.time())
     print_lines([address])
     return OK

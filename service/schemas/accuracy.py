@@ -11,7 +11,7 @@ from service.engine.adaptive.accuracy import Accuracy, Camera
 from service.errors import Issue
 from service.schemas.arrays import NumberGrid
 from service.schemas.fields import Omittable, StrictModel
-from service.schemas.refusals import refusal
+from service.schemas.validation import refusal
 from service.surface.checks import MAX_COORDINATE
 
 MAX_COUNT = 2**53 - 1

@@ -16,13 +16,14 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import core_schema
 
 from service.errors import Issue
-from service.schemas.document import DocumentLimits
+from service.schemas.document import DEFAULT_LIMITS, DocumentLimits
 from service.schemas.ndarrays import checked_array
-from service.schemas.refusals import (
+from service.schemas.validation import (
     MAX_INDEX,
     Path,
     empty_list,
     index_too_large,
+    limits_of,
     ragged_triangle,
     refusal,
     wrong_type,
@@ -72,7 +73,7 @@ class NumberGrid:
     documented: Mapping[str, int] = field(default_factory=dict)
     ragged: int | None = None
 
-    def array(self, value: object, limits: DocumentLimits) -> Array:
+    def array(self, value: object, limits: DocumentLimits = DEFAULT_LIMITS) -> Array:
         """`value` as an array with one axis a level (of rows of triangles one less).
 
         It is of float64 or int64. The value is lists in lists, or one array with those axes.
@@ -205,7 +206,7 @@ class NumberGrid:
         return core_schema.with_info_plain_validator_function(self._validate)
 
     def _validate(self, value: object, info: ValidationInfo) -> Array:
-        limits = info.context if isinstance(info.context, DocumentLimits) else DocumentLimits()
+        limits = limits_of(info)
         return self.array(value, limits)
 
     def __get_pydantic_json_schema__(
@@ -220,10 +221,10 @@ class NumberGrid:
         for level in reversed(range(len(self.levels))):
             result = {"type": "array", "items": result, "minItems": 1}
             if level in self.degree_levels:
-                least, most = self.least_degree, DocumentLimits().max_degree
+                least, most = self.least_degree, DEFAULT_LIMITS.max_degree
                 result |= {"minItems": least + 1, "maxItems": most + 1}
             elif level == self.ragged:
-                result["maxItems"] = DocumentLimits().max_degree + 1
+                result["maxItems"] = DEFAULT_LIMITS.max_degree + 1
             if self._is_last(level) and level not in self.degree_levels:
                 if self.width is not None:
                     result |= {"minItems": self.width, "maxItems": self.width}

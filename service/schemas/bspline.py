@@ -22,7 +22,6 @@ from service.schemas.channels import (
     channels,
     define_channels,
 )
-from service.schemas.document import DocumentLimits
 from service.schemas.fields import NameField, StrictModel, UpField
 from service.schemas.pairs import (
     list_of_two,
@@ -30,7 +29,7 @@ from service.schemas.pairs import (
     one_or_two_numbers,
     whole_number,
 )
-from service.schemas.refusals import refusal, wrong_type
+from service.schemas.validation import limits_of, refusal, wrong_type
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_DEGREE
 from service.surface.knots import NAMED, KnotName, Knots
@@ -38,7 +37,7 @@ from service.surface.knots import NAMED, KnotName, Knots
 
 def check_degrees(degrees: tuple[int, ...], info: ValidationInfo) -> None:
     """Refuses degrees above the limit of the service, which may be lower than that of surfaces."""
-    limits = info.context if isinstance(info.context, DocumentLimits) else DocumentLimits()
+    limits = limits_of(info)
     for axis, degree in enumerate(degrees):
         if degree > limits.max_degree:
             # Equal degrees may have been given as one number.
@@ -65,7 +64,7 @@ def _knots(value: object, info: ValidationInfo) -> Knots:
         return _known(value)
     if not isinstance(value, list | np.ndarray):
         raise refusal([((), wrong_type(value, "a list of knots or a name"))])
-    limits = info.context if isinstance(info.context, DocumentLimits) else DocumentLimits()
+    limits = limits_of(info)
     return KNOTS.array(value, limits).astype(np.float64, copy=False)
 
 

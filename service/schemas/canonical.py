@@ -34,9 +34,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.errors import DamagedObject
-from service.schemas.document import DocumentLimits
-from service.schemas.request import surface_request
+from service.schemas.document import BYTES_PER_OBJECT, BYTES_PER_VALUE, DocumentLimits
+from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
+from service.schemas.validation import validate_document
 from service.surface import Surface
 
 VERSION = 1
@@ -80,7 +81,14 @@ def restored(content: bytes, limits: DocumentLimits) -> Surface:
         tree = _definition(content)
     except (ValueError, LookupError, TypeError, ArithmeticError, StopIteration, RecursionError):
         raise DamagedObject from None
-    return surface_request({"surface": tree}, limits).to_surface()
+    return validate_document(SurfaceRequest, {"surface": tree}, limits).to_surface()
+
+
+def restored_memory(content: bytes) -> int:
+    """Bytes that `restored` takes at most, the content too: its header is a JSON text."""
+    header = content[: content.find(b"\n")]
+    objects, values = header.count(b"{"), header.count(b",") + header.count(b"[")
+    return 4 * len(content) + BYTES_PER_OBJECT * objects + BYTES_PER_VALUE * values
 
 
 def _without_arrays(value: Any, arrays: Arrays) -> Any:

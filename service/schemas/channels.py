@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field
 from service.bases.arrays import FloatArray
 from service.errors import Issue
 from service.schemas.arrays import NumberGrid
-from service.schemas.refusals import refusal, wrong_type
+from service.schemas.validation import refusal, wrong_type
 from service.surface.channels import (
     ATTRIBUTE_NAME,
     MAX_ATTRIBUTE_NAME,

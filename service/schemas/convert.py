@@ -9,13 +9,12 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from service.errors import InvalidRequest, Issue, pointer
-from service.schemas.document import DocumentLimits
 from service.schemas.fields import Omittable, StrictModel
 from service.schemas.pairs import one_or_two, one_or_two_numbers, whole_number
-from service.schemas.refusals import refusal, validated
 from service.schemas.request import surface_of
 from service.schemas.surfaces import SurfaceDefinition
 from service.schemas.unions import kind_of, of_known_kind
+from service.schemas.validation import refusal
 from service.surface import Surface
 from service.surface.checks import MAX_DEGREE
 from service.surface.convert import operations as values
@@ -232,14 +231,3 @@ class ConvertRequest(StrictModel):
             except InvalidRequest as error:
                 raise error.within(pointer(("operations", number))) from None
         return tuple(wanted)
-
-
-def convert_request(document: object, limits: DocumentLimits) -> ConvertRequest:
-    """The request that a JSON document makes.
-
-    Raises
-    ------
-    InvalidRequest
-        With pointers into the document.
-    """
-    return validated(ConvertRequest, document, limits)

@@ -8,9 +8,8 @@ from service.engine.curves.options import CurveOptions
 from service.engine.options import MAX_RESOLUTION
 from service.errors import Issue
 from service.schemas.curves import CurveDefinition, curve_of
-from service.schemas.document import DocumentLimits
 from service.schemas.fields import Omittable, StrictModel
-from service.schemas.refusals import refusal, validated
+from service.schemas.validation import refusal
 from service.surface.curve import Curve
 
 _DEFAULTS = CurveOptions()
@@ -71,14 +70,3 @@ class CurveRequest(CurveOptionFields):
             With pointers into the whole request.
         """
         return curve_of(self.curve)
-
-
-def curve_request(document: object, limits: DocumentLimits) -> CurveRequest:
-    """The request that a JSON document makes.
-
-    Raises
-    ------
-    InvalidRequest
-        With pointers into the document.
-    """
-    return validated(CurveRequest, document, limits)

@@ -1,46 +1,41 @@
-"""Bytes to one JSON document, with a sharp eye for what parsers let pass.
+"""JSON text to one document, with checks that parsers leave out.
 
-`orjson` refuses NaN, Infinity, 1e400, lone surrogates and text that is not UTF-8.
-It keeps the last of two equal keys without a word; here that is an error. And because a short
-text can mean many objects in memory, a `Budget` counts them while the text is still arriving.
+`orjson` refuses NaN, Infinity, 1e400, lone surrogates and text that is not UTF-8. It keeps the last
+of two equal keys without a word; here that is an error. And because a short text can become many
+objects in memory, a `Budget` counts values while the text is still arriving.
 """
 
+import gc
 import re
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import TypeVar
+from threading import Lock
 
 import orjson
 
 from service.errors import InvalidRequest, Issue, MalformedJson, pointer
-from service.schemas.numbers import Listed
-from service.schemas.pieces import is_long, loads
 from service.schemas.scan import MAX_PREFIX, is_deeper, pointer_at, repeated_key, shortened
 from service.surface.checks import MAX_DEGREE
 
+MAX_BYTES = 16 << 20
+"""Bytes of a JSON text that arrives in a request, if the operator says nothing else."""
+
+MAX_VALUES = 1_500_000
+"""Commas and opening brackets of such a text: a surface of some 370,000 control points."""
+
 MAX_STRINGS = 50_000
-"""Strings in a document, keys included; a request has some twenty, and two a named part."""
+"""Strings of such a text, keys included, and objects; a request has some twenty strings, and two a
+named part. Each costs 1 µs where a repeated key is looked for."""
 
 MAX_DEPTH, PARSED_DEPTH = 32, 1024
-"""Brackets that may be open at once; what is asked for has some ten. The parser has its own bound,
-for texts of any kind."""
+"""Brackets that may be open at once; requests need some ten. The parser has a bound of its own, for
+texts of any kind."""
 
-BYTES_PER_VALUE = 256
-"""Bytes that a number may take with its indentation; all its digits need 25."""
+BYTES_PER_VALUE, BYTES_PER_STRING, BYTES_PER_OBJECT = 100, 800, 1500
+"""Memory that a value takes as a Python object and while it becomes part of an array; that a string
+takes, or the error that it is no known key; that an object and the model made of it take."""
 
-PARSED = 16
-"""Bytes that the parser needs for a value while it reads, beside a copy of the text."""
-
-PLACE, NUMBER, LIST, OBJECT, STRING = 8, 24, 80, 1500, 100
-"""Bytes of what a text becomes: the place of a value in a list; a number; a list; an object and
-what is made of it; a string."""
-
-ARRAYS = 32
-"""Bytes for each number while lists become arrays, and these are checked."""
-
-FREE_BYTES = 1 << 20
-FREE_VALUES = 1000
-"""What every document may have, however little it asks for."""
+LONG_BODY = 1 << 16
+"""Bytes from which the garbage collector would run several times while a text is parsed."""
 
 _WIDE = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]\0|\0{1,3}[^\0]")
 """How UTF-16 and UTF-32 begin: with a byte order mark, or with a zero around the first letter."""
@@ -64,127 +59,108 @@ _FOUND = (
 """What a refusal of the parser means, by a part of its message. Clients get these words, which
 stay the same when the parser finds others."""
 
+_INDENTED = re.compile(rb"\A([ \t\r\n]*[\[{])([ \t\r\n]+)")
+
 _NOT_FINITE = re.compile(r"[-+]?(?:nan|inf(?:inity)?)\b", re.IGNORECASE)
-
-
-Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, slots=True)
 class DocumentLimits:
-    """What one document may ask for, whatever the memory of the machine."""
+    """What one document may ask for, whatever the memory of the machine.
+
+    `max_values` bounds JSON that arrives over HTTP; stored surfaces and files have no such bound.
+    """
 
     max_control_points: int = 1_000_000
     max_degree: int = MAX_DEGREE
     max_depth: int = MAX_DEPTH
+    max_values: int = MAX_VALUES
+
+
+DEFAULT_LIMITS = DocumentLimits()
 
 
 @dataclass(slots=True)
 class Budget:
-    """Counts what a text will become, so that a bomb is refused before it is whole.
-
-    A surface of n control points is written with at most n points of three coordinates, n
-    weights and n indices, hence fewer than 6 n commas and 2 n opening brackets. Colours and the
-    like share this: a surface that carries them has fewer points than the very largest. Each of
-    `queries` parameters beside it, with its patch's number, has 4 commas and a bracket at most.
-    """
+    """Counts what a JSON text will become, so that a bomb is refused before all of it is there."""
 
     limits: DocumentLimits = field(default_factory=DocumentLimits)
-    queries: int = 0
     received: int = 0
-    commas: int = 0
-    brackets: int = 0
-    braces: int = 0
+    values: int = 0
+    objects: int = 0
     quotes: int = 0
 
     def take(self, chunk: bytes) -> None:
-        """Counts the next piece of the text.
+        """Counts the next chunk of the text.
 
         Raises
         ------
         InvalidRequest
-            `too_many_values`, `too_many_strings` or `too_sparse`.
+            `too_many_values` or `too_many_strings`.
         """
         self.received += len(chunk)
-        self.commas += chunk.count(b",")
-        braces = chunk.count(b"{")
-        self.braces += braces
-        self.brackets += chunk.count(b"[") + braces
+        objects = chunk.count(b"{")
+        self.objects += objects
+        self.values += chunk.count(b",") + chunk.count(b"[") + objects
         self.quotes += chunk.count(b'"')
-        points = self.limits.max_control_points
-        commas = 6 * points + 4 * self.queries + FREE_VALUES
-        brackets = 2 * points + self.queries + FREE_VALUES
-        if self.commas > commas or self.brackets > brackets:
+        if self.values > self.limits.max_values:
             raise InvalidRequest(
                 Issue(
                     "too_many_values",
-                    "The document has more values than the largest surface allowed.",
-                    got=f"more than {self.commas + self.brackets - 1} values",
-                    needed=self._needed(),
+                    "The document has more values than this service reads as JSON. A larger net "
+                    "can be sent as a .npy file.",
+                    got=f"more than {self.limits.max_values} commas and brackets",
+                    needed=f"at most {self.limits.max_values}, or a .npy file",
                 )
             )
-        if self.quotes > 2 * MAX_STRINGS:
+        if max(self.quotes // 2, self.objects) > MAX_STRINGS:
             raise InvalidRequest(
                 Issue(
                     "too_many_strings",
-                    "The document has more strings than any request needs.",
-                    got=f"more than {MAX_STRINGS} strings",
-                    needed=f"at most {MAX_STRINGS}, keys included",
-                )
-            )
-        if self.received > FREE_BYTES + BYTES_PER_VALUE * (self.commas + self.brackets):
-            raise InvalidRequest(
-                Issue(
-                    "too_sparse",
-                    "The document has very many bytes for the few values in it.",
-                    got=f"{self.commas + self.brackets} values in {self.received} bytes",
-                    needed=f"at most {BYTES_PER_VALUE} bytes a value beyond the first MiB",
+                    "The document has more strings or objects than any request needs.",
+                    got=f"more than {MAX_STRINGS} strings or objects",
+                    needed=f"at most {MAX_STRINGS} of each, keys included",
                 )
             )
 
     @property
     def memory(self) -> int:
-        """Bytes that the text so far takes at most until it has become a surface, its own too."""
-        # Before each value but the first of its list stands a comma, before each list a bracket.
-        numbers, lists = self.commas + 1, self.brackets - self.braces
-        values = numbers + self.brackets
-        made = PLACE * values + NUMBER * numbers + LIST * lists
-        made += OBJECT * self.braces + STRING * self.quotes // 2
-        # First the parser has a copy of the text, then lists become arrays.
-        beside = max(self.received + PARSED * values, ARRAYS * numbers)
-        return self.received + made + beside
-
-    def _needed(self) -> str:
-        needed = (
-            f"a surface of at most {self.limits.max_control_points} control points, fewer if it "
-            "carries colours, texture coordinates or attributes"
-        )
-        return needed + (f" and at most {self.queries} points to query" if self.queries else "")
+        """Bytes that the text so far and everything made of it take at most, until it is arrays."""
+        made = BYTES_PER_VALUE * (self.values + 1) + BYTES_PER_OBJECT * self.objects
+        return 3 * self.received + BYTES_PER_STRING * (self.quotes // 2) + made
 
 
-def understood(
-    body: bytes, understand: Callable[[object], Result], max_depth: int = MAX_DEPTH
-) -> Result:
-    """What `understand` makes of the value of a JSON text; raises what that or `parse_document` do.
+class _CollectionPause:
+    """The garbage collector rests while at least one thread is inside.
 
-    Of a long text it is shown arrays of numbers, and lists only where it refuses those for a type:
-    all numbers of an array have one, and lists tell which of them has another. What is refused for
-    its lengths has the same everywhere, so it is refused at the first place alone.
+    A parsed document has no cycles, and looking for some among its lists takes longer than parsing.
     """
-    document = parse_document(body, max_depth, arrays=is_long(body))
-    try:
-        return understand(document)
-    except InvalidRequest as error:
-        if all(issue.code != "wrong_type" for issue in error.issues) or not _has_arrays(document):
-            raise
-    del document
-    return understand(parse_document(body, max_depth))
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._inside = 0
+        self._was_enabled = False
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if not self._inside:
+                self._was_enabled = gc.isenabled()
+                gc.disable()
+            self._inside += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._inside -= 1
+            if not self._inside and self._was_enabled:
+                gc.enable()
 
 
-def parse_document(body: bytes, max_depth: int = MAX_DEPTH, *, arrays: bool = False) -> object:
+pause_collection = _CollectionPause()
+
+
+def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
     """The value of a JSON text, made of dict, list, str, int, float, bool and None.
 
-    With `arrays`, also of arrays of float64 and int64 in the place of long lists of numbers.
     RFC 8259, section 9, leaves it to a parser how deeply it lets brackets be nested.
 
     Raises
@@ -195,7 +171,7 @@ def parse_document(body: bytes, max_depth: int = MAX_DEPTH, *, arrays: bool = Fa
         `not_finite` for NaN, Infinity and numbers beyond float64; `repeated_key`; `too_deep`.
     """
     try:
-        value = loads(body, arrays=arrays)
+        value = _parse(body)
     except orjson.JSONDecodeError as error:
         # Only the message and the position go on: the exception holds the whole text.
         if "depth" in error.msg:
@@ -210,26 +186,32 @@ def parse_document(body: bytes, max_depth: int = MAX_DEPTH, *, arrays: bool = Fa
     return value
 
 
+def _parse(text: bytes) -> object:
+    """The value that orjson makes of a text.
+
+    orjson 3.11.0 to 3.13.0 take a text with two blanks behind its first bracket for indented to the
+    end, and run out of the memory set aside if it is not. With these blanks before the bracket they
+    read it, and every later position stays.
+    """
+    try:
+        return orjson.loads(text)
+    except orjson.JSONDecodeError as error:
+        if "memory" not in error.msg:
+            raise
+    return orjson.loads(_INDENTED.sub(rb"\2\1", text))
+
+
 def _count_keys(value: object) -> int:
-    """Keys of all objects that are reached."""
-    return sum(map(len, _objects(value)))
-
-
-def _has_arrays(value: object) -> bool:
-    """Whether there is an array of numbers in one of the objects that are reached."""
-    return any(Listed in map(type, item.values()) for item in _objects(value))
-
-
-def _objects(value: object) -> Iterator[dict[str, object]]:
-    """All objects that are reached through objects and lists that begin with one."""
-    waiting = [value]
+    """Keys of all objects that are reached through objects and lists that begin with one."""
+    count, waiting = 0, [value]
     while waiting:
         item = waiting.pop()
         if isinstance(item, dict):
-            yield item
-            waiting.extend(child for child in item.values() if type(child) in (dict, list))
+            count += len(item)
+            waiting += [child for child in item.values() if type(child) in (dict, list)]
         elif isinstance(item, list) and item and type(item[0]) is dict:
-            waiting.extend(item)
+            waiting += [child for child in item if child and type(child) is dict]
+    return count
 
 
 def _too_deep(most: int) -> InvalidRequest:

@@ -18,7 +18,7 @@ from service.engine.options import MAX_ISOCURVES, MAX_RESOLUTION, OverlayName
 from service.errors import Issue
 from service.schemas.arrays import PATCH_NUMBERS, Array
 from service.schemas.pairs import one_or_two, one_or_two_numbers, whole_number
-from service.schemas.refusals import refusal
+from service.schemas.validation import refusal
 from service.surface.checks import Up
 
 

@@ -16,9 +16,8 @@ from pydantic_core import core_schema
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.arrays import MATRIX, NumberGrid
-from service.schemas.document import DocumentLimits
 from service.schemas.fields import Name, Omittable, StrictModel, UpField
-from service.schemas.refusals import refusal
+from service.schemas.validation import limits_of, refusal
 from service.stopping import checkpoint
 from service.surface.group import MAX_MEMBERS, GroupSurface, Member, nested
 
@@ -129,7 +128,7 @@ class GroupDefinition(StrictModel):
     @model_validator(mode="after")
     def _of_limited_size(self, info: ValidationInfo) -> "GroupDefinition":
         """Refuses members that are each small enough, but not all together."""
-        limits = info.context if isinstance(info.context, DocumentLimits) else DocumentLimits()
+        limits = limits_of(info)
         total = sum(_control_points(member.surface) for member in self.members)
         if total > limits.max_control_points:
             issue = Issue(

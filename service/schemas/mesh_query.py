@@ -15,7 +15,7 @@ from service.schemas.accuracy import MAX_COUNT
 from service.schemas.fields import Omittable
 from service.schemas.options import MeshOptionFields
 from service.schemas.query import option_values
-from service.schemas.refusals import validated
+from service.schemas.validation import validate_document
 
 
 class MeshQuery(MeshOptionFields):
@@ -38,7 +38,7 @@ def mesh_query(pairs: Iterable[tuple[str, str]]) -> MeshQuery:
     InvalidRequest
         With pointers `/name of the parameter`.
     """
-    return validated(MeshQuery, option_values(pairs))
+    return validate_document(MeshQuery, option_values(pairs))
 
 
 def canonical_query(options: MeshOptionFields, ignored: Set[str] = frozenset()) -> str:

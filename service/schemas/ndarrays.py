@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from service.bases.triangle import degree_or_none, row_starts
 from service.errors import MAX_ISSUES, Issue
 from service.schemas.document import DocumentLimits
-from service.schemas.numbers import Listed
-from service.schemas.refusals import (
+from service.schemas.validation import (
     MAX_INDEX,
     Path,
     empty_list,
@@ -47,9 +46,6 @@ def checked_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLimi
     pydantic.ValidationError
         With one detail for each of the first faults.
     """
-    if grid.ragged is not None and isinstance(values, Listed):
-        # Equally long lists are no rows of a triangle, and no such axis: lists tell what is wrong.
-        raise refusal([((), wrong_type([], "rows that shorten by one"))])
     values = np.asarray(values)
     one = _SCALARS.get(values.dtype.kind, {})
     _check_shape(grid, values.shape, one, limits)

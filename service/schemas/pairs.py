@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import BeforeValidator, WithJsonSchema
 
 from service.errors import Issue
-from service.schemas.refusals import refusal, wrong_type
+from service.schemas.validation import refusal, wrong_type
 
 
 def list_of_two(value: object, needed: str) -> list[Any]:

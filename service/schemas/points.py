@@ -11,11 +11,10 @@ from service.bases.arrays import FloatArray, Ints
 from service.engine.points.places import Query
 from service.errors import Issue
 from service.schemas.arrays import NumberGrid
-from service.schemas.document import DocumentLimits
 from service.schemas.fields import StrictModel
-from service.schemas.refusals import MAX_INDEX, index_too_large, refusal, validated, wrong_type
 from service.schemas.request import surface_of
 from service.schemas.surfaces import SurfaceDefinition
+from service.schemas.validation import MAX_INDEX, index_too_large, refusal, wrong_type
 from service.surface import Surface
 
 UV = NumberGrid(
@@ -100,14 +99,3 @@ class PointsRequest(StrictModel):
     def to_surface(self) -> Surface:
         """The surface itself; raises `InvalidRequest` with pointers into the whole request."""
         return surface_of(self.surface)
-
-
-def points_request(document: object, limits: DocumentLimits) -> PointsRequest:
-    """The query that a JSON document makes.
-
-    Raises
-    ------
-    InvalidRequest
-        With pointers into the document.
-    """
-    return validated(PointsRequest, document, limits)

@@ -6,11 +6,10 @@ from pydantic import Field
 
 from service.errors import InvalidRequest
 from service.schemas.accuracy import CameraField, PixelTolerance
-from service.schemas.document import DocumentLimits
 from service.schemas.fields import StrictModel
 from service.schemas.options import MeshOptionFields
-from service.schemas.refusals import validated
 from service.schemas.surfaces import SurfaceDefinition
+from service.schemas.validation import validate_document
 from service.surface import Surface
 
 
@@ -58,28 +57,6 @@ def surface_of(definition: SurfaceDefinition) -> Surface:
         raise error.within("/surface") from None
 
 
-def surface_request(document: object, limits: DocumentLimits) -> SurfaceRequest:
-    """The request that a JSON document makes.
-
-    Raises
-    ------
-    InvalidRequest
-        With pointers into the document.
-    """
-    return validated(SurfaceRequest, document, limits)
-
-
-def mesh_request(document: object, limits: DocumentLimits) -> MeshRequest:
-    """The request that a JSON document makes.
-
-    Raises
-    ------
-    InvalidRequest
-        With pointers into the document.
-    """
-    return validated(MeshRequest, document, limits)
-
-
 def mesh_options(values: Mapping[str, object]) -> MeshOptionFields:
     """The options alone, as a query or a command line gives them.
 
@@ -88,4 +65,4 @@ def mesh_options(values: Mapping[str, object]) -> MeshOptionFields:
     InvalidRequest
         With pointers `/name of the option`.
     """
-    return validated(MeshOptionFields, dict(values))
+    return validate_document(MeshOptionFields, dict(values))

@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from service.errors import Issue
 from service.schemas.fields import Omittable, StrictModel
-from service.schemas.refusals import refusal, validated
+from service.schemas.validation import refusal
 
 MAX_SECONDS = 7 * 24 * 3600
 """For so long an address is signed at most: who leaves with one, does not stay in for ever."""
@@ -42,14 +42,3 @@ class SignRequest(StrictModel):
             message = "There must be one end: `expires`, or `seconds`."
             raise refusal([(("expires",), Issue(code, message, "", given, "one of the two"))])
         return self
-
-
-def sign_request(document: object) -> SignRequest:
-    """What a JSON document wants signed.
-
-    Raises
-    ------
-    InvalidRequest
-        With pointers into the document.
-    """
-    return validated(SignRequest, document)

@@ -10,7 +10,7 @@ from service.schemas.arrays import NumberGrid
 from service.schemas.curves import CurveDefinition, curve_of, define_curve
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import NameField, StrictModel, UpField
-from service.schemas.refusals import refusal, wrong_type
+from service.schemas.validation import refusal, wrong_type
 from service.surface.checks import MAX_DEGREE
 from service.surface.sweeps import MAX_SIDES, MIN_SIDES, RibbonSurface, TubeSurface
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from service.errors import Issue
-from service.schemas.refusals import refusal, wrong_type
+from service.schemas.validation import refusal, wrong_type
 
 
 def kind_of(kinds: Sequence[str], key: str = "type") -> Callable[[object], str | None]:

@@ -10,7 +10,7 @@ from pydantic import Field
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
 
 from service.pipeline.limits import Limits
-from service.schemas.document import PARSED_DEPTH, DocumentLimits
+from service.schemas.document import DEFAULT_LIMITS, MAX_BYTES, PARSED_DEPTH, DocumentLimits
 from service.settings.kinds import Bytes, Seconds, Secrets, Texts
 from service.settings.listening import HOST, PORT, PREFIX
 from service.surface.checks import MAX_DEGREE
@@ -58,19 +58,32 @@ class Settings(BaseSettings):
         default=64 << 20, ge=1024, le=1 << 32, description="Bytes of a request's body."
     )
     max_control_points: int = Field(
-        default=DocumentLimits().max_control_points,
+        default=DEFAULT_LIMITS.max_control_points,
         ge=4,
         le=100_000_000,
         description="Control points of a surface.",
     )
     max_degree: int = Field(
-        default=DocumentLimits().max_degree,
+        default=DEFAULT_LIMITS.max_degree,
         ge=1,
         le=MAX_DEGREE,
         description="Degree of a patch, a curve or a spline.",
     )
+    max_json_bytes: Bytes = Field(
+        default=MAX_BYTES,
+        ge=1024,
+        le=1 << 32,
+        description="Bytes of a JSON body, if `SURFACE_MAX_BODY_BYTES` is not less. Larger nets "
+        "come as `.npy`.",
+    )
+    max_json_values: int = Field(
+        default=DEFAULT_LIMITS.max_values,
+        ge=1000,
+        le=1 << 32,
+        description="Commas and opening brackets of a JSON body; a control point takes four.",
+    )
     max_json_depth: int = Field(
-        default=DocumentLimits().max_depth,
+        default=DEFAULT_LIMITS.max_depth,
         ge=16,
         le=PARSED_DEPTH,
         description="Brackets that may be open at once in a document.",
@@ -239,7 +252,12 @@ class Settings(BaseSettings):
 
 def document_limits(settings: Settings) -> DocumentLimits:
     """The settings that the language of requests needs."""
-    return DocumentLimits(settings.max_control_points, settings.max_degree, settings.max_json_depth)
+    return DocumentLimits(
+        settings.max_control_points,
+        settings.max_degree,
+        settings.max_json_depth,
+        settings.max_json_values,
+    )
 
 
 def result_limits(settings: Settings) -> Limits:

@@ -332,7 +332,7 @@ def test_bombs_are_refused(client: Client) -> None:
     assert refused(client, start + nulls) == (422, "wrong_length", "/operations")
     degrees = start + b'{"op":"elevate","degree":[' + b"4," * 500_000 + b"4]}]}"
     assert refused(client, degrees) == (422, "wrong_length", "/operations/0/degree")
-    assert refused(client, start + b"[" * 60 * MIB) == (422, "too_many_values", "")
+    assert refused(client, start + b"[" * 2 * MIB) == (422, "too_many_values", "")
 
 
 def test_what_would_be_too_large_is_refused_before_it_is_made(client: Client) -> None:

@@ -18,8 +18,8 @@ from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.errors import MalformedBody, SurfaceError
 from service.pipeline.mesh import render
-from service.schemas.document import DocumentLimits
-from service.schemas.request import mesh_request
+from service.schemas.request import MeshRequest
+from service.schemas.validation import validate_document
 from service.surface import Surface
 from service.surface.examples import find
 from service.surface.lowered import PatchModel
@@ -39,7 +39,7 @@ def written(surface: Surface, *overlays: Any) -> bytes:
 def surface_of(content: bytes) -> Surface:
     """The surface in a file, checked like any other document."""
     tree = decode(content, None, MOST)
-    return mesh_request({"surface": tree}, DocumentLimits()).to_surface()
+    return validate_document(MeshRequest, {"surface": tree}).to_surface()
 
 
 def batch(content: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
@@ -92,7 +92,7 @@ def test_colours_of_ours_come_back_at_the_corners() -> None:
     content = written(find("bourke-1111-colors").surface())
     assert b"CBEZ" in content
     tree = decode(content, None, MOST)
-    again = written(mesh_request({"surface": tree}, DocumentLimits()).to_surface())
+    again = written(validate_document(MeshRequest, {"surface": tree}).to_surface())
     assert again == content
 
 
@@ -109,7 +109,7 @@ def test_patches_of_several_degrees_are_a_group_and_nothing_is_lost() -> None:
     np.testing.assert_array_equal(first["weights"], [1] * 4 + [2] * 4)
     np.testing.assert_array_equal(first["vertices"][4:], first["vertices"][:4])
     assert "weights" not in second
-    surface = mesh_request({"surface": tree}, DocumentLimits()).to_surface()
+    surface = validate_document(MeshRequest, {"surface": tree}).to_surface()
     assert len(render(surface, MeshOptions((1, 1)), BY_NAME["stl"])) == 84 + 50 * 6
 
 

@@ -12,8 +12,8 @@ from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.errors import SurfaceError
 from service.pipeline.mesh import plan
-from service.schemas.document import DocumentLimits
-from service.schemas.request import mesh_request
+from service.schemas.request import MeshRequest
+from service.schemas.validation import validate_document
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
 
@@ -46,7 +46,7 @@ def test_the_teapot_comes_back(comma: str, rows: bool, end: str) -> None:
     tree = decode(content, None, MOST)
     np.testing.assert_array_equal(tree["vertices"], surface.vertices)
     np.testing.assert_array_equal(tree["patches"], surface.patches)
-    again = mesh_request({"surface": tree}, DocumentLimits()).to_surface()
+    again = validate_document(MeshRequest, {"surface": tree}).to_surface()
     made = plan(again, MeshOptions((3, 3)), BY_NAME["stl"]).answer()
     assert made.report is not None
     # The spout and the handle end within the body: the parts are open, their seams closed.

@@ -15,8 +15,8 @@ from service.engine.curvatures.stretches import with_stretches
 from service.engine.mesh import Mesh
 from service.errors import UnsupportedByFormat
 from service.pipeline.mesh import render
-from service.schemas.document import DocumentLimits
-from service.schemas.request import MeshRequest, mesh_request
+from service.schemas.request import MeshRequest
+from service.schemas.validation import validate_document
 from tests.clients.geomview import read_oogl
 from tests.clients.gltf_validator import issues
 from tests.forms import REQUESTS
@@ -27,7 +27,7 @@ each_form = pytest.mark.parametrize("form", REQUESTS)
 
 
 def wanted(form: str) -> MeshRequest:
-    return mesh_request(REQUESTS[form], DocumentLimits())
+    return validate_document(MeshRequest, REQUESTS[form])
 
 
 def written(form: str, name: str) -> bytes:

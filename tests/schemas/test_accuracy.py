@@ -11,9 +11,9 @@ from service.engine.adaptive.accuracy import Accuracy, Camera
 from service.errors import InvalidRequest
 from service.schemas import accuracy
 from service.schemas.accuracy import MAX_COUNT, MAX_PIXELS
-from service.schemas.document import DocumentLimits
 from service.schemas.query import options_from_text
-from service.schemas.request import MeshRequest, mesh_request
+from service.schemas.request import MeshRequest
+from service.schemas.validation import validate_document
 from service.surface.checks import MAX_COORDINATE
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]}
@@ -23,7 +23,7 @@ SEEN = {"camera": CAMERA, "pixel_tolerance": 0.5}
 
 def stated(**options: Any) -> Accuracy | None:
     """What a body with these options asks of the engine."""
-    return mesh_request({"surface": SURFACE, **options}, DocumentLimits()).mesh_options().accuracy
+    return validate_document(MeshRequest, {"surface": SURFACE, **options}).mesh_options().accuracy
 
 
 def refused(**options: Any) -> list[tuple[str, str]]:

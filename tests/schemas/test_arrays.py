@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from service.schemas.arrays import CONTROL_NET, NET_WEIGHTS, PATCHES, VERTICES, NumberGrid
 from service.schemas.document import DocumentLimits
-from service.schemas.refusals import invalid_request
+from service.schemas.validation import invalid_request
 
 LIMITS = DocumentLimits()
 SCALARS: st.SearchStrategy[Any] = st.sampled_from(

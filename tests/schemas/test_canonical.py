@@ -23,8 +23,9 @@ from service.errors import DamagedObject, InvalidRequest
 from service.pipeline.mesh import render
 from service.schemas.canonical import canonical, restored, surface_id
 from service.schemas.document import DocumentLimits, parse_document
-from service.schemas.request import surface_request
+from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
+from service.schemas.validation import parse_request, validate_document
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.curve import BezierCurve, BsplineCurve
@@ -85,7 +86,7 @@ ALL = {**SURFACES, **MORE}
 
 
 def surface(document: Any) -> Surface:
-    return surface_request({"surface": document}, LIMITS).to_surface()
+    return validate_document(SurfaceRequest, {"surface": document}, LIMITS).to_surface()
 
 
 def id_of(document: Any) -> str:
@@ -93,7 +94,8 @@ def id_of(document: Any) -> str:
 
 
 def read(text: str) -> Surface:
-    return surface_request(parse_document(f'{{"surface":{text}}}'.encode()), LIMITS).to_surface()
+    body = f'{{"surface":{text}}}'.encode()
+    return parse_request(SurfaceRequest, body, LIMITS).to_surface()
 
 
 def test_ten_thousand_spellings_have_one_id_each() -> None:

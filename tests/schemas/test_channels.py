@@ -8,8 +8,9 @@ import pytest
 
 from service.errors import InvalidRequest
 from service.schemas.document import DocumentLimits
-from service.schemas.request import mesh_request
+from service.schemas.request import MeshRequest
 from service.schemas.surfaces import definition
+from service.schemas.validation import validate_document
 from service.surface import Surface
 from tests.examples import patches_of
 
@@ -33,7 +34,7 @@ CARRIED: list[tuple[dict[str, Any], dict[str, Any]]] = [
 
 
 def surface_of(document: dict[str, Any]) -> Surface:
-    return mesh_request({"surface": document}, LIMITS).to_surface()
+    return validate_document(MeshRequest, {"surface": document}, LIMITS).to_surface()
 
 
 @pytest.mark.parametrize(("surface", "carried"), CARRIED)

@@ -16,8 +16,8 @@ from service.schemas import arrays
 from service.schemas.arrays import Array, NumberGrid
 from service.schemas.document import DocumentLimits
 from service.schemas.ragged import rows_of
-from service.schemas.refusals import invalid_request
-from service.schemas.request import mesh_request
+from service.schemas.request import MeshRequest
+from service.schemas.validation import invalid_request, validate_document
 from service.surface.group import content_key
 
 GRIDS = (
@@ -96,13 +96,13 @@ def test_every_place_is_told_up_to_twenty() -> None:
     net = np.zeros((3, 4, 3))
     net[1, 2, 0] = net[2, 0, 1] = np.nan
     with pytest.raises(InvalidRequest) as refusal:
-        mesh_request({"surface": {"control_net": net}}, DocumentLimits())
+        validate_document(MeshRequest, {"surface": {"control_net": net}})
     assert [issue.pointer for issue in refusal.value.issues] == [
         "/surface/control_net/1/2/0",
         "/surface/control_net/2/0/1",
     ]
     with pytest.raises(ValidationError) as all_of_them:
-        arrays.CONTROL_NET.array(np.full((5, 5, 3), np.inf), DocumentLimits())
+        arrays.CONTROL_NET.array(np.full((5, 5, 3), np.inf))
     assert all_of_them.value.error_count() == 20
 
 
@@ -152,7 +152,7 @@ def test_what_is_no_number_is_refused(values: NDArray[Any]) -> None:
 )
 def test_an_array_elsewhere_is_refused(fields: dict[str, Any], code: str, where: str) -> None:
     with pytest.raises(InvalidRequest) as refusal:
-        mesh_request({"surface": {"control_net": np.zeros((2, 2, 3))} | fields}, DocumentLimits())
+        validate_document(MeshRequest, {"surface": {"control_net": np.zeros((2, 2, 3))} | fields})
     issue = refusal.value.issues[0]
     assert (issue.code, issue.pointer, issue.got) == (code, where, "a list")
 
@@ -173,9 +173,9 @@ def test_every_kind_of_surface_takes_arrays() -> None:
     members = [{"surface": each, "matrix": np.eye(4)} for each in documents]
     documents.append({"type": "group", "members": members})
     for document in documents:
-        made = mesh_request({"surface": document}, DocumentLimits()).to_surface()
+        made = validate_document(MeshRequest, {"surface": document}).to_surface()
         text = orjson.dumps(document, default=lambda array: array.tolist())
         text = text.replace(b'"triangles":[[0,1,2]]', b'"triangles":[[[0,1],[2]]]')
         assert content_key(made) == content_key(
-            mesh_request({"surface": orjson.loads(text)}, DocumentLimits()).to_surface()
+            validate_document(MeshRequest, {"surface": orjson.loads(text)}).to_surface()
         )

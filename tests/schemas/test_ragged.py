@@ -12,7 +12,7 @@ from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import TRIANGLE_NET, TRIANGLE_WEIGHTS, TRIANGLES
 from service.schemas.document import DocumentLimits
 from service.schemas.ragged import in_rows, rows_of
-from service.schemas.refusals import invalid_request
+from service.schemas.validation import invalid_request
 from tests.oracles.triangles import keys
 
 LIMITS = DocumentLimits(max_control_points=100, max_degree=6)

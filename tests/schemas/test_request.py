@@ -15,8 +15,9 @@ from service.schemas import options
 from service.schemas.document import DocumentLimits
 from service.schemas.options import MeshOptionFields
 from service.schemas.query import options_from_text
-from service.schemas.request import mesh_request
+from service.schemas.request import MeshRequest
 from service.schemas.surfaces import definition
+from service.schemas.validation import validate_document
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES
 from service.surface.patches import PatchSurface
@@ -31,7 +32,7 @@ GRIDS: dict[str, Any] = {
 
 
 def test_a_net_alone_is_a_bezier_surface_with_all_defaults() -> None:
-    request = mesh_request({"surface": {"control_net": NET}}, LIMITS)
+    request = validate_document(MeshRequest, {"surface": {"control_net": NET}}, LIMITS)
     surface = request.to_surface()
     assert isinstance(surface, BezierSurface)
     assert surface.control_net.tolist() == NET
@@ -42,7 +43,9 @@ def test_a_net_alone_is_a_bezier_surface_with_all_defaults() -> None:
 
 def test_every_field_of_a_bezier_surface_arrives() -> None:
     fields = {"control_net": NET, "weights": [[1, 2], [3, 4]], "up": "z", "name": "Segel ⛵"}
-    surface = mesh_request({"surface": {"type": "bezier", **fields}}, LIMITS).to_surface()
+    surface = validate_document(
+        MeshRequest, {"surface": {"type": "bezier", **fields}}, LIMITS
+    ).to_surface()
     assert isinstance(surface, BezierSurface)
     assert surface.weights is not None
     assert surface.weights.tolist() == fields["weights"]
@@ -51,7 +54,7 @@ def test_every_field_of_a_bezier_surface_arrives() -> None:
 
 def test_every_field_of_patches_arrives() -> None:
     fields = {"weights": [1, 2, 3, 4], "parts": {"a": [0]}, "up": "z", "name": "n"}
-    surface = mesh_request({"surface": {**GRIDS, **fields}}, LIMITS).to_surface()
+    surface = validate_document(MeshRequest, {"surface": {**GRIDS, **fields}}, LIMITS).to_surface()
     assert isinstance(surface, PatchSurface)
     assert surface.vertices.tolist() == GRIDS["vertices"]
     assert surface.patches.tolist() == GRIDS["patches"]
@@ -64,7 +67,7 @@ def test_every_field_of_patches_arrives() -> None:
 def test_definition_and_request_are_inverse(example: Any) -> None:
     surface = example.surface()
     text = orjson.dumps({"surface": definition(surface)}, option=orjson.OPT_SERIALIZE_NUMPY)
-    again = mesh_request(orjson.loads(text), LIMITS).to_surface()
+    again = validate_document(MeshRequest, orjson.loads(text), LIMITS).to_surface()
     assert type(again) is type(surface)
     assert same(again, surface)
 
@@ -117,7 +120,9 @@ def test_options_as_text(text: dict[str, str], wanted: MeshOptions) -> None:
 
 
 def test_values_of_a_surface_are_located_in_the_request() -> None:
-    request = mesh_request({"surface": {"control_net": NET, "weights": [[1, 1], [1, 0]]}}, LIMITS)
+    request = validate_document(
+        MeshRequest, {"surface": {"control_net": NET, "weights": [[1, 1], [1, 0]]}}, LIMITS
+    )
     with pytest.raises(InvalidRequest) as refusal:
         request.to_surface()
     assert refusal.value.issues[0].pointer == "/surface/weights/1/1"
@@ -125,7 +130,7 @@ def test_values_of_a_surface_are_located_in_the_request() -> None:
 
 def test_a_field_called_surface_is_no_level_of_its_own() -> None:
     with pytest.raises(InvalidRequest) as refusal:
-        mesh_request({"surface": {"control_net": NET, "surface": 1}}, LIMITS)
+        validate_document(MeshRequest, {"surface": {"control_net": NET, "surface": 1}}, LIMITS)
     assert refusal.value.issues[0].pointer == "/surface/surface"
 
 
@@ -133,14 +138,14 @@ def test_a_bad_member_is_the_only_fault_of_a_group() -> None:
     """The list is not too short as well for want of a good one."""
     group = {"type": "group", "members": [{"surface": {"control_net": [[[0, 0, "0"]]]}}]}
     with pytest.raises(InvalidRequest) as caught:
-        mesh_request({"surface": group}, LIMITS)
+        validate_document(MeshRequest, {"surface": group}, LIMITS)
     assert {issue.pointer[:19] for issue in caught.value.issues} == {"/surface/members/0/"}
     with pytest.raises(InvalidRequest) as caught:
-        mesh_request({"surface": group | {"members": []}}, LIMITS)
+        validate_document(MeshRequest, {"surface": group | {"members": []}}, LIMITS)
     assert [issue.code for issue in caught.value.issues] == ["wrong_length"]
 
 
 def test_requests_do_not_change() -> None:
-    request = mesh_request({"surface": {"control_net": NET}}, LIMITS)
+    request = validate_document(MeshRequest, {"surface": {"control_net": NET}}, LIMITS)
     with pytest.raises(ValueError, match="frozen"):
         request.faces = "quads"

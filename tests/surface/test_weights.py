@@ -12,10 +12,11 @@ from service.engine.options import MeshOptions
 from service.pipeline.curve import render_curve
 from service.pipeline.mesh import render
 from service.pipeline.points import plan_points
-from service.schemas.curve_request import curve_request
+from service.schemas.curve_request import CurveRequest
 from service.schemas.document import DocumentLimits
-from service.schemas.points import points_request
-from service.schemas.request import mesh_request
+from service.schemas.points import PointsRequest
+from service.schemas.request import MeshRequest
+from service.schemas.validation import validate_document
 
 LIMITS = DocumentLimits()
 NET = [[[i, j, (i * j) % 3] for j in range(4)] for i in range(4)]
@@ -56,7 +57,7 @@ def test_meshes_are_those_of_usual_weights(kind: str, power: int) -> None:
     """Bit for bit: a power of two is exact."""
     meshes = [
         render(
-            mesh_request({"surface": surfaces(w)[kind]}, LIMITS).to_surface(),
+            validate_document(MeshRequest, {"surface": surfaces(w)[kind]}, LIMITS).to_surface(),
             MeshOptions((5, 4)),
             BY_NAME["json"],
         )
@@ -72,7 +73,7 @@ def test_points_are_those_of_usual_weights(kind: str, power: int) -> None:
     answers = []
     for w in (1.0, float(np.ldexp(1.0, power))):
         document = {"surface": surfaces(w)[kind], "uv": [[0, 0.5], [1, 1]], "derivatives": 2}
-        wanted = points_request(document, LIMITS)
+        wanted = validate_document(PointsRequest, document, LIMITS)
         answers.append(plan_points(wanted.to_surface(), wanted.to_query()).run())
     assert b"null" not in answers[0]
     assert answers[0] == answers[1]
@@ -85,6 +86,6 @@ def test_curves_are_those_of_usual_weights(kind: str, power: int, options: Curve
     answers = []
     for w in (1.0, float(np.ldexp(1.0, power))):
         curve = {"type": kind, "control_points": POLYGON, "weights": [w, 2 * w, w, 8 * w]}
-        wanted = curve_request({"curve": curve}, LIMITS)
+        wanted = validate_document(CurveRequest, {"curve": curve}, LIMITS)
         answers.append(render_curve(wanted.to_curve(), options, CURVES_BY_NAME["json"]))
     assert answers[0] == answers[1]

@@ -14,9 +14,9 @@ from service.engine.build import build
 from service.engine.curvatures.stretches import with_stretches
 from service.pipeline.curve import render_curve
 from service.pipeline.mesh import render
-from service.schemas.curve_request import curve_request
-from service.schemas.document import DocumentLimits
-from service.schemas.request import mesh_request
+from service.schemas.curve_request import CurveRequest
+from service.schemas.request import MeshRequest
+from service.schemas.validation import validate_document
 from tests.forms import CURVES, REQUESTS
 from tests.web.browser import Stage
 from tests.web.test_three_colors import linear_light
@@ -43,7 +43,7 @@ def same(found: np.ndarray, wanted: np.ndarray) -> None:
 @pytest.mark.parametrize("form", REQUESTS)
 def test_every_form_is_drawn_where_it_is(stage: Stage, form: str) -> None:
     """Every corner with its normal, every colour, every texture coordinate, every line."""
-    request = mesh_request(REQUESTS[form], DocumentLimits())
+    request = validate_document(MeshRequest, REQUESTS[form])
     surface, options = request.to_surface(), request.mesh_options()
     stage.show(render(surface, options, BY_NAME["glb"]))
     meshes, lines = stage.meshes(), stage.lines()
@@ -78,7 +78,7 @@ def test_every_form_is_drawn_where_it_is(stage: Stage, form: str) -> None:
 
 @pytest.mark.parametrize("name", CURVES)
 def test_every_curve_is_drawn_where_it_is(stage: Stage, name: str) -> None:
-    request = curve_request({"curve": CURVES[name], "resolution": 5}, DocumentLimits())
+    request = validate_document(CurveRequest, {"curve": CURVES[name], "resolution": 5})
     curve, options = request.to_curve(), request.curve_options()
     stage.show(render_curve(curve, options, CURVES_BY_NAME["glb"]))
     (line,) = stage.lines()

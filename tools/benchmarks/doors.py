@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from service.decoders.registry import BY_NAME
 from service.schemas.document import DocumentLimits, parse_document
-from service.schemas.request import MeshRequest, mesh_request
+from service.schemas.request import MeshRequest
+from service.schemas.validation import validate_document
 from service.surface import Surface
 from tools.benchmarks.alternately import alternately
 
@@ -44,7 +45,7 @@ def _table(title: str, doors: Mapping[str, Door]) -> None:
 
 
 def _read(door: Door) -> MeshRequest:
-    return mesh_request(door(), LIMITS)
+    return validate_document(MeshRequest, door(), LIMITS)
 
 
 def _born(door: Door) -> Surface:

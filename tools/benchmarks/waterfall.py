@@ -19,8 +19,9 @@ from service.engine.scratch import Real
 from service.engine.tessellate import tessellate
 from service.pipeline.mesh import plan
 from service.schemas.document import parse_document
-from service.schemas.request import mesh_request
+from service.schemas.request import MeshRequest
 from service.schemas.surfaces import definition
+from service.schemas.validation import validate_document
 from service.settings.process import pin_blas
 from service.settings.values import Settings, document_limits
 from service.surface.examples import find
@@ -68,7 +69,9 @@ def run() -> None:
     single: Real = made.positions.dtype.type
     steps: dict[str, Callable[[], object]] = {
         "parse the JSON": partial(parse_document, body),
-        "check it and make arrays": lambda: mesh_request(document, limits).to_surface(),
+        "check it and make arrays": lambda: validate_document(
+            MeshRequest, document, limits
+        ).to_surface(),
         "plan: lower, predict, refuse": partial(plan, surface, options, glb),
         "  find shared edges": partial(Layout.plan, model, options.resolution),
         "  evaluate": partial(evaluate, model.batches[0], options.resolution, dtype=single),

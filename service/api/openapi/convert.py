@@ -11,8 +11,8 @@ from service.api.openapi.headers import timed
 from service.api.openapi.operations import post_operation
 from service.api.openapi.references import Json, ref
 from service.pipeline.conversion import converted
-from service.schemas.convert import convert_request
-from service.schemas.document import DocumentLimits
+from service.schemas.convert import ConvertRequest
+from service.schemas.validation import validate_document
 from service.surface.convert.nets import Allowed
 
 _PATCH: Json = {
@@ -108,7 +108,7 @@ def _examples() -> dict[str, tuple[str, Json, Any]]:
     found: dict[str, tuple[str, Json, Any]] = {}
     for name, (summary, surface, operations) in _EXAMPLES.items():
         request: Json = {"surface": surface, "operations": operations}
-        wanted = convert_request(request, DocumentLimits())
+        wanted = validate_document(ConvertRequest, request)
         answer = converted(wanted.to_surface(), wanted.to_operations(), Allowed())
         found[name] = summary, request, orjson.loads(answer)
     return found

@@ -11,8 +11,8 @@ from service.api.openapi.references import Json, ref
 from service.encoders.curves.format import CurveFormat
 from service.encoders.curves.registry import CURVE_FORMATS, CURVES_BY_NAME
 from service.pipeline.curve import render_curve
-from service.schemas.curve_request import curve_request
-from service.schemas.document import DocumentLimits
+from service.schemas.curve_request import CurveRequest
+from service.schemas.validation import validate_document
 
 _QUARTER: Json = {
     "curve": {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, 0.7071067811865476, 1]},
@@ -85,7 +85,7 @@ def _content(fmt: CurveFormat) -> Json:
 
 @cache
 def _example() -> Any:
-    wanted = curve_request(_QUARTER, DocumentLimits())
+    wanted = validate_document(CurveRequest, _QUARTER)
     return orjson.loads(
         render_curve(wanted.to_curve(), wanted.curve_options(), CURVES_BY_NAME["json"])
     )

@@ -14,8 +14,8 @@ from service.encoders.registry import FORMATS
 from service.encoders.text import json_text
 from service.pipeline.encoding import encode_options
 from service.pipeline.estimate import estimate, estimate_object
-from service.schemas.document import DocumentLimits
-from service.schemas.request import mesh_request
+from service.schemas.request import MeshRequest
+from service.schemas.validation import validate_document
 from service.settings.values import Settings, result_limits
 
 REQUESTS: Json = {
@@ -62,7 +62,7 @@ def post_estimate() -> Json:
 
 @cache
 def _answer(text: bytes) -> Any:
-    wanted = mesh_request(orjson.loads(text), DocumentLimits())
+    wanted = validate_document(MeshRequest, orjson.loads(text))
     limits = result_limits(Settings())
     surface, options = wanted.to_surface(), wanted.mesh_options()
     found = estimate(surface, options, encode_options(wanted), limits)

@@ -8,8 +8,8 @@ import orjson
 from service.api.openapi.references import Json
 from service.encoders.registry import BY_NAME
 from service.pipeline.mesh import render
-from service.schemas.document import DocumentLimits
-from service.schemas.request import mesh_request
+from service.schemas.request import MeshRequest
+from service.schemas.validation import validate_document
 
 _STRIP = [[[0, 1], [2, 3]], [[2, 3], [4, 5]]]
 """Two patches of degree (1, 1) over six vertices; they share the edge of the two in the middle."""
@@ -253,6 +253,6 @@ def meshes() -> Json:
 
 
 def _mesh(request: Json) -> Any:
-    wanted = mesh_request(request, DocumentLimits())
+    wanted = validate_document(MeshRequest, request)
     mesh = render(wanted.to_surface(), wanted.mesh_options(), BY_NAME["json"])
     return orjson.loads(mesh)

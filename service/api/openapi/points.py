@@ -10,8 +10,8 @@ from service.api.openapi.operations import post_operation
 from service.api.openapi.references import Json, ref
 from service.engine.points.answer import COLUMNS
 from service.pipeline.points import plan_points
-from service.schemas.document import DocumentLimits
-from service.schemas.points import points_request
+from service.schemas.points import PointsRequest
+from service.schemas.validation import validate_document
 
 _VECTORS = {
     "positions": "The points [x, y, z].",
@@ -119,5 +119,5 @@ def _row(items: Json, width: int) -> Json:
 
 @cache
 def _answer() -> Any:
-    wanted = points_request(_PATCH, DocumentLimits())
+    wanted = validate_document(PointsRequest, _PATCH)
     return orjson.loads(plan_points(wanted.to_surface(), wanted.to_query()).run())

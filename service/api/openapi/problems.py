@@ -30,9 +30,10 @@ from service.errors import DamagedObject, StoreFailed, SurfaceError
 from service.pipeline.conversion import converted
 from service.pipeline.mesh import render
 from service.pipeline.points import plan_points
-from service.schemas.document import DocumentLimits, parse_document
+from service.schemas.document import DEFAULT_LIMITS
 from service.schemas.mesh_query import mesh_query
-from service.schemas.request import mesh_request
+from service.schemas.request import MeshRequest
+from service.schemas.validation import parse_request
 from service.settings.values import Settings
 from service.stopping import OutOfTime
 from service.storage.failures import disk_full
@@ -57,7 +58,7 @@ def _raised(error: SurfaceError) -> Json:
 
 
 def _post(text: bytes) -> Callable[[], object]:
-    return lambda: mesh_request(parse_document(text), DocumentLimits()).to_surface()
+    return lambda: parse_request(MeshRequest, text, DEFAULT_LIMITS).to_surface()
 
 
 def _render(fmt: str, options: MeshOptions) -> Callable[[], object]:

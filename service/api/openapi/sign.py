@@ -6,7 +6,8 @@ from service.api.guard.moments import signed_address
 from service.api.guard.signatures import MIN_SECRET, Signer
 from service.api.openapi.operations import post_operation, problems
 from service.api.openapi.references import Json, ref
-from service.schemas.sign import sign_request
+from service.schemas.sign import SignRequest
+from service.schemas.validation import validate_document
 
 _DESCRIPTION = """\
 Where surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`), an address with a signature
@@ -63,6 +64,6 @@ def _examples() -> dict[str, tuple[str, Json, Json]]:
         ("until", "A mesh, until a moment", {"url": mesh, "expires": 1_800_000_000}),
         ("for", "A definition, for an hour", {"url": "/v1/surfaces/saddle", "seconds": 3600}),
     ):
-        url, expires = signed_address(signer, sign_request(request), "", _NOW)
+        url, expires = signed_address(signer, validate_document(SignRequest, request), "", _NOW)
         found[name] = summary, request, {"url": url, "expires": expires}
     return found

@@ -14,8 +14,8 @@ from service.api.openapi.references import Json, ref
 from service.api.stored import content_id
 from service.encoders.registry import FORMATS
 from service.schemas.canonical import canonical, surface_id
-from service.schemas.document import DocumentLimits
-from service.schemas.request import surface_request
+from service.schemas.request import SurfaceRequest
+from service.schemas.validation import validate_document
 
 _STORED = ("patch", "rational", "nurbs", "group")
 """Requests for meshes whose surfaces are the examples here."""
@@ -164,7 +164,7 @@ def _examples() -> dict[str, tuple[Json, Json]]:
     found: dict[str, tuple[Json, Json]] = {}
     for name in _STORED:
         surface: Json = REQUESTS[name]["value"]["surface"]
-        wanted = surface_request({"surface": surface}, DocumentLimits())
+        wanted = validate_document(SurfaceRequest, {"surface": surface})
         id = surface_id(canonical(wanted.to_surface()))
         addresses = {"self": surface_address("", id), "mesh": mesh_links("", id)}
         found[name] = surface, {"id": id, "links": addresses}

@@ -6,11 +6,17 @@ from itertools import islice
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ValidationError, ValidationInfo
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
-from service.schemas.numbers import Listed
+from service.schemas.document import (
+    DEFAULT_LIMITS,
+    LONG_BODY,
+    DocumentLimits,
+    parse_document,
+    pause_collection,
+)
 from service.schemas.scan import shortened
 
 Path: TypeAlias = tuple[str | int, ...]
@@ -34,7 +40,6 @@ _KINDS = {
     float: "a number with a fraction or an exponent",
     list: "a list",
     np.ndarray: "a list",
-    Listed: "a list",
 }
 
 _WRONG_TYPE = {
@@ -63,18 +68,41 @@ def refusal(faults: Iterable[tuple[Path, Issue]]) -> ValidationError:
     return ValidationError.from_exception_data("value", details)
 
 
-def validated(model: type[Model], document: object, context: object = None) -> Model:
-    """What a document says, as this model.
+def parse_request(model: type[Model], body: bytes, limits: DocumentLimits) -> Model:
+    """Parses the JSON text of a request and validates it.
+
+    Raises
+    ------
+    MalformedJson
+        If the text is not one JSON document in UTF-8.
+    InvalidRequest
+        With JSON pointers into the document.
+    """
+    if len(body) < LONG_BODY:
+        return validate_document(model, parse_document(body, limits.max_depth), limits)
+    with pause_collection:
+        return validate_document(model, parse_document(body, limits.max_depth), limits)
+
+
+def validate_document(
+    model: type[Model], document: object, limits: DocumentLimits = DEFAULT_LIMITS
+) -> Model:
+    """Validates a document made of dict, list, str, numbers and arrays.
 
     Raises
     ------
     InvalidRequest
-        With pointers into the document.
+        With JSON pointers into the document.
     """
     try:
-        return model.model_validate(document, context=context)
+        return model.model_validate(document, context=limits)
     except ValidationError as error:
         raise invalid_request(error) from None
+
+
+def limits_of(info: ValidationInfo) -> DocumentLimits:
+    """The limits that `validate_document` was called with."""
+    return info.context if isinstance(info.context, DocumentLimits) else DEFAULT_LIMITS
 
 
 def invalid_request(error: ValidationError) -> InvalidRequest:
