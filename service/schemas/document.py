@@ -191,14 +191,17 @@ def _parse(text: bytes) -> object:
 
     orjson 3.11.0 to 3.13.0 take a text with two blanks behind its first bracket for indented to the
     end, and run out of the memory set aside if it is not. With these blanks before the bracket they
-    read it, and every later position stays.
+    read it, and the positions of errors stay.
     """
     try:
         return orjson.loads(text)
     except orjson.JSONDecodeError as error:
         if "memory" not in error.msg:
             raise
-    return orjson.loads(_INDENTED.sub(rb"\2\1", text))
+    try:
+        return orjson.loads(_INDENTED.sub(rb"\2\1", text))
+    except orjson.JSONDecodeError as error:
+        raise orjson.JSONDecodeError(error.msg, text.decode(), error.pos) from None
 
 
 def _count_keys(value: object) -> int:

@@ -1,9 +1,12 @@
 """Errors that no route raises, limits, slow bodies."""
 
+import io
 from collections.abc import AsyncIterator, Iterator
 from typing import Any
 
 import anyio
+import numpy as np
+import orjson
 import pytest
 from starlette.requests import Request
 from starlette.responses import Response
@@ -98,6 +101,27 @@ def test_long_body_is_refused_before_it_is_read() -> None:
     assert answer.status_code == 413
     assert answer.headers["content-type"] == "application/problem+json"
     assert answer.json()["code"] == "body_too_large"
+
+
+@pytest.mark.parametrize(
+    ("settings", "code"),
+    [
+        (Settings(max_json_bytes=2000), "body_too_large"),
+        (Settings(max_json_values=1000), "too_many_values"),
+    ],
+)
+def test_a_net_too_large_for_json_may_come_as_npy(settings: Settings, code: str) -> None:
+    net = np.zeros((20, 20, 3))
+    net[..., 0], net[..., 1] = np.indices((20, 20))
+    body = orjson.dumps({"surface": {"control_net": net.tolist()}})
+    file = io.BytesIO()
+    np.save(file, net)
+    with client_of(create_app(settings)) as client:
+        refused = client.request("POST", "/v1/mesh", [body], JSON)
+        assert refused.json()["errors"][0]["code"] == code
+        assert ".npy" in refused.json()["errors"][0]["needed"]
+        npy = {"Content-Type": "application/x-npy"}
+        assert client.request("POST", "/v1/mesh", [file.getvalue()], npy).status_code == 200
 
 
 def test_long_body_of_unknown_length_is_refused_as_soon_as_it_is_too_long() -> None:

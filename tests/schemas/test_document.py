@@ -1,7 +1,9 @@
 """From bytes to values: what is refused, where, and what it may cost."""
 
+import gc
 import json
 import tracemalloc
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.errors import InvalidRequest, MalformedJson
-from service.schemas.document import Budget, DocumentLimits, parse_document
+from service.schemas.document import Budget, DocumentLimits, parse_document, pause_collection
 from service.schemas.request import MeshRequest
 from service.schemas.scan import MAX_PREFIX, is_deeper, pointer_at, repeated_key
 from service.schemas.validation import validate_document
@@ -207,6 +209,36 @@ def _take(pieces: list[bytes], max_values: int) -> None:
         budget.take(piece)
 
 
+DENSE = ",".join(["[0,1]"] * 5000)
+
+
+@pytest.mark.parametrize("head", ['{\n  "a": [', '{ \t"a":[', ' \n{\r\n\r\n"a":[', "[   [["])
+def test_dense_numbers_behind_an_indented_beginning_are_read(head: str) -> None:
+    """orjson 3.11.0 to 3.13.0 have no memory for some of these; errors stay where they are."""
+    end = "]}" if "a" in head else "]]]"
+    text = f"{head}{DENSE}{end}"
+    assert parse_document(text.encode()) == json.loads(text)
+    with pytest.raises(MalformedJson) as refusal:
+        parse_document(f"{head}{DENSE},x{end}".encode())
+    line, column = 1 + head.count("\n"), len(head.rpartition("\n")[2]) + len(DENSE) + 2
+    assert f"line {line}, column {column}" in refusal.value.issues[0].message
+
+
+def test_the_parser_still_needs_a_second_try() -> None:
+    """When it does not, `_parse` can go."""
+    with pytest.raises(orjson.JSONDecodeError, match="memory"):
+        orjson.loads(b"[  " + b"0," * 5000 + b"0]")
+
+
+def test_collection_rests_until_the_last_thread_has_parsed() -> None:
+    assert gc.isenabled()
+    with pause_collection, ThreadPoolExecutor(1) as other:
+        with pause_collection:
+            assert not gc.isenabled()
+        assert not other.submit(gc.isenabled).result()
+    assert gc.isenabled()
+
+
 def test_a_budget_knows_the_memory_of_what_a_text_becomes() -> None:
     """The document and the surface made of it, and the text itself; not ten times as much."""
     net = np.random.default_rng(1).normal(size=(100, 100, 3))
@@ -224,4 +256,4 @@ def test_a_budget_knows_the_memory_of_what_a_text_becomes() -> None:
         validate_document(MeshRequest, document).to_surface()
         most = len(body) + tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
-        assert most <= budget.memory <= 2 * most
+        assert most <= budget.memory <= 3 * most
