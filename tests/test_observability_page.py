@@ -6,7 +6,7 @@ import re
 
 from service.server.records import JsonRecords
 from service.settings.values import Settings
-from tests.api.observing.test_observer import asked
+from tests.api.observing.test_middleware import asked
 from tests.server.test_logs import failing
 from tools.observability_page import PAGE, page
 

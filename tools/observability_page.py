@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 
 from service.api.app import create_app
-from service.api.observing.metrics import Counts
 from service.settings.values import Settings
 
 PAGE = Path(__file__).parents[1] / "docs" / "observability.md"
@@ -16,12 +15,21 @@ HEAD = "| metric | kind | labels | what it is |\n| --- | --- | --- | --- |\n"
 
 def table() -> str:
     """The table of all numbers of ours, in the order of the code."""
+    registry = create_app(Settings()).state.observed.registry
+    pairs = [
+        (each, family)
+        for each in vars(registry)["_collector_to_names"]
+        for family in each.collect()
+    ]
     rows = []
-    for family in Counts(create_app(Settings()).state).collect():
+    for collector, family in pairs:
+        if not family.name.startswith("surface_"):
+            continue
         name = {"counter": f"{family.name}_total", "info": f"{family.name}_info"}.get(
             family.type, family.name
         )
-        labels = ", ".join(f"`{label}`" for label in vars(family)["_labelnames"])
+        names = vars(collector).get("_labelnames") or vars(family).get("_labelnames", ())
+        labels = ", ".join(f"`{label}`" for label in names)
         rows.append(f"| `{name}` | {family.type} | {labels} | {family.documentation} |\n")
     return HEAD + "".join(rows)
 

@@ -34,13 +34,9 @@ from service.api.caching.front import Front
 from service.api.cors import CrossOrigin, Origins
 from service.api.guard.means import guarded, signer_of
 from service.api.observing import health
-from service.api.observing.health import Canary
-from service.api.observing.lines import Write
-from service.api.observing.metrics import metrics, registry_of
-from service.api.observing.observed import Observed
-from service.api.observing.observer import Observer
-from service.api.observing.optional import tracing_of
-from service.api.observing.places import Places
+from service.api.observing.access_log import Write
+from service.api.observing.metrics import metrics
+from service.api.observing.middleware import add_telemetry
 from service.api.openapi.document import document
 from service.api.static_files import StaticFiles
 from service.errors import InvalidSettings
@@ -76,7 +72,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     _add_routes(app)
     problems.install(app)
     _add_front(app)
-    _add_observer(app, log)
+    app.front = add_telemetry(app, app.front, log)
     return app
 
 
@@ -102,23 +98,6 @@ def _add_front(app: Application) -> None:
     reachable = CrossOrigin(visits, app.state.origins)
     front = Front(reachable, app.state.answers, app.state.origins)
     app.front = guarded(front, app.state.settings, app.state.origins)
-
-
-def _add_observer(app: Application, log: Write | None) -> None:
-    """What sees every request first, and counts."""
-    app.state.observed = Observed()
-    app.state.canary = Canary()
-    app.state.connections = ()  # the server that has some puts its own here
-    app.state.registry = registry_of(app.state)
-    app.state.tracing = tracing_of(app.state.settings)
-    app.front = Observer(
-        app.front,
-        Places(app.routes),
-        app.state.observed,
-        app.state.settings,
-        write=log,
-        tracing=app.state.tracing,
-    )
 
 
 def _add_routes(app: FastAPI) -> None:

@@ -11,7 +11,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.answers import BOUND_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
 from service.api.caching.entries import RawHeaders
-from service.api.observing.observer import ID_HEADER
+from service.api.observing.middleware import ID_HEADER
 
 EXPOSED = (
     "Content-Disposition",

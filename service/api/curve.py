@@ -9,7 +9,7 @@ from service.api.admission.visits import attended
 from service.api.answers import POST_HEADERS, file_response
 from service.api.body import read_body
 from service.api.negotiation import by_accept
-from service.api.observing.exchange import exchange_of
+from service.api.observing.record import record_of
 from service.api.parameters import only_format
 from service.api.timing import Timing
 from service.api.work import Pace, Task, done, long_to_read, parsed
@@ -33,7 +33,7 @@ async def post_curve(request: Request) -> Response:
     settings: Settings = request.app.state.settings
     named = only_format(request.query_params.multi_items(), CURVE_FORMATS)
     fmt = named or by_accept(request.headers.get("accept"), CURVE_FORMATS)
-    exchange_of(request.scope).format = fmt.name
+    record_of(request.scope).format = fmt.name
     timing = Timing()
     with timing.step("read"):
         body = await read_body(request, settings)

@@ -14,8 +14,8 @@ from service.api.answers import (
     file_response,
 )
 from service.api.negotiation import by_accept
-from service.api.observing.exchange import exchange_of
-from service.api.observing.observed import Observed
+from service.api.observing.metrics import RequestCounters
+from service.api.observing.record import record_of
 from service.api.posted import Posting, posting
 from service.api.timing import Timing
 from service.api.work import Pace, Task, done, parsed
@@ -47,7 +47,7 @@ async def post_mesh(request: Request) -> Response:
     timing = Timing()
     posted = posting(request, FORMATS)
     fmt = posted.format or by_accept(request.headers.get("accept"), FORMATS)
-    exchange_of(request.scope).format = fmt.name
+    record_of(request.scope).format = fmt.name
     with timing.step("read"):
         body = await posted.read(request, settings)
     async with attended(request):
@@ -90,7 +90,7 @@ async def made(
     plan = partial(planned, surface, *wanted, request.app.state.settings)
     task = Task("mesh", plan, lowering(surface), _pace, is_long)
     work, answer = await done(task, Work.answer, lambda answer: len(answer.content), timing)
-    observed: Observed = request.app.state.observed
+    observed: RequestCounters = request.app.state.observed
     observed.made(answer.report)
     return work, answer
 

@@ -19,7 +19,7 @@ from service.api.caching.tags import held, is_any
 from service.api.links import mesh_address
 from service.api.mesh import made, report_headers
 from service.api.negotiation import by_suffix
-from service.api.observing.exchange import exchange_of
+from service.api.observing.record import record_of
 from service.api.problems import EngineGone
 from service.api.stored import content_id, exists, surface_of
 from service.api.timing import Timing
@@ -70,7 +70,7 @@ async def get_mesh(request: Request) -> Response:
     subject = _subject(request, fmt, query, written_by(asked))
 
     answers: AnswerCache = request.app.state.answers
-    exchange = exchange_of(request.scope)
+    record = record_of(request.scope)
     entry = answers.get(subject.address)
     known = held(condition, wanted.order, subject.tag)
     async with attended(request):
@@ -78,12 +78,12 @@ async def get_mesh(request: Request) -> Response:
             return _unchanged(subject.unchanged(known, pinned=pinned))
         if entry is not None:
             answers.counts.hits += 1
-            exchange.cache = "hit"
+            record.cache = "hit"
             timing = Timing("cache;desc=hit")
             visiting().use(answers.reading(entry))
         else:
             answers.counts.misses += 1
-            exchange.cache = "miss"
+            record.cache = "miss"
             flights: Flights = request.app.state.flights
             work = partial(_make, request, subject, fmt, query)
             made = await flights.join((subject.address, answers.age), work, sent=True)

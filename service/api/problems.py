@@ -13,7 +13,7 @@ from starlette.responses import Response
 
 from service.api.admission.busy import Busy
 from service.api.answers import HEADERS, json_response
-from service.api.observing.exchange import exchange_of
+from service.api.observing.record import record_of
 from service.errors import (
     DamagedObject,
     InvalidRequest,
@@ -325,7 +325,7 @@ def install(app: FastAPI) -> None:
 async def _on_surface_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, SurfaceError)
     problem = problem_of(error)
-    exchange_of(request.scope).code = problem.code
+    record_of(request.scope).code = problem.code
     place: Place | None = None
     if problem.place == "pointer":
         # Without a body there is nothing to point into: the same option is a parameter.
@@ -343,7 +343,7 @@ async def _on_http_exception(request: Request, error: Exception) -> Response:
     """The router's own refusals: no such path, no such method."""
     assert isinstance(error, HTTPException)
     problem = METHOD_NOT_ALLOWED if error.status_code == METHOD_NOT_ALLOWED.status else NOT_FOUND
-    exchange_of(request.scope).code = problem.code
+    record_of(request.scope).code = problem.code
     return problem_response(problem, headers=dict(error.headers or {}))
 
 
@@ -356,5 +356,5 @@ async def _on_disconnect(_: Request, error: Exception) -> Response:
 async def _on_exception(request: Request, error: Exception) -> Response:
     """Whatever was not foreseen. The server logs the exception, which is raised again."""
     del error  # its text stays here
-    exchange_of(request.scope).code = INTERNAL_ERROR.code
+    record_of(request.scope).code = INTERNAL_ERROR.code
     return problem_response(INTERNAL_ERROR)

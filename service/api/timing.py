@@ -4,7 +4,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from service.api.observing.exchange import current
+from service.api.observing.record import current_record
 
 
 class Timing:
@@ -31,9 +31,9 @@ class Timing:
         finally:
             seconds = time.perf_counter() - start
             self._steps[name] = self._steps.get(name, 0.0) + seconds
-            exchange = current.get()
-            if exchange is not None:
-                exchange.steps.append((name, start, seconds))
+            record = current_record.get()
+            if record is not None:
+                record.steps.append((name, start, seconds))
 
     def __str__(self) -> str:
         """The header, in milliseconds."""

@@ -1,6 +1,6 @@
 """The log: as text for people, or as one JSON object a line for machines.
 
-Requests are told of on standard output, in lines that `service.api.observing.lines` makes;
+Requests are told of on standard output, in lines that `service.api.observing.access_log` makes;
 everything else on standard error, through `logging`: the server, the store, Python's warnings.
 Both have the same form.
 """

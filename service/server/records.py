@@ -11,8 +11,8 @@ from typing import Any
 
 import orjson
 
-from service.api.observing.exchange import current
-from service.api.observing.lines import Clock
+from service.api.observing.access_log import timestamp
+from service.api.observing.record import current_record
 
 MESSAGE, TEXT, FRAMES = 4000, 200, 50
 """Letters of a message and of the text of an exception; frames of a traceback."""
@@ -68,9 +68,9 @@ class TextRecords(logging.Formatter):
     def format(self, record: logging.LogRecord) -> str:
         """The lines of a record, without the last end."""
         head = f"{record.levelname + ':':9} {harmless(record.getMessage().strip(), MESSAGE)}"
-        exchange = current.get()
-        if exchange is not None:
-            head += f" (id {exchange.id})"
+        request = current_record.get()
+        if request is not None:
+            head += f" (id {request.id})"
         error = _error(record)
         below = (
             [] if error is None else [f"    {harmless(line, MESSAGE)}" for line in traced(error)]
@@ -81,23 +81,19 @@ class TextRecords(logging.Formatter):
 class JsonRecords(logging.Formatter):
     """One JSON object; of a request that is under way, its ids too."""
 
-    def __init__(self) -> None:
-        super().__init__()
-        self._clock = Clock()
-
     def format(self, record: logging.LogRecord) -> str:
         """The line of a record, without its end."""
         line: dict[str, Any] = {
-            "time": self._clock(record.created),
+            "time": timestamp(record.created),
             "level": record.levelname.lower(),
             "event": "log",
             "logger": harmless(record.name, TEXT),
             "message": harmless(record.getMessage().strip(), MESSAGE),
         }
-        exchange = current.get()
-        if exchange is not None:
-            line["request_id"] = exchange.id
-            line["trace_id"], line["span_id"] = exchange.trace_id, exchange.span_id
+        request = current_record.get()
+        if request is not None:
+            line["request_id"] = request.id
+            line["trace_id"], line["span_id"] = request.trace_id, request.span_id
         error = _error(record)
         if error is not None:
             line["exception"] = type(error).__qualname__

@@ -12,8 +12,7 @@ from typing import Literal
 
 import pytest
 
-from service.api.observing.exchange import Exchange, current
-from service.api.observing.places import NOWHERE
+from service.api.observing.record import NO_ROUTE, RequestRecord, current_record
 from service.server.logs import held, logs
 from service.server.records import MESSAGE, TEXT, JsonRecords, TextRecords
 from service.server.sink import Sink
@@ -78,12 +77,12 @@ def test_text_cannot_be_forged() -> None:
 def test_records_tell_of_the_request_that_is_under_way() -> None:
     record = logging.LogRecord("x", logging.WARNING, "x.py", 1, "it", None, None)
     assert "request_id" not in json.loads(JsonRecords().format(record))
-    token = current.set(Exchange("mine", "1" * 32, "2" * 16, "GET", NOWHERE))
+    token = current_record.set(RequestRecord("GET", NO_ROUTE, "mine", "1" * 32, "2" * 16))
     try:
         told = json.loads(JsonRecords().format(record))
         assert TextRecords().format(record) == "WARNING:  it (id mine)"
     finally:
-        current.reset(token)
+        current_record.reset(token)
     ids = told["request_id"], told["trace_id"], told["span_id"]
     assert ids == ("mine", "1" * 32, "2" * 16)
 

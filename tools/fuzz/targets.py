@@ -22,7 +22,7 @@ from service.api.guard.keys import InvalidKeys, bearer, entries, entry_line, own
 from service.api.guard.proxies import Proxies
 from service.api.guard.signatures import Signer
 from service.api.negotiation import by_accept, by_name
-from service.api.observing.traces import harmless_id, parent_of
+from service.api.observing.record import caller_trace_id
 from service.decoders.registry import BY_NAME as DECODERS
 from service.decoders.registry import DECODERS as ALL_DECODERS
 from service.encoders.registry import FORMATS
@@ -116,8 +116,7 @@ def header(content: bytes) -> None:
     text = content.decode("latin-1")
     is_any(content)
     listed(content)
-    parent_of(content)
-    harmless_id(content)
+    caller_trace_id(content)
     if owner(bearer(content) or b"", _KEYS) and content.count(KEY.encode()) != 1:
         raise AssertionError("something else than the key is taken for it")
     scope = {"client": ("10.0.0.1", 1), "headers": [(b"x-forwarded-for", content)]}

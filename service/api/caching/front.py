@@ -11,7 +11,7 @@ from service.api.caching.codings import Accepted, accepted
 from service.api.caching.entries import Entry, Variant
 from service.api.caching.tags import held, is_any
 from service.api.cors import Origins
-from service.api.observing.exchange import exchange_of
+from service.api.observing.record import record_of
 
 _END: Message = {"type": "http.response.body", "body": b""}
 
@@ -45,7 +45,7 @@ class Front:
                 chosen = _choose(entry, accepted(coding), condition)
                 if chosen is not None:
                     self._answers.counts.hits += 1
-                    exchange_of(scope).cache = "hit"
+                    record_of(scope).cache = "hit"
                     variant, unchanged = chosen
                     start = (variant.unchanged if unchanged else variant.full)[pinned]
                     added = self._origins.granted(origin)

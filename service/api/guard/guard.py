@@ -19,6 +19,7 @@ from service.api.guard.proxies import Proxies
 from service.api.guard.rates import Rates, caller
 from service.api.guard.refusals import key_needed, key_unknown, rate_limited, refusal
 from service.api.guard.signatures import Signer, is_signed
+from service.api.observing.record import record_of
 from service.errors import SurfaceError
 
 _HSTS = (b"strict-transport-security", b"max-age=31536000")
@@ -51,9 +52,9 @@ class _Pass:
 class Guard:
     """Hands on what is allowed; answers all else by itself.
 
-    It leaves in the scope what it found out: the name of a key that is known (never the key) in the
-    state of the request, as `key`; who asks, as `client`; and the query without its signature, so
-    that whatever comes after it sees the address that was signed.
+    It leaves in the request record the name of a key that is known, never the key; and in the scope
+    who asks, as `client`, and the query without its signature, so that whatever comes after it sees
+    the address that was signed.
     """
 
     def __init__(self, app: ASGIApp, policy: Policy, means: Means, origins: Origins) -> None:
@@ -72,7 +73,7 @@ class Guard:
         try:
             self._admit(scope, found)
         except SurfaceError as error:
-            scope["state"]["problem"] = error.issues[0].code
+            record_of(scope).code = error.issues[0].code
             # Scripts of other origins shall be able to read why.
             app = CrossOrigin(refusal(error, found.wait), self._origins)
 
@@ -88,7 +89,6 @@ class Guard:
 
     def _admit(self, scope: Scope, found: _Pass) -> None:
         """Lets a request pass, or raises what is in its way."""
-        state = scope.setdefault("state", {})
         if self._means.proxies is not None:
             self._means.proxies.introduce(scope)
             if scope["scheme"] == "https":
@@ -99,7 +99,7 @@ class Guard:
         need = self._policy.need(scope["method"], path)
         sent, name = self._key(scope)
         if name is not None:
-            state["key"] = name
+            record_of(scope).key = name
         if path not in EXEMPT or (need != "nothing" and name is None):
             self._count(scope, name, found)
         found.private = need == "key or signature"

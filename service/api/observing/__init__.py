@@ -1,1 +1,1 @@
-"""What is seen of the service from outside: ids, log, numbers, traces, health."""
+"""Telemetry: request records, the access log, metrics, traces and health."""

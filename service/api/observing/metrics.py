@@ -1,19 +1,25 @@
-"""GET /metrics: what is counted, as Prometheus reads it.
+"""GET /metrics: what the service counts, as Prometheus reads it.
 
-References
-----------
-Prometheus, Exposition formats; OpenMetrics 1.0.
+What happens is counted where it happens; what other rooms hold is read at each scrape.
 """
 
-from collections.abc import Callable, Iterator
-from typing import TypeAlias
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 
-from prometheus_client import CollectorRegistry, GCCollector, ProcessCollector, exposition
+from prometheus_client import (
+    CollectorRegistry,
+    Counter,
+    Gauge,
+    GCCollector,
+    Histogram,
+    Info,
+    ProcessCollector,
+    disable_created_metrics,
+    exposition,
+)
 from prometheus_client.core import (
     CounterMetricFamily,
     GaugeMetricFamily,
-    HistogramMetricFamily,
-    InfoMetricFamily,
     Metric,
     SummaryMetricFamily,
 )
@@ -26,183 +32,161 @@ from starlette.responses import Response
 from service import __version__
 from service.api.admission.admission import Admission
 from service.api.answers import HEADERS, ChunkedResponse
-from service.api.caching.answers import AnswerCache
 from service.api.observing.health import is_ready
-from service.api.observing.observed import Histogram, Observed
+from service.api.observing.record import RequestRecord
 from service.api.parameters import no_parameters
-from service.engine.mesh import ENGINE
+from service.engine.mesh import ENGINE, MeshReport
 from service.storage.store import SurfaceStore
 
 TEXT, OPEN = exposition.CONTENT_TYPE_PLAIN_0_0_4, openmetrics.CONTENT_TYPE_LATEST
-"""What is written for everybody, and what for those who ask for OpenMetrics."""
+"""Media types: Prometheus's text format, and OpenMetrics."""
 
-Values: TypeAlias = dict[str, float]
+BUCKETS = (
+    *(0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5),
+    *(1.0, 2.5, 5.0, 10.0, 30.0, 60.0),
+)
+"""Upper ends of the histogram's buckets, in seconds."""
+
+# Without this each counter has a second series, which no panel and no alert reads.
+disable_created_metrics()  # type: ignore[no-untyped-call]
 
 
-def registry_of(state: State) -> CollectorRegistry:
-    """What is known of one application and its process; another application has another."""
-    registry = CollectorRegistry()
-    registry.register(Counts(state))
+class RequestCounters:
+    """What is counted of the requests of one application, in a registry of its own.
+
+    `dropped` gives the number of lines of the log that could not be written; the log sets it.
+    """
+
+    def __init__(self) -> None:
+        registry = self.registry = CollectorRegistry()
+        self.dropped: Callable[[], int] = int
+        self._durations = Histogram(
+            "surface_http_request_duration_seconds",
+            "From the head of a request until its answer was handed to the server.",
+            ("route", "method", "status"),
+            buckets=BUCKETS,
+            registry=registry,
+        )
+        self.in_flight = Gauge(
+            "surface_http_requests_in_flight", "Requests under way.", registry=registry
+        )
+
+        def counter(name: str, about: str, *labels: str) -> Counter:
+            return Counter(f"surface_{name}", about, labels, registry=registry)
+
+        self._bytes = counter("http_response_bytes", "Bytes of bodies of answers.", "format")
+        self._refusals = counter("refused", "Problems that were answered.", "code")
+        self._vertices = counter("vertices", "Vertices of meshes that were made.")
+        self._triangles = counter("triangles", "Triangles of meshes that were made.")
+        about = "Computing, by the way it is done; encoding is no part of it."
+        self._engine_seconds = counter("engine_seconds", about, "formulation")
+
+    def count(self, record: RequestRecord, seconds: float) -> None:
+        """Counts a request that is over."""
+        status = f"{record.status // 100}xx" if record.status else "none"
+        self._durations.labels(record.label.route, record.method, status).observe(seconds)
+        if record.format and status == "2xx":
+            self._bytes.labels(record.format).inc(record.sent)
+        if record.code:
+            self.refused(record.code)
+
+    def refused(self, code: str) -> None:
+        """Counts a problem; the server calls it where no request reached the application."""
+        self._refusals.labels(code).inc()
+
+    def made(self, report: MeshReport | None) -> None:
+        """Counts a mesh that was made; exact patches have no report, and are none."""
+        if report is not None:
+            self._vertices.inc(report.vertices)
+            self._triangles.inc(report.triangles)
+
+    def add_engine_seconds(self, formulation: str, seconds: float) -> None:
+        """Counts time of computing; may be called from any thread."""
+        self._engine_seconds.labels(formulation).inc(seconds)
+
+
+def register_state(registry: CollectorRegistry, state: State) -> None:
+    """Adds what is read at each scrape: of the application's state, and of the process."""
+    build = Info("surface_build", "Version of the service, and of its numbers.", registry=registry)
+    build.info({"version": __version__, "engine": str(ENGINE)})
+    registry.register(StateCollector(state))
     ProcessCollector(registry=registry)
     GCCollector(registry=registry)
-    return registry
 
 
 async def metrics(request: Request) -> Response:
-    """The numbers of this moment."""
+    """GET /metrics: the numbers of this moment."""
     no_parameters(request.query_params)
-    registry: CollectorRegistry = request.app.state.registry
-    if wants_open(request.headers.get("accept", "")):
+    registry: CollectorRegistry = request.app.state.observed.registry
+    if accepts_open_metrics(request.headers.get("accept", "")):
         generate_latest: Callable[..., bytes] = openmetrics.generate_latest
-        return _answer(generate_latest(registry, version="1.0.0"), OPEN)
-    return _answer(exposition.generate_latest(registry), TEXT)
+        body, media_type = generate_latest(registry, version="1.0.0"), OPEN
+    else:
+        body, media_type = exposition.generate_latest(registry), TEXT
+    headers = {"Cache-Control": "no-store", "Vary": "Accept", "Content-Type": media_type}
+    return ChunkedResponse(body, 200, HEADERS | headers)
 
 
-def wants_open(accept: str) -> bool:
-    """Whether a client takes OpenMetrics; those who do all prefer it."""
-    return any(
-        part.split(";")[0].strip().lower() == "application/openmetrics-text"
-        for part in accept.split(",")
-    )
+def accepts_open_metrics(accept: str) -> bool:
+    """Whether a client takes OpenMetrics: clients that do prefer it."""
+    types = (part.split(";")[0].strip().lower() for part in accept.split(","))
+    return "application/openmetrics-text" in types
 
 
-def _answer(body: bytes, media_type: str) -> Response:
-    headers = {**HEADERS, "Cache-Control": "no-store", "Vary": "Accept"}
-    headers["Content-Type"] = media_type
-    return ChunkedResponse(body, 200, headers)
-
-
-class Counts(Collector):
-    """The numbers of an application, read when they are asked for."""
+class StateCollector(Collector):
+    """The numbers that the rooms of an application hold, read at each scrape."""
 
     def __init__(self, state: State) -> None:
         self._state = state
 
     def describe(self) -> list[Metric]:
-        """Nothing beforehand: names are unique, and a test sees to it."""
+        """No names beforehand: the state is not complete yet. A test sees that they differ."""
         return []
 
     def collect(self) -> Iterator[Metric]:
-        """Every family of them."""
-        yield InfoMetricFamily(
-            "surface_build",
-            "Version of the service, and of its numbers.",
-            {"version": __version__, "engine": str(ENGINE)},
-        )
-        yield GaugeMetricFamily(
-            "surface_ready",
-            "Whether new requests are welcome, as was last found.",
-            float(is_ready(self._state)),
-        )
-        yield from self._requests(self._state.observed)
-        yield from self._cache(self._state.answers)
-        yield from _admission(self._state.admission)
-        yield from _store(self._state.store)
-
-    def _requests(self, observed: Observed) -> Iterator[Metric]:
-        took = HistogramMetricFamily(
-            "surface_http_request_duration_seconds",
-            "From the head of a request until its answer was handed to the server.",
-            labels=("route", "method", "status"),
-        )
-        for (route, method, status), histogram in observed.requests.items():
-            shown = f"{status}xx" if status else "none"
-            _add(took, (route, method, shown), histogram)
-        yield took
-        yield GaugeMetricFamily(
-            "surface_http_requests_in_flight", "Requests under way.", observed.in_flight
-        )
-        yield counter(
-            "surface_http_response_bytes",
-            "Bytes of bodies of answers.",
-            "format",
-            dict(observed.bytes),
-        )
-        yield counter(
-            "surface_refused", "Problems that were answered.", "code", dict(observed.refusals)
-        )
-        yield CounterMetricFamily(
-            "surface_vertices", "Vertices of meshes that were made.", observed.vertices
-        )
-        yield CounterMetricFamily(
-            "surface_triangles", "Triangles of meshes that were made.", observed.triangles
-        )
-        yield counter(
-            "surface_engine_seconds",
-            "Computing, by the way it is done; encoding is no part of it.",
-            "formulation",
-            observed.engine.so_far(),
-        )
-        yield GaugeMetricFamily(
-            "surface_connections", "Connections that are open.", len(self._state.connections)
-        )
-        yield GaugeMetricFamily(
-            "surface_connections_limit",
-            "Connections that may be open.",
-            self._state.settings.max_connections,
-        )
-        yield CounterMetricFamily(
-            "surface_log_lines_dropped",
-            "Lines of the log that could not be written.",
-            observed.dropped(),
-        )
-
-    def _cache(self, answers: AnswerCache) -> Iterator[Metric]:
-        counts = answers.counts
-        yield CounterMetricFamily("surface_cache_hits", "Answers sent again.", counts.hits)
-        yield CounterMetricFamily("surface_cache_misses", "Answers made anew.", counts.misses)
-        yield CounterMetricFamily(
-            "surface_cache_evictions", "Answers forgotten to make room.", counts.evictions
-        )
-        yield GaugeMetricFamily("surface_cache_bytes", "Memory of kept answers.", answers.bytes)
-        yield GaugeMetricFamily(
-            "surface_cache_limit_bytes", "Memory that kept answers may take.", answers.max_bytes
-        )
-        yield GaugeMetricFamily("surface_cache_entries", "Kept answers.", len(answers))
+        """The families of all rooms."""
+        state, answers, counts = self._state, self._state.answers, self._state.answers.counts
+        ready, limit = is_ready(state), state.settings.max_connections
+        dropped = state.observed.dropped()
+        yield _gauge("ready", "Whether new requests are welcome, as was last found.", ready)
+        yield _gauge("connections", "Connections that are open.", len(state.connections))
+        yield _gauge("connections_limit", "Connections that may be open.", limit)
+        yield _counter("log_lines_dropped", "Lines of the log that could not be written.", dropped)
+        yield _counter("cache_hits", "Answers sent again.", counts.hits)
+        yield _counter("cache_misses", "Answers made anew.", counts.misses)
+        yield _counter("cache_evictions", "Answers forgotten to make room.", counts.evictions)
+        yield _gauge("cache_bytes", "Memory of kept answers.", answers.bytes)
+        yield _gauge("cache_limit_bytes", "Memory that kept answers may take.", answers.max_bytes)
+        yield _gauge("cache_entries", "Kept answers.", len(answers))
+        yield from _workers(state.admission)
+        yield from _store(state.store)
 
 
-def _admission(admission: Admission) -> Iterator[Metric]:
-    lanes = {"large": admission.large, "small": admission.small}
-    waiting = GaugeMetricFamily(
-        "surface_queue_length", "Requests that wait for a thread or for memory.", labels=("lane",)
-    )
-    computing = GaugeMetricFamily(
-        "surface_threads_busy", "Threads that compute, or are about to.", labels=("lane",)
-    )
-    threads = GaugeMetricFamily("surface_threads", "Threads that may compute.", labels=("lane",))
-    waited = CounterMetricFamily(
-        "surface_queue_wait_seconds", "What all requests together have waited.", labels=("lane",)
-    )
-    for name, lane in lanes.items():
-        waiting.add_metric((name,), lane.waiting)
-        computing.add_metric((name,), lane.threads.used)
-        threads.add_metric((name,), lane.threads.capacity)
-        waited.add_metric((name,), lane.threads.seconds + lane.memory.seconds)
-    parsing = admission.parsing
-    waiting.add_metric(("parsing",), parsing.waiting)
-    computing.add_metric(("parsing",), parsing.used)
-    threads.add_metric(("parsing",), parsing.capacity)
-    waited.add_metric(("parsing",), parsing.seconds)
-    yield from (waiting, computing, threads, waited)
-    used = GaugeMetricFamily(
-        "surface_memory_bytes", "Memory that is lent, by prediction.", labels=("pool",)
-    )
-    limit = GaugeMetricFamily(
-        "surface_memory_limit_bytes", "Memory that may be lent.", labels=("pool",)
-    )
-    pools = {name: lane.memory for name, lane in lanes.items()} | {"arriving": admission.arriving}
-    for name, pool in pools.items():
-        used.add_metric((name,), pool.used)
-        limit.add_metric((name,), pool.capacity)
-    yield from (used, limit)
+def _workers(admission: Admission) -> Iterator[Metric]:
+    large, small, parsing = admission.large, admission.small, admission.parsing
+    threads = {"large": large.threads, "small": small.threads, "parsing": parsing}
+    memory = {"large": large.memory, "small": small.memory, "arriving": admission.arriving}
+    waiting = {"large": large.waiting, "small": small.waiting, "parsing": parsing.waiting}
+    waited = {name: pool.seconds for name, pool in threads.items()}
+    waited["large"] += large.memory.seconds
+    waited["small"] += small.memory.seconds
+    busy = {name: pool.used for name, pool in threads.items()}
+    most = {name: pool.capacity for name, pool in threads.items()}
+    lent = {name: pool.used for name, pool in memory.items()}
+    room = {name: pool.capacity for name, pool in memory.items()}
+    about = "Requests that wait for a thread or for memory."
+    yield _gauge("queue_length", about, waiting, "lane")
+    yield _gauge("threads_busy", "Threads that compute, or are about to.", busy, "lane")
+    yield _gauge("threads", "Threads that may compute.", most, "lane")
+    about = "What all requests together have waited."
+    yield _counter("queue_wait_seconds", about, waited, "lane")
+    yield _gauge("memory_bytes", "Memory that is lent, by prediction.", lent, "pool")
+    yield _gauge("memory_limit_bytes", "Memory that may be lent.", room, "pool")
 
 
 def _store(store: SurfaceStore) -> Iterator[Metric]:
-    yield GaugeMetricFamily(
-        "surface_store_answering",
-        "Whether the store answered when it was last asked.",
-        float(not store.failing),
-    )
+    about = "Whether the store answered when it was last asked."
+    yield _gauge("store_answering", about, not store.failing)
     took = SummaryMetricFamily(
         "surface_store_operation_seconds",
         "What the store was asked to do, by the end it came to.",
@@ -211,22 +195,24 @@ def _store(store: SurfaceStore) -> Iterator[Metric]:
     for labels, done in store.operations.so_far.items():
         took.add_metric(labels, done.count, done.seconds)
     yield took
-    used = GaugeMetricFamily("surface_store_bytes", "Bytes of stored surfaces, as last counted.")
-    if store.used is not None:
-        used.add_metric((), store.used)
-    yield used
-    yield GaugeMetricFamily(
-        "surface_store_quota_bytes", "Bytes that they may take; 0 is no limit.", store.quota
-    )
+    yield _gauge("store_bytes", "Bytes of stored surfaces, as last counted.", store.used)
+    yield _gauge("store_quota_bytes", "Bytes that they may take; 0 is no limit.", store.quota)
 
 
-def counter(name: str, about: str, label: str, values: Values) -> Metric:
-    """A counter with one label."""
-    family = CounterMetricFamily(name, about, labels=(label,))
+def _family(
+    kind: type[GaugeMetricFamily | CounterMetricFamily],
+    name: str,
+    about: str,
+    values: Mapping[str, float] | float | None,
+    label: str = "",
+) -> Metric:
+    """A family of one number, of one for each value of a label, or without any (None)."""
+    if not isinstance(values, Mapping):
+        return kind(f"surface_{name}", about, values)
+    family = kind(f"surface_{name}", about, labels=(label,))
     for value, number in values.items():
         family.add_metric((value,), number)
     return family
 
 
-def _add(family: HistogramMetricFamily, labels: tuple[str, ...], histogram: Histogram) -> None:
-    family.add_metric(labels, histogram.buckets(), histogram.total)
+_gauge, _counter = partial(_family, GaugeMetricFamily), partial(_family, CounterMetricFamily)

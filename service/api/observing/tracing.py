@@ -1,137 +1,141 @@
-"""Spans of requests for OpenTelemetry, where the operator wants them: the extra `telemetry`.
+"""Spans of requests, made by OpenTelemetry's ASGI middleware: the extra `telemetry`.
 
-This is the one module that knows OpenTelemetry, and it is imported only where `tracing` is set. Who
-gets the spans, and how, its own variables `OTEL_…` say: that is the one request that the service
-makes to somebody else, and no client has a say in it.
-
-References
-----------
-OpenTelemetry, Semantic conventions for HTTP spans, stable since 1.23.
+Where spans go, and how many, OpenTelemetry's own variables `OTEL_…` say. Sending them is the one
+request that the service makes to another host, and no client has a say in it.
 """
 
 import asyncio
+import os
 import time
 from threading import Thread
-from typing import Any
 
 from opentelemetry.exporter.otlp.proto.http.trace_exporter import OTLPSpanExporter
-from opentelemetry.sdk.resources import SERVICE_NAME, SERVICE_VERSION, Resource
+from opentelemetry.instrumentation.asgi import OpenTelemetryMiddleware
+from opentelemetry.sdk.resources import (
+    SERVICE_NAME,
+    SERVICE_VERSION,
+    OTELResourceDetector,
+    Resource,
+)
 from opentelemetry.sdk.trace import TracerProvider
 from opentelemetry.sdk.trace.export import BatchSpanProcessor
 from opentelemetry.trace import (
-    NonRecordingSpan,
     Span,
-    SpanContext,
-    SpanKind,
-    Status,
-    StatusCode,
-    TraceFlags,
-    TraceState,
+    format_span_id,
+    format_trace_id,
+    get_current_span,
     set_span_in_context,
 )
-from starlette.types import Scope
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service import __version__
-from service.api.observing.exchange import Exchange
-from service.api.observing.lines import FAILED
-from service.api.observing.places import UNMATCHED
-from service.api.observing.traces import Parent
+from service.api.observing.middleware import answer_failure
+from service.api.observing.record import UNMATCHED, RequestRecord, record_of
 
-FAREWELL = 3.0
-"""Seconds that the last spans have when the service ends."""
+SHUTDOWN_TIMEOUT = 3.0
+"""Seconds in which the last spans are sent when the service stops."""
+
+_HEADERS = frozenset({b"traceparent", b"tracestate"})
 
 
-def exporting() -> "Tracing":
-    """Spans to where the variables `OTEL_…` say, with OTLP over HTTP; by default this machine."""
-    named = Resource.create({SERVICE_VERSION: __version__})
-    if str(named.attributes.get(SERVICE_NAME, "")).startswith("unknown_service"):
-        named = named.merge(Resource({SERVICE_NAME: "surface-service"}))
-    provider = TracerProvider(resource=named, shutdown_on_exit=False)
+def exporting_provider() -> TracerProvider:
+    """Makes spans and sends them, with OTLP over HTTP, where the variables `OTEL_…` say."""
+    service = Resource({SERVICE_NAME: "surface-service", SERVICE_VERSION: __version__})
+    resource = Resource.create().merge(service).merge(OTELResourceDetector().detect())
+    provider = TracerProvider(resource=resource, shutdown_on_exit=False)
     provider.add_span_processor(BatchSpanProcessor(OTLPSpanExporter()))
-    return Tracing(provider)
+    return provider
 
 
 class Tracing:
-    """One span for each request, and one for each step of its work.
+    """Middleware behind `RequestMiddleware`: a span for each request, children for its steps.
 
-    Parameters
-    ----------
-    provider : TracerProvider
-        What makes them, and hands them on; it is nobody else's.
+    The library sees a scope whose path is the record's label and which has no query, and of headers
+    only those of Trace Context: nothing else that a client sent gets into a span.
     """
 
-    def __init__(self, provider: TracerProvider) -> None:
+    def __init__(self, app: ASGIApp, provider: TracerProvider) -> None:
+        # Otherwise the library names attributes as the conventions did before version 1.23.
+        os.environ.setdefault("OTEL_SEMCONV_STABILITY_OPT_IN", "http")
+        self.app = app
         self._provider = provider
         self._tracer = provider.get_tracer("service", __version__)
+        self._middleware = OpenTelemetryMiddleware(
+            self._call_app,
+            default_span_details=_name_span,
+            tracer_provider=provider,
+            exclude_spans=["receive", "send"],
+        )
 
-    def begin(self, scope: Scope, exchange: Exchange, parent: Parent | None) -> Span:
-        """The span of a request, below its caller's; the exchange gets its ids."""
-        context = None
-        if parent is not None:
-            flags, state = TraceFlags(parent.flags), _state(scope)
-            trace_id, span_id = int(parent.trace_id, 16), int(parent.span_id, 16)
-            caller = SpanContext(
-                trace_id, span_id, is_remote=True, trace_flags=flags, trace_state=state
-            )
-            context = set_span_in_context(NonRecordingSpan(caller))
-        # What a sampler may want to know has to be there from the beginning.
-        method, place = exchange.method, exchange.place
-        about: dict[str, Any] = {
-            "http.request.method": "_OTHER" if method == "other" else method,
-            "url.path": place.shown,
-            "url.scheme": scope.get("scheme", "http"),
-            "network.protocol.version": scope.get("http_version", "1.1"),
-        }
-        name = "HTTP" if method == "other" else method
-        if place.route != UNMATCHED:
-            about["http.route"] = place.route
-            name = f"{name} {place.route}"
-        span = self._tracer.start_span(name, context, SpanKind.SERVER, about)
-        made = span.get_span_context()
-        named = f"{made.trace_id:032x}"
-        if exchange.id == exchange.trace_id:  # the client has none of its own
-            exchange.id = named
-        exchange.trace_id, exchange.span_id = named, f"{made.span_id:016x}"
-        return span
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answers one request."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        record = record_of(scope)
 
-    def end(self, span: Span, exchange: Exchange) -> None:
-        """The request is over."""
-        if span.is_recording():
-            self._add_steps(span, exchange)
-            span.set_attribute("client.address", exchange.client)
-            if exchange.status:
-                span.set_attribute("http.response.status_code", exchange.status)
-            span.set_attribute("http.response.body.size", exchange.sent)
-            more = {"format": exchange.format, "cache": exchange.cache, "code": exchange.code}
-            for name, value in more.items():
-                if value:
-                    span.set_attribute(f"surface.{name}", value)
-            # What a client did wrong is no error of the server's span.
-            if exchange.status >= FAILED or not exchange.status:
-                span.set_attribute("error.type", str(exchange.status or "no answer"))
-                span.set_status(Status(StatusCode.ERROR))
-        span.end()
+        async def described(message: Message) -> None:
+            await send(message)
+            if message["type"] == "http.response.body" and not message.get("more_body"):
+                _describe(get_current_span(), scope)  # before the library ends it
 
-    def _add_steps(self, span: Span, exchange: Exchange) -> None:
-        """The steps of its work, each a span: they were timed by another clock."""
-        context = set_span_in_context(span)
+        seen = {name: scope[name] for name in ("type", "scheme", "http_version", "server")}
+        seen["method"] = "_OTHER" if record.method == "other" else record.method
+        seen["path"] = record.label.path
+        seen["headers"] = [pair for pair in scope["headers"] if pair[0] in _HEADERS]
+        await self._middleware({**seen, "scope": scope}, receive, described)
+
+    async def _call_app(self, seen: Scope, receive: Receive, send: Send) -> None:
+        """Calls the application inside the span, which does not see its exceptions' texts."""
+        span, scope = get_current_span(), seen["scope"]
+        record, context = record_of(scope), span.get_span_context()
+        trace_id = format_trace_id(context.trace_id)
+        if record.id == record.trace_id:  # the client gave none
+            record.id = trace_id
+        record.trace_id, record.span_id = trace_id, format_span_id(context.span_id)
+        try:
+            await self.app(scope, receive, send)
+        except Exception as error:
+            await answer_failure(error, scope, receive, send)
+        if span.is_recording():  # the answer is not complete
+            _describe(span, scope)
+        self._add_steps(span, record)
+
+    def _add_steps(self, span: Span, record: RequestRecord) -> None:
+        """Adds the steps of the work: they were timed by another clock than that of spans."""
+        parent = set_span_in_context(span)
         zero = time.time_ns() - time.perf_counter_ns()
-        for name, start, seconds in exchange.steps:
+        for name, start, seconds in record.steps:
             at = zero + int(start * 1e9)
-            step = self._tracer.start_span(name, context, start_time=at)
-            step.end(at + int(seconds * 1e9))
+            self._tracer.start_span(name, parent, start_time=at).end(at + int(seconds * 1e9))
 
     async def close(self) -> None:
-        """Hands on what is left; gives up where nobody takes it."""
+        """Sends the last spans; gives up after some seconds where the collector does not answer."""
         # Not one of the pool's threads: the process would wait for it.
         thread = Thread(target=self._provider.shutdown, name="last spans", daemon=True)
         thread.start()
-        end = time.monotonic() + FAREWELL
+        end = time.monotonic() + SHUTDOWN_TIMEOUT
         while thread.is_alive() and time.monotonic() < end:
             await asyncio.sleep(0.01)
 
 
-def _state(scope: Scope) -> TraceState:
-    """What `tracestate` says; nothing where that makes no sense."""
-    lines = [value.decode("latin-1") for name, value in scope["headers"] if name == b"tracestate"]
-    return TraceState.from_header(lines)
+def _name_span(seen: Scope) -> tuple[str, dict[str, str]]:
+    """The name of a span, and the attribute of its route."""
+    record = record_of(seen["scope"])
+    method = "HTTP" if record.method == "other" else record.method
+    if record.label.route == UNMATCHED:
+        return method, {}
+    return f"{method} {record.label.route}", {"http.route": record.label.route}
+
+
+def _describe(span: Span, scope: Scope) -> None:
+    """Sets the attributes that are known at the end."""
+    record, client = record_of(scope), scope.get("client")
+    attributes = {
+        "client.address": client[0] if client else "",
+        "surface.format": record.format,
+        "surface.cache": record.cache,
+        "surface.code": record.code,
+    }
+    span.set_attributes({name: value for name, value in attributes.items() if value})
+    span.set_attribute("http.response.body.size", record.sent)

@@ -1,7 +1,7 @@
 """GET /health/ready and GET /metrics in the OpenAPI document."""
 
 from service.api.observing.metrics import OPEN, TEXT
-from service.api.observing.observer import ID_HEADER
+from service.api.observing.middleware import ID_HEADER
 from service.api.openapi.operations import get_operation, problems
 from service.api.openapi.references import Json, ref
 

@@ -11,8 +11,7 @@ from service.api.caching.answers import AnswerCache
 from service.api.caching.entries import Entry, Subject
 from service.api.caching.front import Front
 from service.api.cors import Origins
-from service.api.observing.exchange import KEY, Exchange
-from service.api.observing.places import NOWHERE
+from service.api.observing.record import KEY, NO_ROUTE, RequestRecord
 
 PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=2"
 
@@ -39,8 +38,8 @@ def asked(
     assert answers.put(entry, answers.age)
     answers.add(entry, "gzip", b"packed")
     answers.alias(entry, PATH, QUERY, pinned=True)
-    exchange = Exchange("1", "1", "1", method, NOWHERE)
-    request = {"type": "http", "method": method, "path": PATH, "query_string": QUERY, KEY: exchange}
+    record = RequestRecord(method, NO_ROUTE, "1", "1", "1")
+    request = {"type": "http", "method": method, "path": PATH, "query_string": QUERY, KEY: record}
 
     async def send(message: Message) -> None:
         messages.append(message)
@@ -53,7 +52,7 @@ def asked(
         await door({**request, "headers": list(headers), **(scope or {})}, receive, send)
 
     asyncio.run(ask())
-    assert answers.counts.hits == bool(messages) == (exchange.cache == "hit")
+    assert answers.counts.hits == bool(messages) == (record.cache == "hit")
     return messages, behind.requests
 
 

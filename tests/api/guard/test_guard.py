@@ -9,7 +9,8 @@ from starlette.types import Message, Receive, Scope, Send
 from service.api.app import create_app
 from service.api.caching.front import Front
 from service.api.guard.keys import entry_line
-from service.api.observing.observer import Observer
+from service.api.observing.middleware import RequestMiddleware
+from service.api.observing.record import record_of
 from service.errors import InvalidSettings
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
@@ -107,7 +108,7 @@ def test_what_is_read_by_an_address_stays_open(client: Client, path: str) -> Non
 
 def test_without_keys_nothing_is_checked_and_there_is_no_guard() -> None:
     app = create_app(Settings())
-    assert isinstance(app.front, Observer)
+    assert isinstance(app.front, RequestMiddleware)
     assert isinstance(app.front.app, Front)
     with client_of(app) as client:
         assert client.post("/v1/mesh", NET).status_code == 200
@@ -162,8 +163,8 @@ def test_the_name_of_the_key_is_told_to_who_stands_around() -> None:
         client.get(MESH, WITH)
         client.get(MESH)
         client.post("/v1/mesh", NET)
-    assert [scope["state"].get("key") for scope in seen] == ["alice", "alice", None, None]
-    assert seen[-1]["state"]["problem"] == "key_needed"
+    assert [record_of(scope).key for scope in seen] == ["alice", "alice", "", ""]
+    assert record_of(seen[-1]).code == "key_needed"
 
 
 def test_other_protocols_go_their_way(client: Client) -> None:

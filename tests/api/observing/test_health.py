@@ -10,7 +10,7 @@ import pytest
 from service import __version__
 from service.api.app import create_app
 from service.api.observing import health
-from service.api.observing.health import Canary, is_right
+from service.api.observing.health import SelfTest, computes_rightly
 from service.bases import bernstein
 from service.bases.arrays import RealArray
 from service.engine.evaluation import formulations
@@ -59,7 +59,7 @@ def test_a_store_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_wrong_numbers_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert is_right()
+    assert computes_rightly()
     true = bernstein.sampled_grid
 
     def wrong(degree: tuple[int, int], resolution: tuple[int, int], dtype: Real) -> RealArray:
@@ -67,7 +67,7 @@ def test_wrong_numbers_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
         return wrong
 
     monkeypatch.setattr(formulations, "sampled_grid", wrong)
-    assert not is_right()
+    assert not computes_rightly()
     with client_of(create_app(Settings())) as client:
         answer = client.get("/health/ready")
     assert (answer.status_code, answer.json()["computing"]) == (503, "unavailable")
@@ -81,8 +81,8 @@ def test_it_computes_once_in_a_while_whoever_asks() -> None:
         return True
 
     async def ask() -> list[bool]:
-        canary = Canary(work)
-        return await asyncio.gather(*(canary.sings() for _ in range(20)))
+        self_test = SelfTest(work)
+        return await asyncio.gather(*(self_test.passes() for _ in range(20)))
 
     assert all(asyncio.run(ask()))
     assert len(done) == 1
@@ -90,15 +90,15 @@ def test_it_computes_once_in_a_while_whoever_asks() -> None:
 
 def test_an_engine_that_raises_or_hangs_is_not_well(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(health, "DEADLINE", 0.05)
-    monkeypatch.setattr(health, "REMEMBERED", -1.0)
+    monkeypatch.setattr(health, "INTERVAL", -1.0)
     go_on = threading.Event()
 
     def fails() -> bool:
         raise MemoryError
 
     async def ask() -> list[bool]:
-        hanging = Canary(lambda: go_on.wait(10))
-        answers = [await Canary(fails).sings(), await hanging.sings(), await hanging.sings()]
+        hanging = SelfTest(lambda: go_on.wait(10))
+        answers = [await SelfTest(fails).passes(), await hanging.passes(), await hanging.passes()]
         go_on.set()
         return answers
 
@@ -108,7 +108,7 @@ def test_an_engine_that_raises_or_hangs_is_not_well(monkeypatch: pytest.MonkeyPa
 def test_an_engine_that_has_much_to_do_is_well_until_it_is_silent_for_long(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(health, "REMEMBERED", -1.0)
+    monkeypatch.setattr(health, "INTERVAL", -1.0)
     go_on = threading.Event()
     asked = iter((False, True, True))
 
@@ -116,12 +116,12 @@ def test_an_engine_that_has_much_to_do_is_well_until_it_is_silent_for_long(
         return go_on.wait(10) if next(asked) else True
 
     async def ask() -> list[bool]:
-        canary = Canary(work)
-        answers = [await canary.sings()]
+        self_test = SelfTest(work)
+        answers = [await self_test.passes()]
         monkeypatch.setattr(health, "DEADLINE", 0.05)
-        answers.append(await canary.sings())
+        answers.append(await self_test.passes())
         monkeypatch.setattr(health, "SILENCE", 0.0)
-        answers.append(await canary.sings())
+        answers.append(await self_test.passes())
         go_on.set()
         return answers
 

@@ -8,7 +8,6 @@ from prometheus_client.openmetrics import parser as open_parser
 from prometheus_client.parser import text_string_to_metric_families as families
 
 from service.api.app import create_app
-from service.api.observing.observed import BOUNDS, Histogram
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
 
@@ -123,17 +122,6 @@ def test_it_can_be_switched_off() -> None:
 
 def test_no_parameters(own: Client) -> None:
     assert own.get("/metrics?name=a").status_code == 422
-
-
-def test_buckets_hold_what_is_no_longer_than_their_end() -> None:
-    histogram = Histogram()
-    for seconds in (0.0, BOUNDS[0], BOUNDS[0] * 1.01, BOUNDS[-1], BOUNDS[-1] + 1):
-        histogram.add(seconds)
-    buckets = dict(histogram.buckets())
-    assert buckets[repr(BOUNDS[0])] == 2
-    assert buckets[repr(BOUNDS[1])] == 3
-    assert buckets[repr(BOUNDS[-1])] == 4
-    assert buckets["+Inf"] == 5
 
 
 def test_seconds_by_formulation(own: Client) -> None:

@@ -17,14 +17,12 @@ from opentelemetry.trace import SpanKind, StatusCode
 
 from service.api.app import create_app
 from service.api.observing import tracing as tracing_module
-from service.api.observing.observed import Observed
-from service.api.observing.observer import Observer
-from service.api.observing.places import Places
-from service.api.observing.tracing import Tracing, exporting
+from service.api.observing.middleware import RequestMiddleware
+from service.api.observing.tracing import Tracing, exporting_provider
 from service.errors import InvalidSettings
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
-from tests.api.observing.test_observer import PARENT, SPAN, TRACE, asked
+from tests.api.observing.test_middleware import PARENT, SPAN, TRACE, asked
 
 MESH = "/v1/surfaces/saddle/mesh.glb"
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]
@@ -41,10 +39,8 @@ def traced(spans: InMemorySpanExporter) -> Iterator[Client]:
     provider = TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(SimpleSpanProcessor(spans))
     app = create_app(Settings())
-    assert isinstance(app.front, Observer)
-    places, settings = Places(app.routes), app.state.settings
-    outer = Observer(app.front.app, places, Observed(), settings, tracing=Tracing(provider))
-    app.front = outer
+    assert isinstance(app.front, RequestMiddleware)
+    app.front.app = Tracing(app.front.app, provider)
     with client_of(app) as client:
         yield client
 
@@ -66,6 +62,7 @@ def test_a_request_is_a_span(traced: Client, spans: InMemorySpanExporter) -> Non
         "url.scheme": "http",
         "network.protocol.version": "1.1",
         "client.address": "127.0.0.1",
+        "server.address": "service:None",  # the library writes the port with it
         "http.response.status_code": 200,
         "http.response.body.size": len(answer.content),
         "surface.format": "glb",
@@ -77,7 +74,7 @@ def test_a_request_is_a_span(traced: Client, spans: InMemorySpanExporter) -> Non
 def test_its_id_is_that_of_the_answer(spans: InMemorySpanExporter) -> None:
     provider = TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(SimpleSpanProcessor(spans))
-    (start, *_), _, _ = asked([], tracing=Tracing(provider))
+    (start, *_), _, _ = asked([], tracing=lambda app: Tracing(app, provider))
     context = server_span(spans).context
     assert context is not None
     assert dict(start["headers"])[b"x-request-id"].decode() == f"{context.trace_id:032x}"
@@ -196,13 +193,13 @@ class Stuck(SpanProcessor):
 
 
 def test_where_nobody_takes_them_the_end_is_not_delayed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tracing_module, "FAREWELL", 0.05)
+    monkeypatch.setattr(tracing_module, "SHUTDOWN_TIMEOUT", 0.05)
     # Not the exporter itself: its thread would go on trying, and drawing random numbers, in other
     # tests' time.
     stuck, provider = Stuck(), TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(stuck)
     try:
-        asyncio.run(asyncio.wait_for(Tracing(provider).close(), 5))
+        asyncio.run(asyncio.wait_for(Tracing(create_app(Settings()), provider).close(), 5))
         (waiting,) = [t for t in threading.enumerate() if t.name == "last spans"]
         assert waiting.daemon
     finally:
@@ -213,9 +210,9 @@ def test_where_nobody_takes_them_the_end_is_not_delayed(monkeypatch: pytest.Monk
 
 def test_the_operator_names_the_service(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OTEL_SERVICE_NAME", "ours")
-    made = exporting()
-    assert made._provider.resource.attributes["service.name"] == "ours"
-    asyncio.run(made.close())
+    provider = exporting_provider()
+    assert provider.resource.attributes["service.name"] == "ours"
+    provider.shutdown()
 
 
 def test_without_the_extra_the_start_ends(monkeypatch: pytest.MonkeyPatch) -> None:

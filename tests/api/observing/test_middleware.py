@@ -2,18 +2,17 @@
 
 import asyncio
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Literal
 
 import pytest
-from starlette.types import Message, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.app import create_app
-from service.api.observing.exchange import exchange_of
-from service.api.observing.observed import Observed
-from service.api.observing.observer import Observer
-from service.api.observing.places import Places
-from service.api.observing.tracing import Tracing
+from service.api.observing.access_log import AccessLog
+from service.api.observing.metrics import RequestCounters
+from service.api.observing.middleware import RequestMiddleware
+from service.api.observing.record import RouteLabels, record_of
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
 
@@ -49,20 +48,23 @@ def asked(
     fails: Exception | None = None,
     *,
     method: str = "GET",
-    tracing: Tracing | None = None,
-) -> tuple[list[Message], list[str], Observed]:
-    """What an application that answers 204, or fails, sends with the observer around it."""
+    begins: bool = False,
+    tracing: Callable[[ASGIApp], ASGIApp] = lambda app: app,
+) -> tuple[list[Message], list[str], RequestCounters]:
+    """What an application that answers 204, or fails, sends with the middleware around it."""
     sent: list[Message] = []
     lines: list[str] = []
-    observed = Observed()
+    counters = RequestCounters()
 
     async def inner(scope: Scope, _: Receive, send: Send) -> None:
-        exchange_of(scope).code = "a_code" if path == "/refused" else ""
-        scope["state"]["key"] = "alice"
+        record = record_of(scope)
+        record.code, record.key = "a_code" if path == "/refused" else "", "alice"
         scope["client"] = ("2001:db8::1", 1)
-        if fails:
+        if fails and not begins:
             raise fails
         await send({"type": "http.response.start", "status": 204, "headers": []})
+        if fails:
+            raise fails
         await send({"type": "http.response.body"})
 
     async def send(message: Message) -> None:
@@ -71,22 +73,16 @@ def asked(
     async def receive() -> Message:
         raise AssertionError("a body was read")
 
-    outer = Observer(
-        inner, Places([]), observed, settings or Settings(), write=lines.append, tracing=tracing
-    )
-    scope = {"type": "http", "method": method, "path": path, "headers": headers, "state": {}}
-    try:
-        asyncio.run(outer(scope, receive, send))
-    except ZeroDivisionError:
-        assert fails
-    assert observed.in_flight == 0
-    return sent, lines, observed
+    log = AccessLog(settings or Settings(), lines.append)
+    outer = RequestMiddleware(tracing(inner), RouteLabels([]), counters, log)
+    asyncio.run(outer(scope_of(method, path, headers), receive, send))
+    assert counters.registry.get_sample_value("surface_http_requests_in_flight") == 0
+    return sent, lines, counters
 
 
-def id_of(headers: list[tuple[bytes, bytes]]) -> bytes:
-    (start, *_), _, _ = asked(headers)
-    found: bytes = dict(start["headers"])[b"x-request-id"]
-    return found
+def scope_of(method: str, path: str, headers: list[tuple[bytes, bytes]]) -> Scope:
+    server = {"scheme": "http", "http_version": "1.1", "server": ("127.0.0.1", 80), "state": {}}
+    return {"type": "http", "method": method, "path": path, "headers": headers, **server}
 
 
 def test_every_answer_has_an_id(logged: Logged) -> None:
@@ -96,17 +92,6 @@ def test_every_answer_has_an_id(logged: Logged) -> None:
     refused = logged.client.post("/v1/mesh", {"surface": 1}, headers={"X-Request-Id": "mine-2"})
     assert (refused.status_code, refused.headers["x-request-id"]) == (422, "mine-2")
     assert b"mine" not in refused.content
-
-
-def test_an_id_that_is_not_harmless_or_not_alone_is_made_anew() -> None:
-    assert id_of([(b"x-request-id", b"mine")]) == b"mine"
-    for headers in (
-        [],
-        [(b"x-request-id", b"a b")],
-        [(b"x-request-id", b"a"), (b"x-request-id", b"b")],
-        [(b"x-request-id", b"a" * 200)],
-    ):
-        assert len(id_of(headers)) == 32
 
 
 def test_the_trace_is_that_of_the_caller(logged: Logged) -> None:
@@ -204,19 +189,32 @@ def test_what_machines_ask_is_told_for_debugging_only(path: str) -> None:
         assert len(lines) == count
 
 
-def test_a_fault_of_ours_is_a_problem_wherever_it_is() -> None:
-    (start, *body), (line,), observed = asked([], fails=ZeroDivisionError("hush"))
+def test_a_failure_is_a_problem_and_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    (start, *body), (line,), counters = asked([], fails=ZeroDivisionError("hush"))
     assert start["status"] == 500
-    assert b"hush" not in b"".join(message.get("body", b"") for message in body)
-    assert b"internal_error" in b"".join(message.get("body", b"") for message in body)
+    content = b"".join(message.get("body", b"") for message in body)
+    assert b"internal_error" in content
+    assert b"hush" not in content
     assert line.startswith("ERROR:    ")
-    assert observed.refusals == {"internal_error": 1}
+    registry = counters.registry
+    assert registry.get_sample_value("surface_refused_total", {"code": "internal_error"}) == 1
+    (logged,) = caplog.records
+    assert logged.exc_info is not None
+    assert logged.exc_info[0] is ZeroDivisionError
 
 
-def test_methods_that_nobody_knows_have_one_name() -> None:
-    _, (line,), observed = asked([], Settings(log_format="json"), method="BREW\n")
+def test_a_failure_after_the_head_leaves_the_answer_incomplete() -> None:
+    sent, (line,), _ = asked([], fails=ZeroDivisionError("hush"), begins=True)
+    assert [message["type"] for message in sent] == ["http.response.start"]
+    assert '" 204, 0 bytes' in line
+
+
+def test_methods_that_http_does_not_define_have_one_name() -> None:
+    _, (line,), counters = asked([], Settings(log_format="json"), method="BREW\n")
     assert json.loads(line)["method"] == "other"
-    assert [key[1] for key in observed.requests] == ["other"]
+    labels = {"route": "unmatched", "method": "other", "status": "2xx"}
+    name = "surface_http_request_duration_seconds_count"
+    assert counters.registry.get_sample_value(name, labels) == 1
 
 
 @pytest.mark.parametrize(

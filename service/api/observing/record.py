@@ -1,0 +1,147 @@
+"""The request record: what becomes known of a request and its answer inside the service.
+
+The middleware makes one for each request; other rooms find it by `record_of` and set what they
+learn. It holds no path but a label, so that metrics, spans and logs never tell what a client sent.
+"""
+
+import random
+import re
+from collections.abc import Iterable
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from opentelemetry.trace import format_trace_id, get_current_span
+from opentelemetry.trace.propagation.tracecontext import TraceContextTextMapPropagator
+from starlette.routing import compile_path
+from starlette.types import Scope
+
+from service.encoders.registry import BY_SUFFIX
+from service.storage.keys import is_id
+from service.surface.examples import EXAMPLES
+
+KEY = "surface.record"
+"""Where the record stands in an ASGI scope."""
+
+UNMATCHED = "unmatched"
+"""The route of all paths that lead nowhere."""
+
+LONGEST_CACHED_PATH = 200
+
+_REQUEST_ID, _TRACEPARENT = b"x-request-id", b"traceparent"
+_SAFE_ID = re.compile(rb"[A-Za-z0-9][A-Za-z0-9._:/+=@-]{0,127}")
+_METHODS = frozenset({"GET", "HEAD", "POST", "DELETE", "OPTIONS", "PUT", "PATCH"})
+_W3C = TraceContextTextMapPropagator()
+_random = random.Random()
+
+
+class RouteLabel(NamedTuple):
+    """What a path stands for; `surface` and `format` are empty where it names none.
+
+    `path` is the template `route` in which the id of an example or of a stored surface, and the
+    suffix of a format, are filled in.
+    """
+
+    route: str
+    path: str
+    surface: str = ""
+    format: str = ""
+
+
+NO_ROUTE = RouteLabel(UNMATCHED, "(no such path)")
+
+
+class RouteLabels:
+    """The labels of paths, by the templates of an application's routes."""
+
+    def __init__(self, templates: Iterable[str]) -> None:
+        self._fixed = {template: RouteLabel(template, template) for template in templates}
+        self._patterns = [(path, compile_path(path)[0]) for path in self._fixed if "{" in path]
+        self._find_cached = lru_cache(4096)(self._find)
+
+    def find(self, path: str) -> RouteLabel:
+        """The label of a path."""
+        cached = len(path) <= LONGEST_CACHED_PATH
+        return self._find_cached(path) if cached else self._find(path)
+
+    def _find(self, path: str) -> RouteLabel:
+        for template, pattern in self._patterns:
+            match = pattern.match(path)
+            if match is not None:
+                return _fill(template, **match.groupdict())
+        return self._fixed.get(path, NO_ROUTE)
+
+
+def _fill(template: str, id: str = "", suffix: str = "", **_: str) -> RouteLabel:
+    path, surface, name = template, "", ""
+    if id in EXAMPLES or is_id(id):
+        surface, path = id, path.replace("{id}", id)
+    if suffix in BY_SUFFIX:
+        name, path = BY_SUFFIX[suffix].name, path.replace("{suffix}", suffix)
+    return RouteLabel(template, path, surface, name)
+
+
+@dataclass(slots=True)
+class RequestRecord:
+    """One request and its answer. Texts that are not known are empty.
+
+    `id` is the client's, or else `trace_id`. `status` is 0 until the answer has begun; `sent` are
+    the bytes of its body so far; `code` is that of a problem; `cache` is "hit" or "miss" where the
+    cache may answer; `steps` are name, start on the clock `time.perf_counter`, and seconds.
+    """
+
+    method: str
+    label: RouteLabel
+    id: str
+    trace_id: str
+    span_id: str
+    format: str = ""
+    client: str = "-"
+    key: str = ""
+    status: int = 0
+    sent: int = 0
+    code: str = ""
+    cache: str = ""
+    steps: list[tuple[str, float, float]] = field(default_factory=list)
+
+
+current_record: ContextVar[RequestRecord | None] = ContextVar("request record", default=None)
+"""The record of the request under way, in its task and threads: log records take ids from it."""
+
+
+def record_of(scope: Scope | dict[str, Any]) -> RequestRecord:
+    """The record of the request that a scope belongs to."""
+    record: RequestRecord = scope[KEY]
+    return record
+
+
+def start_record(scope: Scope, labels: RouteLabels) -> RequestRecord:
+    """Makes the record of a request from its head, for `record_of` and `current_record`.
+
+    The trace is the one that `traceparent` names (W3C Trace Context), or a new one. Of a header
+    that comes several times no value is used.
+    """
+    ids, parents = list[bytes](), list[bytes]()
+    for name, value in scope["headers"]:
+        if name == _REQUEST_ID:
+            ids.append(value)
+        elif name == _TRACEPARENT:
+            parents.append(value)
+    trace_id = caller_trace_id(parents[0]) if len(parents) == 1 else ""
+    trace_id = trace_id or f"{_random.getrandbits(128):032x}"
+    id = ids[0].decode() if len(ids) == 1 and _SAFE_ID.fullmatch(ids[0]) else trace_id
+    method = scope["method"] if scope["method"] in _METHODS else "other"
+    label = labels.find(scope["path"].removeprefix(scope.get("root_path", "")))
+    span_id = f"{_random.getrandbits(64):016x}"
+    record = RequestRecord(method, label, id, trace_id, span_id, label.format)
+    scope[KEY] = record
+    current_record.set(record)
+    return record
+
+
+def caller_trace_id(traceparent: bytes) -> str:
+    """The id of the trace that a `traceparent` header names; empty where it names none."""
+    context = _W3C.extract({"traceparent": traceparent.decode("latin-1")})
+    caller = get_current_span(context).get_span_context()
+    return format_trace_id(caller.trace_id) if caller.is_valid else ""

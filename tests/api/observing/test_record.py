@@ -1,0 +1,120 @@
+"""Request records: few routes, nothing that a client made up, ids of requests and of traces."""
+
+from contextvars import copy_context
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.api.app import create_app
+from service.api.observing.middleware import RequestMiddleware
+from service.api.observing.record import (
+    NO_ROUTE,
+    RouteLabel,
+    RouteLabels,
+    caller_trace_id,
+    start_record,
+)
+
+HASH = "0123456789abcdef" * 4
+MESH = "/v1/surfaces/{id}/mesh.{suffix}"
+TRACE, SPAN = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
+
+
+@pytest.fixture(scope="module")
+def labels() -> RouteLabels:
+    middleware = create_app().front
+    assert isinstance(middleware, RequestMiddleware)
+    return middleware._labels
+
+
+@pytest.mark.parametrize(
+    ("path", "label"),
+    [
+        ("/v1/mesh", RouteLabel("/v1/mesh", "/v1/mesh")),
+        (f"/v1/surfaces/{HASH}", RouteLabel("/v1/surfaces/{id}", f"/v1/surfaces/{HASH}", HASH)),
+        (
+            "/v1/surfaces/saddle/mesh.glb",
+            RouteLabel(MESH, "/v1/surfaces/saddle/mesh.glb", "saddle", "glb"),
+        ),
+        ("/v1/surfaces/secret/mesh.glb", RouteLabel(MESH, "/v1/surfaces/{id}/mesh.glb", "", "glb")),
+        (f"/v1/surfaces/{HASH.upper()}/mesh.exe", RouteLabel(MESH, MESH)),
+        ("/v1/surfaces/a\nb", RouteLabel("/v1/surfaces/{id}", "/v1/surfaces/{id}")),
+        ("/v1/surfaces/" + "a" * 500, RouteLabel("/v1/surfaces/{id}", "/v1/surfaces/{id}")),
+        ("/v1/surfaces/", NO_ROUTE),
+        ("/v1/surfaces/{id}", RouteLabel("/v1/surfaces/{id}", "/v1/surfaces/{id}")),
+        ("/v1/mesh/", NO_ROUTE),
+        ("/etc/passwd", NO_ROUTE),
+        ("", NO_ROUTE),
+    ],
+)
+def test_what_a_path_stands_for(labels: RouteLabels, path: str, label: RouteLabel) -> None:
+    assert labels.find(path) == labels.find(path) == label
+
+
+def test_long_paths_are_not_remembered(labels: RouteLabels) -> None:
+    before = labels._find_cached.cache_info().currsize
+    labels.find("/v1/surfaces/" + "b" * 500)
+    assert labels._find_cached.cache_info().currsize == before
+
+
+def test_a_path_below_the_one_where_the_service_is_mounted(labels: RouteLabels) -> None:
+    scope = {"method": "GET", "path": "/root/health", "root_path": "/root", "headers": []}
+    assert copy_context().run(start_record, scope, labels).label.route == "/health"
+
+
+@pytest.mark.parametrize(
+    "header", [f"00-{TRACE}-{SPAN}-01", f"00-{TRACE}-{SPAN}-00", f"cc-{TRACE}-{SPAN}-01-later"]
+)
+def test_the_trace_of_the_caller(header: str) -> None:
+    assert caller_trace_id(header.encode()) == TRACE
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "",
+        f"00-{TRACE}-{SPAN}",
+        f"00-{TRACE}-{SPAN}-01-more",
+        f"ff-{TRACE}-{SPAN}-01",
+        f"00-{TRACE.upper()}-{SPAN}-01",
+        f"00-{'0' * 32}-{SPAN}-01",
+        f"00-{TRACE}-{'0' * 16}-01",
+    ],
+)
+def test_a_header_that_names_no_trace(header: str) -> None:
+    assert caller_trace_id(header.encode()) == ""
+
+
+@given(st.binary(max_size=80))
+def test_any_bytes_name_a_trace_or_none(header: bytes) -> None:
+    assert caller_trace_id(header).encode() in header
+
+
+@pytest.mark.parametrize("id", ["a", "0", "4bf92f35-77b3", "edge/req:1+a=@b_c.d", "x" * 128])
+def test_safe_ids_are_taken(labels: RouteLabels, id: str) -> None:
+    assert id_of(labels, id.encode()) == id
+
+
+@pytest.mark.parametrize(
+    "id",
+    [b"", b"x" * 129, b"a b", b"a\nb", b"\x1b[31m", b'a"b', b"-a", b"\xc3\xa4", b"a\x00", b"<a>"],
+)
+def test_other_ids_are_not(labels: RouteLabels, id: bytes) -> None:
+    made = id_of(labels, id)
+    assert len(made) == 32
+    assert int(made, 16)
+
+
+def test_an_id_that_comes_twice_is_not_taken(labels: RouteLabels) -> None:
+    assert len(id_of(labels, b"a", b"b")) == 32
+
+
+def test_new_ids_differ(labels: RouteLabels) -> None:
+    assert len({id_of(labels) for _ in range(1000)}) == 1000
+
+
+def id_of(labels: RouteLabels, *ids: bytes) -> str:
+    headers = [(b"x-request-id", id) for id in ids]
+    scope = {"method": "GET", "path": "/", "headers": headers}
+    return copy_context().run(start_record, scope, labels).id
