@@ -1,18 +1,20 @@
 """Draws the pictures of the documentation, and lists the examples beside theirs.
 
 `python -m tools.picture docs` writes `editor.png`, `curvature.png`, `wires.png`,
-`adaptive.png`, `examples/<id>.png`, `curves/<name>.png` and `examples.md`.
+`adaptive.png`, `examples/<id>.png`, `curves/<name>.png` and `examples.md`, and the thumbnails of
+the editor's list of examples.
 """
 
 import json
 import sys
-from base64 import b64encode
+from base64 import b64decode, b64encode
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page
 
 from service.api.openapi.curve import REQUESTS
+from service.api.page import THUMBNAILS
 from service.encoders.curves.registry import CURVES_BY_NAME
 from service.pipeline.curve import render_curve
 from service.schemas.curve_request import CurveRequest
@@ -38,6 +40,16 @@ Scheme: TypeAlias = Literal["light", "dark"]
 LARGE = (1200, 800)
 MEDIUM = (900, 600)
 SMALL = (400, 300)
+
+SHRINK = """async (png) => {
+  const file = await (await fetch(`data:image/png;base64,${png}`)).blob();
+  const size = { resizeWidth: 192, resizeHeight: 144, resizeQuality: 'high' };
+  const picture = await createImageBitmap(file, size);
+  const canvas = document.createElement('canvas');
+  [canvas.width, canvas.height] = [picture.width, picture.height];
+  canvas.getContext('2d').drawImage(picture, 0, 0);
+  return canvas.toDataURL('image/webp', 0.7).split(',')[1];
+}"""
 
 HEAD = """\
 # The built-in surfaces
@@ -101,6 +113,14 @@ def draw_editor(browser: Browser, address: str, scheme: Scheme, target: Path, po
         sys.exit("\n".join(stage.complaints))
 
 
+def draw_thumbnail(page: Page, target: Path) -> None:
+    """What the viewer shows, small and without its background, as WebP."""
+    page.evaluate("document.body.style.background = 'none'")
+    picture = b64encode(page.screenshot(omit_background=True)).decode()
+    page.evaluate("document.body.style.background = ''")
+    target.write_bytes(b64decode(page.evaluate(SHRINK, picture)))
+
+
 def main(folder: Path) -> None:
     """All pictures, and the page that shows them."""
     for name in ("examples", "curves"):
@@ -132,6 +152,8 @@ def main(folder: Path) -> None:
             if target in with_edges:
                 stage.draw_edges()
             stage.page.screenshot(path=target)
+            if target.parent.name == "examples":
+                draw_thumbnail(stage.page, THUMBNAILS / f"{target.stem}.webp")
     (folder / "examples.md").write_text(listing(), encoding="utf-8")
 
 

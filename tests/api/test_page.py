@@ -1,15 +1,20 @@
 """The editor's page and its modules as they are served, and the service without three.js."""
 
+import json
 import re
+from html import unescape
 from pathlib import Path
 
 import pytest
 
 from service.api import page
 from service.api.app import create_app
-from service.decoders.registry import BY_NAME, BY_SUFFIX
+from service.decoders.registry import BY_SUFFIX
 from service.settings.values import Settings
+from service.surface.examples import EXAMPLES
 from tests.api.client import Client, client_of
+
+MAIN = "page/main.js"
 
 needs_three = pytest.mark.skipif(
     not (page.ASSETS / page.THREE).is_file(), reason="three.js is not built ('make web')"
@@ -23,7 +28,7 @@ def test_everything_on_the_page_comes_from_here(client: Client) -> None:
     assert answer.status_code == 200
     assert answer.headers["content-type"] == "text/html; charset=utf-8"
     sources = re.findall(r'(?:src|href)="([^"#]+)"', answer.text)
-    assert {"page/main.js", "page/style.css", "page/three.js", "docs"} <= set(sources)
+    assert {MAIN, "page/style.css", "page/three.js", "docs"} <= set(sources)
     for source in sources:
         assert not source.startswith(("/", "http"))
         assert client.get(f"/{source}").status_code == 200, source
@@ -47,23 +52,25 @@ def test_the_policy_allows_nothing_but_this_service(client: Client) -> None:
     assert re.findall(r"<script(?![^>]* src=)|<style|\sstyle=|\son\w+=", answer.text) == []
 
 
-def test_every_module_is_announced_on_the_page() -> None:
-    """The browser fetches all at once, not one after the other as they import each other."""
-    text = (page.SOURCES / "index.html").read_text(encoding="utf-8")
-    announced = re.findall(r'<link rel="modulepreload" href="page/([^"]+)">', text)
-    modules = {name.removeprefix("page/") for name in page.FILES if name.endswith(".js")}
-    assert announced == sorted(modules - {"main.js"})
-
-
-def test_files_go_to_the_service_as_what_it_reads() -> None:
-    """By the suffixes of the decoders, and `.txt`, as which teapots are handed on."""
-    library = (page.SOURCES / "library.js").read_text(encoding="utf-8")
-    told = dict(re.findall(r"\['(\w+)', '([\w/-]+)'\]", library))
-    read = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
-    assert told == read | {"txt": BY_NAME["teapot"].media_type}
-    text = (page.SOURCES / "index.html").read_text(encoding="utf-8")
+@needs_three
+def test_the_page_says_what_there_is(client: Client) -> None:
+    """All modules are announced, so that the browser fetches them at once; all files are taken."""
+    text = client.get("/").text
+    announced = re.findall(r'<link rel="modulepreload" href="([^"]+)">', text)
+    assert announced == sorted({name for name in page.FILES if name.endswith(".js")} - {MAIN})
     (accepted,) = re.findall(r'type="file" accept="([^"]+)"', text)
-    assert set(accepted.split(",")) == {".json", *(f".{suffix}" for suffix in told)}
+    (told,) = re.findall(r'data-media-types="([^"]+)"', text)
+    read = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
+    assert json.loads(unescape(told)) == read | {"txt": "text/x-teapot"}
+    assert accepted.split(",") == [".json", *(f".{suffix}" for suffix in read), ".txt"]
+
+
+def test_every_example_has_a_small_picture(client: Client) -> None:
+    assert {path.stem for path in page.THUMBNAILS.iterdir()} == set(EXAMPLES)
+    pictures = [client.get(f"/page/{name}.webp") for name in EXAMPLES]
+    assert {picture.headers["content-type"] for picture in pictures} == {"image/webp"}
+    assert {picture.content[8:12] for picture in pictures} == {b"WEBP"}
+    assert sum(len(picture.content) for picture in pictures) < 100_000
 
 
 def test_modules_are_short_and_say_what_they_are_for() -> None:

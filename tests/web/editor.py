@@ -13,7 +13,7 @@ READY = 'html[data-state="ready"]'
 """No request is under way, and the last one was answered with a mesh."""
 
 SADDLE = "/?surface=saddle&resolution=6"
-START = {"look": "shaded", "accuracy": "resolution", "axis": "free"}
+START = {"look": "shaded", "accuracy": "resolution"}
 
 
 def listening(page: Page) -> Stage:
@@ -41,6 +41,7 @@ def start_anew(page: Page) -> None:
         page.keyboard.press("Escape")
     for name, choice in START.items():
         page.check(f'input[name="{name}"][value="{choice}"]', force=True)
+    page.locator('[name="axis"][value="free"]').evaluate("radio => { radio.checked = true; }")
     page.fill("#resolution", "6")
     page.set_checked("#show-net", True)
     page.set_checked("#show-wires", False)

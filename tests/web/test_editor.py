@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page
 
+from service.encoders.registry import FORMATS
 from tests.web.browser import Stage
 from tests.web.editor import (
     READY,
@@ -34,7 +35,7 @@ def page(editor: Stage) -> Iterator[Page]:
 def test_the_readouts_are_those_of_the_mesh(page: Page) -> None:
     assert value(page, "triangles") == 72
     assert value(page, "vertices") == 49
-    assert page.inner_text("#closed") == "24 open"
+    assert page.inner_text("#open-edges") == "24"
     assert value(page, "server-time") > 0
     assert value(page, "round-trip") > 0
     # One bilinear patch in 6 × 6 cells: d = |twist| / 4 · (1 / 6)², and what rounding adds.
@@ -44,6 +45,8 @@ def test_the_readouts_are_those_of_the_mesh(page: Page) -> None:
 def test_a_point_is_dragged_and_the_mesh_follows(page: Page) -> None:
     asked: list[Any] = []
     page.on("request", lambda request: asked.append(request.post_data_json))
+    assert "Drag a black point" in page.inner_text("#invitation")
+    assert page.is_hidden("#point-fields")
     start, before = choose(page, 4), value(page, "deviation")
     was = point(page)
     drag(page, start, (60, -50))
@@ -59,6 +62,7 @@ def test_a_point_is_dragged_and_the_mesh_follows(page: Page) -> None:
     assert posted[-1]["surface"]["control_net"][1][1] == now
     assert posted[-1]["resolution"] == 6
     assert page.is_visible("#edited")
+    assert page.is_hidden("#invitation")
     page.click("#undo")
     page.wait_for_selector(READY)
     assert point(page) == was
@@ -157,7 +161,7 @@ def test_examples_are_listed_and_opened(page: Page) -> None:
     assert first.get_attribute("data-example") == "utah-teapot"
     settled(page, lambda: page.click('[data-example="sphere"]'))
     assert page.inner_text("#title") == "Sphere"
-    assert page.inner_text("#closed") == "watertight"
+    assert page.inner_text("#open-edges") == "none"
     assert page.inner_text("#point-count") == "of 28"
 
 
@@ -200,6 +204,16 @@ def test_a_link_to_nothing_says_so(editor: Stage, server: str) -> None:
     page.wait_for_selector('html[data-state="refused"]')
     assert page.inner_text("#problem-title") == "There is no surface at this address"
     assert page.inner_text("#title") == "Open a surface"
+    # Nothing is asked of a surface that is not there, nothing exported; an example is offered.
+    asked = len(editor.asked)
+    page.check('input[name="accuracy"][value="tolerance"]', force=True)
+    assert page.is_disabled("#copy-link")
+    assert page.is_hidden("#loading")
+    assert len(editor.asked) == asked
+    page.click("#problem-example")
+    settled(page, lambda: page.click('[data-example="saddle"]'))
+    assert page.is_hidden("#problem")
+    assert page.is_enabled("#copy-link")
 
 
 def test_a_surface_of_many_patches_opens_coarsely(editor: Stage) -> None:
@@ -229,9 +243,8 @@ def test_text_that_is_no_json_stays_on_the_page(page: Page) -> None:
 
 
 def test_every_format_is_downloaded(page: Page) -> None:
-    assert page.locator("#formats button").all_inner_texts() == [
-        ".glb", ".gltf", ".json", ".oogl", ".stl", ".obj", ".ply", ".off",
-    ]  # fmt: skip
+    listed = page.locator("#formats button").all_inner_texts()
+    assert listed == [f".{fmt.suffix}" for fmt in FORMATS]
     with page.expect_download() as waited:
         page.click('[data-format="off"]')
     assert waited.value.suggested_filename == "saddle.off"

@@ -2,6 +2,7 @@
 
 /**
  * @typedef {object} Palette
+ * @property {string} name  what people call the colour of control points
  * @property {string} glaze  a surface that has no colour of its own
  * @property {string} net
  * @property {string} wires
@@ -13,8 +14,8 @@
 
 /** @type {{light: Palette, dark: Palette}} */
 export const PALETTES = {
-  light: { glaze: '#2f86a0', net: '#5b4a36', wires: '#0d2833', point: '#3b2f22', chosen: '#e2711d', alarm: '#c8102e', shadow: 0.26 },
-  dark: { glaze: '#3a93ae', net: '#d8cdb9', wires: '#04141b', point: '#efe6d6', chosen: '#ffa04d', alarm: '#ff5c6c', shadow: 0.5 },
+  light: { name: 'black', glaze: '#2f86a0', net: '#5b4a36', wires: '#0d2833', point: '#3b2f22', chosen: '#e2711d', alarm: '#c8102e', shadow: 0.26 },
+  dark: { name: 'white', glaze: '#3a93ae', net: '#d8cdb9', wires: '#04141b', point: '#efe6d6', chosen: '#ffa04d', alarm: '#ff5c6c', shadow: 0.5 },
 };
 
 /** Blue, through a light grey, to orange: told apart by every kind of colour vision, and by

@@ -9,12 +9,6 @@ import { examples, store, surfaceById } from './service.js';
 
 /** What is told of the surface that is open. @typedef {{title: string, description: string, origin: string}} About */
 
-/** Files that the service reads in its own way, by their suffix. */
-const MEDIA_TYPES = new Map([
-  ['npy', 'application/x-npy'], ['bez', 'model/x-oogl'], ['bbp', 'model/x-oogl'],
-  ['oogl', 'model/x-oogl'], ['teapot', 'text/x-teapot'], ['txt', 'text/x-teapot'],
-]);
-
 export class Library {
   /**
    * @param {() => void} waiting  the service is asked for a surface
@@ -26,6 +20,8 @@ export class Library {
     this.failed = failed;
     /** @type {Example[]} */
     this.examples = [];
+    /** Files that the service reads in its own way, by their suffix. @type {Record<string, string>} */
+    this.mediaTypes = JSON.parse(input('file').dataset.mediaTypes ?? '{}');
     this.dialog = element('library', HTMLDialogElement);
     button('open').addEventListener('click', () => this.dialog.showModal());
     button('paste-open').addEventListener('click', () => this.paste());
@@ -46,7 +42,9 @@ export class Library {
       const chooser = document.createElement('button');
       chooser.type = 'button';
       chooser.dataset.example = example.id;
-      chooser.append(made('strong', example.title), made('span', plain(example.description)));
+      const picture = Object.assign(new Image(192, 144), { loading: 'lazy', alt: '' });
+      picture.src = `page/${example.id}.webp`;
+      chooser.append(picture, made('strong', example.title), made('span', plain(example.description)));
       chooser.addEventListener('click', () => void this.byId(example.id));
       item.append(chooser);
       return item;
@@ -94,7 +92,7 @@ export class Library {
   /** Reads JSON here; every other file is stored by the service, which tells what it read. @param {File} file */
   async file(file) {
     const suffix = file.name.toLowerCase().split('.').pop() ?? '';
-    const mediaType = MEDIA_TYPES.get(suffix);
+    const mediaType = this.mediaTypes[suffix];
     if (mediaType === undefined) {
       this.text(await file.text(), `from ${file.name}`);
       return;

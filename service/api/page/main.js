@@ -27,6 +27,7 @@ const state = new State(fromQuery(query));
 const context = contextOf(element('view', HTMLCanvasElement));
 const view = context ? new View(state, context) : null;
 element('no-webgl', HTMLElement).hidden = view !== null;
+element('loading', HTMLElement).hidden = view === null;
 
 /** A mesh that is wanted; a coarse one follows the mouse. @typedef {{coarse: boolean}} Wish */
 
@@ -91,14 +92,9 @@ function isTooFine(error) {
 
 /** What the mesh depends on, of all that is set. */
 const wanted = () => JSON.stringify(meshOptions(state.settings, state.surface, 1, false));
-let asked = wanted();
+let asked = '';
 
 state.listen((change) => {
-  if (change === 'chosen') return;
-  if (change === 'settings') {
-    if (wanted() === asked) return;
-    asked = wanted();
-  }
   if (change === 'opened') {
     isOpen = true;
     requests.forget();
@@ -106,14 +102,14 @@ state.listen((change) => {
     isShown = false;
     patches = 1;
   }
+  if (!isOpen || change === 'chosen' || (change === 'settings' && wanted() === asked)) return;
+  asked = wanted();
   ask(change === 'moving');
 });
 
 watchTheme(() => view?.dress());
 watchPanel(state);
 watchPointPanel(state);
-watchProblems(state, () => ask(false));
-
 const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, { origin, title }) => {
   state.open(surface, origin);
   announce(`${title} is open`);
@@ -121,6 +117,7 @@ const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, { 
 
 // What cannot be taken along is a problem of its own: the surface that is seen is well.
 watchShare(state, (error) => showProblem(error, state));
-const begin = () => void library.byId(query.get('surface') ?? FIRST);
-watchKey(() => (isOpen ? ask(false) : begin()));
+const begin = () => (isOpen ? ask(false) : void library.byId(query.get('surface') ?? FIRST));
+watchProblems(state, begin);
+watchKey(begin);
 begin();

@@ -1,13 +1,22 @@
 // The settings in the panel and the buttons of the bar: they show the state, and change it.
 
 import { button, check, input, radios, write, element } from './page.js';
-import { isParametric, lookOf, relativeTolerance } from './settings.js';
+import { isParametric, lookOf, RANGES, relativeTolerance } from './settings.js';
 
 /** @typedef {import('./settings.js').Settings} Settings */
 /** @typedef {import('./state.js').State} State */
 
+/** What the colours say; `shaded` speaks for itself. @type {Record<Settings['look'], string>} */
+const EXPLAINED = {
+  shaded: '',
+  normals: 'The colour tells which way the surface faces.',
+  gaussian: 'Orange bends like a ball, blue like a saddle; pale is flat or bends in one direction only.',
+  mean: 'Orange bends towards its normals, like the inside of a bowl; blue away from them.',
+};
+
 /** @param {State} state */
 export function watchPanel(state) {
+  Object.entries(RANGES).forEach(([id, [min, max]]) => Object.assign(input(id), { min, max }));
   radios('look').forEach((radio) => radio.addEventListener('change', () => {
     state.set({ look: /** @type {Settings['look']} */ (radio.value) });
   }));
@@ -22,7 +31,7 @@ export function watchPanel(state) {
   button('undo').addEventListener('click', () => state.undo());
   button('redo').addEventListener('click', () => state.redo());
   button('reset').addEventListener('click', () => state.reset());
-  button('help').addEventListener('click', () => element('keys', HTMLDialogElement).showModal());
+  button('help').addEventListener('click', () => element('guide', HTMLDialogElement).showModal());
   addEventListener('keydown', (event) => {
     // In a text the same keys undo typing.
     const typing = event.target instanceof HTMLTextAreaElement;
@@ -40,7 +49,9 @@ export function watchPanel(state) {
 
 /** @param {State} state */
 function show({ settings, history, surface }) {
-  check('look', lookOf(settings, surface));
+  const look = lookOf(settings, surface);
+  check('look', look);
+  write('look-explained', EXPLAINED[look]);
   radios('look').forEach((radio) => {
     radio.disabled = (radio.value === 'gaussian' || radio.value === 'mean') && !isParametric(surface);
   });

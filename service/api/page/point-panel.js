@@ -62,10 +62,11 @@ function show(state) {
   write('point-count', `of ${count.toLocaleString('en')}`);
   const number = input('point');
   number.max = String(count);
-  number.disabled = count === 0;
+  [number, button('point-previous'), button('point-next')].forEach((control) => {
+    control.disabled = count === 0;
+  });
   if (number !== document.activeElement || handle) number.value = handle ? String(chosen + 1) : '';
-  element('point-fields', HTMLFieldSetElement).disabled = !handle;
-  element('point-hint', HTMLElement).hidden = Boolean(handle);
+  element('point-fields', HTMLElement).hidden = !handle;
   const point = state.point() ?? [];
   COORDINATES.forEach((name, axis) => {
     input(name).disabled = point[axis] === undefined;

@@ -15,6 +15,7 @@ import { Away, Refusal } from './service.js';
 export function watchProblems(state, retry) {
   button('problem-close').addEventListener('click', hideProblem);
   button('problem-retry').addEventListener('click', retry);
+  button('problem-example').addEventListener('click', () => button('open').click());
   button('problem-undo').addEventListener('click', () => state.undo());
   button('problem-point').addEventListener('click', () => {
     state.choose(Number(button('problem-point').dataset.index));
@@ -23,8 +24,10 @@ export function watchProblems(state, retry) {
 
 /** Shows what went wrong; tells which control point it is about, or -1. @param {Error} error @param {State} state */
 export function showProblem(error, state) {
-  const issues = error instanceof Refusal ? error.issues : [];
   const refused = error instanceof Refusal;
+  const isLost = refused && error.code === 'unknown_surface';
+  // Which examples there are is better seen in their list.
+  const issues = refused && !isLost ? error.issues : [];
   const { title, detail } = toldOf(error);
   write('problem-title', title);
   write('problem-detail', issues.length === 1 ? '' : detail);
@@ -34,6 +37,7 @@ export function showProblem(error, state) {
   point.hidden = index < 0;
   point.dataset.index = String(index);
   point.textContent = `Show control point ${index + 1}`;
+  button('problem-example').hidden = !isLost;
   button('problem-undo').hidden = !refused || !state.history.canUndo;
   button('problem-key').hidden = !(refused && isAboutKeys(error.code));
   button('problem-retry').hidden = !(error instanceof Away);
@@ -48,8 +52,10 @@ function toldOf(error) {
     return { title: 'The service is away', detail };
   }
   if (!(error instanceof Refusal)) return { title: 'The page made a mistake', detail: String(error) };
-  const lost = error.code === 'unknown_surface';
-  if (lost) return { title: 'There is no surface at this address', detail: error.message };
+  if (error.code === 'unknown_surface') {
+    const detail = 'The address may be incomplete, or the surface was removed. Open an example, or a surface of your own.';
+    return { title: 'There is no surface at this address', detail };
+  }
   if (isAboutKeys(error.code)) return { title: 'A key is needed', detail: error.message };
   const title = error.status < 500 ? 'The service refuses this' : 'The service could not do this';
   return { title, detail: error.message };

@@ -12,14 +12,14 @@ export function showReadouts(report, { bytes, serverTime, roundTrip }) {
   const bound = report.deviation_bound;
   put('deviation', bound, bound === null || bound === undefined ? 'not known' : significant(bound));
   const open = report.boundary_edges;
-  put('closed', open, report.watertight ? 'watertight' : `${open.toLocaleString('en')} open`);
+  put('open-edges', open, report.watertight ? 'none' : open.toLocaleString('en'));
   put('server-time', serverTime, serverTime === null ? '–' : milliseconds(serverTime));
   put('round-trip', roundTrip, milliseconds(roundTrip));
 }
 
 /** Of a surface that has no mesh. */
 export function clearReadouts() {
-  ['triangles', 'vertices', 'bytes', 'deviation', 'closed', 'server-time', 'round-trip']
+  ['triangles', 'vertices', 'bytes', 'deviation', 'open-edges', 'server-time', 'round-trip']
     .forEach((id) => put(id, null, '–'));
 }
 

@@ -16,6 +16,13 @@ export function contextOf(canvas) {
   return canvas.getContext('webgl2', { antialias: true, alpha: true, powerPreference: 'default' });
 }
 
+/** The shadow gets fainter towards the left and right edges of a canvas of this width, in pixels. */
+const FADE = /* glsl */ `
+  float inward = 2.0 * min(gl_FragCoord.x, width - gl_FragCoord.x) / width;
+  gl_FragColor.a *= smoothstep(0.0, 0.3, inward);
+`;
+const COLOR = '#include <tonemapping_fragment>';
+
 export class Stage {
   /** @param {HTMLCanvasElement} canvas @param {WebGL2RenderingContext} context */
   constructor(canvas, context) {
@@ -38,6 +45,8 @@ export class Stage {
     this.controls.addEventListener('change', () => this.draw());
     this.box = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
     this.pending = false;
+    /** Pixels across the canvas, as its shaders count them. */
+    this.width = { value: 1 };
     /** Nothing is drawn before there is something to see: to compile what draws takes its time. */
     this.awake = false;
     /** @type {(() => void)[]} */
@@ -53,6 +62,11 @@ export class Stage {
     key.shadow.blurSamples = 12;
     floor.rotation.x = -Math.PI / 2;
     floor.receiveShadow = true;
+    floor.material.onBeforeCompile = (shader) => {
+      shader.uniforms.width = this.width;
+      shader.fragmentShader = `uniform float width;\n${shader.fragmentShader}`
+        .replace(COLOR, `${FADE}\n${COLOR}`);
+    };
     const ambient = new HemisphereLight('#eaf1fb', '#b9a58d', 1.6);
     this.scene.add(ambient, key, key.target, rim, rim.target, floor);
   }
@@ -76,6 +90,7 @@ export class Stage {
     if (width === 0 || height === 0) return;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
+    this.width.value = this.canvas.width;
     this.camera.aspect = width / height;
     this.camera.setViewOffset(width, height, 0, this.covered() / 2, width, height);
     // A canvas of a new size is empty: not even for one frame shall that be seen.

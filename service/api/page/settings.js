@@ -15,8 +15,8 @@
 
 /** @type {readonly Look[]} */
 export const LOOKS = ['shaded', 'normals', 'gaussian', 'mean'];
-const RESOLUTION = [1, 64];
-const TOLERANCE = [-5, -1];
+/** From where to where the sliders go. */
+export const RANGES = { resolution: [1, 64], tolerance: [-5, -1] };
 
 /** Cells of a mesh that follows a drag: few enough for a mesh and a picture between two frames. */
 const COARSE_CELLS = 6000;
@@ -92,12 +92,12 @@ export function fromQuery(query) {
   const settings = { ...DEFAULTS };
   const resolution = Number(query.get('resolution'));
   if (Number.isInteger(resolution) && resolution > 0) {
-    settings.resolution = within(resolution, RESOLUTION);
+    settings.resolution = within(resolution, RANGES.resolution);
   }
   const tolerance = Number(query.get('relative_tolerance'));
   if (tolerance > 0) {
     settings.accuracy = 'tolerance';
-    settings.tolerance = within(Math.log10(tolerance), TOLERANCE);
+    settings.tolerance = within(Math.log10(tolerance), RANGES.tolerance);
   }
   const look = LOOKS.find((name) => name === query.get('look'));
   if (look !== undefined) settings.look = look;

@@ -1,4 +1,4 @@
-// Taking the surface along: as a link, as a command, as a snippet, as a file.
+// Export: the surface as a link, as a command, as a snippet, as a file.
 
 import { element, made, write, announce, button } from './page.js';
 import { meshQuery, toQuery, meshOptions } from './settings.js';
@@ -21,6 +21,9 @@ export function watchShare(state, failed) {
     const chips = known.map((format) => chip(format, state, failed));
     element('formats', HTMLElement).replaceChildren(...chips);
   }).catch(failed);
+  state.listen((change) => {
+    if (change === 'opened') element('export', HTMLFieldSetElement).disabled = false;
+  });
 }
 
 /**

@@ -15,6 +15,9 @@ import { theme } from './theme.js';
 
 const LEGENDS = { gaussian: 'Gaussian curvature', mean: 'Mean curvature' };
 
+/** @param {string} id @param {boolean} isHidden */
+const hide = (id, isHidden) => { element(id, HTMLElement).hidden = isHidden; };
+
 export class View {
   /** @param {State} state @param {WebGL2RenderingContext} context */
   constructor(state, context) {
@@ -31,7 +34,7 @@ export class View {
       fit,
     });
     element('fit', HTMLButtonElement).addEventListener('click', fit);
-    this.stage.drawn.push(() => this.placeMarker());
+    this.stage.drawn.push(() => { this.placeMarker(); hide('loading', true); });
     paintLegend(element('legend-bar', HTMLCanvasElement));
     state.listen((change) => {
       if (change === 'opened') this.fresh = true;
@@ -47,6 +50,7 @@ export class View {
     if (!coarse) this.stage.settle(this.surface.bounds());
     if (this.fresh) this.fit(true);
     this.fresh = false;
+    this.paint();
   }
 
   /** Without a mesh: that of another document must not stand for this one. */
@@ -83,7 +87,10 @@ export class View {
 
   paint() {
     const palette = PALETTES[theme()];
-    const { chosen } = this.state;
+    const { chosen, history, net, settings } = this.state;
+    write('net-color', palette.name);
+    // Once a point was moved, everybody knows how.
+    hide('invitation', this.fresh || history.canUndo || !settings.net || net.handles.length === 0);
     this.net.paint(palette, chosen >= 0 && chosen === this.alarmed);
     this.stage.paint(palette);
   }
@@ -97,7 +104,7 @@ export class View {
   showLegend() {
     const look = lookOf(this.state.settings, this.state.surface);
     const curved = look === 'gaussian' || look === 'mean';
-    element('legend', HTMLElement).hidden = !curved || !this.surface.hasCurvatures;
+    hide('legend', !curved || !this.surface.hasCurvatures);
     if (!curved) return;
     const most = String(Number(this.surface.range.toPrecision(2)));
     write('legend-title', LEGENDS[look]);
