@@ -4,8 +4,9 @@
 makes all others, in the same form.
 """
 
+import time
 from collections.abc import Callable
-from datetime import UTC, datetime
+from functools import lru_cache
 from typing import Any, TypeAlias
 
 import orjson
@@ -25,7 +26,12 @@ PROBES = frozenset({"/health/live", "/health/ready", "/metrics"})
 
 def timestamp(seconds: float) -> str:
     """A time, given in seconds since 1970, as RFC 3339 writes it: UTC, with milliseconds."""
-    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="milliseconds")[:-6] + "Z"
+    return f"{_to_second(int(seconds))}.{int(seconds % 1 * 1000):03}Z"
+
+
+@lru_cache(2)
+def _to_second(seconds: int) -> str:
+    return time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime(seconds))
 
 
 class AccessLog:
@@ -68,15 +74,17 @@ def json_line(record: RequestRecord, end: float, seconds: float) -> str:
         "span_id": record.span_id,
         "method": record.method,
         "route": record.label.route,
-        "surface": record.label.surface,
-        "format": record.format,
         "status": record.status,
         "bytes": record.sent,
         "ms": round(seconds * 1e3, 3),
-        "code": record.code,
-        "cache": record.cache,
-        "key": record.key,
         "client": record.client,
     }
-    line = {name: value for name, value in line.items() if value != ""}
+    optional = {
+        "surface": record.label.surface,
+        "format": record.format,
+        "cache": record.cache,
+        "code": record.code,
+        "key": record.key,
+    }
+    line |= {name: value for name, value in optional.items() if value}
     return orjson.dumps(line, option=orjson.OPT_APPEND_NEWLINE).decode()

@@ -4,7 +4,7 @@ What happens is counted where it happens; what other rooms hold is read at each 
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from functools import partial
+from functools import cache, partial
 
 from prometheus_client import (
     CollectorRegistry,
@@ -60,21 +60,23 @@ class RequestCounters:
     def __init__(self) -> None:
         registry = self.registry = CollectorRegistry()
         self.dropped: Callable[[], int] = int
-        self._durations = Histogram(
+        durations = Histogram(
             "surface_http_request_duration_seconds",
             "From the head of a request until its answer was handed to the server.",
             ("route", "method", "status"),
             buckets=BUCKETS,
             registry=registry,
         )
-        self.in_flight = Gauge(
-            "surface_http_requests_in_flight", "Requests under way.", registry=registry
-        )
+        self._durations = cache(durations.labels)
+        self.in_flight = 0
+        gauge = Gauge("surface_http_requests_in_flight", "Requests under way.", registry=registry)
+        gauge.set_function(lambda: self.in_flight)
 
         def counter(name: str, about: str, *labels: str) -> Counter:
             return Counter(f"surface_{name}", about, labels, registry=registry)
 
-        self._bytes = counter("http_response_bytes", "Bytes of bodies of answers.", "format")
+        sent = counter("http_response_bytes", "Bytes of bodies of answers.", "format")
+        self._bytes = cache(sent.labels)
         self._refusals = counter("refused", "Problems that were answered.", "code")
         self._vertices = counter("vertices", "Vertices of meshes that were made.")
         self._triangles = counter("triangles", "Triangles of meshes that were made.")
@@ -84,9 +86,9 @@ class RequestCounters:
     def count(self, record: RequestRecord, seconds: float) -> None:
         """Counts a request that is over."""
         status = f"{record.status // 100}xx" if record.status else "none"
-        self._durations.labels(record.label.route, record.method, status).observe(seconds)
+        self._durations(record.label.route, record.method, status).observe(seconds)
         if record.format and status == "2xx":
-            self._bytes.labels(record.format).inc(record.sent)
+            self._bytes(record.format).inc(record.sent)
         if record.code:
             self.refused(record.code)
 

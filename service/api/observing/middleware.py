@@ -87,14 +87,14 @@ class RequestMiddleware:
                 record.sent += len(message.get("body", b""))
             await send(message)
 
-        counters.in_flight.inc()
+        counters.in_flight += 1
         count_in(counters.add_engine_seconds)
         try:
             await self.app(scope, receive, recorded)
         except Exception as error:
             await answer_failure(error, scope, receive, recorded)
         finally:
-            counters.in_flight.dec()
+            counters.in_flight -= 1
             client = scope.get("client")  # the guard knows for whom a proxy asks
             record.client = client[0] if client else "-"
             seconds = time.perf_counter() - start

@@ -58,19 +58,19 @@ class RouteLabels:
     def __init__(self, templates: Iterable[str]) -> None:
         self._fixed = {template: RouteLabel(template, template) for template in templates}
         self._patterns = [(path, compile_path(path)[0]) for path in self._fixed if "{" in path]
-        self._find_cached = lru_cache(4096)(self._find)
+        self._match_cached = lru_cache(4096)(self._match)
 
     def find(self, path: str) -> RouteLabel:
         """The label of a path."""
-        cached = len(path) <= LONGEST_CACHED_PATH
-        return self._find_cached(path) if cached else self._find(path)
+        match = self._match if len(path) > LONGEST_CACHED_PATH else self._match_cached
+        return self._fixed.get(path) or match(path)
 
-    def _find(self, path: str) -> RouteLabel:
+    def _match(self, path: str) -> RouteLabel:
         for template, pattern in self._patterns:
             match = pattern.match(path)
             if match is not None:
                 return _fill(template, **match.groupdict())
-        return self._fixed.get(path, NO_ROUTE)
+        return NO_ROUTE
 
 
 def _fill(template: str, id: str = "", suffix: str = "", **_: str) -> RouteLabel:
@@ -122,7 +122,8 @@ def start_record(scope: Scope, labels: RouteLabels) -> RequestRecord:
     The trace is the one that `traceparent` names (W3C Trace Context), or a new one. Of a header
     that comes several times no value is used.
     """
-    ids, parents = list[bytes](), list[bytes]()
+    ids: list[bytes] = []
+    parents: list[bytes] = []
     for name, value in scope["headers"]:
         if name == _REQUEST_ID:
             ids.append(value)

@@ -53,9 +53,9 @@ def test_what_a_path_stands_for(labels: RouteLabels, path: str, label: RouteLabe
 
 
 def test_long_paths_are_not_remembered(labels: RouteLabels) -> None:
-    before = labels._find_cached.cache_info().currsize
+    before = labels._match_cached.cache_info().currsize
     labels.find("/v1/surfaces/" + "b" * 500)
-    assert labels._find_cached.cache_info().currsize == before
+    assert labels._match_cached.cache_info().currsize == before
 
 
 def test_a_path_below_the_one_where_the_service_is_mounted(labels: RouteLabels) -> None:
