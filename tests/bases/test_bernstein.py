@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from service.bases.bernstein import (
     bernstein,
-    binomials,
     multiply,
     sampled,
     sampled_grid,
@@ -92,21 +91,6 @@ def test_grid_basis_is_the_product_of_the_two() -> None:
         assert grid[a, b, i, j] == u[i, a] * v[j, b]
 
 
-def test_interleaved_basis_gives_points_side_by_side() -> None:
-    """x y z x y z … in one product."""
-    points = np.arange(12.0).reshape(4, 3)
-    found = points.reshape(-1) @ sampled_interleaved(3, 5)
-    np.testing.assert_allclose(found.reshape(6, 3), sampled(3, 5) @ points, rtol=1e-15)
-
-
-def test_binomials_are_pascals_row() -> None:
-    """1 4 6 4 1; exact as long as a float is."""
-    assert binomials(4).tolist() == [1, 4, 6, 4, 1]
-    assert binomials(56).tolist() == [comb(56, i) for i in range(57)]
-    with pytest.raises(ValueError, match="read-only"):
-        binomials(4)[0] = 0
-
-
 @given(nets(limit=2), nets(limit=2))
 def test_product_of_polynomials_is_the_product_of_their_values(first: Array, second: Array) -> None:
     """Coordinate by coordinate, against exact values of both factors."""
@@ -118,15 +102,3 @@ def test_product_of_polynomials_is_the_product_of_their_values(first: Array, sec
         factors = exact.surface_point(one, u, v), exact.surface_point(other, u, v)
         for value, a, b in zip(found, *factors, strict=True):
             assert abs(value - a * b) <= Fraction(64 * 4 * ULP)
-
-
-def test_product_broadcasts_over_leading_axes() -> None:
-    """A batch of weights times a batch of vectors."""
-    rng = np.random.default_rng(7)
-    weights, vectors = rng.random((4, 1, 2, 3)), rng.random((4, 3, 3, 2))
-    product = multiply(weights, vectors)
-    assert product.shape == (4, 3, 4, 4)
-    for k, axis in np.ndindex(4, 3):
-        np.testing.assert_allclose(
-            product[k, axis], multiply(weights[k, 0], vectors[k, axis]), rtol=1e-15
-        )

@@ -40,19 +40,6 @@ def test_every_span_is_the_same_polynomial(vector: KnotVector, seed: int) -> Non
 
 
 @settings(max_examples=30, deadline=None)
-@given(knot_vectors(parted=True), seeds)
-def test_weights_are_homogeneous_coordinates(vector: KnotVector, seed: int) -> None:
-    """(w P, w) lowered without weights and projected: the same points and weights."""
-    points, weights = points_for(vector.points, seed, 2), weights_for(vector.points, seed, 2)
-    lowered, weight = bezier_points(points, *vector, weights)
-    together = np.concatenate([points * weights[..., None], weights[..., None]], axis=-1)
-    homogeneous, _ = bezier_points(together, *vector)
-    assert weight is not None
-    np.testing.assert_allclose(weight, homogeneous[..., 3], rtol=1e-14)
-    np.testing.assert_allclose(lowered, homogeneous[..., :3] / homogeneous[..., 3:], atol=1e-13)
-
-
-@settings(max_examples=30, deadline=None)
 @given(knot_vectors(st.integers(1, 8), parted=True), seeds, st.booleans())
 def test_reversed_it_is_the_same_bit_for_bit(vector: KnotVector, seed: int, rational: bool) -> None:
     """Knots 3 − U and points from the last to the first."""
@@ -88,25 +75,6 @@ def test_spans_meet_in_one_point_or_part(vector: KnotVector, seed: int, rational
             np.testing.assert_array_equal(lowered[k + 1, 0], points[at[k + 1] - p])
 
 
-@settings(max_examples=30, deadline=None)
-@given(knot_vectors(st.integers(1, 16), parted=True))
-def test_operators_are_convex_combinations(vector: KnotVector) -> None:
-    """Nothing negative, and every row adds up to one."""
-    rows = operators(*vector)
-    assert (rows >= 0).all()
-    np.testing.assert_allclose(rows.sum(axis=-1), 1, atol=1e-14)
-
-
-@pytest.mark.parametrize("degree", [1, 2, 3, 5, 64])
-def test_bezier_knots_give_the_identity(degree: int) -> None:
-    """Knots of multiplicity p + 1 at both ends, p between: the points are there already."""
-    vector = np.repeat([0.0, 0.3, 1.0], [degree + 1, degree, degree + 1])
-    np.testing.assert_array_equal(operators(vector, degree), [np.eye(degree + 1)] * 2)
-    points = points_for(2 * degree + 1, 5)
-    lowered, _ = bezier_points(points, vector, degree)
-    np.testing.assert_array_equal(lowered, [points[: degree + 1], points[degree:]])
-
-
 @pytest.mark.parametrize("rational", [False, True])
 def test_equal_control_points_stay_that_point(rational: bool) -> None:
     """A pole is one point after lowering too, with whatever weights: no number of it changes."""
@@ -115,12 +83,6 @@ def test_equal_control_points_stay_that_point(rational: bool) -> None:
     weights = weights_for(6, 3) if rational else None
     lowered, _ = bezier_points(points, vector, 3, weights)
     np.testing.assert_array_equal(lowered, np.broadcast_to(points[0], lowered.shape))
-
-
-def test_the_uniform_cubic_is_the_one_of_the_books() -> None:
-    """(1 4 1)/6, (4 2)/6, (2 4)/6, (1 4 1)/6."""
-    wanted = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6
-    np.testing.assert_allclose(operators(knots.uniform(4, 3), 3)[0], wanted, atol=1e-16)
 
 
 @pytest.mark.parametrize("rational", [False, True])

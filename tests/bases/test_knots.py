@@ -41,13 +41,6 @@ def test_the_named_vectors_have_the_length_they_need(degree: int) -> None:
     np.testing.assert_array_equal(knot.breaks(vector, degree), np.arange(8))
 
 
-def test_multiplicities() -> None:
-    """How often each knot occurs."""
-    values, counts = knot.multiplicities(np.array([0, 0, 0.5, 2, 2, 2]))
-    np.testing.assert_array_equal(values, [0, 0.5, 2])
-    np.testing.assert_array_equal(counts, [2, 1, 3])
-
-
 def test_spans_are_right_continuous() -> None:
     """A repeated knot belongs to the span behind it; the end to the last one."""
     vector = np.array([0, 0, 0, 1, 1, 2, 4, 4, 4.0])
@@ -71,15 +64,6 @@ def test_the_basis_is_that_of_cox_and_de_boor(vector: KnotVector, shares: list[f
         got = np.zeros(vector.points)
         got[span[row] - vector.degree : span[row] + 1] = values[row]
         np.testing.assert_allclose(got, wanted, atol=1e-15)
-
-
-@settings(max_examples=40, deadline=None)
-@given(knot_vectors(st.integers(1, 20), parted=True), st.lists(fraction_of, max_size=8))
-def test_a_partition_of_one_without_negative_parts(vector: KnotVector, shares: list[float]) -> None:
-    """Σ N_i = 1 and N_i ≥ 0."""
-    _, values = knot.basis(*vector, parameters(vector, shares))
-    assert (values >= 0).all()
-    np.testing.assert_allclose(values.sum(axis=1), 1, atol=1e-14)
 
 
 @settings(max_examples=40, deadline=None)

@@ -3,8 +3,6 @@
 from fractions import Fraction
 
 import numpy as np
-import pytest
-from geomdl import helpers
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
@@ -103,14 +101,6 @@ def test_a_piece(net: Net, ends: list[float]) -> None:
         assert_near(point_of(piece, s), point_of(net, at))
 
 
-@given(curves(), inner)
-def test_a_piece_that_begins_or_ends_with_the_whole_is_a_side_of_a_cut(net: Net, t: float) -> None:
-    left, right = split(net, t)
-    assert bits(restrict(net, 0, t)) == bits(left)
-    assert bits(restrict(net, t, 1)) == bits(right)
-    assert bits(restrict(net, 0, 1)) == bits(net)
-
-
 @settings(max_examples=40)
 @given(st.integers(2, 5), numbers, st.floats(0.2, 5), inner)
 def test_what_is_one_point_stays_one_point(count: int, x: float, weight: float, t: float) -> None:
@@ -134,24 +124,9 @@ def test_whatever_else_has_axes_comes_along() -> None:
     np.testing.assert_array_equal(together[1][:, 3, 1], one[1])
 
 
-@pytest.mark.parametrize("count", [2, 4, 7])
-def test_geomdl_raises_to_the_same_points(count: int) -> None:
-    points = np.random.default_rng(count).uniform(-1, 1, (count, 3))
-    theirs = helpers.degree_elevation(count - 1, points.tolist(), num=2)
-    np.testing.assert_allclose(elevate((points, None), count + 1)[0], theirs, atol=1e-14)
-
-
 def test_shares_of_nothing_have_no_say() -> None:
     """A term without a share neither pulls nor widens the bounds of the mean."""
     points = np.array([[0.1], [0.1], [9.0]])
     index = np.array([[0], [2], [1]])
     mean, _ = combine(points, None, index, np.array([[1 / 3], [0.0], [2 / 3]]))
     assert mean[0, 0] == 0.1
-
-
-def test_weights_beyond_their_products_do_not_overflow() -> None:
-    points = np.array([[3e38, 0, 0], [-3e38, 0, 0]])
-    mean, weights = elevate((points, np.array([1e300, 1e300])), 2)
-    np.testing.assert_array_equal(mean[1], [0, 0, 0])
-    assert weights is not None
-    np.testing.assert_allclose(weights, 1e300)

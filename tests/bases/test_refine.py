@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from geomdl import BSpline, operations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import interpolate
@@ -94,12 +93,6 @@ def test_raised_it_begins_and_ends_at_the_same_bits(
     np.testing.assert_array_equal(made[[0, -1]], points[[0, -1]])
 
 
-def test_continuity_stays() -> None:
-    """Raised by one, the knots of the clamped cubic stand twice within: C² as before."""
-    target = raised_knots(clamped(6, 3), 3, 4, 0.0, 3.0)
-    np.testing.assert_array_equal(target, [0] * 5 + [1, 1, 2, 2] + [3] * 5)
-
-
 @pytest.mark.parametrize("degree", [1, 2, 3, 5])
 def test_scipy_inserts_the_same_points(degree: int) -> None:
     knots = clamped(degree + 4, degree)
@@ -109,19 +102,6 @@ def test_scipy_inserts_the_same_points(degree: int) -> None:
     spline = interpolate.BSpline(knots, points, degree)
     spline = spline.insert_knot(0.5).insert_knot(1.25)
     np.testing.assert_allclose(made[:, 0], spline.c, atol=1e-13)
-
-
-def test_geomdl_splits_at_the_same_points() -> None:
-    curve = BSpline.Curve()
-    curve.degree = 3
-    points = points_for(7, 1)
-    curve.ctrlpts = points.tolist()
-    curve.knotvector = clamped(7, 3).tolist()
-    theirs = operations.split_curve(curve, 0.3)  # its knots run from 0 to 1
-    for piece, (first, last) in zip(theirs, ((0.0, 1.2), (1.2, 4.0)), strict=True):
-        target = raised_knots(clamped(7, 3), 3, 3, first, last)
-        made, _ = combine(points, None, *blossoms(clamped(7, 3), 3, target, 3))
-        np.testing.assert_allclose(made, piece.ctrlpts, atol=1e-13)
 
 
 def test_the_highest_degree_loses_nothing() -> None:

@@ -47,10 +47,6 @@ def test_high_degrees_keep_their_digits_and_meet() -> None:
     np.testing.assert_array_equal(rows[-1, -1], np.eye(65)[-1])
 
 
-def test_one_interval_is_all_of_it() -> None:
-    np.testing.assert_array_equal(restrictions(5, np.array([-3.0, 7.0])), np.eye(6)[np.newaxis])
-
-
 def test_cells_are_in_order_and_have_the_same_values() -> None:
     net = np.random.default_rng(4).random((4, 3, 2))
     u, v = np.array([0.0, 1.0, 4.0]), np.array([1.0, 2.0, 2.5, 3.0])

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from service.bases import triangle, triangle_basis, triangle_polynomials
 from service.bases.bernstein import bernstein, elevation
-from service.bases.cache import PLANS
 from tests.oracles import triangles
 
 
@@ -101,10 +100,6 @@ def test_sampled_basis_is_kept_and_read_only(dtype: type[np.floating]) -> None:
         basis[0] = 1
 
 
-def test_what_counts_as_small_fits_the_cache() -> None:
-    assert PLANS.capacity // 8 >= 8 * triangle_basis.LARGEST
-
-
 @pytest.mark.parametrize("degree", [0, 1, 2, 5, 17, 40, 64])
 @pytest.mark.parametrize("divisions", [1, 2, 33])
 def test_rows_are_the_same_polynomials(degree: int, divisions: int) -> None:
@@ -120,16 +115,6 @@ def test_rows_are_the_same_polynomials(degree: int, divisions: int) -> None:
             out = np.empty((4, starts[high] - starts[low]), dtype)
             triangle_basis.evaluate_rows(curves, divisions, range(low, high), dtype, out)
             assert np.abs(out.T - truth[starts[low] : starts[high]]).max() < limit
-
-
-def test_values_of_any_dimension_are_evaluated(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By either way: two patches, five numbers at a time."""
-    nets = np.random.default_rng(7).uniform(-1, 1, (2, 15, 5))
-    basis = triangle_basis.triangle_bernstein(4, triangle.barycentric(6))
-    truth = np.einsum("pkd,ks->psd", nets, basis)
-    for largest in (triangle_basis.LARGEST, 1):
-        monkeypatch.setattr(triangle_basis, "LARGEST", largest)
-        assert np.abs(triangle_basis.evaluate_triangles(nets, 6) - truth).max() < 1e-15
 
 
 @pytest.mark.parametrize(("low", "high"), [(0, 0), (0, 3), (1, 2), (2, 5), (3, 3), (20, 64)])

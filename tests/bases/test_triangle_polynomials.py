@@ -9,11 +9,9 @@ from hypothesis import strategies as st
 
 from service.bases import polynomials
 from service.bases.polynomials import Net
-from service.bases.triangle import degree_of
 from service.bases.triangle_polynomials import (
     elevate,
     exchanged,
-    exponents,
     lower_half,
     place,
     split,
@@ -43,15 +41,6 @@ def point_of(net: Net, at: Barycentric) -> list[float]:
     """The triangle at (r, s, t), exactly."""
     *x, w = value(exact_triangle(*net), at)
     return [float(c / w) for c in x]
-
-
-def test_names_of_the_control_points() -> None:
-    i, j, k = exponents(2)
-    assert list(zip(i.tolist(), j.tolist(), k.tolist(), strict=True)) == [
-        (2, 0, 0), (1, 1, 0), (0, 2, 0), (1, 0, 1), (0, 1, 1), (0, 0, 2),
-    ]  # fmt: skip
-    np.testing.assert_array_equal(place(2, j, k), np.arange(6))
-    assert [degree_of((n + 1) * (n + 2) // 2) for n in range(65)] == list(range(65))
 
 
 @settings(max_examples=30)
@@ -137,11 +126,3 @@ def test_half_of_a_square(p: int, q: int, seed: int) -> None:
     np.testing.assert_array_equal(half[0][0], points[0, 0])
     np.testing.assert_array_equal(half[0][p + q], points[-1, 0])
     np.testing.assert_array_equal(half[0][-1], points[0, -1])
-
-
-def test_half_of_a_square_of_high_degree() -> None:
-    points = np.random.default_rng(1).uniform(-1, 1, (25, 9, 3))
-    half, _ = lower_half((points, None))
-    at = POINTS[-1]
-    wanted = [float(x) for x in surface_point(exact_net(points), at[1], at[2])]
-    np.testing.assert_allclose(point_of((half, np.ones(len(half))), at), wanted, atol=1e-12)

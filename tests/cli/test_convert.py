@@ -8,7 +8,6 @@ import pytest
 
 from service.cli.main import main
 from service.pipeline.conversion import converted
-from service.schemas.convert import OPERATIONS
 from service.schemas.operation_text import operations_from_text
 from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import Elevate, Reverse, Split, Transpose
@@ -47,13 +46,6 @@ def test_text_of_a_flag(name: str, text: str, wanted: dict[str, Any]) -> None:
     assert operations_from_text([(name, text)]) == ([name], [{"op": name, **wanted}])
 
 
-def test_a_list_is_as_many_operations_as_it_has() -> None:
-    given = [("transpose", ""), ("operations", '[{"op": "bezier"}, 1]')]
-    flags, operations = operations_from_text(given)
-    assert flags == ["transpose", "operations", "operations"]
-    assert operations == [{"op": "transpose"}, {"op": "bezier"}, 1]
-
-
 def test_flags_work_in_the_order_in_which_they_stand(tmp_path: Path, net: Path) -> None:
     output = tmp_path / "out.json"
     flags = ["--elevate", "2,3", "--reverse", "u", "--split", "v=0.5", "--transpose"]
@@ -80,13 +72,6 @@ def test_a_file_may_bring_its_operations(tmp_path: Path) -> None:
     assert len(json.loads(output.read_bytes())["surface"]["control_net"]) == 6
     assert main(["convert", str(file), "-o", str(output), "--elevate", "3"]) == 0
     assert len(json.loads(output.read_bytes())["surface"]["control_net"]) == 4
-
-
-def test_every_operation_has_its_flag(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["convert", "--help"])
-    flags = capsys.readouterr().out.split()
-    assert {f"--{name}" for name in (*OPERATIONS, "operations")} <= set(flags)
 
 
 REFUSALS = [
@@ -122,14 +107,6 @@ def test_refused_operation_names_its_flag(
     assert not Path("x.json").exists()
 
 
-@pytest.mark.parametrize("text", ["{", "1", '{"op": "transpose"}', "[1,"])
-def test_what_is_no_list_of_operations(
-    net: Path, capsys: pytest.CaptureFixture[str], text: str
-) -> None:
-    assert main(["convert", str(net), "-o", "x.json", "--operations", text]) == 1
-    assert capsys.readouterr().err.startswith("surface: --operations: This must be a JSON list")
-
-
 def test_remote_work_gives_the_same_bytes(server: str, tmp_path: Path, net: Path) -> None:
     ours, theirs = tmp_path / "ours.json", tmp_path / "theirs.json"
     for source in ("utah-teapot", "sphere", str(net)):
@@ -137,10 +114,3 @@ def test_remote_work_gives_the_same_bytes(server: str, tmp_path: Path, net: Path
         assert main([*command, str(ours)]) == 0
         assert main([*command, str(theirs), "--url", server]) == 0
         assert ours.read_bytes() == theirs.read_bytes()
-
-
-def test_misuse(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["convert", "saddle", "-o", "", "--transpose"]) == 2
-    assert "--output: empty" in capsys.readouterr().err
-    assert main(["convert", "teapot", "-o", "x.json", "--transpose"]) == 2
-    assert "utah-teapot" in capsys.readouterr().err

@@ -22,11 +22,6 @@ def test_here_and_there_it_says_the_same(server: str, tmp_path: Path) -> None:
     assert (told["vertices"], told["quads"], told["accepted"]) == (12, 6, True)
 
 
-def test_one_format(capsysbinary: pytest.CaptureFixture[bytes]) -> None:
-    assert main(["estimate", "saddle", "-o", "-", "--format", "stl", "--resolution", "2"]) == 0
-    assert json.loads(capsysbinary.readouterr().out)["bytes"] == {"stl": 84 + 8 * 50}
-
-
 @pytest.mark.parametrize(
     ("arguments", "code", "text"),
     [

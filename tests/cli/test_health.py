@@ -11,16 +11,9 @@ from urllib.parse import urlsplit
 import pytest
 
 from service.cli.main import main
-from service.errors import InvalidSettings
 from service.settings.listening import listening_at
 from service.settings.values import Settings
 from tests.live import running_service
-
-
-@pytest.fixture(autouse=True)
-def _nothing_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("SURFACE_HOST", "SURFACE_PORT"):
-        monkeypatch.delenv(name, raising=False)
 
 
 @contextmanager
@@ -67,13 +60,6 @@ def test_one_that_is_not(answer: bytes, told: str, capsys: pytest.CaptureFixture
     assert shown.out == ""
 
 
-def test_none_at_all(capsys: pytest.CaptureFixture[str]) -> None:
-    with socket.socket() as nobody:
-        nobody.bind(("127.0.0.1", 0))  # and does not listen
-        assert main(["health", "--port", str(nobody.getsockname()[1])]) == 1
-    assert "no answer at 127.0.0.1" in capsys.readouterr().err
-
-
 def test_where_it_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the service listens, as it reads it itself; and at an address that can be asked."""
     assert listening_at(None, None) == (Settings().host, Settings().port)
@@ -81,14 +67,6 @@ def test_where_it_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SURFACE_HOST", "::")
     monkeypatch.setenv("SURFACE_PORT", " 82 ")
     assert listening_at(None, None) == ("::1", 82)
-
-
-@pytest.mark.parametrize("port", ["0", "65536", "", "http", "-1", "8" * 99, "８"])
-def test_a_port_that_cannot_be_asked(port: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SURFACE_PORT", port)
-    with pytest.raises(InvalidSettings, match=r"^SURFACE_PORT: got"):
-        listening_at(None, None)
-    assert main(["health", "--port", port]) == 2
 
 
 def test_it_waits_for_no_heavy_import() -> None:

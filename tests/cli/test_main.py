@@ -18,7 +18,7 @@ import pytest
 
 from service.cli import mesh as mesh_command
 from service.cli.main import main
-from service.encoders.format import EncodeOptions, Format
+from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
@@ -49,12 +49,6 @@ def test_example_in_every_format_by_suffix(tmp_path: Path, fmt: Format) -> None:
     assert files(tmp_path) == [output.name]
 
 
-def test_format_by_name_is_stronger_than_the_suffix(tmp_path: Path) -> None:
-    output = tmp_path / "saddle.stl"
-    assert main(["mesh", "saddle", "-o", str(output), "--format", "ply"]) == 0
-    assert output.read_bytes().startswith(b"ply")
-
-
 def test_options_of_the_command_are_stronger_than_those_of_the_file(tmp_path: Path) -> None:
     file, output = tmp_path / "request.json", tmp_path / "mesh.json"
     file.write_text(json.dumps({"surface": SURFACE, "resolution": 9, "uvs": True}), "utf-8")
@@ -62,17 +56,6 @@ def test_options_of_the_command_are_stronger_than_those_of_the_file(tmp_path: Pa
     mesh = json.loads(output.read_bytes())
     assert len(mesh["vertices"]) == len(mesh["uvs"]) == 9
     assert "normals" not in mesh
-
-
-def test_compact(tmp_path: Path) -> None:
-    output = tmp_path / "saddle.glb"
-    flags = ["--quantize", "--compression", "meshopt"]
-    assert main(["mesh", "saddle", "-o", str(output), *flags]) == 0
-    encode = EncodeOptions(quantize=True, compression="meshopt")
-    wanted = render(find("saddle").surface(), MeshOptions(), BY_NAME["glb"], encode)
-    assert output.read_bytes() == wanted
-    assert main(["mesh", "saddle", "-o", str(tmp_path / "saddle.stl"), "--quantize"]) == 1
-    assert files(tmp_path) == [output.name]
 
 
 def test_a_file_of_ones_own_may_be_as_loose_as_one_likes(tmp_path: Path) -> None:
@@ -152,25 +135,12 @@ def test_misuse(capsys: pytest.CaptureFixture[str], arguments: list[str], text: 
     assert text in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("arguments", [[], ["mesh"], ["mesh", "saddle"], ["paint"]])
-def test_incomplete_command_lines_exit_with_two(arguments: list[str]) -> None:
-    with pytest.raises(SystemExit) as stop:
-        main(arguments)
-    assert stop.value.code == 2
-
-
 def test_bad_settings_stop_the_command(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("SURFACE_MAX_VERTICES", "many")
     assert main(["mesh", "saddle", "-o", "x.glb"]) == 2
     assert "SURFACE_MAX_VERTICES" in capsys.readouterr().err
-
-
-def test_folder_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    output = tmp_path / "none" / "saddle.glb"
-    assert main(["mesh", "saddle", "-o", str(output), "--resolution", "1"]) == 1
-    assert capsys.readouterr().err == f"surface: {output}: No such file or directory\n"
 
 
 COMMAND = f"{sys.executable} -m service"
@@ -197,14 +167,6 @@ def test_a_reader_that_has_had_enough_is_one_exit_code_and_no_message(
 def test_closed_standard_output(command: str) -> None:
     done = _bash(f"{COMMAND} {command} >&-")
     assert (done.returncode, done.stderr) == (1, "surface: standard output is closed\n")
-
-
-def test_full_standard_output() -> None:
-    done = _bash(f"{COMMAND} formats >/dev/full")
-    assert (done.returncode, done.stderr) == (
-        1,
-        "surface: standard output: No space left on device\n",
-    )
 
 
 def test_closed_standard_input_and_closed_standard_error() -> None:
@@ -234,11 +196,6 @@ def test_lists(capsys: pytest.CaptureFixture[str]) -> None:
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(EXAMPLES)
     assert main(["formats"]) == 0
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(BY_NAME)
-
-
-def test_openapi_is_printed(capsysbinary: pytest.CaptureFixture[bytes]) -> None:
-    assert main(["openapi"]) == 0
-    assert json.loads(capsysbinary.readouterr().out)["openapi"] == "3.1.0"
 
 
 def test_every_option_has_its_flag(capsys: pytest.CaptureFixture[str]) -> None:
@@ -304,15 +261,6 @@ def test_option_of_a_file_is_named_by_its_place_in_the_file(
     for url in ([], ["--url", server]):
         assert main(["mesh", str(file), "-o", "x.glb", "--resolution", "2", *url]) == 1
         assert capsys.readouterr().err.startswith("surface: /overlays/0: ")
-
-
-@pytest.mark.parametrize("source", ["saddle", "file"])
-def test_address_at_a_service_that_is_not_its_root(
-    server: str, net: Path, capsys: pytest.CaptureFixture[str], source: str
-) -> None:
-    url, source = f"{server}/foo", str(net) if source == "file" else source
-    assert main(["mesh", source, "-o", "x.glb", "--url", url]) == 3
-    assert f"{url}: not a surface service" in capsys.readouterr().err
 
 
 def test_service_that_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
@@ -452,11 +400,3 @@ def test_a_curve_in_a_file(tmp_path: Path, capsysbinary: pytest.CaptureFixture[b
     assert main(["curve", str(tmp_path / "none.json"), "-o", str(output)]) == 2
     assert main(["curve", str(bare), "-o", str(output), "--tolerance", "-1"]) == 1
     assert b"--tolerance" in capsysbinary.readouterr().err
-
-
-def test_a_curve_by_a_service(server: str, tmp_path: Path) -> None:
-    source, here, there = (tmp_path / name for name in ("c.json", "here.glb", "there.glb"))
-    source.write_text('{"control_points": [[0, 0, 0], [1, 1, 0], [2, 0, 1]]}')
-    assert main(["curve", str(source), "-o", str(here)]) == 0
-    assert main(["curve", str(source), "-o", str(there), "--url", server]) == 0
-    assert here.read_bytes() == there.read_bytes()

@@ -1,8 +1,6 @@
 """Files of control points on the command line, here and at a service."""
 
-import io
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +8,10 @@ import numpy as np
 import pytest
 
 from service.cli.main import main
-from service.cli.nets import FIELDS
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
-from service.schemas import surface_query
 from service.surface.examples import find
 
 TEAPOT = "2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n"
@@ -84,15 +80,6 @@ def test_other_commands_read_them_too(server: str, files: Path, command: list[st
     assert all(answer == answers[0] for answer in answers)
 
 
-def test_standard_input_by_name(
-    files: Path, monkeypatch: pytest.MonkeyPatch, capsysbinary: pytest.CaptureFixture[bytes]
-) -> None:
-    content = (files / "net.npy").read_bytes()
-    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content)))
-    assert main(["mesh", "-", "-o", "-", "--format", "off", "--input-format", "npy"]) == 0
-    assert capsysbinary.readouterr().out.startswith(b"OFF")
-
-
 REFUSED: list[tuple[list[str], int, str]] = [
     (["net.npy", "--type", "tube"], 1, "--type: "),
     (["net.npy", "--type", "bspline", "--degree", "99"], 1, "--degree: "),
@@ -123,12 +110,3 @@ def test_refusals_name_the_flag_or_the_line(
     for there in ([], ["--url", server]):
         assert main([*command, str(files / source), *flags, *there, "-o", "-"]) == code
         assert capsys.readouterr().err.startswith(f"surface: {text}")
-
-
-def test_examples_take_no_fields(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["mesh", "saddle", "--up", "z", "-o", "-", "--format", "off"]) == 2
-    assert "--up: only for files" in capsys.readouterr().err
-
-
-def test_the_flags_are_the_fields_of_a_query() -> None:
-    assert tuple(surface_query.FIELDS) == FIELDS

@@ -11,7 +11,6 @@ import pytest
 from service.cli.main import main
 from service.schemas.canonical import canonical, surface_id
 from service.surface.bezier import BezierSurface
-from service.surface.examples import find
 from tests.live import running_service
 
 NET = np.array([[[0.0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]])
@@ -47,21 +46,6 @@ def test_addresses_are_printed_and_answer(
         assert found["id"] == ID
         assert found["self"] == f"{server}/v1/surfaces/{ID}"
         assert httpx.get(found["self"]).json()["surface"]["control_net"] == NET.tolist()
-
-
-def test_examples_may_be_stored(server: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["store", "octahedral-sphere", "--url", server]) == 0
-    content = canonical(find("octahedral-sphere").surface())
-    assert printed(capsys)["id"] == surface_id(content)
-
-
-def test_the_mesh_of_a_stored_surface(server: str, net: str, tmp_path: Path) -> None:
-    assert main(["store", net, "--url", server]) == 0
-    ours, theirs = tmp_path / "ours.glb", tmp_path / "theirs.glb"
-    options = ["--resolution", "3,5"]
-    assert main(["mesh", net, "-o", str(ours), *options]) == 0
-    assert main(["mesh", ID, "-o", str(theirs), *options, "--url", server]) == 0
-    assert theirs.read_bytes() == ours.read_bytes()
 
 
 @pytest.mark.parametrize(

@@ -6,13 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.bspline import BsplineSurface
-from service.surface.examples import find
-from service.surface.patches import PatchSurface
 from tests.clients.geomview import read_oogl
 from tests.programs import program
 
@@ -47,19 +44,3 @@ def test_geomview_draws_the_same_patches_before_and_after(
     assert len(before.vertices) == len(after.vertices) > 0
     assert before.faces == after.faces
     np.testing.assert_allclose(after.vertices, before.vertices, atol=1e-5)
-
-
-def test_the_text_of_the_teapot_becomes_its_patches(server: str, tmp_path: Path) -> None:
-    teapot = find("utah-teapot").surface()
-    assert isinstance(teapot, PatchSurface)
-    lines = [
-        str(len(teapot.patches)),
-        *(",".join(map(str, patch.ravel())) for patch in teapot.patches + 1),
-        str(len(teapot.vertices)),
-        *(",".join(map(str, vertex)) for vertex in teapot.vertices.tolist()),
-    ]
-    file = tmp_path / "teapot.txt"
-    file.write_text("\n".join(lines), encoding="ascii")
-    url = f"{server}/v1/mesh?format=oogl&oogl=bez&name=utah-teapot&up=z"
-    wanted = render(teapot, MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
-    assert posted(url, file, "text/x-teapot") == wanted

@@ -66,13 +66,6 @@ def settings_in(overlay: str) -> Settings:
     return settings_of(config["data"])
 
 
-def test_misspelled_manifest_is_refused() -> None:
-    deployment = yaml.safe_load((FOLDER / "base" / "deployment.yaml").read_text(encoding="utf-8"))
-    deployment["spec"]["template"]["spec"]["automountServiceAcountToken"] = False
-    with pytest.raises(kubernetes_validate.ValidationError):
-        kubernetes_validate.validate(deployment, KUBERNETES, strict=True)
-
-
 @overlays
 def test_all_lies_in_one_namespace_of_restricted_pods(overlay: str) -> None:
     namespace = the(overlay, "Namespace")

@@ -165,13 +165,6 @@ def test_prometheus_takes_them(promtool: str) -> None:
     run(promtool, "check", "rules", "--lint-fatal", str(ALERTS))
 
 
-def test_prometheus_takes_every_expression_of_the_dashboard(promtool: str, tmp_path: Path) -> None:
-    rules = [{"record": f"panel:{k}", "expr": expr} for k, expr in enumerate(EXPRESSIONS)]
-    file = tmp_path / "rules.yaml"
-    file.write_text(yaml.safe_dump({"groups": [{"name": "dashboard", "rules": rules}]}), "utf-8")
-    run(promtool, "check", "rules", str(file))
-
-
 def test_prometheus_takes_the_numbers(promtool: str) -> None:
     with client_of(create_app(Settings())) as client:
         for url in ("/v1/surfaces/saddle/mesh.glb", "/v1/surfaces/saddle/mesh.glb", "/nowhere"):

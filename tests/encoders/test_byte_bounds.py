@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from service.encoders import json_mesh
-from service.encoders.format import EncodeOptions, Format, MeshSize, OoglForm
+from service.encoders.format import EncodeOptions, Format, OoglForm
 from service.encoders.gltf import meshopt
 from service.encoders.oogl import byte_bound
 from service.encoders.oogl_patches import HIGHEST_DEGREE, encode_patches
@@ -152,8 +151,3 @@ def test_no_number_is_longer_than_we_say() -> None:
         shifted = np.random.default_rng(2).standard_normal((2000, 1)) * 10.0 ** np.arange(-9, 20)
         every = np.concatenate([values, *near, shifted.astype(dtype).ravel()])
         assert max(map(len, json_array(every)[1:-1].split(b","))) <= longest
-
-
-def test_json_needs_few_bytes_beside_its_numbers() -> None:
-    size = MeshSize(0, 0, 0, 0, control_points=0, named=0, name_bytes=0)
-    assert json_mesh.byte_bound(size, EncodeOptions()) < 1024

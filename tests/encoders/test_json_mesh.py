@@ -9,7 +9,7 @@ import numpy as np
 from service.encoders import json_mesh
 from service.encoders.format import EncodeOptions
 from service.engine.mesh import Mesh
-from tests.meshes import carrying, sheet, silo, single, with_overlays, without_faces
+from tests.meshes import carrying, sheet, silo, single, with_overlays
 
 
 def decode(mesh: Mesh) -> dict[str, Any]:
@@ -67,15 +67,6 @@ def renamed(faces: list[list[int]], rows: list[int]) -> list[list[int]]:
     return [[rows[k] for k in face] for face in faces]
 
 
-def test_faces_of_one_kind_are_those_of_the_mesh() -> None:
-    wall = replace(silo(faces="quads"), triangles=np.empty((0, 3), dtype=np.uint32))
-    wall = replace(wall, parts=tuple(replace(p, triangles=(0, 0)) for p in wall.parts))
-    for mesh, faces in ((silo(), silo().triangles), (wall, wall.quads)):
-        document = decode(mesh)
-        assert document["attribute_faces"] == faces.tolist()
-        assert document["faces"] == renamed(faces.tolist(), rows_of(mesh))
-
-
 def test_mixed_faces_stand_part_by_part() -> None:
     mesh = silo(5, 2, faces="quads")
     document = decode(mesh)
@@ -122,12 +113,6 @@ def test_every_position_is_written_once() -> None:
     assert document["report"]["watertight"] is True
 
 
-def test_attributes_of_a_smooth_surface_go_row_by_row() -> None:
-    document = decode(sheet(3))
-    assert "attribute_faces" not in document
-    assert len(document["vertices"]) == len(document["normals"])
-
-
 def test_origin_is_added_back() -> None:
     origin = (5e5, 4.6e6, 0.125)
     moved = decode(single(with_overlays(silo()), origin))
@@ -135,9 +120,3 @@ def test_origin_is_added_back() -> None:
     first = [rows_of(silo()).index(k) for k in range(len(moved["vertices"]))]
     np.testing.assert_array_equal(moved["vertices"], expected[first])
     np.testing.assert_array_equal(moved["lines"][1]["vertices"][0], origin)
-
-
-def test_no_faces_is_an_empty_list() -> None:
-    document = decode(without_faces(silo()))
-    assert document["faces"] == []
-    assert [part["faces"] for part in document["parts"]] == [[0, 0]] * 3

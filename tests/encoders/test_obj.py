@@ -8,7 +8,7 @@ import pytest
 from service.encoders import obj
 from service.encoders.format import EncodeOptions
 from service.engine.mesh import Mesh
-from tests.meshes import Faces, carrying, silo, single, with_overlays
+from tests.meshes import Faces, carrying, silo, with_overlays
 from tests.oracles.topology import topology
 
 
@@ -81,14 +81,6 @@ def test_a_position_of_two_colors_has_two_lines() -> None:
             np.testing.assert_array_equal(v[a], [*mesh.positions[vertex], *mesh.colors[vertex]])
 
 
-def test_positions_are_shared_across_creases() -> None:
-    found = records(silo(5, 2))
-    assert len(np.unique(numbers(found, "v"), axis=0)) == len(numbers(found, "v"))
-    counts = topology([[corner[0] for corner in face] for face in corners(found)])
-    assert counts.watertight
-    assert counts.euler == 2
-
-
 @pytest.mark.parametrize(
     ("uvs", "normals", "corner"),
     [(True, True, "1/1/1"), (False, True, "1//1"), (True, False, "1/1"), (False, False, "1")],
@@ -136,9 +128,3 @@ def test_a_name_cannot_end_its_line(name: str, written: bytes) -> None:
     content = obj.encode(replace(silo(), name=name), EncodeOptions())
     assert content.splitlines()[0] == b"o " + written
     assert content.count(b"\nf ") == len(silo().triangles)
-
-
-def test_origin_is_added_to_overlays_too() -> None:
-    plain, moved = with_overlays(silo()), single(with_overlays(silo()), (8.0, 16.0, 32.0))
-    shift = numbers(records(moved), "v") - numbers(records(plain), "v")
-    np.testing.assert_array_equal(shift, np.broadcast_to([8.0, 16.0, 32.0], shift.shape))

@@ -11,7 +11,7 @@ from service.encoders.format import EncodeOptions, OoglForm
 from service.engine.mesh import Mesh
 from service.errors import UnsupportedByFormat
 from tests.clients.geomview import read_oogl
-from tests.meshes import Faces, carrying, sheet, silo, single, with_overlays, without_faces
+from tests.meshes import Faces, carrying, sheet, silo, with_overlays, without_faces
 
 FORMS: list[OoglForm] = ["cquad", "mesh", "off"]
 
@@ -36,16 +36,6 @@ def test_geomview_reads_it_without_a_word(form: OoglForm, faces: Faces, tmp_path
         (read.vertices.max(axis=0), mesh.report.bounds_max),
     ):
         np.testing.assert_allclose(bound, expected_bound, atol=1e-5)
-
-
-@pytest.mark.parametrize(("form", "segments"), [("cquad", 4 + 4 + 3), ("mesh", 10), ("off", 10)])
-def test_geomview_reads_overlays(form: OoglForm, segments: int, tmp_path: Path) -> None:
-    bare = replace(silo(5, 3), normals=None, uvs=None)
-    faces = len(read_oogl(encode(bare, form), tmp_path).faces)
-    read = read_oogl(encode(with_overlays(bare), form), tmp_path)
-    # It counts each segment as a face of two corners.
-    assert len(read.faces) == faces + segments
-    assert sum(len(face) == 2 for face in read.faces) == segments
 
 
 @pytest.mark.parametrize("form", ["mesh", "off"])
@@ -85,13 +75,6 @@ def test_seed_form_lists_the_corners_of_every_cell_in_its_own_order() -> None:
     assert found[2:-1] == expected
 
 
-def test_rows_are_written_in_blocks_that_leave_no_gap(monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = encode(sheet(7), "cquad")
-    for samples in (1, 16, 24, 63):
-        monkeypatch.setattr("service.encoders.oogl.BLOCK", samples)
-        assert encode(sheet(7), "cquad") == whole
-
-
 def test_control_net_is_one_skeleton_a_cell_and_the_boundary_one_in_all() -> None:
     text = encode(with_overlays(silo()), "cquad").decode()
     _, net = text.split("}\n", 1)
@@ -116,16 +99,6 @@ def test_mesh_form_runs_u_fastest() -> None:
                 row = grid[0, i, j]
                 expected = [*mesh.positions[row], *mesh.normals[row]]
                 np.testing.assert_allclose(values[j * 5 + i], expected, rtol=1e-7, atol=0)
-
-
-def test_off_form_shares_vertices() -> None:
-    mesh = replace(silo(faces="quads"), uvs=None)
-    found = lines(encode(mesh, "off"))
-    assert found[1] == f"{{ = NOFF {len(mesh.positions)} 12 0"
-    body = found[2 + len(mesh.positions) : -1]
-    expected = [[4, *quad] for quad in mesh.quads.tolist()]
-    expected += [[3, *triangle] for triangle in mesh.triangles.tolist()]
-    assert [[int(x) for x in line.split()] for line in body] == expected
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -163,26 +136,11 @@ def test_a_vertex_is_position_normal_color_texture(
     assert len(read_oogl(content, tmp_path).faces) == (9 if form == "mesh" else 18)
 
 
-def test_seed_form_has_six_digits_of_every_color() -> None:
-    mesh = carrying(sheet(2), opacity=True)
-    assert mesh.colors is not None
-    assert lines(encode(mesh, "cquad"))[2] == "{:g} {:g} {:g} {:g} {:g} {:g} {:g}".format(
-        *mesh.positions[0], *mesh.colors[0]
-    )
-
-
 def test_the_default_is_the_seed_form_where_there_are_grids() -> None:
     mesh = with_overlays(silo())
     assert encode(mesh) == encode(mesh, "cquad")
     gridless = replace(mesh, grids=())
     assert encode(gridless) == encode(gridless, "off")
-
-
-def test_origin_is_added_back(tmp_path: Path) -> None:
-    moved = single(silo(), (8.0, 16.0, 32.0))
-    for form in FORMS:
-        read = read_oogl(encode(moved, form), tmp_path)
-        np.testing.assert_array_equal(read.vertices.min(axis=0), [7, 15, 32])
 
 
 @pytest.mark.parametrize(

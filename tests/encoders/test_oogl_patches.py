@@ -11,7 +11,6 @@ from service.errors import UnsupportedByFormat
 from service.surface.batches import Channel, TensorPatches
 from service.surface.lowered import Part, PatchModel
 from tests.clients.geomview import read_oogl
-from tests.meshes import boundary, control_net
 
 Array = NDArray[np.float64]
 
@@ -70,22 +69,6 @@ def test_rational_patches_are_homogeneous(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.hypot(*read.vertices[:, :2].T), 1, atol=1e-6)
 
 
-def test_control_points_run_u_fastest_with_all_their_digits() -> None:
-    points = net(2, 1, patches=2)
-    found = encode_patches(model(TensorPatches(points))).decode().splitlines()
-    assert found[1] == "{ = BEZ 2 1 3"
-    expected = [points[k, i, j].tolist() for k in range(2) for j in range(2) for i in range(3)]
-    assert [[float(x) for x in line.split()] for line in found[2:-1]] == expected
-
-
-def test_batches_and_overlays_stand_in_one_list(tmp_path: Path) -> None:
-    batches = TensorPatches(net(3, 3, patches=4)), quarter_cylinder()
-    content = encode_patches(model(*batches), (control_net(), boundary()))
-    assert content.count(b"BEZ") == 2
-    assert content.count(b"SKEL") == 2
-    assert len(read_oogl(content, tmp_path).vertices) >= 5 * DICE * DICE
-
-
 def test_corners_have_their_colors(tmp_path: Path) -> None:
     """A net of degree (1, 1) is all that BEZ can say: Geomview's colours are then the surface's."""
     colors = np.random.default_rng(6).random((2, 2, 2, 4))
@@ -108,22 +91,6 @@ def test_corners_have_their_colors(tmp_path: Path) -> None:
     found = np.hstack([read.vertices, read.colors])
     distance = np.abs(expected[:, None] - found).max(axis=-1)
     assert max(distance.min(axis=0).max(), distance.min(axis=1).max()) < 2e-5
-
-
-def test_corners_have_texture_coordinates_before_colors(tmp_path: Path) -> None:
-    uvs = np.arange(16.0).reshape(1, 2, 4, 2)
-    colors = np.linspace(0, 1, 18).reshape(1, 3, 2, 3)
-    channels = (Channel("uvs", "uvs", uvs), Channel("colors", "colors", colors))
-    rational = quarter_cylinder()
-    batch = TensorPatches(rational.points, rational.weights, channels)
-    content = encode_patches(model(batch))
-    head, *body, tail = content.decode().splitlines()[1:]
-    assert (head, tail) == ("{ = STCBEZ 2 1 4", "}")
-    corners = [(0, 0), (-1, 0), (0, -1), (-1, -1)]
-    rows = [[float(x) for x in line.split()] for line in body[6:]]
-    assert rows[:4] == [uvs[0, i, j].tolist() for i, j in corners]
-    assert rows[4:] == [[*colors[0, i, j].tolist(), 1.0] for i, j in corners]
-    assert len(read_oogl(content, tmp_path).vertices) == DICE * DICE
 
 
 @pytest.mark.parametrize("degree", [(13, 1), (1, 13)])

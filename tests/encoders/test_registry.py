@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from service.encoders.format import EncodeOptions, Format
-from service.encoders.registry import BY_NAME, BY_SUFFIX, FORMATS
+from service.encoders.registry import FORMATS
 from service.errors import UnsupportedByFormat
 from service.surface.batches import ChannelKind
-from tests.meshes import carrying, silo, single, with_overlays, without_faces
+from tests.meshes import carrying, silo, with_overlays, without_faces
 
 each_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.name)
 
@@ -16,12 +16,6 @@ each_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.
 def test_names_in_their_order() -> None:
     names = ["glb", "gltf", "json", "oogl", "stl", "obj", "ply", "off"]
     assert [known.name for known in FORMATS] == names
-
-
-@each_format
-def test_found_by_name_and_suffix(known: Format) -> None:
-    assert BY_NAME[known.name] is known
-    assert BY_SUFFIX[known.suffix] is known
 
 
 def test_media_types_tell_formats_apart_and_have_no_parameters() -> None:
@@ -61,22 +55,6 @@ def test_channels_are_written_where_they_are_said_to_be(known: Format, kind: Cha
     }
     differ = known.encode(full, options) != known.encode(lacking[kind], options)
     assert differ == (kind in known.carries)
-
-
-@each_format
-def test_bytes_are_a_function_of_the_mesh(known: Format) -> None:
-    first = known.encode(single(with_overlays(silo(7, 2))), EncodeOptions())
-    again = known.encode(single(with_overlays(silo(7, 2))), EncodeOptions())
-    assert first == again
-
-
-@each_format
-def test_read_only_arrays_will_do(known: Format) -> None:
-    mesh = silo()
-    for array in (mesh.positions, mesh.normals, mesh.uvs, mesh.triangles, mesh.welds, mesh.origin):
-        assert array is not None
-        array.flags.writeable = False
-    assert known.encode(mesh, EncodeOptions()) == known.encode(silo(), EncodeOptions())
 
 
 @each_format

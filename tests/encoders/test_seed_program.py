@@ -7,7 +7,6 @@ digits do not show it.
 """
 
 import json
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,7 +14,6 @@ from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface import examples
-from tests.clients.geomview import read_oogl
 
 NET = Path(examples.__file__).parent / "data" / "bourke-1111.json"
 SAMPLES = 50, 40
@@ -91,9 +89,3 @@ def test_every_line_is_that_of_the_program() -> None:
     assert ours().decode("ascii").splitlines() == expected
     assert sum(line.endswith("1 1 1 1") for line in expected) == 4 * 1911
     assert sum(line.startswith("{ = SKEL") for line in expected) == 20
-
-
-def test_geomview_reads_all_of_it(tmp_path: Path) -> None:
-    read = read_oogl(ours(), tmp_path)
-    # It counts each side of a closed SKEL as a face of two corners.
-    assert Counter(map(len, read.faces)) == {4: 1911, 2: 4 * 20}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from service.encoders.format import EncodeOptions, OoglForm
+from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions, OverlayName
 from service.errors import UnsupportedByFormat
@@ -18,7 +18,6 @@ from service.surface.examples import find
 from service.surface.rounded import rounded_box
 from service.surface.triangle import TriangleSurface
 from tests.clients.geomview import read_oogl
-from tests.clients.gltf_validator import issues
 from tests.oracles import triangles
 
 OVERLAYS: tuple[OverlayName, ...] = ("control_net", "boundary")
@@ -37,19 +36,6 @@ def colored(degree: int = 5) -> TriangleSurface:
         attributes=(("height", rng.uniform(-9, 9, (10, 1))), ("six", rng.uniform(0, 1, (1, 6)))),
     )
     return TriangleSurface(net, rng.uniform(0.5, 2, len(net)), "z", "sail", carried)
-
-
-@pytest.mark.parametrize(("name", "form"), FORMATS)
-@pytest.mark.parametrize("example", EXAMPLES)
-@pytest.mark.parametrize("resolution", [(1, 1), (5, 3)])
-def test_no_file_is_longer_than_predicted(
-    example: str, name: str, form: OoglForm | None, resolution: tuple[int, int]
-) -> None:
-    """With the overlays, where there is a place for them."""
-    known = BY_NAME[name]
-    options = MeshOptions(resolution, overlays=OVERLAYS if known.overlays else (), uvs=True)
-    work = plan(find(example).surface(), options, known, EncodeOptions(form))
-    assert 0 < len(work.run()) <= known.byte_bound(work.size, EncodeOptions(form))
 
 
 @pytest.mark.parametrize("name", ["stl", "obj", "ply", "off"])
@@ -72,13 +58,6 @@ def test_trimesh_reads_a_closed_body_of_the_right_volume(name: str) -> None:
     assert 0 < 1 - loaded.volume / truth < 1e-3
 
 
-@pytest.mark.parametrize("suffix", ["glb", "gltf"])
-def test_channels_of_a_triangle_are_valid_gltf(suffix: str, tmp_path: Path) -> None:
-    for resolution in ((1, 1), (8, 8)):
-        content = plan(colored(), MeshOptions(resolution), BY_NAME[suffix]).run()
-        assert issues(content, tmp_path / f"model.{suffix}") == []
-
-
 def test_geomview_dices_the_very_sphere(tmp_path: Path) -> None:
     """The exact form of a triangle is a square with a pole, and just as round."""
     work = plan(
@@ -99,10 +78,3 @@ def test_the_exact_form_ends_at_degree_12(degree: int, refused: bool, tmp_path: 
     with pytest.raises(UnsupportedByFormat) as caught:
         work.run()
     assert caught.value.issues[0].got == "degree 13"
-
-
-@pytest.mark.parametrize("form", ["cquad", "mesh"])
-def test_forms_of_grids_refuse_triangles(form: OoglForm) -> None:
-    work = plan(find("rounded-box").surface(), MeshOptions(), BY_NAME["oogl"], EncodeOptions(form))
-    with pytest.raises(UnsupportedByFormat):
-        work.run()

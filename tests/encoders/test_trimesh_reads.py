@@ -15,7 +15,7 @@ from trimesh.visual import ColorVisuals
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.mesh import Mesh
-from tests.meshes import Faces, carrying, sheet, silo, single, with_overlays
+from tests.meshes import Faces, carrying, sheet, silo, single
 
 SIDES, ROWS = 12, 3
 AREA = SIDES / 2 * np.sin(2 * np.pi / SIDES)
@@ -59,37 +59,6 @@ def test_quads_are_kept(name: str) -> None:
     assert loaded.volume == pytest.approx(VOLUME, rel=1e-6)
 
 
-def test_off_is_closed_without_any_merging() -> None:
-    loaded = read(body("off"), "off", process=False)
-    assert loaded.is_watertight
-    # A rim below and one above, ROWS - 1 rings within each patch, the centre and the apex.
-    assert len(loaded.vertices) == SIDES * (2 + 3 * (ROWS - 1)) + 2
-
-
-def test_ply_keeps_every_vertex_with_its_normal() -> None:
-    mesh = body("ply")
-    loaded = read(mesh, "ply", process=False)
-    np.testing.assert_array_equal(loaded.vertices, mesh.positions)
-    np.testing.assert_array_equal(loaded.faces, mesh.triangles)
-    assert mesh.normals is not None
-    np.testing.assert_allclose(loaded.vertex_normals, mesh.normals, atol=1e-7)
-
-
-def test_obj_keeps_normals_and_positions() -> None:
-    mesh = body("obj")
-    loaded = read(mesh, "obj", process=False)
-    assert mesh.normals is not None
-    rows = {(*p, *n) for p, n in zip(loaded.vertices, loaded.vertex_normals.round(6), strict=True)}
-    own = {(*p, *n) for p, n in zip(mesh.positions, mesh.normals.round(6), strict=True)}
-    assert rows == own
-
-
-def test_obj_lines_disturb_nobody() -> None:
-    loaded = read(with_overlays(body("obj")), "obj", process=True, merge_norm=True, merge_tex=True)
-    assert len(loaded.faces) == len(silo(SIDES, ROWS).triangles)
-    assert loaded.volume == pytest.approx(VOLUME, rel=1e-6)
-
-
 @pytest.mark.parametrize("name", ["obj", "ply"])
 @pytest.mark.parametrize("opacity", [False, True])
 def test_colors_arrive(name: str, opacity: bool) -> None:
@@ -105,24 +74,11 @@ def test_colors_arrive(name: str, opacity: bool) -> None:
     np.testing.assert_allclose(found, 255 * four[mesh.triangles], atol=1)
 
 
-def test_colored_off_is_read_and_closed() -> None:
-    """Trimesh passes over the colours."""
-    loaded = read(carrying(body("off"), opacity=True), "off", process=False)
-    assert loaded.is_watertight
-    assert loaded.volume == pytest.approx(VOLUME, rel=1e-6)
-
-
 def test_ply_attributes_arrive() -> None:
     mesh = carrying(body("ply"))
     loaded = read(mesh, "ply", process=False)
     found = loaded.metadata["_ply_raw"]["vertex"]["data"]["_temperature"]
     np.testing.assert_array_equal(found.ravel(), mesh.attributes[0][1].ravel().astype(np.float32))
-
-
-@pytest.mark.parametrize("name", ["stl", "obj", "ply", "off"])
-def test_origin_is_added_back(name: str) -> None:
-    loaded = read(single(silo(), (1024.0, -512.0, 0.5)), name)
-    np.testing.assert_array_equal(loaded.bounds, [[1023, -513, 0.5], [1025, -511, 2.5]])
 
 
 @pytest.mark.parametrize("name", ["obj", "ply", "off"])

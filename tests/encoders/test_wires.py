@@ -1,7 +1,5 @@
 """Wireframes in files: what the judges say, what formats hold, what they are predicted to need."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -14,8 +12,6 @@ from service.pipeline.mesh import plan, render
 from service.pipeline.prediction import predict
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find
-from tests.clients.geomview import read_oogl
-from tests.clients.gltf_validator import issues
 from tests.encoders.gltf.reader import read_glb
 
 TEAPOT = find("utah-teapot").surface()
@@ -26,16 +22,6 @@ each_form = pytest.mark.parametrize("wires", FORMS)
 
 def wireframe(wires: WireForm, surface: bool = False) -> MeshOptions:
     return MeshOptions((4, 4), isocurves=(2, 2), wires=wires, surface=surface, wire_sides=5)
-
-
-@each_form
-@pytest.mark.parametrize("surface", [True, False])
-def test_the_validator_has_nothing_to_say(wires: WireForm, surface: bool, tmp_path: Path) -> None:
-    content = render(TEAPOT, wireframe(wires, surface), BY_NAME["glb"])
-    assert issues(content, tmp_path / "model.glb") == []
-    names = [node["name"] for node in read_glb(content).document["nodes"]]
-    assert names[-1] == "isocurves"
-    assert len(names) == (8 if surface else 2)
 
 
 @each_form
@@ -62,18 +48,6 @@ def test_the_wires_of_gltf_have_a_colour() -> None:
     assert plain["name"] == "surface"
     assert orange["name"] == "surface #ed8a40"
     assert gltf.primitive("isocurves")["material"] == 1
-
-
-@pytest.mark.parametrize("wires", ["lines", "tubes"])
-def test_geomview_has_nothing_to_say(wires: WireForm, tmp_path: Path) -> None:
-    oogl = BY_NAME["oogl"]
-    content = render(TEAPOT, wireframe(wires, surface=wires == "lines"), oogl)
-    assert read_oogl(content, tmp_path).faces
-
-
-def test_lines_alone_are_skeletons() -> None:
-    content = render(TEAPOT, wireframe("lines"), BY_NAME["oogl"])
-    assert content.startswith(b"LIST\n{ = SKEL ")
 
 
 def test_the_exact_form_takes_lines_and_nothing_else() -> None:

@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 
 from service.bases import knots
-from service.encoders.format import EncodeOptions, Format
-from service.encoders.registry import FORMATS
-from service.engine.options import MeshOptions, OverlayName
-from service.pipeline.mesh import render
-from service.pipeline.prediction import predict
+from service.engine.options import MeshOptions
 from service.surface.bspline import BsplineSurface
-from tests.engine.meshing import check_sound, check_winding, mesh_of, shape_of
+from tests.engine.meshing import check_sound, mesh_of, shape_of
 from tests.spline_strategies import points_for, weights_for
 from tests.strategies import Array
 
@@ -41,20 +37,6 @@ def pairs(mesh: Any) -> tuple[Array, Array]:
     return mesh.normals[twice], mesh.normals[mesh.welds[twice]]
 
 
-@pytest.mark.parametrize("rational", [False, True])
-@pytest.mark.parametrize("names", [("clamped", "uniform"), ("uniform", "clamped")])
-def test_patches_hang_together(names: Any, rational: bool) -> None:
-    """One sheet with one border, the normals of neighbours merged."""
-    weights = weights_for(7, 2, 6) if rational else None
-    surface = BsplineSurface(field(7, 6), (3, 2), names, weights)
-    mesh = mesh_of(surface.lower(), resolution=(3, 4))
-    check_sound(mesh)
-    check_winding(mesh)
-    assert len(mesh.positions) == (4 * 3 + 1) * (4 * 4 + 1)
-    assert mesh.report.boundary_edges == 2 * (4 * 3 + 4 * 4)
-    assert mesh.welds is None
-
-
 def test_a_knot_of_multiplicity_p_is_a_crease() -> None:
     """Two normals at every position of that line, and on no other."""
     vector = np.array([0, 0, 0, 0, 1, 2, 2, 2, 3, 4, 4, 4, 4.0])
@@ -80,16 +62,6 @@ def test_a_knot_of_multiplicity_p_plus_one_parts_the_surface(rational: bool) -> 
     assert shape_of(mesh).components == 2
     assert not mesh.report.watertight
     assert mesh.report.boundary_edges == 2 * 2 * (3 + 3 * 2)
-
-
-def test_parted_control_points_that_agree_are_welded() -> None:
-    """Multiplicity p + 1 over equal points is a crease like any other."""
-    net = field(8, 5)
-    net[4] = net[3]
-    vector = np.array([0, 0, 0, 0, 2, 2, 2, 2, 5, 5, 5, 5.0])
-    mesh = mesh_of(BsplineSurface(net, (3, 2), (vector, "clamped")).lower(), resolution=(3, 2))
-    assert shape_of(mesh).components == 1
-    assert mesh.report.boundary_edges == 2 * (2 * 3 + 3 * 2)
 
 
 @pytest.mark.parametrize("single", [False, True])
@@ -157,27 +129,3 @@ def test_the_control_net_overlay_is_the_net_that_was_given() -> None:
     assert len(overlay.segments) == 4 * 7 + 5 * 6
     assert overlay.cells is not None
     assert len(overlay.cells) == 4 * 6
-
-
-@pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
-def test_a_net_with_idle_points_fits_the_prediction(fmt: Format) -> None:
-    """Knots before the domain: more control points were given than the patch has."""
-    vector = np.array([-4.0, -3, -2, -1, *[0] * 5, 1, 1, 1, 1, 1])
-    surface = BsplineSurface(field(9, 2), (4, 1), (vector, "clamped"))
-    overlays: tuple[OverlayName, ...] = ("control_net",) if fmt.overlays else ()
-    options = MeshOptions(resolution=(1, 1), overlays=overlays)
-    model = surface.lower()
-    assert model.batches[0].points.shape == (1, 5, 2, 3)
-    size = predict(model, options)
-    if overlays:
-        assert size.overlay_points == 9 * 2
-    assert len(render(surface, options, fmt)) <= fmt.byte_bound(size, EncodeOptions())
-
-
-def test_a_crease_in_high_degrees() -> None:
-    """Degree (24, 1) with a knot of full multiplicity inside."""
-    vector = np.repeat([0.0, 1.0, 3.0], [25, 24, 25])
-    net = ridge(49, 2)
-    mesh = mesh_of(BsplineSurface(net, (24, 1), (vector, "clamped")).lower(), resolution=(9, 2))
-    check_sound(mesh)
-    assert len(pairs(mesh)[0]) == 3

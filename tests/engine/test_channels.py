@@ -16,7 +16,7 @@ from service.engine.mesh import Mesh
 from service.surface.batches import Channel, TensorPatches
 from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
-from service.surface.lowered import Domain, Part, PatchModel
+from service.surface.lowered import Part, PatchModel
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 from tests.engine.meshing import check_sound, mesh_of, shape_of
@@ -96,13 +96,6 @@ def test_the_corners_are_the_control_values() -> None:
     np.testing.assert_array_equal(rows[[0, 5, -6, -1]], net[[0, 0, -1, -1], [0, -1, 0, -1]])
 
 
-def test_one_value_is_a_constant() -> None:
-    """A net of degree (0, 0), at all samples the very number."""
-    surface = BezierSurface(SQUARE, channels=Channels(np.array([[[0.1, 0.2, 0.3]]])))
-    made = mesh_of(surface.lower(), resolution=(9, 7))
-    np.testing.assert_array_equal(made.colors, np.tile([0.1, 0.2, 0.3], (80, 1)))
-
-
 def with_values(pieces: list[Array], values_: list[Array]) -> PatchModel:
     """A model of patches of one degree with an attribute `a`, patch by patch."""
     batch = TensorPatches(
@@ -162,13 +155,6 @@ def test_rounding_is_no_difference(off: float, welded: bool) -> None:
     assert len(made.positions) == (6 if welded else 8)
 
 
-def test_rounding_of_a_constant_is_no_difference() -> None:
-    """Whose range is nothing but rounding."""
-    left = np.full((2, 2, 1), 300.0)
-    made = mesh_of(strip(left, left * (1 + 2.0**-22)), resolution=(1, 1), single=True)
-    assert len(made.positions) == 6
-
-
 def test_creases_have_equal_values_bit_for_bit() -> None:
     """Normals stay apart, the attribute of the place is one."""
     random = np.random.default_rng(4)
@@ -210,28 +196,6 @@ def test_a_pole_has_as_many_vertices_as_values() -> None:
     assert len(many.positions) == 17
     assert one.report == many.report
     check_sound(many)
-
-
-def test_parameters_are_those_of_the_domain() -> None:
-    """Two spans of unequal length: the seam welds, as u is one there."""
-    domain = Domain(np.array([2.0, 3.0, 7.0]), np.array([-1.0, 1.0]))
-    batch = TensorPatches(np.stack([SQUARE, moved(SQUARE, 1.0)]))
-    model = PatchModel("model", (batch,), (Part("model", 0, 2),), "y", domain)
-    made = mesh_of(model, resolution=(4, 2), uvs=True)
-    assert made.welds is None
-    assert made.uvs is not None
-    u = np.where(made.positions[:, 0] <= 1, 2 + made.positions[:, 0], 4 * made.positions[:, 0] - 1)
-    np.testing.assert_allclose(made.uvs[:, 0], u, atol=1e-15)
-    np.testing.assert_allclose(made.uvs[:, 1], 2 * made.positions[:, 1] - 1, atol=1e-15)
-
-
-def test_texture_coordinates_come_before_parameters() -> None:
-    """Whatever is asked for."""
-    uvs = np.array([[[0.0, 5], [0, 9]], [[1, 5], [1, 9]]])
-    surface = BezierSurface(SQUARE, channels=Channels(uvs=uvs)).lower()
-    for option in (False, True):
-        made = mesh_of(surface, resolution=(1, 1), uvs=option)
-        np.testing.assert_array_equal(made.uvs, uvs.reshape(4, 2))
 
 
 def test_patches_blend_values_of_vertices() -> None:
@@ -281,20 +245,6 @@ def test_white_is_not_more_than_white() -> None:
     assert made.colors is not None
     assert made.colors.max() == 1.0
     assert made.colors.min() > 1 - 1e-14
-
-
-def test_frames_have_parameters() -> None:
-    """A square and beside it a turned one: all of u and v along the finer side."""
-    wide = np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, -1, 0], [1, -1, 0]]])
-    made = mesh_of(model_of([SQUARE, wide]), resolution=(2, 7), uvs=True)
-    assert made.uvs is not None
-    mine = made.positions[:, 1] > 0
-    np.testing.assert_allclose(made.uvs[mine], made.positions[mine, :2], atol=1e-15)
-    side = made.positions[:, 1] == 0
-    # The seam has 7 divisions: once with the parameters of each patch.
-    seam = {(tuple(p), tuple(t)) for p, t in zip(made.positions[side], made.uvs[side], strict=True)}
-    places = [k / 7 for k in range(8)]
-    assert seam == {((x, 0.0, 0.0), t) for x in places for t in ((x, 0.0), (0.0, x))}
 
 
 @settings(max_examples=25)

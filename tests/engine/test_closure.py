@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.bases import knots
 from service.encoders.content import report_object
 from service.engine import closure as module
-from service.engine.closure import SAME_PARTIAL, SAME_PLANE, Closure, Continuity, closure
+from service.engine.closure import SAME_PARTIAL, SAME_PLANE, Closure, closure
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
@@ -73,22 +72,6 @@ def test_periodic_surfaces_close_both_ways(degree: tuple[int, int], rational: bo
     assert mesh.welds is None
 
 
-def test_a_periodic_polygon_has_corners() -> None:
-    """Degree 1 closes as well, C^0."""
-    surface = BsplineSurface(ring(), (1, 3), ("periodic", "periodic"))
-    assert closed(surface) == Closure("C0", "C1")
-
-
-@pytest.mark.parametrize("rational", [False, True])
-def test_periodic_given_as_any_other_knots(rational: bool) -> None:
-    """The first p points once more, over knots of k/7 that rounding makes uneven."""
-    weights = again(weights_for(7, 3, 5), 3) if rational else None
-    vector = knots.periodic(7, 3) / 7
-    surface = BsplineSurface(again(ring(), 3), (3, 3), (vector, "periodic"), weights)
-    assert closed(surface) == Closure("C1", "C1")
-    assert mesh_of(surface.lower(), resolution=(2, 2)).report.watertight
-
-
 def test_the_first_row_once_more_is_a_corner() -> None:
     """C0, watertight, and two normals along the seam."""
     surface = BsplineSurface(again(ring()), knots=("clamped", "periodic"))
@@ -140,18 +123,6 @@ def test_partials_are_those_of_the_domain() -> None:
     even, uneven = (np.array([0, 0, 0, 0, *inner, 9, 9, 9, 9]) for inner in ((2, 5, 7), (2, 5, 6)))
     assert closed(BsplineSurface(net, (3, 1), (even, "clamped"))) == Closure("C1", None)
     assert closed(BsplineSurface(net, (3, 1), (uneven, "clamped"))) == Closure("G1", None)
-
-
-@pytest.mark.parametrize(("last", "wanted"), [(4.0, "C1"), (5.0, "G1"), (3.5, "G1")])
-def test_the_circle_of_the_books(last: float, wanted: Continuity) -> None:
-    """Smooth at every quarter; its speed is even over even knots."""
-    surface = circle([0, 1, 2, 3, last])
-    assert closed(surface) == Closure(wanted, None)
-    mesh = mesh_of(surface.lower(), resolution=(4, 1))
-    assert mesh.report.boundary_edges == 2 * 16
-    assert mesh.welds is None
-    assert mesh.normals is not None
-    np.testing.assert_allclose(mesh.normals[:, :2], mesh.positions[:, :2], atol=1e-14)
 
 
 def test_weights_may_differ_by_a_factor() -> None:

@@ -99,12 +99,6 @@ def test_an_origin_is_put_on_the_grid_and_nothing_shifts(
         assert np.abs(apart).max() <= on.step / 2 + 2.0**-52 * max(map(abs, origin))
 
 
-def test_a_step_that_would_not_do_is_widened() -> None:
-    on = snapped(single(with_overlays(silo())), 2.0**-30)
-    on_a_grid(on)
-    assert on.step == 2.0**-14
-
-
 def test_what_meets_in_one_place_has_one_step() -> None:
     small, large, far = square(), square(1.0, 40.0), square(100.0)
     alone = [grid_steps(surface.lower(), COARSE)[0] for surface in (small, large, far)]
@@ -116,17 +110,6 @@ def test_what_meets_in_one_place_has_one_step() -> None:
     # A chain of neighbours: each meets the next.
     chain = grid_steps(placed(small, large, square(41.0)), COARSE)
     assert chain == (alone[1],) * 3
-
-
-def test_in_another_place_nothing_meets() -> None:
-    twice = np.diag([2.0, 2, 2, 1])
-    large = Member(square(1.0, 40.0), name="b", matrix=twice)
-    model = GroupSurface((Member(square(), name="a"), large)).lower()
-    assert isinstance(model, GroupModel)
-    steps = grid_steps(model, COARSE)
-    assert steps[0] < steps[1]
-    # The error of a copy is that of its model, as large as it is placed.
-    assert grid_error(model, COARSE) == pytest.approx(CORNER * 2 * steps[1])
 
 
 def test_a_model_of_two_places_ties_those_of_both() -> None:

@@ -99,12 +99,6 @@ def test_a_collapsed_side_loses_its_faces(side: int, kind: Faces) -> None:
         assert len(set(face) & set(pole.tolist())) <= 1
 
 
-def test_a_patch_of_which_nothing_is_left_has_no_faces() -> None:
-    """All four sides in one point, one division: no face has area."""
-    triangles, quads = faces(Shape((1, 1), (1, 1, 1, 1), (True,) * 4), "quads")
-    assert (len(triangles), len(quads)) == (0, 0)
-
-
 def test_patterns_are_shared_and_read_only() -> None:
     """Cached by shape."""
     shape = Shape((5, 4), (4, 4, 5, 5))

@@ -97,37 +97,6 @@ def test_neighbours_of_any_degrees_share_their_edge(
     assert (shape_of(mesh).components, shape_of(mesh).euler) == (1, 1)
 
 
-@pytest.mark.parametrize("rational", [False, True])
-def test_the_order_of_the_patches_does_not_matter(rational: bool) -> None:
-    """Degrees 2, 3 and 5 around one edge: the same edges, the same samples."""
-    lines = curves(4, 2, 5, rational)
-    found = []
-    for order in ([0, 1, 2], [2, 0, 1], [1, 2, 0]):
-        nets, weights = [], []
-        for k in order:
-            sides = [raised(line, (2, 3, 5)[k]) for line in (lines[0], lines[k + 1])]
-            nets.append(np.stack([points for points, _ in sides]))
-            weights.append(np.stack([ws for _, ws in sides]))
-        model = model_of(nets, weights if rational else None)
-        seams = find_seams(model.batches)
-        assert (2, 3) in lines_of(seams)
-        mesh = mesh_of(model, resolution=(2, 7), weld=False)
-        spines = [mesh.positions[grid[0]].tobytes() for batch in mesh.grids for grid in batch]
-        found += spines
-        assert len(spines) == 3
-    assert len(set(found)) == 1
-
-
-def test_a_cubic_patch_meets_a_plane() -> None:
-    """Its side is a straight line in thirds, which no float is."""
-    line = np.array([[0.1, 0.2, 0.3], [1.7, 2.3, -0.9]])
-    cubic = raised((line, np.ones(2)), 3)[0]
-    bent = np.stack([cubic, moved(cubic, 0.5, 0, 1), moved(cubic, 1, 0, 1), moved(cubic, 2, 0, 0)])
-    flat = np.stack([line - (1, 0, 0), line])
-    seams = find_seams(model_of([bent, flat]).batches)
-    assert (1, 2) in lines_of(seams)
-
-
 @pytest.mark.parametrize("degree", [2, 3, 5])
 @pytest.mark.parametrize("first", [True, False])
 def test_a_triangle_meets_a_grid_of_another_degree(degree: int, first: bool) -> None:

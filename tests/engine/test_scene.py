@@ -80,16 +80,6 @@ def test_a_flattened_copy_is_the_placed_mesh(
         assert body_volume(mesh) == pytest.approx(wanted, rel=1e-12)
 
 
-def test_an_unplaced_copy_is_the_mesh_bit_for_bit() -> None:
-    mesh = build(group_of(Member(find("cone").surface()), up="z"), MeshOptions())
-    own = mesh_of("cone")
-    assert mesh.positions.tobytes() == own.positions.tobytes()
-    assert mesh.normals is not None
-    assert own.normals is not None
-    assert mesh.normals.tobytes() == own.normals.tobytes()
-    assert mesh.triangles.tobytes() == own.triangles.tobytes()
-
-
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
 def test_a_mirrored_body_still_looks_outwards(faces: str) -> None:
     """Its faces, its normals, and its grids, which the forms of OOGL are made of."""
@@ -138,13 +128,6 @@ def test_equal_members_are_meshed_once_and_counted_each() -> None:
     assert report.triangles == 3 * mesh.report.triangles
     assert (report.bounds_min, report.bounds_max) == ((-3, -3, -3), (3, 3, 3))
     assert report.watertight
-
-
-def test_one_open_member_opens_the_whole() -> None:
-    model = group_of(Member(find("sphere").surface()), Member(find("saddle").surface()))
-    report = build(model, MeshOptions(resolution=(4, 4))).report
-    assert not report.watertight
-    assert report.boundary_edges == 16
 
 
 def test_copies_keep_to_themselves() -> None:

@@ -16,7 +16,6 @@ from service.surface.lowered import Part, PatchModel
 from tests.engine.meshing import (
     check_sound,
     check_upright,
-    check_values,
     check_winding,
     mesh_of,
     shape_of,
@@ -29,10 +28,8 @@ from tests.strategies import (
     height_nets,
     model_of,
     moved,
-    quarters,
     resolutions,
     split_models,
-    symmetries,
     turned,
     weights_like,
 )
@@ -81,19 +78,6 @@ def test_pieces_of_a_surface_weld_however_they_are_turned(
     # One tangent plane across every seam: one vertex a position.
     assert len(mesh.positions) == shape.vertices == (2 * divisions + 1) ** 2
     assert mesh.welds is None
-
-
-@given(split_models(oriented=False), st.integers(1, 5))
-def test_mirrored_neighbours_weld_by_position(
-    pieces: tuple[Array, list[Array]], divisions: int
-) -> None:
-    """Normals of mirrored pieces oppose each other: kept apart, the surface stays whole."""
-    mesh = mesh_of(pieces[1], resolution=(divisions, divisions))
-    check_sound(mesh)
-    check_upright(mesh)
-    shape = shape_of(mesh)
-    assert shape.vertices == (2 * divisions + 1) ** 2
-    assert (shape.components, shape.boundary, shape.non_manifold) == (1, 8 * divisions, 0)
 
 
 @given(split_models(oriented=False), resolutions)
@@ -214,14 +198,6 @@ def neighbours(count: int) -> tuple[Array, Array, Array]:
     return nets, weights, weights * factors
 
 
-def test_a_common_factor_of_the_weights_never_opens_a_seam() -> None:
-    """Whatever the factor did to the last digits: each of two thousand pairs shares its edge."""
-    nets, _, weights = neighbours(2000)
-    batch = TensorPatches(nets.reshape(-1, 3, 3, 3), weights.reshape(-1, 3, 3))
-    edge = find_seams([batch]).edge.reshape(-1, 2, 4)
-    np.testing.assert_array_equal(edge[:, 0, 1], edge[:, 1, 0])
-
-
 def test_a_common_factor_of_the_weights_does_not_touch_a_bit_of_the_seam() -> None:
     """Both patches, in either order: the same points along the edge."""
     for nets, weights in zip(*neighbours(20)[::2], strict=True):
@@ -293,28 +269,6 @@ def test_a_cube_has_eight_corners_and_twelve_creases(
     assert shape.euler == 2
 
 
-def test_a_cube_at_one_division() -> None:
-    """8 positions, 24 vertices with normals, 8 without; smooth corners when no crease counts."""
-    mesh = mesh_of(cube(), resolution=(1, 1))
-    assert len(mesh.positions) == 24
-    assert len(np.unique(mesh.positions, axis=0)) == 8
-    assert mesh.welds is not None
-    assert len(np.unique(mesh.welds)) == 8
-    assert len(mesh.triangles) == 12
-    plain = mesh_of(cube(), resolution=(1, 1), normals=False)
-    assert (len(plain.positions), plain.welds) == (8, None)
-    smooth = mesh_of(cube(), resolution=(1, 1), crease_angle=pi)
-    assert (len(smooth.positions), smooth.welds) == (8, None)
-    check_sound(smooth)
-
-
-def test_unwelded_patches_share_nothing() -> None:
-    """But their border points are still the same bits."""
-    mesh = mesh_of(cube(), resolution=(3, 3), weld=False)
-    assert len(mesh.positions) == 6 * 16
-    assert len(np.unique(mesh.positions, axis=0)) == 56
-
-
 @pytest.mark.parametrize(("angle", "vertices"), [(0.05, 8), (0.2, 6)])
 def test_the_crease_angle_decides(angle: float, vertices: int) -> None:
     """Two squares at 0.1 radians: creased below that, one smooth seam above."""
@@ -345,22 +299,6 @@ def test_a_patch_welds_with_itself(symmetry: int) -> None:
     assert len(mesh.positions) == shape.vertices == 12 * 13
     assert (shape.boundary, shape.euler, shape.components) == (24, 0, 1)
     assert mesh.welds is None
-
-
-@pytest.mark.parametrize("resolution", [(1, 1), (1, 4), (2, 1), (2, 4)])
-def test_a_closed_patch_with_few_divisions(resolution: tuple[int, int]) -> None:
-    """A closed band of one division has no area left, and no faces without area either."""
-    mesh = mesh_of([ring()], resolution=resolution)
-    check_values(mesh)
-    assert shape_of(mesh).degenerate == 0
-
-
-def test_a_patch_creased_at_its_own_seam_keeps_two_normals() -> None:
-    """Closed, but with a corner where it closes."""
-    mesh = mesh_of([ring(smooth=False)], resolution=(12, 4))
-    check_sound(mesh)
-    assert (len(mesh.positions), shape_of(mesh).vertices) == (13 * 5, 12 * 5)
-    assert shape_of(mesh).euler == 0
 
 
 def test_a_moebius_strip_has_one_border() -> None:
@@ -410,25 +348,6 @@ def test_a_pillow_is_what_its_report_says(divisions: int) -> None:
     assert shape_of(mesh).boundary == 0
 
 
-@given(height_nets(), resolutions)
-def test_the_same_patch_twice_does_no_harm(net: Array, resolution: tuple[int, int]) -> None:
-    """Two layers, sewn together along their border."""
-    mesh = mesh_of([net, net], resolution=resolution)
-    check_sound(mesh)
-    check_upright(mesh)
-    assert len(mesh.triangles) == 4 * resolution[0] * resolution[1]
-
-
-@given(height_nets(), symmetries, resolutions)
-def test_an_edge_that_runs_out_and_back_does_no_harm(
-    net: Array, symmetry: int, resolution: tuple[int, int]
-) -> None:
-    """A palindromic edge is its own reverse and goes over every point twice: still no crash."""
-    net = net.copy()
-    net[0] = (net[0] + net[0][::-1]) / 2
-    check_values(mesh_of([turned(net, symmetry)], resolution=resolution))
-
-
 @given(height_nets(degree=st.integers(1, 3)), st.integers(1, 4))
 def test_neighbours_of_different_degree_in_the_other_direction_weld(net: Array, n: int) -> None:
     """Only the common edge need be the same curve: here degree p against degree p + 1 across."""
@@ -438,21 +357,6 @@ def test_neighbours_of_different_degree_in_the_other_direction_weld(net: Array, 
     mesh = mesh_of(model, resolution=(n, n + 1))
     check_sound(mesh)
     assert (shape_of(mesh).components, shape_of(mesh).euler) == (1, 1)
-
-
-@pytest.mark.parametrize("single", [False, True])
-def test_quarters_far_from_the_origin_weld(single: bool) -> None:
-    """A million away and in single precision the seams still have equal bits."""
-    rng = np.random.default_rng(11)
-    net = np.stack(
-        [*np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="ij"), np.zeros((4, 4))], -1
-    )
-    net[..., 2] = rng.integers(-4, 5, (4, 4))
-    pieces = [turned(piece + 2.0**20, k) for piece, k in zip(quarters(net), ROTATIONS, strict=True)]
-    mesh = mesh_of(pieces, resolution=(5, 5), single=single)
-    check_sound(mesh)
-    check_winding(mesh)
-    assert len(mesh.positions) == shape_of(mesh).vertices == 121
 
 
 FOLDED = (

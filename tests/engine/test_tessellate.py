@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh import Mesh
 from service.surface.batches import TensorPatches
 from service.surface.examples import EXAMPLES
@@ -23,7 +22,6 @@ from tests.engine.meshing import (
     check_winding,
     faces_of,
     mesh_of,
-    places_of,
     shape_of,
 )
 from tests.examples import patches_of
@@ -57,13 +55,6 @@ def test_every_example_is_sound(example: str, weld: bool, faces: str, single: bo
     check_sound(mesh)
     check_winding(mesh)
     assert mesh.positions.dtype == (np.float32 if single else np.float64)
-
-
-def test_teapot_unwelded_has_every_sample() -> None:
-    """32 × 17 × 17, each patch for itself."""
-    mesh = mesh_of("utah-teapot", weld=False)
-    assert len(mesh.positions) == 9248
-    assert shape_of(mesh).components == 32
 
 
 @pytest.mark.parametrize("single", [False, True])
@@ -197,18 +188,6 @@ def test_quadrics_are_exact(example: str, part: str, quadric) -> None:  # type: 
     assert np.abs(mesh.normals[used][defined] - outward[defined]).max() < 1e-9
 
 
-@given(weighted_nets(), resolutions)
-def test_corners_are_control_points_bit_for_bit(
-    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
-) -> None:
-    """Rational patches too: nothing is divided at a corner."""
-    net, weights = weighted
-    mesh = mesh_of(model_of_net(net, weights), resolution=resolution)
-    if mesh.grids:
-        corners = mesh.positions[mesh.grids[0][0][:: resolution[0], :: resolution[1]]]
-        np.testing.assert_array_equal(corners, net[:: len(net) - 1, :: len(net[0]) - 1])
-
-
 @given(weighted_nets(height_nets()), resolutions)
 def test_grids_find_every_sample(
     weighted: tuple[Array, Array | None], resolution: tuple[int, int]
@@ -258,27 +237,6 @@ def test_a_single_patch_is_the_grid_of_the_conventions(
     check_upright(mesh)
 
 
-def test_options_leave_out_what_is_not_wanted() -> None:
-    """No normals, no parameters unless asked for."""
-    mesh = mesh_of("tveit", normals=False)
-    assert mesh.normals is None
-    assert mesh.uvs is None
-    assert mesh_of("tveit", uvs=True).uvs is not None
-
-
-def test_the_mesh_carries_name_axis_and_patches() -> None:
-    """From the model, unchanged."""
-    mesh = mesh_of("utah-teapot", resolution=(1, 1))
-    assert (mesh.name, mesh.up, mesh.report.patches) == ("utah-teapot", "z", 32)
-    assert (mesh_of("tveit").up, mesh_of("tveit").report.patches) == ("y", 1)
-
-
-def test_poles_are_reported() -> None:
-    """Repaired samples are counted; nothing to repair on a torus."""
-    assert mesh_of("torus").report.poles_repaired == 0
-    assert mesh_of("sphere").report.poles_repaired > 0
-
-
 @given(degenerate_nets(), resolutions, st.booleans())
 def test_degenerate_nets_make_usable_meshes(
     net: Array, resolution: tuple[int, int], single: bool
@@ -309,21 +267,6 @@ def test_large_coordinates_stand_about_a_local_origin(example: str, offset: floa
     check_sound(mesh)
 
 
-@pytest.mark.parametrize("example", EXAMPLES)
-def test_small_coordinates_stay_where_they_are(example: str) -> None:
-    """No origin is needed near the origin; single precision then rounds once."""
-    mesh, truth = mesh_of(example, single=True), mesh_of(example)
-    assert mesh.origin.tolist() == [0, 0, 0]
-    assert len(mesh.positions) == len(truth.positions)
-    np.testing.assert_allclose(mesh.positions, truth.positions, atol=1e-6)
-    np.testing.assert_array_equal(mesh.triangles, truth.triangles)
-    assert mesh.normals is not None
-    assert truth.normals is not None
-    # Beside the goblet's pole du is short and rounding turns it further: by 1.9e-6.
-    limit = 3e-6 if example == "nurbs-goblet" else 1e-6
-    assert np.abs(mesh.normals - truth.normals).max() < limit
-
-
 @pytest.mark.parametrize("single", [False, True])
 @pytest.mark.parametrize("power", [-100, -40, 40, 100])
 @pytest.mark.parametrize("example", ["utah-teapot", "cone"])
@@ -341,14 +284,6 @@ def test_the_unit_of_length_does_not_matter(example: str, power: int, single: bo
     np.testing.assert_array_equal(mesh.normals, plain.normals)
     if not single:
         np.testing.assert_array_equal(mesh.positions, plain.positions * factor)
-
-
-def test_positions_are_the_evaluated_samples() -> None:
-    """Stitching replaces borders by samples of the same curves, and touches nothing else."""
-    (batch,) = patches_of("utah-teapot").batches
-    mesh = mesh_of("utah-teapot", resolution=(9, 6), weld=False)
-    found = evaluate(batch, (9, 6))
-    np.testing.assert_allclose(mesh.positions[mesh.grids[0]], found.positions, atol=1e-14)
 
 
 def digest(mesh: Mesh) -> str:
@@ -422,16 +357,3 @@ def test_the_boundary_overlay_runs_along_the_borders() -> None:
     border[1:-1, 1:-1] = border[0, 0]
     samples = {row.tobytes() for row in mesh.positions[np.unique(border)]}
     assert {row.tobytes() for row in overlay.positions[np.unique(overlay.segments)]} == samples
-
-
-def test_welds_name_the_first_vertex_of_a_place() -> None:
-    """On the cone, whose rim is a crease and whose apex has a normal for every ruling."""
-    mesh = mesh_of("cone", resolution=(8, 3))
-    place = places_of(mesh)
-    apex = (mesh.positions == (0, 0, 1)).all(axis=1)
-    assert len(np.unique(place[apex])) == 1
-    assert place[apex].min() == np.flatnonzero(apex)[0]
-    # Four quarters of eight rulings, the ones between quarters shared.
-    assert apex.sum() == 32
-    rim = np.isclose(mesh.positions[:, 2], -1) & (np.hypot(*mesh.positions.T[:2]) > 0.999)
-    assert (rim.sum(), len(np.unique(place[rim]))) == (64, 32)

@@ -12,7 +12,6 @@ from service.engine.options import Faces, MeshOptions
 from service.engine.patterns import TriangleShape, faces
 from service.engine.stitch import find_seams
 from service.engine.tessellate import predicted_size, tessellate
-from service.errors import InvalidRequest
 from service.surface.lowered import PatchModel
 from tests.engine.meshing import (
     as_triangles,
@@ -32,7 +31,6 @@ from tests.strategies import (
     moved,
     resolutions,
     triangle_heights,
-    triangle_nets,
     turned,
     weights_like,
 )
@@ -94,13 +92,6 @@ def test_one_triangle_is_the_rows_of_the_conventions(
     np.testing.assert_array_equal(mesh.uvs, uvs.astype(mesh.uvs.dtype))
     assert mesh.report.boundary_edges == 3 * count
     assert mesh.report.poles_repaired == 0
-
-
-@given(triangle_nets(), divisions)
-def test_corners_are_control_points_bit_for_bit(net: Array, count: int) -> None:
-    mesh = mesh_of(mixed_model([net]), resolution=(count, count), weld=False)
-    n, each = triangles.degree_of(len(net)), (count + 1) * (count + 2) // 2
-    np.testing.assert_array_equal(mesh.positions[[0, count, each - 1]], net[[0, n, -1]])
 
 
 def neighbours(net: Array, other: Array) -> tuple[Array, Array]:
@@ -236,24 +227,6 @@ def test_closed_solids_of_both_kinds_are_watertight(
     assert volume(mesh.positions, as_triangles(mesh)) > 0
 
 
-@pytest.mark.parametrize("kind", ["triangles", "quads"])
-def test_a_flat_prism_has_its_volume(kind: Faces) -> None:
-    """Of degree 1: ½ · 3 · 3 · 2, at every resolution exactly."""
-    up = np.array([0.0, 0, 2])
-    corners = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0]])
-    sides = [
-        np.stack([np.stack([a, a + up]), np.stack([b, b + up])])
-        for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)
-    ]
-    model = mixed_model([corners + up, corners[[0, 2, 1]], *sides])
-    for resolution in ((1, 1), (4, 4), (2, 5), (5, 2), (1, 3)):
-        mesh = mesh_of(model, resolution=resolution, faces=kind)
-        check_sound(mesh)
-        check_winding(mesh)
-        assert mesh.report.watertight
-        assert volume(mesh.positions, as_triangles(mesh)) == pytest.approx(9, rel=1e-15)
-
-
 def tetrahedron() -> list[Array]:
     """Four flat triangles, normals outward."""
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
@@ -295,19 +268,6 @@ def test_sides_in_a_point_leave_no_empty_faces(
     if len(set(sides)) == 1 and weld:
         count = max(resolution)
         assert len(mesh.triangles) == count**2 - count
-
-
-def test_two_triangles_on_one_outline_are_closed() -> None:
-    """A cushion: all three sides shared, so that at each corner a line of both meshes is one."""
-    net = np.array([(j, k, j * k) for _, j, k in triangles.keys(3)], dtype=float)
-    net[:, 2] = [i * j * k for i, j, k in triangles.keys(3)]
-    other = triangles.turned(net * (1, 1, -1), 3)
-    for count in range(1, 7):
-        mesh = mesh_of(mixed_model([net, other]), resolution=(count, count))
-        check_sound(mesh)
-        # Until they have a vertex inside, both are the same flat triangles.
-        if count > 2:
-            assert volume(mesh.positions, mesh.triangles) > 0
 
 
 def test_a_triangle_that_meets_itself_is_a_cone() -> None:
@@ -358,11 +318,3 @@ def test_the_control_net_is_drawn_with_all_its_small_triangles() -> None:
     assert len(boundary.segments) == 7 * 16
     (only,) = mesh_of(mixed_model([grid]), overlays=("control_net",)).overlays
     assert only.cells is not None
-
-
-def test_many_divisions_need_no_more_than_was_said() -> None:
-    """The bound on the resolution holds for triangles too."""
-    with pytest.raises(InvalidRequest):
-        MeshOptions((1 << 17, 1))
-    model = mixed_model(tetrahedron())
-    assert predicted_size(model, MeshOptions((1000, 10))) == (4 * 501501, 4_000_000, 0)

@@ -83,24 +83,6 @@ def test_spline_sheets_are_exact_de_boor_and_scipy() -> None:
         close(points[7], np.array([float(x) for x in truth]))
 
 
-def test_a_periodic_sheet_closes() -> None:
-    for seed in range(6):
-        (sheet,) = sheets_of(FAMILIES["rings and tori"].surface(seed))
-        places = sheet.samples(60)
-        ends = [np.unique(places[:, 0])[k] for k in (0, -1)]
-        first, last = (np.column_stack([np.full(9, u), places[:9, 1]]) for u in ends)
-        close(sheet.at(first), sheet.at(last))
-
-
-def test_samples_reach_every_border_and_stay_inside() -> None:
-    for name in ("bicubic, wild", "triangles", "creases"):
-        (sheet,) = sheets_of(FAMILIES[name].surface(1))
-        places = sheet.samples(400)
-        np.testing.assert_allclose(sheet.inside(places), places, rtol=0, atol=1e-15)
-        far = sheet.inside(places + 10.0 * sheet.step(400))
-        np.testing.assert_allclose(sheet.inside(far), far, rtol=0, atol=1e-15)
-
-
 def random_triangles(rng: np.random.Generator, count: int) -> Array:
     """Of any shape: some thin, some lines, some points."""
     corners = rng.uniform(-1, 1, (count, 3, 3))
@@ -122,20 +104,6 @@ def test_distances_are_those_of_trimesh() -> None:
     )
     _, truth, _ = closest_point_naive(mesh, points)  # type: ignore[no-untyped-call]
     np.testing.assert_allclose(Soup(solid).distances(points), truth, atol=1e-12)
-
-
-def test_guesses_are_never_too_small_and_the_farthest_is_true() -> None:
-    rng = np.random.default_rng(2)
-    corners = random_triangles(rng, 500)
-    points = rng.uniform(-2, 2, (800, 3))
-    each = [to_triangles(np.repeat(p[None], 500, 0), corners).min() for p in points]
-    truth = np.array(each)
-    soup = Soup(corners)
-    assert (soup.guess(points) >= truth).all()
-    np.testing.assert_array_equal(soup.distances(points), truth)
-    found, largest = soup.farthest(points)
-    assert largest == truth.max()
-    assert (found >= truth).all()
 
 
 def test_distance_to_a_triangle_by_region() -> None:

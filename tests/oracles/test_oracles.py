@@ -16,13 +16,6 @@ TETRAHEDRON = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
 CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 
 
-def test_curve_point_is_the_parabola() -> None:
-    """(0, 0), (1, 2), (2, 0) is (2t, 4t(1 − t))."""
-    points = [(Fraction(0), Fraction(0)), (Fraction(1), Fraction(2)), (Fraction(2), Fraction(0))]
-    t = Fraction(1, 3)
-    assert exact.curve_point(points, t) == (2 * t, 4 * t * (1 - t))
-
-
 @given(nets())
 def test_two_ways_of_de_casteljau_agree_exactly(points: np.ndarray) -> None:
     """Rows first, or 2 × 2 blocks first: the same fractions."""
@@ -35,15 +28,6 @@ def test_two_ways_of_de_casteljau_agree_exactly(points: np.ndarray) -> None:
         assert exact.surface_point(net, u, v) == exact.bilinear_point(net, u, v)
 
 
-def test_partials_of_the_hyperbolic_paraboloid() -> None:
-    """S = (u, v, uv): partials (1, 0, v) and (0, 1, u), normal (−v, −u, 1)."""
-    net = exact.exact_net([[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
-    u, v, zero, one = Fraction(1, 3), Fraction(3, 4), Fraction(0), Fraction(1)
-    jet = exact.jets(net, [u], [v])[0][0]
-    assert jet == exact.Jet((u, v, u * v), (one, zero, v), (zero, one, u))
-    assert exact.cross(jet.du, jet.dv) == (-v, -u, one)
-
-
 def test_quotient_rule_on_a_quarter_circle() -> None:
     """Weights 1, 1, 2 parametrise the circle as (1 − t², 2t)/(1 + t²)."""
     weights = [[1, 1], [1, 1], [2, 2]]
@@ -54,11 +38,6 @@ def test_quotient_rule_on_a_quarter_circle() -> None:
     assert jet.point == ((1 - t * t) / w, 2 * t / w, Fraction(1, 2))
     assert jet.du == (-4 * t / w**2, 2 * (1 - t * t) / w**2, zero)
     assert jet.dv == (zero, zero, Fraction(1))
-
-
-def test_unit_is_rounded_once() -> None:
-    """(2, 3, 6) has length 7."""
-    assert exact.unit((Fraction(2), Fraction(3), Fraction(6))) == (2 / 7, 3 / 7, 6 / 7)
 
 
 def test_split_halves_are_the_surface() -> None:
@@ -85,12 +64,6 @@ def test_limit_normal_divides_twice() -> None:
     """S = (u, v³, u v⁴ …): with two repeated rows the first term of du × dv is of order s²."""
     net = [[[i, 0, 0], [i, 0, 0], [i, 0, 0], [i, 1, 0]] for i in (0, 1)]
     assert limits.limit_normal(net, None, (Fraction(1, 2), Fraction(0)), (0, 1)) == (0, 0, 1)
-
-
-def test_limit_normal_of_a_point_is_none() -> None:
-    """No direction at all."""
-    nothing = np.ones((2, 3, 3))
-    assert limits.limit_normal(nothing, None, (Fraction(0), Fraction(0)), (1, 1)) is None
 
 
 def test_topology_of_a_tetrahedron() -> None:

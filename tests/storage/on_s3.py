@@ -8,7 +8,7 @@ import os
 import socket
 import subprocess
 import time
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 import httpx
@@ -106,13 +106,6 @@ def test_what_was_stored_comes_back(size: int, address: str) -> None:
     on(open_store(address, 0), work)
 
 
-def test_another_process_sees_it_too(address: str) -> None:
-    on(open_store(address, 0), lambda store: put(store, TEN[0]))
-    assert on(open_store(address, 0), lambda store: store.get(id_of(TEN[0]))) == TEN[0]
-    with pytest.raises(UnknownSurface):
-        on(open_store(f"{address}-beside", 0), lambda store: store.get(id_of(TEN[0])))
-
-
 @pytest.mark.parametrize("instead", [b"", TEN[1], TEN[0][:-1]], ids=["empty", "other", "short"])
 def test_damaged_object(instead: bytes, address: str) -> None:
     async def work(store: SurfaceStore) -> None:
@@ -181,27 +174,3 @@ def test_service_outlives_its_store() -> None:
         time.sleep(PATIENCE)
         ready = httpx.get(f"{service}/health/ready")
         assert (ready.status_code, ready.json()["store"]) == (503, "unavailable")
-
-
-def test_timings(address: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Milliseconds of single calls, one after the other: to read, not to judge."""
-    contents = [f"{number:5d}".encode() * 4000 for number in range(100)]
-    store = open_store(address, 1 << 40)
-    calls: dict[str, Callable[[bytes], Awaitable[object]]] = {
-        "put": lambda content: put(store, content),
-        "put again": lambda content: put(store, content),
-        "has": lambda content: store.has(id_of(content)),
-        "get": lambda content: store.get(id_of(content)),
-        "delete": lambda content: store.delete(id_of(content)),
-    }
-
-    async def work() -> None:
-        for name, call in calls.items():
-            start = time.perf_counter()
-            for content in contents:
-                await call(content)
-            each = (time.perf_counter() - start) / len(contents)
-            with capsys.disabled():
-                print(f"\n  {name} of 20 kB: {each * 1e3:.1f} ms", end="")
-
-    asyncio.run(work())

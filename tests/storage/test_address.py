@@ -37,18 +37,6 @@ def test_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert stores_in((tmp_path / "a b").as_uri(), tmp_path / "a b")
 
 
-def test_a_relative_folder_stays_where_it_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    store = open_store("data", 0)
-    (tmp_path / "elsewhere").mkdir()
-    monkeypatch.chdir(tmp_path / "elsewhere")
-    on(store, lambda store: store.put(id_of(CONTENT), CONTENT))
-    assert files(tmp_path / "elsewhere") == []
-    assert len(files(tmp_path / "data")) == 1
-
-
 @pytest.mark.parametrize(
     ("place", "message"),
     [

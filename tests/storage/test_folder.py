@@ -20,15 +20,6 @@ async def put_one(store: SurfaceStore) -> bool:
     return await store.put(id_of(ONE), ONE)
 
 
-@pytest.mark.parametrize("name", ["a b", "ü#1", "per%20cent", "#1", "a:b", "deep/er/still"])
-def test_a_folder_may_have_any_name(name: str, tmp_path: Path) -> None:
-    folder = tmp_path / name
-    assert on(store_of("folder", folder), put_one)
-    assert files(folder) == [file_of(folder, ONE)]
-    assert file_of(folder, ONE).read_bytes() == ONE
-    assert on(store_of("folder", folder), lambda store: store.get(id_of(ONE))) == ONE
-
-
 def test_an_object_is_on_the_disk_before_it_has_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

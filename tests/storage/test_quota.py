@@ -52,14 +52,6 @@ def test_many_at_once_stay_below(kind: str, tmp_path: Path) -> None:
     on(store_of(kind, tmp_path, 49), work)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_without_a_quota_nothing_is_refused(kind: str, tmp_path: Path) -> None:
-    async def work(store: SurfaceStore) -> None:
-        assert [await put(store, content) for content in TEN] == [True] * 10
-
-    on(store_of(kind, tmp_path, 0), work)
-
-
 def test_what_is_there_at_the_start_counts(tmp_path: Path) -> None:
     on(store_of("folder", tmp_path), lambda store: put(store, TEN[0]))
     (tmp_path / "staging" / "abc").write_bytes(b"being written")

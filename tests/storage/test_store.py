@@ -118,8 +118,3 @@ def test_of_many_who_store_the_same_one_is_the_first(kind: str, tmp_path: Path) 
         assert await store.get(id_of(content)) == content
 
     on(store_of(kind, tmp_path), work)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_store_that_is_well_says_so(kind: str, tmp_path: Path) -> None:
-    assert on(store_of(kind, tmp_path), lambda store: store.answers())

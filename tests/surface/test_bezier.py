@@ -43,11 +43,6 @@ def test_lowers_to_the_patch_it_is(weighted: tuple[Array, Array | None]) -> None
         np.testing.assert_array_equal(batch.weights, weights[None])
 
 
-def test_degree_is_one_less_than_the_points() -> None:
-    """Three rows of four points: degree (2, 3)."""
-    assert BezierSurface(FLAT).degree == (2, 3)
-
-
 def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
     """Changing the caller's array afterwards changes nothing; the own arrays cannot be written."""
     mine, weights = FLAT.copy(), np.ones((3, 4))
@@ -70,11 +65,6 @@ def test_minus_zero_is_zero() -> None:
     assert not np.signbit(net).any()
 
 
-def test_nested_lists_will_do() -> None:
-    """Integers too: the array is float64 in any case."""
-    assert BezierSurface(FLAT.astype(int).tolist()).control_net.dtype == np.float64
-
-
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_refuses_numbers_that_are_not_finite(value: float) -> None:
     """The pointer names the coordinate."""
@@ -89,12 +79,6 @@ def test_refuses_coordinates_beyond_single_precision(value: float) -> None:
     """They could not be written in glTF or STL."""
     (issue,) = issues_of(control_net=spoilt(value, 0, 1, 0))
     assert (issue.code, issue.pointer) == ("coordinate_too_large", "/control_net/0/1/0")
-
-
-def test_accepts_the_largest_single() -> None:
-    """The limit itself is allowed."""
-    largest = float(np.finfo(np.float32).max)
-    assert BezierSurface(spoilt(-largest, 0, 0, 0)).control_net[0, 0, 0] == -largest
 
 
 def test_names_at_most_twenty_faults() -> None:

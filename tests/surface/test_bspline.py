@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geomdl import NURBS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import NdBSpline
@@ -96,67 +95,6 @@ def test_is_the_surface_of_scipy(u: KnotVector, v: KnotVector, seed: int, ration
         np.testing.assert_allclose(got[k], wanted[..., :3] / wanted[..., 3:], atol=1e-12)
 
 
-def test_is_the_surface_of_geomdl() -> None:
-    """A NURBS surface of degree (3, 2) with a double knot."""
-    knots_u, knots_v = [0, 0, 0, 0, 0.25, 0.5, 0.5, 1, 1, 1, 1], [0, 0, 0, 0.3, 1, 1, 1]
-    net, weights = points_for(7, 4, 4), weights_for(7, 5, 4)
-    peer = NURBS.Surface()
-    peer.degree_u, peer.degree_v = 3, 2
-    homogeneous = np.concatenate([net * weights[..., None], weights[..., None]], axis=-1)
-    peer.set_ctrlpts(homogeneous.reshape(-1, 4).tolist(), 7, 4)
-    peer.knotvector_u, peer.knotvector_v = knots_u, knots_v
-    model = BsplineSurface(net, (3, 2), (np.array(knots_u), np.array(knots_v)), weights).lower()
-    got = values(model)
-    for k, (us, vs) in enumerate(zip(*parameters(model), strict=True)):
-        wanted = [[peer.evaluate_single((u, v)) for v in vs] for u in us]
-        np.testing.assert_allclose(got[k], wanted, atol=1e-12)
-
-
-MAGIC = np.array([[-1, 3, -3, 1], [3, -6, 3, 0], [-3, 0, 3, 0], [1, 4, 1, 0]]) / 6
-"""The uniform cubic basis in powers (t³ t² t 1)."""
-
-
-def test_the_uniform_bicubic_is_that_of_the_magic_matrix() -> None:
-    """S·M·G·Mᵀ·Tᵀ on every 4 × 4 window of a net of 6 × 7: 3 × 4 patches."""
-    net = points_for(6, 7, 7)
-    model = BsplineSurface(net, (3, 3), ("uniform", "uniform")).lower()
-    assert model.patch_count == 12
-    powers = PLACES[:, None] ** np.arange(3, -1, -1)
-    for k, got in enumerate(values(model)):
-        i, j = divmod(k, 4)
-        window = net[i : i + 4, j : j + 4]
-        wanted = np.einsum("am,mi,ijd,nj,bn->abd", powers, MAGIC, window, MAGIC, powers)
-        np.testing.assert_allclose(got, wanted, atol=1e-13)
-
-
-def test_the_uniform_bicubic_is_c2_across_its_patches() -> None:
-    """Differences of the Bézier points up to the second agree on both sides of every seam."""
-    (batch,) = BsplineSurface(points_for(6, 7, 7), (3, 3), ("uniform", "uniform")).lower().batches
-    patches = batch.points.reshape(3, 4, 4, 4, 3)
-    for order in range(3):
-        along_u = np.diff(patches, order, axis=2)
-        np.testing.assert_allclose(along_u[:-1, :, -1], along_u[1:, :, 0], atol=1e-13)
-        along_v = np.diff(patches, order, axis=3)
-        np.testing.assert_allclose(along_v[:, :-1, :, -1], along_v[:, 1:, :, 0], atol=1e-13)
-    third = np.diff(patches, 3, axis=2)
-    assert np.abs(third[:-1, :, -1] - third[1:, :, 0]).min() > 1e-3
-
-
-def test_only_clamped_knots_touch_the_corner_points() -> None:
-    """Clamped: bit for bit. Uniform: the corners lie within."""
-    net = points_for(6, 2, 7)
-    corners = net[[0, 0, -1, -1], [0, -1, 0, -1]]
-
-    def corners_of(knots: Any, shape: tuple[int, int]) -> Array:
-        points = BsplineSurface(net, (3, 2), knots).lower().batches[0].points
-        grid = points.reshape(*shape, 4, 3, 3)
-        corners: Array = grid[[0, 0, -1, -1], [0, -1, 0, -1], [0, 0, -1, -1], [0, -1, 0, -1]]
-        return corners
-
-    np.testing.assert_array_equal(corners_of(("clamped", "clamped"), (3, 5)), corners)
-    assert np.abs(corners_of(("uniform", "uniform"), (3, 5)) - corners).max(axis=1).min() > 0.1
-
-
 def test_one_span_is_a_bezier_patch_as_it_is() -> None:
     """Nothing is computed where nothing is to be lowered."""
     net, weights = points_for(4, 3, 3), weights_for(4, 3, 3)
@@ -212,15 +150,6 @@ def test_in_blocks_it_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     (in_turn,) = surface.lower().batches
     np.testing.assert_array_equal(in_turn.points, at_once.points)
     np.testing.assert_array_equal(in_turn.weights, at_once.weights)
-
-
-def test_equal_weights_make_no_difference() -> None:
-    """Whatever they are: the same numbers as without."""
-    net = points_for(6, 3, 5)
-    (with_them,) = BsplineSurface(net, weights=np.full((6, 5), 0.3)).lower().batches
-    (without,) = BsplineSurface(net).lower().batches
-    np.testing.assert_array_equal(with_them.points, without.points)
-    assert with_them.weights is None
 
 
 @pytest.mark.parametrize("rational", [False, True])

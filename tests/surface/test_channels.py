@@ -86,12 +86,6 @@ def test_names_that_formats_could_not_tell_apart(names: tuple[str, ...], at: str
     assert refused(attributes=attributes) == ("name_clash", f"/attributes/{at}")
 
 
-def test_names_that_formats_tell_apart() -> None:
-    names = ("a", "A" * 32, "b_0", "b_1", "c_", "c_x", "d_0_1", "surface", "x")
-    channels = Channels(attributes=tuple((name, ONE) for name in names))
-    assert [name for name, *_ in channels.each()] == sorted(names)
-
-
 def test_so_many_attributes_and_no_more() -> None:
     attributes = tuple((f"a{k}", ONE) for k in range(MAX_ATTRIBUTES + 1))
     assert len(Channels(attributes=attributes[1:]).attributes) == MAX_ATTRIBUTES
@@ -217,14 +211,6 @@ def test_interior_seams_weld_and_the_seam_of_a_texture_stays() -> None:
     assert textured.uvs is not None
     u = textured.uvs[seam, 0], textured.uvs[textured.welds[seam], 0]
     assert {tuple(pair) for pair in np.stack(u, axis=1).tolist()} == {(1.0, 0.0)}
-
-
-def test_parameters_of_a_spline_weld_inside() -> None:
-    """And run over its own domain."""
-    made = tessellate(ring(Channels()).lower(), MeshOptions((4, 4), uvs=True))
-    assert len(made.positions) == 17 * 5
-    assert made.uvs is not None
-    assert sorted(set(made.uvs[:, 0])) == [k / 4 for k in range(17)]
 
 
 def test_spline_channels_are_limited() -> None:

@@ -1,8 +1,5 @@
 """The built-in surfaces: their ids, their numbers, and that the quadrics are exact."""
 
-from collections.abc import Iterator
-from fractions import Fraction
-
 import numpy as np
 import pytest
 
@@ -13,8 +10,6 @@ from service.surface.colored import COLD, HOT
 from service.surface.examples import EXAMPLES, find
 from tests.examples import patches_of
 from tests.oracles import exact, quadrics, triangles
-from tests.oracles.limits import limit_normal
-from tests.strategies import Array
 
 PATCHES = {
     "utah-teapot": (32, (3, 3)),
@@ -74,11 +69,6 @@ def test_lowers_to_so_many_patches(example: str) -> None:
     assert model.name == example
 
 
-def test_a_surface_is_built_once() -> None:
-    """The same frozen value every time."""
-    assert find("torus").surface() is find("torus").surface()
-
-
 def test_an_unknown_id_is_an_error_that_lists_the_known_ones() -> None:
     """The id asked for is not repeated."""
     with pytest.raises(UnknownSurface) as caught:
@@ -107,56 +97,6 @@ def test_teapot_has_its_parts_and_stands_upright() -> None:
     assert len(np.unique(points.reshape(-1, 3), axis=0)) == 290
 
 
-def test_the_original_is_a_third_taller() -> None:
-    """Nothing but z differs."""
-    known, original = points_of("utah-teapot"), points_of("utah-teapot-original")
-    np.testing.assert_array_equal(known[..., :2], original[..., :2])
-    np.testing.assert_allclose(original[..., 2], known[..., 2] * 4 / 3, rtol=1e-15)
-
-
-def test_teapot_normals_point_outwards() -> None:
-    """At the middle of every patch round the axis; the knob, like the body, bulges sideways."""
-    model = patches_of("utah-teapot")
-    runs = {part.name: range(part.first, part.last) for part in model.parts}
-    knob, roof = runs["lid"][:4], runs["lid"][4:]
-    for k, net in enumerate(model.batches[0].points):
-        point, normal = (f(net, None, (2, 2))[1, 1] for f in (exact.positions, exact.normals))
-        if k in runs["body"] or k in knob:
-            assert point[:2] @ normal[:2] > 0
-        elif k in runs["rim"] or k in roof:
-            assert normal[2] > 0
-        elif k in runs["bottom"]:
-            assert normal[2] < 0
-
-
-@pytest.mark.parametrize(("part", "z"), [("lid", 1.0), ("bottom", -1.0)])
-def test_teapot_poles_have_vertical_limit_normals(part: str, z: float) -> None:
-    """Every collapsed edge, all along it, whichever of the four edges it is."""
-    model = patches_of("utah-teapot")
-    run = next(p for p in model.parts if p.name == part)
-    poles = 0
-    for net in model.batches[0].points[run.first : run.last]:
-        for along, into in collapsed_edges(net):
-            poles += 1
-            for place in along:
-                assert limit_normal(net, None, place, into) == (0, 0, z)
-    assert poles == 4
-
-
-def collapsed_edges(
-    net: Array,
-) -> Iterator[tuple[list[tuple[Fraction, Fraction]], tuple[int, int]]]:
-    """Places along each edge that is a point, and the direction into the patch."""
-    quarter = exact.divisions(4)
-    zero, one = quarter[0], quarter[-1]
-    for edge, fixed, into in ((net[0], zero, (1, 0)), (net[-1], one, (-1, 0))):
-        if (edge == edge[0]).all():
-            yield [(fixed, t) for t in quarter], into
-    for edge, fixed, into in ((net[:, 0], zero, (0, 1)), (net[:, -1], one, (0, -1))):
-        if (edge == edge[0]).all():
-            yield [(t, fixed) for t in quarter], into
-
-
 def test_bourke_has_the_heights_of_the_c_library() -> None:
     """x = i, y = j, and z from random() seeded with 1111: its first and last figures."""
     net = points_of("bourke-1111")[0]
@@ -176,13 +116,6 @@ def test_tveit_has_the_tutorials_normal_at_a() -> None:
     np.testing.assert_allclose(normal, np.array([4, 2, 3]) / np.sqrt(29), atol=1e-15)
 
 
-def test_saddle_is_z_equals_xy() -> None:
-    """Over the square from −1 to 1."""
-    x, y, z = np.moveaxis(exact.positions(points_of("saddle")[0], None, (4, 4)), -1, 0)
-    np.testing.assert_array_equal(z, x * y)
-    assert (x.min(), x.max(), y.min(), y.max()) == (-1, 1, -1, 1)
-
-
 @pytest.mark.parametrize(("example", "part"), ON)
 def test_quadrics_are_exact_and_look_outwards(example: str, part: str) -> None:
     """The exact points of the rational patches lie on the closed form, to the rounding of √½."""
@@ -198,24 +131,6 @@ def test_quadrics_are_exact_and_look_outwards(example: str, part: str) -> None:
         off, outward = ON[example, part](points)
         assert np.abs(off).max() < 4e-16
         assert np.abs(normals - outward).max() < 2e-15
-
-
-@pytest.mark.parametrize(
-    ("example", "part", "z"),
-    [("cylinder", "top", 1.0), ("cylinder", "bottom", -1.0), ("cone", "base", -1.0)],
-)
-def test_caps_are_flat_discs(example: str, part: str, z: float) -> None:
-    """At z = ±1, within the unit circle, the normal straight up or down."""
-    model = patches_of(example)
-    run = next(p for p in model.parts if p.name == part)
-    (batch,) = model.batches
-    assert batch.weights is not None
-    for k in range(run.first, run.last):
-        points = exact.positions(batch.points[k], batch.weights[k], (3, 3))
-        normals = exact.normals(batch.points[k], batch.weights[k], (3, 3))
-        np.testing.assert_array_equal(points[..., 2], z)
-        assert np.hypot(points[..., 0], points[..., 1]).max() == pytest.approx(1, abs=1e-15)
-        np.testing.assert_allclose(normals[1:-1, 1:-1], np.full((2, 2, 3), (0, 0, z)), atol=1e-15)
 
 
 def test_the_colored_surface_shows_its_height() -> None:
@@ -254,18 +169,6 @@ def test_the_monkey_saddle_is_its_polynomial() -> None:
     x, y, z = points.T
     assert np.abs(z - (x**3 - 3 * x * y**2)).max() < 5e-16
     assert triangles.normals(triangles.jets(net, None, 6))[:, 2].min() > 0
-
-
-def test_octants_of_triangles_are_exact_and_look_outwards() -> None:
-    """The exact points of the rational triangles lie on the sphere, to the rounding of the net."""
-    model = patches_of("octahedral-sphere")
-    (batch,) = model.batches
-    assert batch.weights is not None
-    for net, weights in zip(batch.points, batch.weights, strict=True):
-        found = triangles.jets(net, weights, 5)
-        points = triangles.positions(found)
-        assert np.abs(np.linalg.norm(points, axis=1) - 1).max() < 5e-16
-        assert np.abs(triangles.normals(found) - points).max() < 3e-15
 
 
 def test_the_rounded_box_is_smooth_all_over() -> None:

@@ -61,12 +61,6 @@ def test_placements_that_are_none(matrix: Any, code: str, pointer: str) -> None:
     assert refusal_of(lambda: Member(SAIL, matrix=matrix)) == (code, where)
 
 
-@pytest.mark.parametrize("scale", [1e-30, 1e30, -2.0])
-def test_large_small_and_mirroring_placements_are_taken(scale: float) -> None:
-    matrix = scaled(scale, abs(scale), abs(scale))
-    assert checked_matrix(matrix).tolist() == matrix.tolist()
-
-
 @pytest.mark.parametrize(
     ("color", "code", "pointer"),
     [

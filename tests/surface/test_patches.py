@@ -32,11 +32,6 @@ def test_lowers_to_the_points_that_are_named() -> None:
     assert (model.name, model.up, model.parts) == ("strip", "z", (Part("strip", 0, 3),))
 
 
-def test_axis_0_of_an_index_grid_runs_along_u() -> None:
-    """A 3 × 2 grid has degree (2, 1)."""
-    assert PatchSurface(STRIP, [[[0, 1], [2, 3], [4, 5]]]).degree == (2, 1)  # type: ignore[arg-type]
-
-
 def test_parts_become_runs_and_the_rest_comes_last() -> None:
     """Patches are put in the order of the parts; what belongs to none bears the surface's name."""
     parts = (("end", (2,)), ("middle", (1,)))
@@ -51,15 +46,6 @@ def test_parts_are_in_the_order_of_their_first_patches() -> None:
     for given in permutations(parts):
         kept = PatchSurface(STRIP, QUADS, parts=given).parts
         assert kept == (("c", ()), ("b", (1,)), ("a", (2, 0)))
-
-
-def test_parts_cover_the_patches_without_gap() -> None:
-    """Also when a part is empty or takes everything."""
-    for parts in ((("all", (0, 1, 2)),), (("none", ()), ("two", (1, 2))), ()):
-        model = PatchSurface(STRIP, QUADS, parts=parts, name="strip").lower()
-        ends = [0, *(part.last for part in model.parts)]
-        assert [part.first for part in model.parts] == ends[:-1]
-        assert ends[-1] == model.patch_count == 3
 
 
 def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
@@ -82,11 +68,6 @@ def test_refuses_indices_of_no_vertex(index: int) -> None:
     (issue,) = issues_of(patches=patches)
     assert (issue.code, issue.pointer) == ("index_out_of_range", "/patches/1/0/1")
     assert issue.needed == "0 to 7"
-
-
-def test_names_at_most_twenty_faults() -> None:
-    """A thousand wrong indices do not make a thousand issues."""
-    assert len(issues_of(patches=np.full((10, 10, 10), 99))) == 20
 
 
 def test_refuses_any_index_when_there_is_no_vertex() -> None:

@@ -1,7 +1,6 @@
 """The built-in B-splines: what is said of them is true."""
 
 import numpy as np
-import pytest
 
 from service.bases import knots
 from service.engine.closure import Closure, closure
@@ -15,20 +14,6 @@ def spline(example: str) -> BsplineSurface:
     surface = find(example).surface()
     assert isinstance(surface, BsplineSurface)
     return surface
-
-
-def test_the_hills_touch_none_of_their_points() -> None:
-    """Over the whole plane between the second and the second last."""
-    surface = spline("bspline-hills")
-    assert surface.knots == ("uniform", "uniform")
-    mesh = mesh_of("bspline-hills", resolution=(8, 8))
-    check_sound(mesh)
-    check_winding(mesh)
-    assert mesh.report.bounds_min[:2] == pytest.approx((1, 1), abs=1e-15)
-    assert mesh.report.bounds_max[:2] == pytest.approx((5, 6), abs=1e-15)
-    assert mesh.welds is None
-    lifted = surface.control_net.reshape(-1, 1, 3) - mesh.positions
-    assert np.linalg.norm(lifted, axis=2).min() > 1e-3
 
 
 def test_every_section_of_the_goblet_is_a_circle() -> None:

@@ -36,21 +36,6 @@ def test_lowers_to_the_one_patch_it_is() -> None:
     assert (model.name, model.up, model.patch_count) == ("sail", "z", 1)
 
 
-def test_sides_and_corners_are_those_of_the_conventions() -> None:
-    """s = 0, r = 0, t = 0, each upwards; the fourth is the corner t = 1."""
-    (batch,) = TriangleSurface(NET).lower().batches
-    for number, on in enumerate(((1, 2), (0, 2), (2, 1))):
-        zero, rising = on
-        expected = [key for key in triangles.keys(2) if key[zero] == 0]
-        assert [key[rising] for key in expected] == sorted(key[rising] for key in expected)
-        points, weights = batch.side(number)
-        assert weights is None
-        np.testing.assert_array_equal(points[0], [(j, k, j * k) for _, j, k in expected])
-    np.testing.assert_array_equal(batch.side(3)[0], [[(0, 2, 0)]])
-    np.testing.assert_array_equal(batch.corners, [[(0, 0, 0), (0, 2, 0), (2, 0, 0), (0, 2, 0)]])
-    assert batch.collapsed.tolist() == [[False, False, False, True]]
-
-
 def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
     net = NET.copy()
     surface = TriangleSurface(net)

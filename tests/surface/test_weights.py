@@ -11,10 +11,8 @@ from service.engine.curves.options import CurveOptions
 from service.engine.options import MeshOptions
 from service.pipeline.curve import render_curve
 from service.pipeline.mesh import render
-from service.pipeline.points import plan_points
 from service.schemas.curve_request import CurveRequest
 from service.schemas.document import DocumentLimits
-from service.schemas.points import PointsRequest
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 
@@ -65,18 +63,6 @@ def test_meshes_are_those_of_usual_weights(kind: str, power: int) -> None:
     ]
     assert b"null" not in meshes[0]
     assert meshes[0] == meshes[1]
-
-
-@pytest.mark.parametrize("power", POWERS)
-@pytest.mark.parametrize("kind", ["bezier", "bspline"])
-def test_points_are_those_of_usual_weights(kind: str, power: int) -> None:
-    answers = []
-    for w in (1.0, float(np.ldexp(1.0, power))):
-        document = {"surface": surfaces(w)[kind], "uv": [[0, 0.5], [1, 1]], "derivatives": 2}
-        wanted = validate_document(PointsRequest, document, LIMITS)
-        answers.append(plan_points(wanted.to_surface(), wanted.to_query()).run())
-    assert b"null" not in answers[0]
-    assert answers[0] == answers[1]
 
 
 @pytest.mark.parametrize("power", POWERS)

@@ -49,11 +49,6 @@ def test_what_is_needed_is_what_needs_it_and_no_tool_of_ours() -> None:
     assert not found.keys() & {"pytest", "ruff", "scipy", "playwright"}
 
 
-def test_licence_is_what_a_package_states() -> None:
-    assert stated("x", License_Expression="mit or apache-2.0") == "MIT OR Apache-2.0"
-    assert stated("x", License="BSD-3-Clause") == "BSD-3-Clause"
-
-
 def test_unclear_licence_must_be_read_by_somebody() -> None:
     with pytest.raises(Unread, match="'BSD License'"):
         stated("x", Classifier="License :: OSI Approved :: BSD License")
@@ -106,10 +101,6 @@ def test_bases_of_the_image_are_exact() -> None:
     assert len(bases) == 2
     for base in bases:
         assert re.fullmatch(r"\w+:\d+\.\d+\.\d+-slim-\w+|\w+:\d+\.\d+\.\d+-\w+-slim", base)
-
-
-def test_image_is_labelled_with_this_version() -> None:
-    assert f"\nARG VERSION={__version__}\n" in DOCKERFILE
 
 
 def test_updates_are_looked_for_wherever_something_is_pinned() -> None:

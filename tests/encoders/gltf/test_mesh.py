@@ -12,7 +12,7 @@ from service.encoders.gltf.buffer import BufferBuilder
 from service.engine.mesh import Mesh
 from service.errors import UnsupportedByFormat
 from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf
-from tests.meshes import carrying, sheet, silo, single, with_overlays, without_faces
+from tests.meshes import carrying, sheet, silo, single, with_overlays
 
 OPTIONS = EncodeOptions()
 
@@ -112,10 +112,6 @@ def test_origin_moves_every_node_but_the_root() -> None:
     assert all(node["translation"] == list(origin) for node in children)
 
 
-def test_no_origin_is_no_translation() -> None:
-    assert b"translation" not in gltf.encode_glb(single(silo()), OPTIONS)
-
-
 def test_z_up_is_turned_upright_by_the_root() -> None:
     x, y, z, w = glb(single(silo(), up="z")).document["nodes"][0]["rotation"]
     # Rotation matrix of a unit quaternion: z becomes y, x stays, the turn is no reflection.
@@ -168,26 +164,6 @@ def test_both_forms_say_the_same() -> None:
     assert binary.document == text.document
 
 
-def test_float64_is_stored_as_float32() -> None:
-    double, stored = glb(silo(7)), glb(single(silo(7)))
-    assert double.buffer == stored.buffer
-
-
-def test_a_part_without_faces_has_no_node() -> None:
-    mesh = single(silo())
-    base, wall, roof = mesh.parts
-    first = base.triangles[1]
-    empty = replace(base, triangles=(first, first))
-    file = glb(replace(mesh, triangles=mesh.triangles, parts=(empty, wall, roof)))
-    assert [node["name"] for node in file.document["nodes"]] == ["silo", "wall", "roof"]
-
-
-def test_nothing_at_all_is_a_document_without_a_buffer() -> None:
-    file = glb(single(without_faces(silo())))
-    assert file.buffer == b""
-    assert set(file.document) == {"asset", "scene", "scenes"}
-
-
 def srgb_of(light: float) -> float:
     """The inverse of the formula in IEC 61966-2-1, in Python's own arithmetic."""
     return 12.92 * light if light <= 0.0031308 else 1.055 * light ** (1 / 2.4) - 0.055
@@ -208,14 +184,6 @@ def test_colors_are_linear_on_white(opacity: bool) -> None:
     (material,) = file.document["materials"]
     assert "baseColorFactor" not in material["pbrMetallicRoughness"]
     assert material.get("alphaMode") == ("BLEND" if opacity else None)
-
-
-def test_opaque_colors_are_not_blended() -> None:
-    mesh = carrying(silo(), opacity=True)
-    assert mesh.colors is not None
-    mesh.colors[:, 3] = 1
-    (material,) = glb(single(mesh)).document["materials"]
-    assert "alphaMode" not in material
 
 
 def test_attributes_are_pieces_of_four_numbers() -> None:

@@ -15,7 +15,7 @@ from service.pipeline.mesh import plan, render
 from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member
 from tests.clients.gltf_validator import issues
-from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf
+from tests.encoders.gltf.reader import Gltf, read_glb
 from tests.encoders.gltf.test_scene import copies
 from tests.meshes import carrying, sheet, silo, single, with_overlays, without_faces
 from tests.strategies import Array
@@ -114,24 +114,6 @@ def test_texture_coordinates_beyond_one_stay_as_they_are() -> None:
     assert mesh.uvs is not None
     gltf = written(replace(mesh, uvs=mesh.uvs * np.float32(1.5)))
     assert gltf.attribute("sheet", "TEXCOORD_0").dtype == np.float32
-
-
-def test_elements_begin_at_multiples_of_four_bytes() -> None:
-    gltf = written(single(carrying(silo(5))))
-    views, accessors = gltf.document["bufferViews"], gltf.document["accessors"]
-    attributes = gltf.primitive("wall")["attributes"]
-    strides = {
-        n: views[accessors[k]["bufferView"]].get("byteStride") for n, k in attributes.items()
-    }
-    assert strides["POSITION"] == strides["NORMAL"] == strides["COLOR_0"] == 8
-    assert strides["TEXCOORD_0"] is strides["_FLOW_0"] is None
-    assert all(view["byteOffset"] % 4 == 0 for view in views)
-
-
-def test_the_json_form_holds_the_same() -> None:
-    mesh = snapped(single(with_overlays(silo(5))), STEP)
-    text = read_gltf(BY_NAME["gltf"].encode(mesh, QUANTIZED))
-    assert text.buffer == read_glb(BY_NAME["glb"].encode(mesh, QUANTIZED)).buffer
 
 
 def test_a_mesh_that_is_too_long_for_its_grid_is_no_file() -> None:

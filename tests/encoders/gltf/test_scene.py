@@ -5,15 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-import trimesh
 from hypothesis import given, settings
 
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.scene import placing, quaternion
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
-from service.pipeline.limits import Limits
-from service.pipeline.mesh import plan, render
+from service.pipeline.mesh import render
 from service.pipeline.prediction import predict
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
@@ -96,16 +94,6 @@ def test_quaternions_of_all_turns(axis: int, angle: float) -> None:
     assert abs(np.dot(quaternion(turn), expected)) == pytest.approx(1, abs=1e-15)
 
 
-def test_simple_placements_are_written_as_they_are() -> None:
-    assert placing(None) == ({}, {})
-    assert placing(moved(1, 2, 3)) == ({"translation": [1.0, 2.0, 3.0]}, {})
-    assert placing(MIRROR) == ({"scale": [1.0, 1.0, -1.0]}, {})
-    assert placing(moved(0.1, 0, 0) @ np.diag([2.0, 3, 4, 1])) == (
-        {"translation": [0.1, 0.0, 0.0], "scale": [2.0, 3.0, 4.0]},
-        {},
-    )
-
-
 def test_equal_surfaces_share_one_mesh() -> None:
     """Of one colour one mesh; in another colour another mesh over the same arrays."""
     ball, ramp = find("sphere").surface(), find("saddle").surface()
@@ -175,45 +163,6 @@ def test_colors_are_linear_and_opacity_blends() -> None:
     assert glass["alphaMode"] == "BLEND"
 
 
-@pytest.mark.parametrize("suffix", ["glb", "gltf"])
-def test_the_validator_has_nothing_to_say(suffix: str, tmp_path: Path) -> None:
-    ball, pot = find("sphere").surface(), find("utah-teapot").surface()
-    group = group_of(
-        Member(ball, "plain"),
-        Member(ball, "sheared", (0.1, 0.2, 0.3, 0.4), SHEAR),
-        Member(ball, "tiny", matrix=np.diag([1e-6, 1e-6, -1e-6, 1])),
-        Member(ball, "huge", matrix=np.diag([1e6, 1e9, 1e6, 1])),
-        Member(pot, "pot", (0.5, 0.5, 0.5), moved(1e5, 0, 0) @ SHEAR),
-    )
-    options = MeshOptions(resolution=(3, 3), uvs=True, overlays=("control_net", "boundary"))
-    content = render(group, options, BY_NAME[suffix])
-    assert issues(content, tmp_path / f"model.{suffix}") == []
-
-
-def test_trimesh_finds_the_graph_and_the_volumes(tmp_path: Path) -> None:
-    """By nodes, and flattened to STL: the same body."""
-    surface = find("tea-service").surface()
-    path = tmp_path / "tea.glb"
-    path.write_bytes(render(surface, COARSE, BY_NAME["glb"]))
-    scene = trimesh.load_scene(path)
-    names = {f"{piece} {corner}" for piece in ("cup", "saucer") for corner in range(1, 5)}
-    assert names | {"tray", "teapot"} <= set(scene.graph.nodes)
-    # One mesh for each part of each different surface in each of its colours.
-    assert len([name for name in scene.geometry if name.startswith("cup")]) == 2
-    stl = tmp_path / "tea.stl"
-    stl.write_bytes(render(surface, COARSE, BY_NAME["stl"]))
-    flat = trimesh.load_mesh(stl)
-    assert scene.to_mesh().volume == pytest.approx(flat.volume, rel=1e-5)
-    assert len(scene.to_mesh().faces) == len(flat.faces)
-
-
-def test_the_same_group_gives_the_same_bytes() -> None:
-    surface = find("tea-service").surface()
-    again = GroupSurface(surface.members, surface.up, surface.name)  # type: ignore[union-attr]
-    for suffix in ("glb", "json", "stl"):
-        assert render(surface, COARSE, BY_NAME[suffix]) == render(again, COARSE, BY_NAME[suffix])
-
-
 def everything() -> GroupSurface:
     """Every example but groups, sheared and mirrored, in colours or without."""
     surfaces = [example.surface() for example in EXAMPLES.values()]
@@ -237,22 +186,3 @@ def test_every_kind_of_surface_can_be_a_member(name: str, uvs: bool, tmp_path: P
     assert len(content) <= fmt.byte_bound(size, EncodeOptions())
     if fmt.encode_scene is not None:
         assert issues(content, tmp_path / f"model.{name}") == []
-
-
-@pytest.mark.parametrize("name", BY_NAME)
-def test_predictions_hold_for_groups(name: str) -> None:
-    """Bytes and counts, where copies are stored once and where they are not."""
-    ball = find("sphere").surface()
-    group = group_of(
-        *(Member(ball, f"ball {k}" * 9, (1e-17, 0.1, 1 / 3, 2 / 3), SHEAR) for k in range(40)),
-        Member(find("utah-teapot").surface(), matrix=SHEAR),
-    )
-    fmt = BY_NAME[name]
-    overlays = ("control_net", "boundary") if fmt.overlays else ()
-    options = MeshOptions(resolution=(4, 2), overlays=overlays)  # type: ignore[arg-type]
-    shared = predict(group.lower(), options, shared=True)
-    each = predict(group.lower(), options)
-    assert each.vertices == shared.vertices + 39 * 8 * 15
-    bound = fmt.byte_bound(shared if fmt.encode_scene else each, EncodeOptions())
-    limits = Limits(each.vertices + each.overlay_points, bound)
-    assert len(plan(group, options, fmt, limits=limits).run()) <= bound

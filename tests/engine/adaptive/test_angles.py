@@ -13,7 +13,6 @@ from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
-from service.errors import TooLarge
 from service.surface.lowered import PatchModel
 from tests.engine.adaptive.bordering import bordered
 from tests.engine.meshing import check_sound
@@ -74,15 +73,6 @@ def test_along_a_border_normals_turn_as_the_edge_is_divided(example: str) -> Non
         assert mesh.report.triangles <= most
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_so_they_do_on_random_patches(seed: int) -> None:
-    for angle, most in ((0.5, 250), (0.2, 1500)):
-        mesh = made(model_of([bicubic(seed, MODERATE)]), angle)
-        check_sound(mesh)
-        assert inner_angle(mesh) <= 1.1 * angle
-        assert mesh.report.triangles <= most
-
-
 def inner_angle(mesh: Mesh) -> float:
     """The largest angle between normals at the ends of an edge that does not touch the border."""
     assert mesh.normals is not None
@@ -108,12 +98,6 @@ def test_neighbours_computed_apart_have_the_same_vertices_at_any_angle() -> None
     assert np.array_equal(ends[0], ends[1])
 
 
-def test_a_plane_is_two_triangles_at_any_angle() -> None:
-    corners = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
-    mesh = made(model_of([corners]), 1e-3)
-    assert (mesh.report.triangles, mesh.report.normal_angle) == (2, 0.0)
-
-
 @pytest.mark.parametrize("kind", ["fans", "rings"])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_folds_come_to_an_end(kind: str, seed: int) -> None:
@@ -136,11 +120,3 @@ def test_a_tolerance_beside_it_holds_as_well() -> None:
         assert mesh.report.normal_angle <= 0.55
     fine = made("nurbs-goblet", pi, tolerance=0.005)
     assert fine.report.triangles <= mesh.report.triangles
-
-
-def test_a_limit_refuses_at_once() -> None:
-    model = patches_of("utah-teapot")
-    goal = Goal(np.inf, 0.01)
-    options = MeshOptions(accuracy=Accuracy(angle_tolerance=0.01))
-    with pytest.raises(TooLarge):
-        meshing(model, options, Storage(), nodes=False).made(goal, 1000, Effort(WORK / 100))

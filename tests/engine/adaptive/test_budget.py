@@ -47,11 +47,6 @@ def test_the_result_fits_and_nothing_much_finer_does(
     assert found.cost >= SPENT or meshes.cost(found.result / CLOSE**1.01) > 1
 
 
-def test_the_coarsest_stays_where_nothing_finer_is_to_be_had() -> None:
-    first = Attempt(0.1, 1.0, "coarsest")
-    assert nearest_within(lambda _: None, first, LEAST) is first
-
-
 def test_a_mesh_without_deviation_is_not_searched_for() -> None:
     def attempt(_: float) -> Attempt[str]:
         pytest.fail("there is nothing finer")

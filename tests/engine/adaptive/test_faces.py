@@ -8,7 +8,6 @@ from service.engine.adaptive.faces import Faces, find_faces
 from service.engine.stitch import find_seams
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
-from tests.examples import patches_of
 from tests.strategies import Array, moved
 
 
@@ -33,14 +32,6 @@ def grid(rows: int, columns: int) -> Array:
     """A control net with a wave in it."""
     u, v = np.meshgrid(np.arange(float(rows)), np.arange(float(columns)), indexing="ij")
     return np.stack([u, v, np.sin(u + v * v)], axis=-1)
-
-
-def test_patches_without_a_common_domain_are_faces() -> None:
-    """All 32 of the teapot."""
-    model = patches_of("utah-teapot")
-    faces = faces_of(model)
-    check_cover(model, faces)
-    assert (faces.spans == 1).all()
 
 
 def test_a_spline_is_one_face() -> None:

@@ -98,23 +98,6 @@ def test_the_bits_of_a_patch_depend_on_nothing_else() -> None:
         first += batch.count
 
 
-def test_patches_keep_their_numbers_and_groups_their_degree() -> None:
-    ground = Ground.of(model_of(*random_batches(9)))
-    assert [(nets.degree, nets.rational) for nets in ground.groups] == [
-        ((3, 3), False),
-        ((2, 5), True),
-        ((4, 4), False),
-        ((3, 3), True),
-    ]
-    assert ground.groups[0].patches.tolist() == [0, 1, 2, 9, 10]
-    for number, nets in enumerate(ground.groups):
-        np.testing.assert_array_equal(ground.group[nets.patches], number)
-        np.testing.assert_array_equal(nets.patches[ground.row[nets.patches]], nets.patches)
-    wanted = np.array([4, 9, 0, 4])
-    rows = {number: here.tolist() for number, (_, here) in enumerate(ground.by_group(wanted))}
-    assert rows == {0: [1, 2], 1: [0, 3]}
-
-
 def test_weights_of_any_size_lose_nothing() -> None:
     rng = np.random.default_rng(3)
     points, weights = rng.normal(size=(1, 3, 4, 3)), rng.uniform(0.5, 2, (1, 3, 4))
@@ -124,16 +107,6 @@ def test_weights_of_any_size_lose_nothing() -> None:
     for power in (-64, 64):
         other = Ground.of(model_of(TensorPatches(points, np.ldexp(weights, power))))
         np.testing.assert_array_equal(other.positions(none, u, v), usual)
-
-
-def test_far_from_the_origin_only_the_coordinates_themselves_are_rounded() -> None:
-    rng = np.random.default_rng(4)
-    points = np.round(rng.normal(size=(4, 4, 3)) * 64) / 64
-    u, v = rng.random((2, 50))
-    none = np.zeros(50, dtype=np.intp)
-    near = Ground.of(BezierSurface(points).lower()).positions(none, u, v)
-    far = Ground.of(BezierSurface(points + 2.0**20).lower()).positions(none, u, v) - 2.0**20
-    np.testing.assert_allclose(far, near, rtol=0, atol=2.0**-31)
 
 
 def test_only_a_b_spline_is_lowered_with_rounding() -> None:

@@ -20,11 +20,9 @@ from tests.examples import patches_of
 from tests.strategies import (
     Array,
     degenerate_nets,
-    mixed_model,
     model_of,
     moved,
     split_models,
-    triangle_nets,
     weighted_nets,
 )
 
@@ -46,13 +44,6 @@ def test_degenerate_patches_come_to_an_end(net: Array, tolerance: float, strict:
     """Poles, folds, lines and points; with angles and both directions asked for as well."""
     goal = Goal(tolerance, 0.5, two_sided=True) if strict else Goal(tolerance)
     check_refined(refined(model_of([net]), goal), tolerance)
-
-
-@given(triangle_nets(), tolerances)
-@settings(max_examples=6)
-def test_triangles_are_covered(net: Array, tolerance: float) -> None:
-    """As patches of which one side is one point."""
-    check_refined(refined(mixed_model([net]), Goal(tolerance)), tolerance)
 
 
 @given(split_models(), tolerances, st.randoms(use_true_random=False))
@@ -85,14 +76,6 @@ def test_known_shapes_close(name: str, triangles: int) -> None:
     assert len(found.made.triangles) <= triangles
 
 
-def test_flat_neighbours_are_two_triangles() -> None:
-    """However many knots there are, and however they are spaced."""
-    u, v = np.meshgrid(np.arange(23.0) ** 1.5, np.arange(17.0), indexing="ij")
-    net = np.stack([u, v, 0.25 * u - v], axis=-1)
-    model = BsplineSurface(net, (3, 2), ("clamped", "clamped")).lower()
-    assert len(refined(model, Goal(1e-3)).made.triangles) == 2
-
-
 def test_a_spike_is_not_missed() -> None:
     """One raised control point of 20 × 20; around it there is nothing to divide."""
     u, v = np.meshgrid(np.arange(20.0), np.arange(20.0), indexing="ij")
@@ -105,17 +88,6 @@ def test_a_spike_is_not_missed() -> None:
     heights = made.positions[made.vertex[made.triangles], 2]
     assert heights.max() > 2.2
     assert (np.abs(heights).max(axis=1) < 0.01).sum() < 0.2 * len(heights)
-
-
-def test_bending_one_way_is_divided_one_way() -> None:
-    """A quarter of a cylinder: two triangles for every piece of its arc."""
-    half = np.sqrt(0.5)
-    net = np.array([[[1.0, 0, z], [1, 1, z], [0, 1, z]] for z in (0.0, 1.0)])
-    model = model_of([net], [np.array([[1.0, half, 1.0]] * 2)])
-    found = refined(model, Goal(1e-3))
-    check_refined(found, 1e-3)
-    pieces = len(found.border.at[slice(*found.border.start[:2])]) - 1
-    assert len(found.made.triangles) == 2 * pieces
 
 
 def test_near_the_eye_there_is_more() -> None:

@@ -73,29 +73,6 @@ def test_sphere_is_round_everywhere_and_no_vertex_is_split(
 
 
 @pytest.mark.parametrize("accuracy", [None, FINE])
-def test_torus(accuracy: Accuracy | None) -> None:
-    """K = cos θ / (r ρ), H = −(1/r + cos θ/ρ)/2, ρ being the distance from the axis."""
-    mesh = meshed(quadrics.torus(2.0, 0.5).lower(), accuracy=accuracy)
-    rho = np.hypot(*mesh.positions[:, :2].T)
-    cosine = (rho - 2.0) / 0.5
-    check(mesh, cosine / (0.5 * rho), -(2 + cosine / rho) / 2)
-    assert len(mesh.positions) == mesh.report.vertices
-    assert mesh.report.curvature == tuple(
-        (float(values.min()), float(values.max())) for values in curved(mesh)
-    )
-
-
-@pytest.mark.parametrize("accuracy", [None, FINE])
-def test_cylinder(accuracy: Accuracy | None) -> None:
-    """H = −1/(2r) on the side, 0 on the caps, whose rims are apart from that of the side."""
-    mesh = meshed(quadrics.cylinder(2.0, 3.0).lower(), accuracy=accuracy)
-    assert mesh.normals is not None
-    side = np.abs(mesh.normals[:, 2]) < 0.5
-    check(mesh, np.zeros(len(side)), np.where(side, -0.25, 0.0), 1e-13)
-    assert mesh.report.watertight
-
-
-@pytest.mark.parametrize("accuracy", [None, FINE])
 def test_the_apex_of_a_cone_has_none(accuracy: Accuracy | None) -> None:
     """H = −cos α / (2ρ) grows without bounds: at the apex, and there alone, it is 0."""
     mesh = meshed(quadrics.cone(1.0, 2.0).lower(), accuracy=accuracy)
@@ -108,24 +85,6 @@ def test_the_apex_of_a_cone_has_none(accuracy: Accuracy | None) -> None:
     mean = np.zeros(len(rho))
     mean[bent] = -1 / np.sqrt(5) / rho[bent]
     check(mesh, np.zeros(len(rho)), mean, 1e-9)
-
-
-@pytest.mark.parametrize("accuracy", [None, FINE])
-def test_monkey_saddle(accuracy: Accuracy | None) -> None:
-    """z = x³ − 3 x y² over [0, 1]²: K and H by the formulas of a graph."""
-    net = np.zeros((4, 4, 3))
-    net[..., 0] = np.arange(4)[:, None] / 3
-    net[..., 1] = np.arange(4) / 3
-    # x has the coefficients i/3; x³ is 1 at the last one, y² has 0, 0, 1/3, 1.
-    cube, square = np.array([0, 0, 0, 1]), np.array([0, 0, 1, 3]) / 3
-    net[..., 2] = cube[:, None] - 3 * np.outer(np.arange(4) / 3, square)
-    mesh = meshed(BezierSurface(net).lower(), accuracy=accuracy)
-    x, y, _ = mesh.positions.T
-    zx, zy, xx, xy, yy = 3 * x**2 - 3 * y**2, -6 * x * y, 6 * x, -6 * y, -6 * x
-    area = 1 + zx**2 + zy**2
-    mean = (1 + zy**2) * xx - 2 * zx * zy * xy + (1 + zx**2) * yy
-    check(mesh, (xx * yy - xy**2) / area**2, mean / (2 * area**1.5))
-    assert curved(mesh)[0].min() < -1
 
 
 @settings(max_examples=30)
@@ -318,13 +277,6 @@ def test_what_float32_cannot_hold_is_its_largest_number(size: float) -> None:
     np.testing.assert_allclose(mean, -1 / size, rtol=1e-6)
 
 
-def test_a_patch_without_area_has_none() -> None:
-    net = np.arange(3.0)[:, None, None] * np.ones((1, 3, 3))
-    gaussian, mean = curved(meshed(BezierSurface(net).lower()))
-    assert not gaussian.any()
-    assert not mean.any()
-
-
 def test_too_many_limits_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     model = quadrics.sphere().lower()
     monkeypatch.setattr(care, "MOST", care.each(model.batches[0]) * 8 * 7)
@@ -333,12 +285,6 @@ def test_too_many_limits_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         meshed(model, (7, 7))
     (issue,) = refused.value.issues
     assert (issue.code, issue.pointer) == ("too_costly", "/curvatures")
-
-
-def test_without_faces_there_is_nothing_to_bend() -> None:
-    mesh = meshed(quadrics.torus().lower(), surface=False, overlays=("boundary",))
-    assert mesh.attributes == ()
-    assert mesh.report.curvature is None
 
 
 @pytest.mark.parametrize("wires", ["tubes", "ribbons"])

@@ -1,14 +1,12 @@
 """Copies that are placed have the curvatures of the placed surface, whatever a placement does."""
 
-from typing import cast
-
 import numpy as np
 import pytest
 
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.build import build, build_scene
 from service.engine.curvatures.ranges import NAMES
-from service.engine.curvatures.stretches import stretch_of, with_stretches
+from service.engine.curvatures.stretches import with_stretches
 from service.engine.models import as_patches
 from service.engine.options import MeshOptions
 from service.engine.scene import placed_points
@@ -119,22 +117,3 @@ def test_copies_share_what_is_bent_alike() -> None:
     low, high = scene.report.curvature[0]
     assert low == min(float(dict(m.attributes)[NAMES[0]].min()) for m in scene.meshes)
     assert high == max(float(dict(m.attributes)[NAMES[0]].max()) for m in scene.meshes) >= 4
-
-
-def test_a_stretch_is_a_placement_without_its_turn() -> None:
-    for name, matrix in PLACES.items():
-        stretch = stretch_of(matrix)
-        if name in ("moved and turned", "mirrored"):
-            assert stretch is None
-            continue
-        assert stretch is not None
-        linear = matrix[:3, :3]
-        np.testing.assert_allclose(
-            stretch[:3, :3] @ stretch[:3, :3], linear.T @ linear, rtol=1e-9, atol=1e-14
-        )
-        assert (np.linalg.eigvalsh(stretch[:3, :3]) > 0).all()
-
-
-def test_what_is_no_group_stays_what_it_is() -> None:
-    model = cast(GroupModel, find("sphere").surface().lower())
-    assert with_stretches(model) is model

@@ -62,17 +62,6 @@ def test_meshes_of_these_grids_are_near_enough(family: str, seed: int) -> None:
     assert farthest.distance <= found.deviation.max() + farthest.noise
 
 
-def test_patches_are_numbered_across_batches() -> None:
-    model = patches_of("rounded-box")
-    found = enough(model, 0.01)
-    assert len(found.cells) == model.patch_count
-    first = 0
-    for batch in model.batches:
-        alone = enough(PatchModel("alone", (batch,), ()), 0.01)
-        np.testing.assert_array_equal(found.depth_u[first : first + batch.count], alone.depth_u)
-        first += batch.count
-
-
 def test_no_tolerance_is_too_small_to_end() -> None:
     found = enough(patches_of("sphere"), 1e-300)
     assert max(found.depth_u.max(), found.depth_v.max()) == FINEST

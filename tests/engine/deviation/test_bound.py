@@ -13,7 +13,7 @@ from service.engine.options import MeshOptions
 from service.surface.lowered import Part
 from tests.engine.meshing import mesh_of
 from tests.examples import patches_of
-from tests.oracles.deviation import sheet_by_sheet, surface_to_mesh
+from tests.oracles.deviation import surface_to_mesh
 from tests.oracles.sheets import sheets_of
 from tests.strategies import Array, mixed_model, model_of, moved
 from tools.certify.surfaces import FAMILIES
@@ -56,14 +56,6 @@ def test_no_point_of_a_surface_is_further_than_the_bound(family: str, seed: int)
     check(surface, build(surface.lower(), options, single=bool(seed)))
 
 
-@pytest.mark.parametrize("method", ["de_casteljau", "forward_difference"])
-@pytest.mark.parametrize("name", ["sphere", "octahedral-sphere", "monkey-saddle", "tveit"])
-def test_other_methods_have_their_own_rounding(name: str, method: str) -> None:
-    model = patches_of(name)
-    mesh = mesh_of(model, single=True, method=method, resolution=(3, 6), normals=False)
-    check(model, mesh)
-
-
 def test_forward_differences_lose_more() -> None:
     curve = np.random.default_rng(4).uniform(-1, 1, (9, 3))
     net = np.stack([curve, moved(curve, 1.0)])
@@ -90,18 +82,6 @@ def test_frames_poles_and_seams(name: str, resolution: tuple[int, int]) -> None:
 )
 def test_the_bound_is_close_where_surfaces_bend_evenly(name: str, share: float) -> None:
     assert check(patches_of(name), mesh_of(name, resolution=(8, 8))) > share
-
-
-def test_every_part_has_a_bound_of_its_own() -> None:
-    model = patches_of("utah-teapot")
-    mesh = mesh_of(model, resolution=(3, 3))
-    found = sheet_by_sheet(sheets_of(model), corners_of(mesh), 64)
-    bounds = [part.deviation_bound for part in mesh.parts]
-    assert max(b for b in bounds if b is not None) == mesh.report.deviation_bound
-    assert len(set(bounds)) == len(bounds)
-    for part, bound in zip(model.parts, bounds, strict=True):
-        assert bound is not None
-        assert max(f.distance for f in found[part.first : part.last]) <= bound
 
 
 def test_parts_follow_the_sequence() -> None:
@@ -132,14 +112,6 @@ def test_rounding_far_from_the_origin_counts(shift: float) -> None:
         bound = mesh.report.deviation_bound
         assert bound is not None
         assert 0 < bound < (1e-4 if single else 1e-10 * shift)
-
-
-def test_without_faces_there_is_no_bound() -> None:
-    assert mesh_of("sphere", surface=False, isocurves=(2, 2)).report.deviation_bound is None
-    pole = np.array([[[0.0, 0, 0], [0, 0, 0]], [[1, 0, 1], [1, 0, 1]]])
-    mesh = mesh_of([pole], resolution=(1, 1))
-    assert mesh.report.triangles == 0
-    assert mesh.report.deviation_bound is None
 
 
 def test_bounds_are_rounded_up() -> None:

@@ -56,14 +56,3 @@ def test_the_corner_of_a_folded_patch_is_cut_off(resolution: tuple[int, int], fa
     used = mesh.positions[np.union1d(mesh.triangles, mesh.quads)]
     assert bound is not None
     assert bound >= np.linalg.norm(used - [0, 0, 8.0], axis=1).min() > 0
-
-
-def test_unwelded_meshes_keep_what_is_folded() -> None:
-    model = model_of([folded(8.0)])
-    welded, apart = (
-        mesh_of(model, resolution=(6, 6), weld=weld).report.deviation_bound
-        for weld in (True, False)
-    )
-    assert welded is not None
-    assert apart is not None
-    assert apart < welded

@@ -1,31 +1,24 @@
 """Points and normals on a grid: against exact arithmetic, against peers, against each other."""
 
-import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from fractions import Fraction
 from typing import TypeAlias, get_args
 
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from service.engine.evaluation.evaluate import Formulation, choose, evaluate
 from service.engine.evaluation.under_way import Samples
 from service.surface.batches import TensorPatches
 from service.surface.checks import MAX_WEIGHT_RATIO
-from tests.examples import patches_of
 from tests.oracles import exact
 from tests.strategies import (
     Array,
     example_batch,
     height_nets,
-    model_of,
-    nets,
     resolutions,
     weighted_nets,
-    weights_like,
 )
 
 Degree: TypeAlias = tuple[int, int]
@@ -106,34 +99,6 @@ def test_normals_of_any_graph_agree_with_exact_arithmetic(
     assert np.abs(found.normals[0] - truth)[safe].max() < 1e-9
 
 
-@pytest.mark.parametrize("dtype", [np.float64, np.float32])
-@pytest.mark.parametrize("weighted", WEIGHTED)
-@pytest.mark.parametrize(
-    ("degree", "resolution"), [((3, 3), (16, 16)), ((1, 4), (3, 50)), ((9, 2), (40, 7))]
-)
-def test_a_fast_path_gives_the_same_answer(
-    degree: Degree,
-    resolution: tuple[int, int],
-    weighted: bool,
-    dtype: Real,
-) -> None:
-    """All formulations, several patches at once, against one another."""
-    batch = [smooth(degree, weighted, seed) for seed in range(5)]
-    points = np.concatenate([one.points for one in batch])
-    weights = np.concatenate([one.weights for one in batch if one.weights is not None] or [points])
-    patches = TensorPatches(points, weights if weighted else None)
-    first, *others = [
-        evaluate(patches, resolution, dtype=dtype, formulation=f) for f in usable(patches)
-    ]
-    for other in others:
-        digits = 64 * float(np.finfo(dtype).eps)
-        assert np.abs(first.positions - other.positions).max() < digits
-        assert first.normals is not None
-        assert other.normals is not None
-        allowed = 1e-6 if dtype == np.float32 else 1e-12
-        assert np.abs(first.normals - other.normals).max() < allowed
-
-
 @pytest.mark.parametrize("normals", [True, False])
 @pytest.mark.parametrize("weighted", WEIGHTED)
 def test_the_choice_is_one_that_applies(normals: bool, weighted: bool) -> None:
@@ -191,113 +156,9 @@ def test_corners_are_interpolated(
         np.testing.assert_allclose(corners, expected, atol=1e-14)
 
 
-@given(weighted_nets(), resolutions)
-def test_edges_are_the_curves_of_the_edge_nets(
-    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
-) -> None:
-    """u = 0 is the Bézier curve of row 0, and so on; exact curves, rounded."""
-    net, weights = weighted
-    points = points_of(net, weights, resolution)
-    homogeneous = exact.exact_net(net, weights)
-    for divisions, row, edge in (
-        (resolution[1], homogeneous[0], points[0]),
-        (resolution[1], homogeneous[-1], points[-1]),
-        (resolution[0], [r[0] for r in homogeneous], points[:, 0]),
-        (resolution[0], [r[-1] for r in homogeneous], points[:, -1]),
-    ):
-        for t, found in zip(exact.divisions(divisions), edge, strict=True):
-            *spatial, w = (*exact.curve_point(row, t), Fraction(1))[:4]
-            assert found == pytest.approx([float(x / w) for x in spatial], abs=1e-13)
-
-
-@given(weighted_nets(), resolutions, st.integers(0, 2**32 - 1))
-def test_stays_within_the_convex_hull(
-    weighted: tuple[Array, Array | None], resolution: tuple[int, int], seed: int
-) -> None:
-    """No sample lies beyond all control points in any direction."""
-    net, weights = weighted
-    directions = np.random.default_rng(seed).normal(size=(3, 50))
-    reach = (points_of(net, weights, resolution) @ directions).max(axis=(0, 1))
-    assert (reach <= (net @ directions).max(axis=(0, 1)) + 1e-12).all()
-
-
-@given(weighted_nets(), resolutions, st.integers(0, 2**32 - 1))
-def test_affine_invariance(
-    weighted: tuple[Array, Array | None], resolution: tuple[int, int], seed: int
-) -> None:
-    """Mapping the control points maps the surface."""
-    net, weights = weighted
-    rng = np.random.default_rng(seed)
-    matrix, shift = rng.uniform(-2, 2, (3, 3)), rng.uniform(-10, 10, 3)
-    before = points_of(net @ matrix + shift, weights, resolution)
-    after = points_of(net, weights, resolution) @ matrix + shift
-    np.testing.assert_allclose(before, after, atol=2e-12)
-
-
-@given(weighted_nets(height_nets()), resolutions)
-def test_reversing_the_net_reverses_the_parameter(
-    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
-) -> None:
-    """And turns the normal over; exchanging u and v turns it over as well."""
-    net, weights = weighted
-    found = evaluate(single(net, weights), resolution)
-    back = evaluate(single(net[::-1], None if weights is None else weights[::-1]), resolution)
-    swapped = evaluate(
-        single(net.swapaxes(0, 1), None if weights is None else weights.T), resolution[::-1]
-    )
-    for other, positions, normals in (
-        (back, found.positions[:, ::-1], _of(found)[:, ::-1]),
-        (swapped, found.positions.swapaxes(1, 2), _of(found).swapaxes(1, 2)),
-    ):
-        np.testing.assert_allclose(other.positions, positions, atol=1e-13)
-        np.testing.assert_allclose(_of(other), -normals, atol=1e-9)
-
-
 def _of(found: Samples) -> Array:
     assert found.normals is not None
     return np.asarray(found.normals)
-
-
-@given(nets(degree=st.just(1)), resolutions)
-def test_the_patch_of_degree_one_is_bilinear(net: Array, resolution: tuple[int, int]) -> None:
-    """A hyperbolic paraboloid: straight along u and along v, the middle the mean of the corners."""
-    points = points_of(net, None, resolution)
-    for axis in (0, 1):
-        assert np.abs(np.diff(points, 2, axis=axis)).max(initial=0) < 1e-13
-    middle = points_of(net, None, (2, 2))[1, 1]
-    np.testing.assert_allclose(middle, net.mean(axis=(0, 1)), atol=1e-14)
-
-
-@given(nets(), st.data())
-def test_equal_weights_are_no_weights(net: Array, data: st.DataObject) -> None:
-    """Whatever their common value; and a common factor of unequal ones is without effect."""
-    resolution = (4, 3)
-    plain = points_of(net, None, resolution)
-    np.testing.assert_allclose(
-        points_of(net, np.full(net.shape[:2], 0.3), resolution), plain, atol=1e-13
-    )
-    weights = data.draw(weights_like(net))
-    np.testing.assert_array_equal(
-        points_of(net, weights, resolution), points_of(net, weights * 4, resolution)
-    )
-
-
-def test_degree_elevation_changes_nothing() -> None:
-    """P*_i = i/(p+1) P_{i−1} + (1 − i/(p+1)) P_i is the same surface."""
-    net = smooth((3, 4), weighted=False).points[0]
-    share = (np.arange(5) / 4)[:, None, None]
-    padded = np.concatenate([net[:1], net, net[-1:]])
-    elevated = share * padded[:-1] + (1 - share) * padded[1:]
-    found, plain = (evaluate(single(n), (7, 5)) for n in (elevated, net))
-    np.testing.assert_allclose(found.positions, plain.positions, atol=1e-15)
-    np.testing.assert_allclose(_of(found), _of(plain), atol=1e-14)
-
-
-def test_tveits_normal_at_a() -> None:
-    """The tutorial's figure: (4, 2, 3)/√29 at the corner A."""
-    found = evaluate(patches_of("tveit").batches[0], (10, 10))
-    expected = [0.7427813527082074, 0.3713906763541037, 0.5570860145311556]
-    np.testing.assert_allclose(_of(found)[0, 0, 0], expected, atol=1e-15)
 
 
 def test_normals_can_be_left_out() -> None:
@@ -306,14 +167,6 @@ def test_normals_can_be_left_out() -> None:
     without = evaluate(patches, (5, 4), normals=False)
     assert without.normals is None
     np.testing.assert_array_equal(without.positions, evaluate(patches, (5, 4)).positions)
-
-
-@pytest.mark.parametrize("resolution", [(1, 1), (1, 9), (9, 1)])
-def test_one_division_is_enough(resolution: tuple[int, int]) -> None:
-    """The corners, or a strip."""
-    found = evaluate(smooth((3, 5), weighted=True), resolution)
-    assert found.positions.shape == (1, resolution[0] + 1, resolution[1] + 1, 3)
-    np.testing.assert_allclose(np.linalg.norm(_of(found), axis=-1), 1, atol=1e-15)
 
 
 def test_origin_is_subtracted_before_rounding() -> None:
@@ -397,22 +250,6 @@ def test_a_small_patch_beside_a_large_one_keeps_its_normals(
         assert np.abs(normals[1] - normals[0]).max() < allowed
 
 
-@pytest.mark.parametrize("weighted", WEIGHTED)
-def test_a_wide_field_of_patches_keeps_its_normals_in_single_precision(weighted: bool) -> None:
-    """Patches of extent 2 spread over a million units, all of the same shape."""
-    one = smooth((3, 3), weighted)
-    places = np.array([[x, y, 0] for x in (0.0, 2.0**10, 2.0**20) for y in (0.0, 2.0**10)])
-    points = one.points + places[:, None, None]
-    weights = None if one.weights is None else np.repeat(one.weights, len(places), axis=0)
-    field = TensorPatches(points, weights)
-    truth = _of(evaluate(one, (7, 7)))[0]
-    for formulation in usable(field):
-        single_ = _of(evaluate(field, (7, 7), dtype=np.float32, formulation=formulation))
-        assert np.abs(single_ - truth).max() < 1e-6
-        double = _of(evaluate(field, (7, 7), formulation=formulation))
-        assert np.abs(double - truth).max() < 1e-9
-
-
 def test_the_inputs_are_left_alone() -> None:
     """Read-only arrays in, fresh arrays out: two calls never share their memory."""
     patches = smooth((3, 3), weighted=True)
@@ -447,36 +284,6 @@ def test_agrees_with_scipys_splines() -> None:
     along_v = BSpline(np.repeat([0.0, 1.0], 4), along_u(u).swapaxes(0, 1), 3)
     found = evaluate(patches, (11, 7))
     np.testing.assert_allclose(found.positions[0], along_v(v).swapaxes(0, 1), atol=1e-14)
-
-
-def test_agrees_with_geomdl() -> None:
-    """Rational points and normals of another library, built for reading rather than speed."""
-    with warnings.catch_warnings():
-        # Its own use of deprecated Python is none of our business.
-        warnings.simplefilter("ignore")
-        from geomdl import NURBS, operations  # noqa: PLC0415
-
-        patches = smooth((3, 2), weighted=True)
-        assert patches.weights is not None
-        net, weights = patches.points[0], patches.weights[0]
-        peer = NURBS.Surface()
-        peer.degree_u, peer.degree_v = 3, 2
-        peer.ctrlpts_size_u, peer.ctrlpts_size_v = 4, 3
-        homogeneous = np.concatenate([net * weights[..., None], weights[..., None]], axis=-1)
-        peer.ctrlptsw = homogeneous.reshape(-1, 4).tolist()
-        peer.knotvector_u = [0.0] * 4 + [1.0] * 4
-        peer.knotvector_v = [0.0] * 3 + [1.0] * 3
-        found = evaluate(patches, (4, 4))
-        for i, j in np.ndindex(5, 5):
-            point, normal = operations.normal(peer, [i / 4, j / 4], normalize=True)
-            np.testing.assert_allclose(found.positions[0, i, j], point, atol=1e-14)
-            np.testing.assert_allclose(_of(found)[0, i, j], normal, atol=1e-13)
-
-
-def test_a_model_may_mix_degrees() -> None:
-    """Batches of one degree each; `model_of` groups neighbours."""
-    patches = [smooth((d, 2), weighted=False).points[0] for d in (3, 3, 4, 3)]
-    assert [batch.count for batch in model_of(patches).batches] == [2, 1, 1]
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])

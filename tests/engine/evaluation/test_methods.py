@@ -15,7 +15,6 @@ from service.engine.evaluation.forward_difference import starting_differences
 from service.engine.mesh import Mesh
 from service.engine.options import Method
 from service.engine.scratch import Real
-from service.engine.stitch import find_seams, sample_edges
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from tests.engine.meshing import mesh_of
 from tests.oracles import exact, quadrics, triangles
@@ -31,7 +30,6 @@ from tests.strategies import (
     nets,
     resolutions,
     split_models,
-    triangle_heights,
     triangle_nets,
     weighted_nets,
     weights_like,
@@ -112,22 +110,6 @@ def test_normals_are_the_exact_ones(
 
 @both
 @either
-@settings(max_examples=10)
-@given(weighted_triangles(triangle_heights()), st.integers(1, 6))
-def test_normals_of_triangles_are_the_exact_ones(
-    method: Method, dtype: Real, surface: tuple[Array, Array | None], divisions: int
-) -> None:
-    net, weights = surface
-    patches = triangle_batch(net, weights)
-    found = evaluate(patches, (divisions, 1), dtype=dtype, method=method)
-    assert found.normals is not None
-    truth = triangles.normals(triangles.jets(net, weights, divisions))
-    worst = 1e-9 if dtype is np.float64 else 3e-4
-    np.testing.assert_allclose(found.normals[0], truth, rtol=0, atol=worst)
-
-
-@both
-@either
 @pytest.mark.parametrize("name", ["sphere", "utah-teapot", "cone"])
 def test_poles_are_repaired_as_ever(method: Method, dtype: Real, name: str) -> None:
     patches = example_batch(name)
@@ -158,20 +140,6 @@ def test_far_from_the_origin_nothing_more_is_lost(method: Method) -> None:
     np.testing.assert_allclose(found.normals, right.normals, rtol=0, atol=1e-5)
     plain = evaluate(far, (9, 9), method=method).positions - there
     np.testing.assert_allclose(plain, right.positions, rtol=0, atol=1e-6)
-
-
-@both
-@pytest.mark.parametrize("size", [1e-30, 1e30])
-def test_models_of_any_size(method: Method, size: float) -> None:
-    patches = example_batch("sphere")
-    scaled = TensorPatches(patches.points * size, patches.weights)
-    for dtype in (np.float64, np.float32):
-        found = evaluate(scaled, (5, 5), dtype=dtype, method=method)
-        right = evaluate(patches, (5, 5), method=method)
-        np.testing.assert_allclose(found.positions / size, right.positions, atol=1e-6)
-        assert found.normals is not None
-        assert right.normals is not None
-        np.testing.assert_allclose(found.normals, right.normals, atol=1e-5)
 
 
 @both
@@ -249,21 +217,6 @@ def test_seams_are_shared_bit_for_bit(
 
 
 @both
-@given(weighted_nets())
-@settings(max_examples=15)
-def test_edges_do_not_depend_on_what_is_computed_beside_them(
-    method: Method, surface: tuple[Array, Array | None]
-) -> None:
-    net, weights = surface
-    seams = find_seams(model_of([net], None if weights is None else [weights]).batches)
-    wanted = np.ones(len(seams.users), dtype=bool)
-    whole = sample_edges(seams.curves, wanted, 9, method)
-    for edge in range(len(wanted)):
-        one = np.arange(len(wanted)) == edge
-        np.testing.assert_array_equal(sample_edges(seams.curves, one, 9, method)[0], whole[edge])
-
-
-@both
 @either
 def test_chunks_do_not_show(method: Method, dtype: Real, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(6)
@@ -297,15 +250,6 @@ def test_starting_differences_are_exact(net: Array, divisions: int) -> None:
         right = np.array([float(x) for x in values[0]])
         np.testing.assert_allclose(found[k, :, 0], right, rtol=0, atol=1e-14 * measure)
         values = [tuple(b - a for a, b in zip(x, y, strict=True)) for x, y in pairwise(values)]
-
-
-def test_lines_in_steps_of_powers_of_two_are_exact() -> None:
-    """Where no addition rounds, forward differences round nothing."""
-    net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
-    for dtype in (np.float32, np.float64):
-        found = evaluate(grid(net), (8, 64), dtype=dtype, method="forward_difference").positions
-        u, v = np.meshgrid(np.arange(9) / 8, np.arange(65) / 64, indexing="ij")
-        np.testing.assert_array_equal(found[0], np.stack([u, v, u * v], axis=-1))
 
 
 def test_forward_differences_lose_with_every_division() -> None:

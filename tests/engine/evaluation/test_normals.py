@@ -140,13 +140,6 @@ def test_degenerate_nets_have_unit_normals(net: Array, weighted: bool, data: st.
         assert np.abs(np.linalg.norm(found.normals.astype(float), axis=-1) - 1).max() < slack
 
 
-@given(degenerate_nets())
-def test_poles_are_counted(net: Array) -> None:
-    """As many as there are samples at which du × dv is exactly zero."""
-    found = evaluate(patch(net), (3, 2))
-    assert found.poles == np.isnan(exact.normals(net, None, (3, 2))).any(axis=-1).sum()
-
-
 @settings(max_examples=50)
 @given(degenerate_nets())
 def test_poles_on_the_border_have_the_limit_from_inside(net: Array) -> None:
@@ -225,17 +218,6 @@ def test_normals_of_a_line_stand_on_it() -> None:
     assert np.abs(found @ direction).max() < 1e-12
 
 
-@given(nets(degree=st.integers(1, 3)), st.integers(0, 2))
-def test_normals_of_a_flat_net_stand_on_its_plane(net: Array, axis: int) -> None:
-    """However it is folded within the plane."""
-    net = net.copy()
-    net[..., axis] = 0.75
-    assume((~np.isnan(exact.normals(net, None, (3, 3)))).any())
-    found = evaluate(patch(net), (3, 3)).normals
-    assert found is not None
-    np.testing.assert_allclose(np.abs(found[..., axis]), 1, rtol=0, atol=4e-16)
-
-
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("resolution", [(1, 1), (16, 16), (5, 300)])
 def test_teapot_poles_look_straight_up_and_down(
@@ -254,15 +236,6 @@ def test_teapot_poles_look_straight_up_and_down(
         assert tip.sum() == 4 * (resolution[0] + 1)
         np.testing.assert_array_equal(normals[tip], np.full((tip.sum(), 3), (0, 0, z)))
     assert found.poles == 8 * (resolution[0] + 1)
-
-
-@pytest.mark.parametrize("dtype", [np.float64, np.float32])
-def test_sphere_poles_are_smooth(dtype: type[np.float32] | type[np.float64]) -> None:
-    """The normal of the unit sphere is its point, at the poles too."""
-    found = evaluate(patches_of("sphere").batches[0], (6, 6), dtype=dtype)
-    assert found.normals is not None
-    assert np.abs(found.normals - found.positions).max() < (1e-12 if dtype == np.float64 else 5e-7)
-    assert found.poles == 8 * 7
 
 
 def test_cone_apex_keeps_the_normal_of_every_ruling() -> None:
@@ -291,9 +264,3 @@ def test_near_a_pole_normals_are_right_too() -> None:
             net = exact.exact_net(batch.points[k], batch.weights[k])
             jet = exact.jets(net, [Fraction(a)], [Fraction(b)])[0][0]
             assert normal == pytest.approx(exact.unit(exact.cross(jet.du, jet.dv)), abs=1e-9)
-
-
-def test_torus_and_the_open_examples_have_no_poles() -> None:
-    """Nothing to repair there."""
-    for name in ("torus", "saddle", "tveit", "bourke-1111"):
-        assert evaluate(patches_of(name).batches[0], (8, 8)).poles == 0

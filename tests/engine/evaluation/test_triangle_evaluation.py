@@ -142,16 +142,6 @@ def test_the_tensor_form_is_the_same_surface(
     np.testing.assert_array_equal(pole, np.tile(net[-1], (len(pole), 1)))
 
 
-def test_the_tensor_form_carries_its_sides_bit_for_bit() -> None:
-    """Corners and the side that keeps its degree; the others are the same curves, raised."""
-    for rational in (False, True):
-        patches = smooth(5, 3, rational)
-        tensor = patches.tensor()
-        np.testing.assert_array_equal(tensor.corners, patches.corners)
-        np.testing.assert_array_equal(tensor.side(2)[0], patches.side(2)[0])
-        assert tensor.collapsed.tolist() == [[False, False, False, True]] * 3
-
-
 def degenerate() -> dict[str, Any]:
     """Nets with collapsed sides, repeated points, everything on a line or in a point."""
     net = smooth(3).points[0]
@@ -219,16 +209,3 @@ def test_normals_along_a_collapsed_side_are_those_of_the_cone(
     sign = -1 if symmetry >= 3 else 1
     expected = sign * np.array(truth)[order]
     assert np.abs(found.normals[0][here] - expected).max() < 1e-11
-
-
-@pytest.mark.parametrize("degree", [1, 2, 5, 20, 64])
-def test_high_degrees(degree: int) -> None:
-    """A plane stays one, its normal exact, whatever the degree; positions to rounding."""
-    places = triangle.barycentric(degree)
-    points = places @ np.array([[0.0, 0, 0], [2, 0, 1], [0, 3, 1]])
-    found = evaluate(TrianglePatches(points[None].copy()), (40, 40))
-    truth = triangle.barycentric(40) @ np.array([[0.0, 0, 0], [2, 0, 1], [0, 3, 1]])
-    assert np.abs(found.positions[0] - truth).max() < 1e-13
-    assert found.normals is not None
-    normal = np.array([-3, -2, 6]) / 7
-    assert np.abs(found.normals[0] - normal).max() < 1e-12

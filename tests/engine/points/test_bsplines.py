@@ -1,7 +1,6 @@
 """Points and partials of B-splines in the parameters of their own domain, beside scipy's."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import NdBSpline
@@ -82,18 +81,6 @@ def test_partials_are_those_of_scipy(
         lines.append(np.concatenate([knot.breaks(*vector), inside]))
     uv = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
     check(surface, uv)
-
-
-@pytest.mark.parametrize("rational", [False, True])
-def test_high_degree_over_knots_far_from_zero(rational: bool) -> None:
-    """Degree (12, 7), domain from 1e5 on."""
-    rng = np.random.default_rng(8)
-    u = 1e5 + np.sort(rng.uniform(0, 40, 12 + 1 + 20))
-    v = knot.clamped(11, 7)
-    weights = weights_for(20, 3, 11) if rational else None
-    surface = BsplineSurface(points_for(20, 2, 11), (12, 7), (u, v), weights)
-    low, high = knot.domain(u, 12)
-    check(surface, np.stack([rng.uniform(low, high, 50), rng.uniform(0, 4, 50)], axis=1))
 
 
 def test_at_a_crease_the_right_side_counts() -> None:

@@ -78,18 +78,6 @@ def test_torus() -> None:
     np.testing.assert_allclose(found.mean, -(2 + cosine / rho) / 2, rtol=0, atol=1e-12)
 
 
-def test_cylinder_and_its_caps() -> None:
-    """K = 0 and H = −1/(2r) on the side; flat caps, their middles, which are poles, included."""
-    points, normals, found, degenerate = scattered(tensor(quadrics.cylinder(2.0, 3.0)))
-    side = np.abs(normals[:, 2]) < 0.5
-    assert degenerate.any()
-    assert 0 < side.sum() < len(points)
-    np.testing.assert_allclose(found.gaussian, 0, atol=1e-14)
-    np.testing.assert_allclose(found.mean, np.where(side, -0.25, 0), rtol=0, atol=1e-14)
-    np.testing.assert_allclose(found.smaller, np.where(side, -0.5, 0), rtol=0, atol=1e-14)
-    np.testing.assert_allclose(found.larger, 0, atol=1e-14)
-
-
 def test_cone_has_no_mean_curvature_at_its_apex() -> None:
     """H = −cos α / (2ρ) grows without bounds; K = 0 along every ruling, so that is its limit."""
     patches = tensor(quadrics.cone(1.0, 2.0))
@@ -99,24 +87,6 @@ def test_cone_has_no_mean_curvature_at_its_apex() -> None:
     rho = 1 - np.array([v for _, v in places[:-1]])
     np.testing.assert_allclose(found.mean[:-1], -2 / np.sqrt(5) / (2 * rho), rtol=1e-8)
     assert np.isnan([found.mean[-1], found.larger[-1], found.smaller[-1]]).all()
-
-
-def test_saddle() -> None:
-    """z = xy: K = −1/(1 + u² + v²)², H = −uv/(1 + u² + v²)^{3/2}."""
-    net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
-    places = [(u, v) for u in (0.0, 0.25, 1.0) for v in (0.0, 0.6, 1.0)]
-    u, v = np.array(places).T
-    found = at(batch(net), 0, places)
-    square = 1 + u * u + v * v
-    gauss, mean = -1 / square**2, -u * v / square**1.5
-    spread = np.sqrt(mean**2 - gauss)
-    for got, right in (
-        (found.gaussian, gauss),
-        (found.mean, mean),
-        (found.larger, mean + spread),
-        (found.smaller, mean - spread),
-    ):
-        np.testing.assert_allclose(got, right, rtol=0, atol=1e-15)
 
 
 def test_ellipsoid_has_two_curvatures_at_its_pole() -> None:
@@ -153,13 +123,6 @@ def test_pole_of_higher_order() -> None:
             assert abs(found.smaller[0]) == pytest.approx(2, rel=1e-9)
         else:
             assert np.isnan([found.gaussian, found.mean, found.larger, found.smaller]).all()
-
-
-def test_nothing_has_no_curvature() -> None:
-    """A patch that is a point, and one that is a line."""
-    for net in (np.ones((3, 3, 3)), np.arange(3.0)[:, None, None] * np.ones((1, 3, 3))):
-        found = at(batch(net), 0, [(0.0, 0.0), (0.5, 0.5)])
-        assert np.isnan([found.gaussian, found.mean, found.larger, found.smaller]).all()
 
 
 @settings(max_examples=40)

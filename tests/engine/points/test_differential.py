@@ -4,12 +4,9 @@ from fractions import Fraction
 from functools import partial
 
 import numpy as np
-import pytest
-from geomdl import NURBS, BSpline
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.engine.evaluation import nets as nets_module
 from service.engine.points.differential import jets
 from service.surface.batches import TensorPatches
 from tests.oracles import exact
@@ -70,35 +67,6 @@ def test_far_from_the_origin_only_the_position_is_rounded(
     np.testing.assert_allclose(far[0] - [2.0**20, -(2.0**21), 0], near[0], rtol=0, atol=2.0**-31)
 
 
-@pytest.mark.parametrize("weighted", [False, True])
-def test_high_degree(weighted: bool) -> None:
-    """Degree 15 by 9, weights in [0.2, 5]."""
-    rng = np.random.default_rng(15)
-    net = rng.integers(-128, 129, (16, 10, 3)) / 16
-    weights = rng.integers(13, 321, (16, 10)) / 64 if weighted else None
-    check(net, weights, [(0.0, 1.0), (0.125, 0.3), (0.7, 0.9), (1.0, 0.55)])
-
-
-@pytest.mark.parametrize("weighted", [False, True])
-def test_geomdl_agrees(weighted: bool) -> None:
-    """A peer: Algorithms A3.6 and A4.4 on a clamped surface without inner knots."""
-    rng = np.random.default_rng(7)
-    net = rng.standard_normal((5, 4, 3))
-    weights = rng.uniform(0.2, 5, (5, 4)) if weighted else np.ones((5, 4))
-    peer = NURBS.Surface() if weighted else BSpline.Surface()
-    peer.degree_u, peer.degree_v = 4, 3
-    points = np.concatenate([net * weights[..., None], weights[..., None]], axis=2)
-    peer.set_ctrlpts((points if weighted else net).reshape(20, -1).tolist(), 5, 4)
-    peer.knotvector_u, peer.knotvector_v = [0] * 5 + [1] * 5, [0] * 4 + [1] * 4
-    places = [(0.1, 0.2), (0.5, 0.5), (0.93, 0.4), (0.0, 1.0)]
-    found = partials(net, weights if weighted else None, places)
-    for k, (u, v) in enumerate(places):
-        table = peer.derivatives(u, v, order=2)
-        right = [table[i][j] for i, j in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))]
-        for got, value, limit in zip(found[:, k], right, LIMITS, strict=True):
-            np.testing.assert_allclose(got, value, rtol=0, atol=limit * size(net))
-
-
 def shifted(patches: TensorPatches, place: tuple[Array, Array], du: float, dv: float) -> Array:
     """Points of every patch beside a place."""
     found = jets(patches, np.arange(patches.count), place[0] + du, place[1] + dv, 0)
@@ -151,19 +119,3 @@ def test_the_order_decides_what_is_computed() -> None:
         assert len(found.partials) == count
         assert (found.normals is None, found.degenerate is None) == (order < 1, order < 1)
         assert (found.curvatures is None) == (order < 2)
-
-
-def test_chunks_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Many samples of few patches and few of many, in small pieces and in one."""
-    patches = example_batch("utah-teapot")
-    rng = np.random.default_rng(5)
-    index = np.concatenate([rng.integers(0, patches.count, 60), np.full(40, 3)])
-    u, v = rng.random((2, 100))
-    whole = jets(patches, index, u, v, 2)
-    monkeypatch.setattr(nets_module, "CHUNK_BYTES", 40_000)
-    monkeypatch.setattr(nets_module, "CHUNK_SAMPLES", 7)
-    pieces = jets(patches, index, u, v, 2)
-    np.testing.assert_allclose(pieces.partials, whole.partials, rtol=0, atol=1e-13)
-    assert whole.curvatures is not None
-    assert pieces.curvatures is not None
-    np.testing.assert_allclose(pieces.curvatures.mean, whole.curvatures.mean, rtol=1e-9)

@@ -71,14 +71,6 @@ def test_patches_are_numbered_as_in_the_request() -> None:
     np.testing.assert_array_equal(one, middles[[4, 4]])
 
 
-def test_batches_of_several_degrees() -> None:
-    nets = [np.ones((2, 2, 3)), np.full((3, 4, 3), 2.0), np.full((2, 2, 3), 3.0)]
-    model = model_of(nets)
-    assert len(model.batches) == 3
-    found = points(model, locate(model, Query(np.full((4, 2), 0.5), np.array([2, 0, 1, 2]), 0)), 0)
-    np.testing.assert_array_equal(found["positions"][:, 0], [3, 1, 2, 3])
-
-
 def refused(model: PatchModel, uv: Any, patch: Any = None) -> list[tuple[str, str]]:
     query = Query(np.array(uv, dtype=float), None if patch is None else np.array(patch), 0)
     with pytest.raises(InvalidRequest) as caught:
@@ -100,11 +92,6 @@ def test_what_lies_nowhere_is_refused() -> None:
     assert refused(several, [[0, 0], [0, 0]], [0, 6]) == [("index_out_of_range", "/patch/1")]
     assert refused(several, [[0, 0], [0, 0]], -1) == [("index_out_of_range", "/patch")]
     assert len(refused(several, np.full((50, 2), 2.0), 0)) == 20
-
-
-def test_one_patch_needs_no_number() -> None:
-    model = model_of(cube()[:1])
-    np.testing.assert_array_equal(locate(model, Query(np.zeros((2, 2)), None, 0)).patch, [0, 0])
 
 
 def test_triangles_take_barycentric_places_and_grids_take_uv() -> None:

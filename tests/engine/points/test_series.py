@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.bases.bernstein import bernstein
-from service.engine.points.series import Series, cross, dot, taylor
+from service.engine.points.series import Series, taylor
 
 COUNT = 6
 
@@ -67,24 +67,6 @@ def test_taylor_of_a_polynomial_is_the_polynomial() -> None:
         terms = taylor(coefficients, count).terms[0]
         np.testing.assert_allclose(np.polynomial.polynomial.polyval(t, terms), values, atol=1e-13)
     assert taylor(coefficients, 3).terms.shape == (1, 3)
-
-
-def test_products_of_vectors() -> None:
-    rng = np.random.default_rng(1)
-    a, b = rng.standard_normal((2, 4, 3, COUNT))
-    none = np.zeros(a.shape)
-    t = 0.01
-    powers = t ** np.arange(COUNT)
-    found_dot = dot(Series(a, none), Series(b, none)).terms @ powers
-    found_cross = cross(Series(a, none), Series(b, none)).terms @ powers
-    at_a, at_b = a @ powers, b @ powers
-    np.testing.assert_allclose(found_dot, (at_a * at_b).sum(axis=1), atol=1e-10)
-    np.testing.assert_allclose(found_cross, np.cross(at_a, at_b), atol=1e-10)
-
-
-def test_first_term_is_one_that_is_surely_there() -> None:
-    found = Series(np.array([[1e-20, 1e-9, 3, 1], [0.0, 0, 0, 0]]), np.full((2, 4), 1e-6))
-    np.testing.assert_array_equal(found.first(), [2, 4])
 
 
 def test_tail_leaves_out_what_is_known_to_be_zero() -> None:

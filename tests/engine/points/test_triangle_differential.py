@@ -4,13 +4,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from service.engine.evaluation import triangle_normals
 from service.engine.evaluation.evaluate import evaluate
-from service.engine.points.differential import jets
 from service.engine.points.triangle_differential import triangle_jets
 from service.surface.batches import TrianglePatches
 from tests.oracles import exact, triangles
@@ -69,30 +68,6 @@ def test_partials_and_curvatures_are_those_in_fractions(
             bent = np.array(exact.bending(jet), dtype=float)
             measure = max(1.0, np.abs(bent).max())
             np.testing.assert_allclose(curvatures[:, row], bent, rtol=0, atol=1e-7 * measure)
-
-
-@settings(max_examples=20)
-@given(surfaces(2, 5), grid_places)
-def test_curvatures_are_those_of_the_square(
-    surface: tuple[Array, Array | None], places: list[tuple[int, int]]
-) -> None:
-    """The same surface over s = u (1 − v), t = v."""
-    patches = batch(*surface)
-    s, t = np.array([(j / 16, k / 16) for j, k in places if k < 16] or [(0.25, 0.25)]).T
-    index = np.zeros(len(s), dtype=np.intp)
-    found = triangle_jets(patches, index, s, t, 2)
-    right = jets(patches.tensor(), index, s / (1 - t), t, 2)
-    assert found.curvatures is not None
-    assert right.curvatures is not None
-    assert found.degenerate is not None
-    assume(not found.degenerate.any())
-    length_s, length_t = (np.linalg.norm(d, axis=1) for d in found.partials[1:3])
-    sine = np.linalg.norm(np.cross(*found.partials[1:3]), axis=1) / (length_s * length_t)
-    assume((sine > 1e-2).all())
-    measure = np.maximum(1, np.abs([right.curvatures.larger, right.curvatures.smaller]).max(axis=0))
-    off = found.curvatures.gaussian - right.curvatures.gaussian
-    assert (np.abs(off) <= 1e-7 * measure**2).all()
-    assert (np.abs(found.curvatures.mean - right.curvatures.mean) <= 1e-7 * measure).all()
 
 
 @pytest.mark.parametrize("weighted", [False, True])

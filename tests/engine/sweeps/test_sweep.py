@@ -1,7 +1,6 @@
 """Tubes and ribbons from their definitions: the trefoil, hair, corners, and what is foreseen."""
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -70,18 +69,6 @@ def test_a_tube_along_a_trefoil(faces: Faces) -> None:
     assert gaps.max() < 1e-9
 
 
-def test_the_rings_of_a_trefoil_hardly_turn() -> None:
-    """From ring to ring, and over the seam, the same vertex is the nearest one."""
-    tube = TubeSurface(trefoil(), np.array([0.3]), sides=12)
-    mesh = build(tube.lower(), MeshOptions(resolution=(16, 1)))
-    (grid,) = mesh.grids
-    assert mesh.normals is not None
-    rings = mesh.normals[grid[0, :, :-1]]
-    for here, there in pairwise(rings):
-        assert np.array_equal((here @ there.T).argmax(axis=1), np.arange(12))
-    assert np.array_equal(grid[0, 0], grid[0, -1])
-
-
 def test_hair_tapers_to_its_point() -> None:
     mesh = build(curl().lower(), MeshOptions(resolution=(64, 1)))
     assert mesh.report.watertight
@@ -91,15 +78,6 @@ def test_hair_tapers_to_its_point() -> None:
     assert (mesh.positions == tip).all(axis=1).any()
     # No disc at the tip, one at the root.
     assert mesh.report.triangles == 63 * 8 * 2 + 8 + 8
-
-
-def test_many_hairs_are_many_small_meshes() -> None:
-    rng = np.random.default_rng(11)
-    for points in rng.normal(size=(50, 5, 3)):
-        hair = TubeSurface(BezierCurve(points), np.array([0.02, 0.0]), sides=3)
-        mesh = build(hair.lower(), MeshOptions(resolution=(6, 1)))
-        assert mesh.report.watertight
-        assert mesh.report.vertices == 6 * 3 + 1 + 1
 
 
 def test_normals_of_a_swelling_tube_are_those_of_its_surface() -> None:

@@ -14,9 +14,8 @@ from service.engine.wires.paths import wire_paths
 from service.errors import InvalidRequest
 from service.pipeline.prediction import predict
 from service.surface.lowered import PatchModel
-from tests.engine.meshing import as_triangles, check_sound, check_values, check_winding, mesh_of
+from tests.engine.meshing import check_sound, check_values, check_winding, mesh_of
 from tests.examples import patches_of
-from tests.oracles.topology import volume
 from tests.strategies import Array, cube, degenerate_nets, model_of, split_models
 
 SHAPES = ["utah-teapot", "cone", "tveit", "torus", "octahedral-sphere", "bspline-hills"]
@@ -77,15 +76,6 @@ def test_ribbons_lie_on_the_surface() -> None:
     np.testing.assert_allclose(
         np.linalg.norm(mesh.positions, axis=1), np.hypot(1, 0.05), atol=1e-12
     )
-
-
-def test_ribbons_lie_above_the_faces_that_are_drawn() -> None:
-    """By a twentieth of their width: on the unit sphere at a radius of 1.005."""
-    options: dict[str, Any] = {"wires": "ribbons", "wire_width": 0.1, "resolution": (8, 8)}
-    mesh = mesh_of("sphere", isocurves=(3, 3), **options)
-    first = len(mesh_of("sphere", resolution=(8, 8)).positions)
-    distance = np.linalg.norm(mesh.positions[first:], axis=1)
-    np.testing.assert_allclose(distance, np.hypot(1.005, 0.05), atol=1e-12)
 
 
 def test_a_circle_across_patches_is_one_closed_tube() -> None:
@@ -170,24 +160,6 @@ def test_the_width_follows_the_size_unless_it_is_told() -> None:
     model = patches_of("sphere")
     assert width_of(model, MeshOptions()) == pytest.approx(np.sqrt(12) / 300)
     assert width_of(model, MeshOptions(wire_width=0.25)) == 0.25
-
-
-def test_the_volume_of_a_wire_is_its_length_times_its_section() -> None:
-    """Four straight borders and two straight lines across a flat square of side 2."""
-    square = np.array([[[0.0, 0, 0], [0, 2, 0]], [[2, 0, 0], [2, 2, 0]]])
-    sides, width = 16, 0.01
-    mesh = wires_of([square], 2, wires="tubes", wire_width=width, wire_sides=sides)
-    section = sides / 2 * np.sin(2 * np.pi / sides) * (width / 2) ** 2
-    found = volume(mesh.positions, as_triangles(mesh))
-    assert found == pytest.approx(6 * 2 * section, rel=1e-9)
-
-
-def test_wires_far_away_keep_their_shape_in_single_precision() -> None:
-    net = patches_of("saddle").batches[0].points[0] + 1e6
-    mesh = wires_of([net], 2, wires="tubes", single=True)
-    assert mesh.positions.dtype == np.float32
-    assert mesh.origin.tolist() == [1e6] * 3
-    check_sound(mesh)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
-from geomdl import NURBS, operations
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -197,21 +196,6 @@ def test_turned(surface: BsplineSurface) -> None:
         assert_same(made, surface, ends)
 
 
-@settings(max_examples=12)
-@given(splines(), st.sampled_from([Transpose(), Reverse("u"), Reverse("v")]))
-def test_turned_twice_it_is_as_it_was(surface: BsplineSurface, operation: Operation) -> None:
-    twice = spline(surface, operation, operation)
-    assert twice.control_net.tobytes() == surface.control_net.tobytes()
-    for one, other in zip(twice.knots, surface.knots, strict=True):
-        np.testing.assert_array_equal(one, other)
-    for (_, _, _, one), (_, _, _, other) in zip(
-        twice.channels.each(), surface.channels.each(), strict=True
-    ):
-        np.testing.assert_array_equal(one, other)
-    if surface.weights is not None:
-        np.testing.assert_array_equal(twice.weights, surface.weights)
-
-
 @settings(max_examples=8)
 @given(splines())
 def test_bezier_patches(surface: BsplineSurface) -> None:
@@ -256,33 +240,6 @@ def test_split(surface: BsplineSurface, share: float, other: float | None) -> No
         assert_same(piece, surface)
 
 
-def test_pieces_of_a_split_meet_bit_for_bit() -> None:
-    made = convert(cubic(weights=np.random.default_rng(1).uniform(0.2, 5, (6, 6))), [Split(u=1.3)])
-    assert isinstance(made, GroupSurface)
-    left, right = (member.surface for member in made.members)
-    assert isinstance(left, BsplineSurface)
-    assert isinstance(right, BsplineSurface)
-    np.testing.assert_array_equal(left.control_net[-1], right.control_net[0])
-    np.testing.assert_array_equal(left.weights[-1], right.weights[0])  # type: ignore[index]
-    with pytest.raises(SurfaceError) as caught:
-        convert(made, [Transpose()])
-    assert caught.value.issues[0].code == "not_parametric"
-
-
-def test_bezier_patches_share_their_vertices() -> None:
-    """3 × 4 spans of degree (3, 2): 10 × 9 different control points, channels and all."""
-    rng = np.random.default_rng(2)
-    channels = Channels(colors=rng.uniform(0, 1, (3, 4, 3)))
-    surface = BsplineSurface(
-        rng.uniform(-1, 1, (6, 6, 3)), (3, 2), weights=rng.uniform(0.2, 5, (6, 6)),
-        channels=channels,
-    )  # fmt: skip
-    made = convert(surface, [ToBezier()])
-    assert isinstance(made, PatchSurface)
-    assert made.degree == (3, 3), "colours of degree (2, 3) raise the other direction"
-    assert len(made.vertices) == 10 * 13
-
-
 @pytest.mark.parametrize("shape", [(3, 3), (6, 7)])
 def test_white_stays_white(shape: tuple[int, int]) -> None:
     """Rounding leads beyond what a colour may be, unless it is kept within the net."""
@@ -296,16 +253,6 @@ def test_white_stays_white(shape: tuple[int, int]) -> None:
         assert isinstance(made, BsplineSurface | PatchSurface)
         assert made.channels.colors is not None
         assert (made.channels.colors == 1).all()
-
-
-def test_its_mesh_is_that_of_the_patches() -> None:
-    rng = np.random.default_rng(2)
-    surface = BsplineSurface(rng.uniform(-1, 1, (7, 6, 3)), (3, 2), ("periodic", "clamped"))
-    one, other = (
-        mesh_of(s.lower(), resolution=(3, 3)) for s in (surface, convert(surface, [ToBezier()]))
-    )
-    np.testing.assert_array_equal(one.positions, other.positions)
-    np.testing.assert_array_equal(one.triangles, other.triangles)
 
 
 @pytest.mark.parametrize(
@@ -343,45 +290,6 @@ def test_a_spline_closed_by_its_knots_stays_closed_far_from_zero() -> None:
     for form in (surface, raised):
         (batch,) = form.lower().batches
         np.testing.assert_array_equal(batch.points[0, 0], batch.points[-1, -1])
-
-
-def test_poles_stay_poles() -> None:
-    rng = np.random.default_rng(3)
-    net = rng.uniform(-1, 1, (6, 5, 3))
-    net[:, -1] = net[0, -1]
-    surface = BsplineSurface(net, weights=rng.uniform(0.2, 5, (6, 5)))
-    made = convert(surface, [Elevate((5, 5)), Restrict(u=(0.5, 1.5))])
-    assert isinstance(made, BsplineSurface)
-    assert (made.control_net[:, -1] == net[0, -1]).all()
-
-
-def test_channels_are_not_taken_for_others() -> None:
-    """A Bézier net of 5 × 5 colours beside a control net that becomes 5 × 5."""
-    rng = np.random.default_rng(4)
-    surface = BsplineSurface(
-        rng.uniform(-1, 1, (5, 5, 3)), (3, 3), up="z", name="sail",
-        channels=Channels(colors=rng.uniform(0, 1, (7, 7, 3))),
-    )  # fmt: skip
-    made = spline(surface, Elevate((4, 4)))
-    assert made.control_net.shape == (7, 7, 3)
-    assert_same(made, surface)
-
-
-def test_geomdl_splits_at_the_same_points() -> None:
-    rng = np.random.default_rng(5)
-    points, weights = rng.uniform(-1, 1, (6, 5, 3)), rng.uniform(0.2, 5, (6, 5))
-    theirs = NURBS.Surface()
-    theirs.degree_u, theirs.degree_v = 3, 2
-    theirs.set_ctrlpts(
-        [[*(p * w), w] for p, w in zip(points.reshape(-1, 3), weights.ravel(), strict=True)], 6, 5
-    )
-    knots = (np.array([0, 0, 0, 0, 0.25, 0.5, 1, 1, 1, 1]), np.array([0, 0, 0, 0.5, 0.75, 1, 1, 1]))
-    theirs.knotvector_u, theirs.knotvector_v = (k.tolist() for k in knots)
-    left, _ = operations.split_surface_u(theirs, 0.375)
-    ours = convert(BsplineSurface(points, (3, 2), knots, weights), [Restrict(u=(0, 0.375))])
-    assert isinstance(ours, BsplineSurface)
-    np.testing.assert_allclose(ours.control_net.reshape(-1, 3), left.ctrlpts, atol=1e-13)
-    np.testing.assert_allclose(ours.weights.ravel(), left.weights, atol=1e-13)  # type: ignore[union-attr]
 
 
 def cubic(**more: object) -> BsplineSurface:

@@ -13,7 +13,6 @@ from service.engine.options import MeshOptions
 from service.engine.tessellate import tessellate
 from service.errors import InvalidRequest, SurfaceError, TooLarge
 from service.surface import Surface
-from service.surface.batches import TensorPatches
 from service.surface.bezier import BezierSurface
 from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import (
@@ -27,7 +26,6 @@ from service.surface.convert.operations import (
 )
 from service.surface.convert.table import CONVERSIONS, convert
 from service.surface.examples import EXAMPLES, find
-from service.surface.lowered import PatchModel
 from service.surface.patches import PatchSurface
 from tests.engine.meshing import mesh_of
 from tests.examples import patches_of
@@ -82,21 +80,6 @@ def arrays_of(surface: Surface) -> list[bytes | None]:
 
 def named(surface: Surface) -> tuple[str, str]:
     return surface.up, surface.name
-
-
-@settings(max_examples=15)
-@given(degrees, degrees, seeds, st.booleans())
-def test_raised_patch(
-    degree: tuple[int, int], more: tuple[int, int], seed: int, rational: bool
-) -> None:
-    surface = random_bezier(degree, seed, rational)
-    wanted = degree[0] + more[0], degree[1] + more[1]
-    higher = bezier(surface, Elevate(wanted))
-    assert higher.degree == wanted
-    assert named(higher) == ("z", "sail")
-    assert_same(bezier_values(higher), bezier_values(surface))
-    corners = np.ix_([0, -1], [0, -1])
-    np.testing.assert_array_equal(higher.control_net[corners], surface.control_net[corners])
 
 
 @settings(max_examples=12)
@@ -157,16 +140,6 @@ def test_piece_of_a_patch(
     assert_same(bezier_values(piece), bezier_values(surface), partial(_within, begins, widths))
 
 
-def test_split_twice_is_a_piece() -> None:
-    """[0, ½] of the upper side of a cut at ½ is [½, ¾]: exact for these parameters."""
-    surface = random_bezier((3, 2), 5, True, channels=False)
-    last = patches(surface, Split(u=0.5))
-    upper = BezierSurface(last.vertices[last.patches[1]], last.weights[last.patches[1]])  # type: ignore[index]
-    first = patches(upper, Split(u=0.5))
-    piece = bezier(surface, Restrict(u=(0.5, 0.75)))
-    np.testing.assert_array_equal(first.vertices[first.patches[0]], piece.control_net)
-
-
 @settings(max_examples=5)
 @given(degrees, seeds, st.booleans())
 def test_turned_patches(degree: tuple[int, int], seed: int, rational: bool) -> None:
@@ -186,80 +159,11 @@ def test_turned_patches(degree: tuple[int, int], seed: int, rational: bool) -> N
         assert_same(turned, wanted, lambda u, v: (u, 1 - v))
 
 
-@pytest.mark.parametrize("operation", [Transpose(), Reverse("u"), Reverse("v")])
-@pytest.mark.parametrize("make", [random_bezier, random_patches])
-def test_turned_twice_it_is_as_it_was(make: object, operation: Operation) -> None:
-    surface = make((3, 2), 1, True)  # type: ignore[operator]
-    once = convert(surface, [operation])
-    twice = convert(once, [operation])
-    assert arrays_of(twice) == arrays_of(surface)
-    assert arrays_of(once) != arrays_of(surface)
-
-
-def test_a_turn_is_to_the_other_side() -> None:
-    options = MeshOptions(resolution=(2, 2))
-    before = tessellate(patches_of("saddle"), options).normals
-    for operation in (Transpose(), Reverse("u"), Reverse("v")):
-        turned = convert(find("saddle").surface(), [operation])
-        after = tessellate(patches_of(turned), options).normals
-        assert before is not None
-        assert after is not None
-        assert before[4] @ after[4] == pytest.approx(-1)
-
-
 @pytest.mark.parametrize("operation", [ToBezier(), Elevate((3, 3))])
 def test_nothing_to_do(operation: Operation) -> None:
     for surface in (random_bezier((3, 3), 1, True), random_patches((3, 3), 1, True)):
         result = convert(surface, [operation])
         assert arrays_of(result) == arrays_of(surface)
-
-
-@pytest.mark.parametrize("degree", [(4, 5), (5, 4), (3, 4), (7, 7)])
-def test_the_teapot_stays_as_closed_as_it_is(degree: tuple[int, int]) -> None:
-    options = MeshOptions(resolution=(3, 3))
-    teapot = find("utah-teapot").surface()
-    before = tessellate(patches_of(teapot), options).report
-    higher = patches(teapot, Elevate(degree), Reverse("u"))
-    after = tessellate(patches_of(higher), options).report
-    assert (after.vertices, after.triangles, after.boundary_edges, after.poles_repaired) == (
-        before.vertices,
-        before.triangles,
-        before.boundary_edges,
-        before.poles_repaired,
-    )
-    assert [name for name, _ in higher.parts] == [name for name, _ in teapot.parts]  # type: ignore[union-attr]
-
-
-@pytest.mark.parametrize("example", ["cylinder", "cone", "sphere", "torus"])
-def test_closed_rational_surfaces_stay_closed(example: str) -> None:
-    surface = find(example).surface()
-    higher = patches(surface, Elevate((5, 5)), Transpose())
-    report = tessellate(patches_of(higher), MeshOptions(resolution=(3, 3))).report
-    assert report.watertight
-    assert (
-        report.poles_repaired
-        == tessellate(patches_of(surface), MeshOptions(resolution=(3, 3))).report.poles_repaired
-    )
-
-
-def test_seams_stay_where_weights_have_a_common_factor() -> None:
-    """Two patches with an edge of their own each: equal points, weights three times as large."""
-    one = random_bezier((2, 2), 3, True, channels=False)
-    two = random_bezier((2, 2), 4, True, channels=False)
-    assert one.weights is not None
-    assert two.weights is not None
-    points, weights = two.control_net.copy(), two.weights.copy()
-    points[0], weights[0] = one.control_net[-1, ::-1], one.weights[-1, ::-1] * 3
-    both = PatchSurface(
-        np.concatenate([one.control_net.reshape(-1, 3), points.reshape(-1, 3)]),
-        np.arange(18).reshape(2, 3, 3),
-        np.concatenate([one.weights.ravel(), weights.ravel()]),
-    )
-    options = MeshOptions(resolution=(3, 3))
-    assert tessellate(patches_of(both), options).report.boundary_edges == 18
-    for degree in ((7, 7), (3, 5)):
-        higher = patches(both, Elevate(degree))
-        assert tessellate(patches_of(higher), options).report.boundary_edges == 18
 
 
 @pytest.mark.parametrize("size", [5e-324, 1e-310, 1e-30, 1e30, 1e308])
@@ -286,13 +190,6 @@ def test_a_seam_across_the_directions_is_not_opened() -> None:
     assert report.boundary_edges == 12
 
 
-def grids_alone(example: str) -> bool:
-    model = find(example).surface().lower()
-    return isinstance(model, PatchModel) and all(
-        isinstance(batch, TensorPatches) for batch in model.batches
-    )
-
-
 CONVERTED = [
     name for name, example in EXAMPLES.items() if type(example.surface()) in CONVERSIONS[Elevate]
 ]
@@ -315,17 +212,6 @@ def test_every_example_stays_as_closed_as_it_is(example: str) -> None:
         assert (after.vertices, after.boundary_edges, after.watertight, after.poles_repaired) == (
             before.vertices, before.boundary_edges, before.watertight, before.poles_repaired,
         )  # fmt: skip
-
-
-def test_a_part_keeps_its_name_when_it_is_split() -> None:
-    one = random_bezier((2, 2), 3, True, channels=False)
-    surface = PatchSurface(
-        one.control_net.reshape(-1, 3), np.arange(9).reshape(1, 3, 3), parts=(("lid", (0,)),)
-    )
-    assert patches(surface, Split(0.5, 0.5)).parts == (("lid", (0, 1, 2, 3)),)
-    piece = patches(surface, Restrict(u=(0.0, 0.5)))
-    assert (piece.parts, len(piece.patches)) == ((("lid", (0,)),), 1)
-    assert_same(patch_values(piece, 0), patch_values(surface, 0), lambda u, v: (u / 2, v))
 
 
 @pytest.mark.parametrize(

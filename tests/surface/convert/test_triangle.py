@@ -11,9 +11,7 @@ from hypothesis import strategies as st
 from service.bases.triangle import size
 from service.errors import SurfaceError
 from service.surface import Surface
-from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
-from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import (
     Elevate,
     Half,
@@ -26,7 +24,6 @@ from service.surface.convert.operations import (
     Transpose,
 )
 from service.surface.convert.table import convert
-from service.surface.examples import find
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 from tests.engine.meshing import mesh_of
@@ -181,15 +178,6 @@ def test_half_of_a_patch(degree: tuple[int, int], seed: int, rational: bool, hal
         assert_near(of_triangle(made, (r, s, t)), there(u, v))
 
 
-def test_both_halves_of_a_patch_face_the_same_side() -> None:
-    saddle = find("saddle").surface()
-    for half in ("lower", "upper"):
-        made = convert(saddle, [ToTriangle(half)])
-        normals = mesh_of(made.lower(), resolution=(1, 1)).normals
-        assert normals is not None
-        assert (normals[:, 2] > 0).all()
-
-
 @pytest.mark.parametrize("rational", [False, True])
 def test_grids_and_triangles_together(rational: bool) -> None:
     surface = mixed(1, rational)
@@ -212,27 +200,6 @@ def test_grids_and_triangles_together(rational: bool) -> None:
         ):  # fmt: skip
             turned = patches(surface, operation)
             assert of_member(turned, 0, there) == of_member(surface, 0, at)
-
-
-@pytest.mark.parametrize("example", ["octahedral-sphere", "rounded-box"])
-def test_closed_surfaces_of_triangles_stay_closed(example: str) -> None:
-    surface = find(example).surface()
-    made = convert(surface, [Elevate((7, 7)), Reverse("v")])
-    report = mesh_of(made.lower(), resolution=(3, 3)).report
-    assert report.watertight
-    before = mesh_of(surface.lower(), resolution=(3, 3)).report
-    assert (report.vertices, report.triangles) == (before.vertices, before.triangles)
-
-
-def test_a_triangle_among_patches_is_split_if_it_is_alone() -> None:
-    one = random_triangle(2, 3, True)
-    surface = PatchSurface(
-        one.control_net, weights=one.weights, parts=(("fin", (0,)),), up="z", name="sail",
-        triangles=np.arange(6)[np.newaxis],
-    )  # fmt: skip
-    made = patches(surface, Split(at=(0.5, 0.25, 0.25)))
-    assert made.parts == (("fin", (0, 1, 2)),)
-    assert len(made.triangles) == 3
 
 
 @pytest.mark.parametrize(
@@ -269,18 +236,3 @@ def test_refusals_of_grids_and_triangles(operation: Operation, code: str, pointe
         convert(mixed(1, False), [operation])
     (issue,) = caught.value.issues
     assert (issue.code, issue.pointer) == (code, f"/operations/0{pointer}")
-
-
-def test_too_much_is_refused_before_it_is_made() -> None:
-    surface = random_triangle(3, 1, False)
-    for operation in (Elevate((9, 9)), Split(at=(0.5, 0.25, 0.25))):
-        with pytest.raises(SurfaceError) as caught:
-            convert(surface, [operation], Allowed(29))
-        assert caught.value.issues[0].code == "too_many_control_points"
-    large = BezierSurface(np.random.default_rng(1).uniform(-1, 1, (40, 40, 3)))
-    with pytest.raises(SurfaceError) as caught:
-        convert(large, [ToTriangle("lower")])
-    assert caught.value.issues[0].code == "degree_too_high"
-    with pytest.raises(SurfaceError) as caught:
-        convert(mixed(1, False), [Elevate((5, 5))], Allowed(56))
-    assert caught.value.issues[0].code == "too_many_control_points"

@@ -1,7 +1,7 @@
 """Triangulations made by hand become meshes, and the same ones that a resolution gives."""
 
 from dataclasses import replace
-from math import acos, pi
+from math import acos
 
 import numpy as np
 import pytest
@@ -19,9 +19,7 @@ from service.engine.options import MeshOptions
 from service.surface.batches import TrianglePatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from service.surface.channels import Channels
 from service.surface.lowered import PatchModel
-from service.surface.triangle import TriangleSurface
 from tests.engine.adaptive.grids import regular
 from tests.engine.meshing import check_sound, mesh_of, shape_of
 from tests.examples import patches_of
@@ -92,24 +90,6 @@ def test_a_regular_triangulation_is_the_mesh_of_a_resolution(example: str) -> No
     np.testing.assert_allclose(ours.report.bounds_max, theirs.report.bounds_max, atol=0.1)
 
 
-def test_triangles_carry_what_their_places_say() -> None:
-    net = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 1], [1, 1, 0], [0, 2, 0]])
-    heat = np.array([[2.0], [4.0], [8.0]])
-    channels = Channels(colors=np.eye(3), attributes=(("heat", heat),))
-    surface = TriangleSurface(net, channels=channels)
-    model = surface.lower()
-    mesh = assembled(model, 4, uvs=True)
-    assert mesh.uvs is not None
-    assert mesh.colors is not None
-    s, t = mesh.uvs.T
-    np.testing.assert_allclose(mesh.colors, np.stack([1 - s - t, s, t], axis=1), atol=1e-12)
-    expected = 2 * (1 - s - t) + 4 * s + 8 * t
-    np.testing.assert_allclose(dict(mesh.attributes)["heat"][:, 0], expected, atol=1e-12)
-    # x = 2 s, y = 2 t + …: the places are those of the positions.
-    np.testing.assert_allclose(mesh.positions[:, 0], 2 * s, atol=1e-12)
-    np.testing.assert_allclose(mesh.positions[:, 1], 2 * t, atol=1e-12)
-
-
 def roof(degree: int = 2) -> PatchModel:
     """A roof over [0, 2] × [0, 1] with its ridge at u = 1, a knot of full multiplicity."""
     u = np.arange(2 * degree + 1) / degree
@@ -138,14 +118,6 @@ def test_a_crease_at_a_knot_line_has_a_normal_on_each_side() -> None:
     assert mesh.report.vertices == len(mesh.positions) - 3
     assert mesh.report.boundary_edges == 12
     check_sound(mesh)
-
-
-def test_a_crease_angle_decides_at_knot_lines_too() -> None:
-    mesh = assembled(roof(), crease_angle=pi)
-    assert mesh.normals is not None
-    assert mesh.welds is None
-    on_ridge = mesh.positions[:, 0] == 1
-    np.testing.assert_allclose(mesh.normals[on_ridge], [[0, 0, 1.0]] * 3, atol=1e-12)
 
 
 @pytest.mark.parametrize("skip", [False, True])
@@ -209,15 +181,6 @@ def test_patches_in_a_sequence_are_written_in_it() -> None:
     assert mesh.positions[mesh.triangles[rest.triangles[0] :], 0].max() < 9
 
 
-def test_without_welding_every_patch_has_vertices_of_its_own() -> None:
-    mesh = assembled("bspline-hills", 2, weld=False)
-    model = patches_of("bspline-hills")
-    assert mesh.welds is None
-    assert len(mesh.positions) == model.patch_count * 9
-    assert mesh.report.boundary_edges == model.patch_count * 8
-    assert assembled("bspline-hills", 2).report.vertices < len(mesh.positions)
-
-
 def test_float32_is_about_an_origin_where_the_file_can_tell_it() -> None:
     net = np.array([[[0.0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]) + 1e5
     model = BezierSurface(net).lower()
@@ -274,13 +237,3 @@ def test_lines_go_through_vertices_of_the_mesh() -> None:
             counts[pair] = counts.get(pair, 0) + 1
     assert drawn == {pair for pair, count in counts.items() if count == 1}
     assert len(drawn) == len(border.segments) == 16
-
-
-def test_sides_that_faces_share_are_drawn_once() -> None:
-    mesh = assembled("utah-teapot", 2, overlays=("boundary",))
-    (border,) = mesh.overlays
-    ends = np.sort(border.segments, axis=1)
-    assert len(np.unique(ends, axis=0)) == len(ends)
-    assert (ends[:, 0] != ends[:, 1]).all()
-    theirs = mesh_of("utah-teapot", resolution=(2, 2), overlays=("boundary",)).overlays[0]
-    assert len(theirs.segments) == len(ends)

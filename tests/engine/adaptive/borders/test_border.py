@@ -17,13 +17,11 @@ from tests.examples import patches_of
 from tests.strategies import (
     Array,
     degenerate_nets,
-    mixed_model,
     model_of,
     moved,
     nets,
     split_models,
     symmetries,
-    triangle_nets,
     turned,
     weighted_nets,
 )
@@ -40,15 +38,6 @@ def test_vertices_lie_on_the_sides_and_chords_near_them(
     points, weights = net
     model = model_of([points], None if weights is None else [weights])
     check_border(bordered(model, Goal(tolerance)), tolerance)
-
-
-@given(triangle_nets(), tolerances)
-@settings(max_examples=15)
-def test_triangles_have_three_sides_and_a_point(net: Array, tolerance: float) -> None:
-    """As patches of which v = 1 is one point."""
-    found = bordered(mixed_model([net]), Goal(tolerance))
-    check_border(found, tolerance)
-    assert found.border.collapsed[0, 3]
 
 
 @given(degenerate_nets(), tolerances)
@@ -79,35 +68,6 @@ def test_neighbours_share_vertices_and_order_does_not_matter(
         assert again[4 * place : 4 * place + 4] == bits[4 * k : 4 * k + 4]
         alone = bordered([pieces[1][k]], Goal(tolerance)).bits()
         assert alone == bits[4 * k : 4 * k + 4]
-
-
-@given(
-    st.lists(weighted_nets(), min_size=2, max_size=5),
-    tolerances,
-    st.sampled_from([inf, 0.4]),
-    st.data(),
-)
-@settings(max_examples=25)
-def test_company_does_not_touch_a_bit(
-    members: list[tuple[Array, Array | None]],
-    tolerance: float,
-    angle: float,
-    data: st.DataObject,
-) -> None:
-    """Of any degree, rational or not, in any order, turned about, in one batch or several."""
-    goal = Goal(tolerance, angle)
-    turns = data.draw(st.lists(symmetries, min_size=len(members), max_size=len(members)))
-    order = data.draw(st.permutations(range(len(members))))
-    alone, nets_, weights = [], [], []
-    for (net, given_), turn in zip(members, turns, strict=True):
-        one = model_of([turned(net, turn)], None if given_ is None else [turned(given_, turn)])
-        alone.append(sorted(bordered(one, goal).bits()))
-        nets_.append(net)
-        weights.append(np.ones(net.shape[:2]) if given_ is None else given_)
-    together = model_of([nets_[k] for k in order], [weights[k] for k in order])
-    bits = bordered(together, goal).bits()
-    for place, k in enumerate(order):
-        assert sorted(bits[4 * place : 4 * place + 4]) == alone[k]
 
 
 def splines(seed: int, rows: int, columns: int, rational: bool) -> tuple[Array, Array | None]:
@@ -195,24 +155,6 @@ def test_two_curves_between_two_corners_stay_two(thickness: float) -> None:
     assert [{vertex[0], vertex[-1]} for vertex in ends] == [{ends[0][0], ends[0][-1]}] * 2
 
 
-def test_a_finer_tolerance_is_met_and_costs_more() -> None:
-    """The teapot's edges."""
-    counts = []
-    for tolerance in (1.0, 1e-1, 1e-2):
-        found = bordered(patches_of("utah-teapot"), Goal(tolerance))
-        check_border(found, tolerance)
-        counts.append(len(found.border.points))
-    assert counts == sorted(set(counts))
-
-
-@pytest.mark.parametrize("angle", [1.0, 0.3, 0.1])
-def test_edges_turn_no_more_than_the_angle(angle: float) -> None:
-    """A quarter of a circle in nearly as few pieces as turn so little."""
-    found = bordered(patches_of("cylinder"), Goal(inf, angle))
-    pieces = {len(found.side(face, side)[0]) - 1 for face in range(4) for side in (2, 3)}
-    assert all(pi / 2 / angle <= count <= pi / angle for count in pieces)
-
-
 @given(nets(), st.sampled_from([0.5, 0.05]))
 @settings(max_examples=20)
 def test_angles_are_sought_and_end_at_cusps(net: Array, angle: float) -> None:
@@ -243,19 +185,6 @@ def test_two_sides_ask_for_even_steps(rational: bool) -> None:
     spline = BsplineSurface(net, (1, 1)).lower()
     assert len(bordered(spline, Goal(5.0)).side(0, 0)[0]) == 2
     assert len(bordered(spline, Goal(5.0, two_sided=True)).side(0, 0)[0]) == 3
-
-
-def test_what_is_far_away_is_divided_less() -> None:
-    """Two equal arches, ten and a hundred away from the eye."""
-    arch = np.array([[[0.0, 0, 0], [0, 1, 2], [0, 2, 0]], [[1, 0, 0], [1, 1, 2], [1, 2, 0]]])
-    view = View(np.array([-10.0, 1, 0]), rate=1e-3, near=1.0)
-    found = bordered([arch, moved(arch, 90)], Goal(inf, view=view))
-    near, far = (len(found.side(face, 0)[0]) for face in (0, 1))
-    check_border(found, 0.102)
-    assert near > 2 * far
-    # Alone, each is as it is in company.
-    alone = [bordered([net], Goal(inf, view=view)).bits() for net in (arch, moved(arch, 90))]
-    assert alone[0] + alone[1] == found.bits()
 
 
 def test_tolerances_below_the_rounding_are_refused() -> None:

@@ -9,7 +9,7 @@ from service.engine.adaptive.faces import find_faces
 from service.engine.stitch import Seams, find_seams
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
-from tests.strategies import Array, cube, model_of, symmetries, turned
+from tests.strategies import Array, symmetries, turned
 
 
 def chains_of(model: PatchModel) -> tuple[Chains, Seams]:
@@ -73,13 +73,3 @@ def test_a_moebius_strip_runs_along_its_seam_both_ways() -> None:
     assert chains.length[seam] == 2
     assert chains.side[runs].tolist() == [0, 1]
     assert sorted(chains.reversed[runs].tolist()) == [False, True]
-
-
-def test_the_edges_of_a_cube_are_twelve_chains() -> None:
-    """Of one edge each, in the direction of the edge."""
-
-    chains, seams = chains_of(model_of(cube((0, 3, 5, 6, 0, 3))))
-    assert chains.length.tolist() == [1] * 12
-    assert chains.uses.tolist() == [2] * 12
-    assert not chains.backward.any()
-    np.testing.assert_array_equal(chains.reversed, seams.backward.ravel())

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.engine.adaptive.cutting.boxes import Cells, Leaves, whole
+from service.engine.adaptive.cutting.boxes import Leaves, whole
 from service.engine.adaptive.cutting.cells import divided
 from service.engine.adaptive.cutting.halving import halves, nine, quadratic, raised, restricted
 from service.engine.adaptive.cutting.task import Task
@@ -109,21 +109,3 @@ def test_flat_spans_stay_together() -> None:
     size = np.prod(leaves.cells.box[1::2] - leaves.cells.box[::2], axis=0, dtype=float)
     assert len(leaves) < 400
     assert size.max() > 100.0 * SPAN**2
-
-
-def test_one_span_across_many_is_cut_alone() -> None:
-    """Bent along its one span, straight along its thirty: no knot is cut at."""
-    u, v = np.meshgrid(np.arange(4.0), np.arange(33.0), indexing="ij")
-    net = np.stack([u, v, 0.01 * u * (3 - u)], axis=-1)
-    model = BsplineSurface(net, (3, 3), ("clamped", "clamped")).lower()
-    assert cuts(leaves_of(model, Goal(1.1 * 0.015 / 4**3))) == (8, 1)
-
-
-def test_cells_are_cut_at_knots_first() -> None:
-    """By index, then in the middle."""
-    box = np.array([[0, 0], [5 * SPAN, SPAN], [0, 0], [SPAN, 3 * SPAN]])
-    first, second = Cells(np.array([0, 1]), box).halved(np.array([False, True]))
-    assert first.box.T.tolist() == [[0, 2 * SPAN, 0, SPAN], [0, SPAN, 0, SPAN]]
-    assert second.box.T.tolist() == [[2 * SPAN, 5 * SPAN, 0, SPAN], [0, SPAN, SPAN, 3 * SPAN]]
-    again, _ = first.halved(np.array([True, False]))
-    assert again.box.T.tolist() == [[0, 2 * SPAN, 0, SPAN // 2], [0, SPAN // 2, 0, SPAN]]

@@ -13,7 +13,6 @@ from service.engine.adaptive.cutting.turning import (
     chord_of,
     level,
     normals,
-    scale,
     turning,
 )
 from service.engine.adaptive.faces import SPAN
@@ -55,15 +54,6 @@ def test_an_arc_turns_by_its_angle(turn: float) -> None:
         assert verdict(found) == (exceeds, True)
 
 
-def test_normals_are_those_of_the_quadratic_surface() -> None:
-    """z = x² + x y: (−2 x − y, −x, 1), of length one."""
-    x, y = np.meshgrid(HALVES, HALVES, indexing="ij")
-    found = normals(nine_of(np.stack([x, y, x * x + x * y], axis=-1)))
-    for i, j in np.ndindex(3, 3):
-        true = np.array([-2 * x[i, j] - y[i, j], -x[i, j], 1.0])
-        assert found[i][j][:, 0] == pytest.approx(true / np.linalg.norm(true), abs=1e-12)
-
-
 @pytest.mark.parametrize("noise", [0.0, 1e-15])
 def test_a_pole_has_the_normal_that_the_others_lead_to(noise: float) -> None:
     """The cap of a sphere; even where the points of the pole differ by their rounding."""
@@ -88,19 +78,6 @@ def test_a_fold_is_not_cut_for_ever(skew: float, least: float) -> None:
     large, small = (verdict(turning(fold(skew), 0.5, at_scale(s, s))) for s in (2 * least, least))
     assert large == (True, False)
     assert small[0] is False
-
-
-def test_what_turns_less_by_halves_is_cut_down_to_the_finest() -> None:
-    for share, exceeds in ((ROUGH, True), (1.5 * FINEST, True), (FINEST, False)):
-        assert verdict(turning(arc(0.6), 0.5, at_scale(share, share)))[0] is exceeds
-    assert verdict(turning(arc(0.6, 1e-3), 0.5, at_scale(1, 1, size=1e3)))[0] is False
-
-
-def test_scales_are_shares_of_patches() -> None:
-    box = np.array([[0.5], [0.75], [1.0], [1.125]])
-    found = scale(box, np.array([1024.0]))
-    assert found.shares.tolist() == [[0.25], [0.125]]
-    assert found.size.tolist() == [1024.0]
 
 
 @pytest.mark.parametrize("angle", [0.1, 1.0, 3.0])

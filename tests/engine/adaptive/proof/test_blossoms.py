@@ -6,18 +6,14 @@ import numpy as np
 import pytest
 
 from service.engine.adaptive.proof.blossoms import (
-    blossoms,
     box_nets,
-    exponents,
     half_nets,
-    mixtures,
     triangle_nets,
 )
 from tests.oracles import exact, triangles
 
 Array = np.ndarray
 DEGREES = [(1, 1), (1, 4), (3, 3), (2, 3), (5, 2)]
-SIXTH = [Fraction(k, 6) for k in range(7)]
 
 
 def grid(rng: np.random.Generator, count: int) -> Array:
@@ -71,22 +67,3 @@ def test_nets_over_boxes_are_the_surface_and_so_are_those_of_their_halves(p: int
         wanted = value(net, begin_u + s * (end_u - begin_u), begin_v + t * (end_v - begin_v))
         assert_near(value(boxes[..., 0], s, t), wanted)
         assert_near(triangles.value(half, (1 - s - t, s, t)), wanted)
-
-
-def test_the_order_of_triangular_nets_is_that_of_the_service() -> None:
-    for degree in range(5):
-        assert list(exponents(degree)) == triangles.keys(degree)
-
-
-def test_blossoms_are_symmetric_and_affine_in_each_argument() -> None:
-    rng = np.random.default_rng(1)
-    points = rng.normal(size=(4, 3, 1))
-    a, b, c = grid(rng, 3)
-    found = dict(zip(mixtures(3, 3), blossoms(points, [a, b, c])[..., 0], strict=True))
-    turned = dict(zip(mixtures(3, 3), blossoms(points, [c, a, b])[..., 0], strict=True))
-    for (i, j, k), point in found.items():
-        np.testing.assert_allclose(turned[k, i, j], point, rtol=0, atol=1e-14)
-    middle = dict(zip(mixtures(2, 3), blossoms(points, [(a + b) / 2, c])[..., 0], strict=True))
-    np.testing.assert_allclose(
-        middle[1, 2], (found[1, 0, 2] + found[0, 1, 2]) / 2, rtol=0, atol=1e-14
-    )

@@ -58,19 +58,6 @@ def test_degenerate_surfaces(net: Array, data: st.DataObject) -> None:
     checked(ground, faces, parts_of(places, corners, beyond), positions)
 
 
-def test_every_host_is_as_good_as_another() -> None:
-    """Parts measured against triangles that are not their own, and several against one."""
-    rng = np.random.default_rng(31)
-    net = rng.normal(size=(4, 4, 3))
-    ground, faces = Ground.of(BezierSurface(net).lower()), one_face()
-    places, corners, beyond = divided(divisions(4), divisions(4))
-    positions = evaluated(ground, faces, places)
-    own = parts_of(places, corners, beyond)
-    other = rng.integers(0, len(corners), len(corners))
-    parts = Parts(own.face, own.corners, corners[other], beyond[other])
-    checked(ground, faces, parts, positions)
-
-
 @pytest.mark.parametrize("lift", [0.0, 0.02, 0.3, -0.3])
 def test_what_lies_beyond_an_edge_counts_as_far_as_it_lies_there(lift: float) -> None:
     """A host, and a neighbour that is more or less folded: part of the surface is over that one."""

@@ -48,13 +48,3 @@ def test_pieces_are_in_one_span_and_have_the_border_of_the_face(
     one, two = (pieces.places[k] - pieces.places[0] for k in (1, 2))
     area = np.abs(one[0] * two[1] - one[1] * two[0]).sum() / 2
     np.testing.assert_allclose(area, rows * columns, rtol=1e-8)
-
-
-def test_parts_in_one_span_are_left_alone() -> None:
-    faces = face_of(2, 2)
-    corners = np.array([[[SPAN, SPAN, 2 * SPAN]], [[0, SPAN, SPAN]]])
-    corners = np.moveaxis(corners, 2, 0).copy()
-    pieces = clipped(faces, np.zeros(1, dtype=np.intp), corners)
-    np.testing.assert_array_equal(pieces.corners, corners)
-    assert pieces.patch.tolist() == [5 + 5]
-    np.testing.assert_array_equal(pieces.places[..., 0], [[0, 0], [0, 1], [1, 1]])

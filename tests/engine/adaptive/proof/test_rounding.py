@@ -13,7 +13,7 @@ from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.proof.blossoms import box_nets, half_nets, triangle_nets
 from service.engine.adaptive.proof.certificate import certify
 from service.engine.adaptive.proof.heights import greatest
-from service.engine.adaptive.proof.local import local, projected
+from service.engine.adaptive.proof.local import local
 from service.engine.adaptive.proof.rounding import UNIT, check_goal, floor, roundings
 from service.errors import InvalidRequest
 from service.surface.batches import TensorPatches, TrianglePatches
@@ -151,10 +151,3 @@ def test_below_the_floor_a_tolerance_is_refused(degree: int) -> None:
     assert caught.value.issues[0].pointer == "/pixel_tolerance"
     # What is far away is seen from afar, however little is allowed beside the eye.
     check_goal(Goal(inf, view=view), least, nearest=1e3)
-
-
-def test_points_of_nets_without_weights_are_themselves() -> None:
-    net = np.random.default_rng(4).normal(size=(6, 4, 5))
-    net[:, 3] = np.exp(net[:, 3])
-    np.testing.assert_allclose(projected(net), net[:, :3] / net[:, 3:], rtol=1e-15)
-    np.testing.assert_array_equal(projected(net[:, :3]), net[:, :3])
