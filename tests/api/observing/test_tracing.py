@@ -143,6 +143,21 @@ def test_our_fault_is_an_error(
     assert "hush" not in span.to_json()
 
 
+@pytest.mark.parametrize("begins", [False, True])
+def test_the_text_of_an_exception_stays_in_the_log(
+    spans: InMemorySpanExporter, begins: bool
+) -> None:
+    provider = TracerProvider(shutdown_on_exit=False)
+    provider.add_span_processor(SimpleSpanProcessor(spans))
+    error = ZeroDivisionError("hush")
+    asked([], fails=error, begins=begins, tracing=lambda app: Tracing(app, provider))
+    span = server_span(spans)
+    assert span.attributes is not None
+    assert span.attributes["http.response.status_code"] == (204 if begins else 500)
+    assert span.attributes["client.address"] == "2001:db8::1"
+    assert "hush" not in span.to_json()
+
+
 @contextmanager
 def collector() -> Iterator[tuple[str, list[bytes]]]:
     """URL of something that takes spans, and what it took."""
