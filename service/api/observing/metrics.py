@@ -141,10 +141,6 @@ class StateCollector(Collector):
     def __init__(self, state: State) -> None:
         self._state = state
 
-    def describe(self) -> list[Metric]:
-        """No names beforehand: the state is not complete yet. A test sees that they differ."""
-        return []
-
     def collect(self) -> Iterator[Metric]:
         """The families of all rooms."""
         state, answers, counts = self._state, self._state.answers, self._state.answers.counts
