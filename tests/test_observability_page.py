@@ -4,7 +4,7 @@ import json
 import logging
 import re
 
-from service.server.records import JsonRecords
+from service.server.logs import JsonRecords
 from service.settings.values import Settings
 from tests.api.observing.test_middleware import asked
 from tests.server.test_logs import failing

@@ -1,10 +1,19 @@
 """`surface serve`: answers over HTTP."""
 
-import argparse
-from contextlib import ExitStack
+from __future__ import annotations
 
-from service.cli.refusals import OK, Refused
+import argparse
+import ipaddress
+import logging
+from contextlib import suppress
+from logging.handlers import MemoryHandler
+from typing import TYPE_CHECKING
+
+from service.cli.refusals import Refused
 from service.cli.source import Commands
+
+if TYPE_CHECKING:
+    from service.settings.values import Settings
 
 
 def add(commands: Commands) -> None:
@@ -17,26 +26,42 @@ def add(commands: Commands) -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     from service.api.app import create_app
-    from service.server.listening import CannotListen
-    from service.server.logs import held, logs
+    from service.server.logs import start_logs
     from service.server.run import serve
     from service.settings.environment import from_environment, with_flags
 
     given = {"host": arguments.host, "port": arguments.port}
     flags = {name: text for name, text in given.items() if text is not None}
-    with ExitStack() as stack:
-        with held():
-            settings = with_flags(from_environment(), flags)
-            log = stack.enter_context(logs(settings))
-        app = create_app(settings, log.requests.write)
-        app.state.observed.dropped = log.dropped
-        try:
-            serve(app, settings, app.state)
-        except CannotListen as error:
-            place = f"{settings.host}, port {settings.port}"
-            raise Refused(f"cannot serve at {place}: {error}") from None
-        except SystemExit as stop:
-            if stop.code:
-                # It has logged why; its exit code would mean something else here.
-                raise Refused("cannot serve; the reason stands above") from None
-    return OK
+    # Until the settings say what a line of the log is, records wait.
+    early = MemoryHandler(1000, logging.CRITICAL + 1, logging.lastResort)
+    logging.getLogger().addHandler(early)
+    try:
+        settings = with_flags(from_environment(), flags)
+        requests, others = start_logs(settings)
+        early.setTarget(others)
+    finally:
+        logging.getLogger().removeHandler(early)
+        early.close()
+    others.flush()
+    app = create_app(settings, requests.write)
+    app.state.observed.dropped = lambda: requests.dropped + others.dropped
+    _warn_if_open(settings)
+    try:
+        serve(app, settings, app.state)
+    except SystemExit:
+        others.flush()
+        # uvicorn has logged why; its exit code would mean something else here.
+        place = f"{settings.host}, port {settings.port}"
+        raise Refused(f"cannot serve at {place}; the reason stands above") from None
+
+
+def _warn_if_open(settings: Settings) -> None:
+    """Warns if every client that can connect may do everything."""
+    is_private = settings.host == "localhost"
+    with suppress(ValueError):
+        is_private = ipaddress.ip_address(settings.host).is_loopback
+    if not (is_private or settings.api_keys or settings.api_keys_file):
+        logging.getLogger(__name__).warning(
+            "Whoever reaches this service may compute and store: it has no API keys "
+            "(SURFACE_API_KEYS)"
+        )

@@ -1,103 +1,154 @@
 """The log: as text for people, or as one JSON object a line for machines.
 
-Requests are told of on standard output, in lines that `service.api.observing.access_log` makes;
-everything else on standard error, through `logging`: the server, the store, Python's warnings.
-Both have the same form.
+Lines about requests go to standard output; `service.api.observing.access_log` makes them. All else
+goes to standard error through `logging`. A thread writes each from a queue of bounded length:
+the service drops and counts lines where a pipe is full or broken, and goes on.
+
+A record, or the text of an exception, may repeat what a client sent. Nothing in it can end its line
+or give orders to a terminal, and its length is bounded.
 """
 
-import io
 import logging
+import os
+import re
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
-from logging.handlers import MemoryHandler
-from typing import TextIO
+import time
+from logging.handlers import QueueHandler, QueueListener
+from queue import Full, Queue
+from traceback import TracebackException
+from typing import Any
 
-from service.server.records import JsonRecords, TextRecords
-from service.server.sink import Sink
+import orjson
+
+from service.api.observing.access_log import timestamp
+from service.api.observing.record import current_record
 from service.settings.values import Settings
 
-HELD = 1000
-"""Records that are kept until it is known what a line of the log is."""
+WAITING = 10_000
+"""Lines that may wait."""
 
-_UVICORN = ("uvicorn", "uvicorn.error", "uvicorn.access", "uvicorn.asgi")
+FAREWELL = 1.0
+"""Seconds that the last lines have when the process ends."""
 
+MESSAGE, TEXT, FRAMES = 4000, 200, 50
+"""Characters of a message and of the text of an exception; frames of a traceback."""
 
-@dataclass(frozen=True, slots=True)
-class Logs:
-    """The two streams of a process that serves."""
-
-    requests: Sink
-    others: Sink
-
-    def dropped(self) -> int:
-        """Lines that could not be written."""
-        return self.requests.dropped + self.others.dropped
+_UNSAFE = re.compile(
+    "[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
+)
+"""Control characters, ends of lines, and characters that change the direction of a text."""
 
 
-@contextmanager
-def held() -> Iterator[None]:
-    """Keeps what is logged within for the block's end: `logs` may come to be in between."""
+def start_logs(settings: Settings) -> tuple["Lines", "Lines"]:
+    """Makes all of `logging`, and Python's warnings, lines on standard error.
+
+    Returns what takes lines about requests, for standard output, and what takes all others.
+    """
+    requests, others = Lines(1 if sys.stdout else -1), Lines(2 if sys.stderr else -1)
+    others.setFormatter(JsonRecords() if settings.log_format == "json" else TextRecords())
     root = logging.getLogger()
-    holding = MemoryHandler(HELD, flushLevel=logging.CRITICAL + 1)
-    before = root.handlers[:]
-    root.addHandler(holding)
-    try:
-        yield
-    finally:
-        root.removeHandler(holding)
-        others = [handler for handler in root.handlers if handler not in before]
-        holding.setTarget(others[0] if others else logging.lastResort)
-        holding.close()
-
-
-@contextmanager
-def logs(settings: Settings) -> Iterator[Logs]:
-    """The log as it is set, of the whole process, until the block ends; then all is written."""
-    found = Logs(Sink(_descriptor(sys.stdout)), Sink(_descriptor(sys.stderr)))
-    handler = _ToSink(found.others)
-    handler.setFormatter(JsonRecords() if settings.log_format == "json" else TextRecords())
-    root = logging.getLogger()
-    level, handlers = root.level, root.handlers[:]
-    root.handlers[:] = [handler]
+    root.handlers[:] = [others]
     root.setLevel(settings.log_level.upper())
     logging.captureWarnings(capture=True)
-    for name in _UVICORN:  # whatever was set of these, their records go the way of all others
-        logger = logging.getLogger(name)
-        logger.handlers.clear()
-        logger.setLevel(logging.NOTSET)
-        logger.propagate = True
-    try:
-        yield found
-    finally:
-        logging.captureWarnings(capture=False)
-        root.handlers[:] = handlers
-        root.setLevel(level)
-        found.requests.flush()
-        found.others.flush()
+    return requests, others
 
 
-class _ToSink(logging.Handler):
-    """Hands records on as lines, at once."""
+class Lines(QueueHandler):
+    """Writes lines to a file descriptor, in order, from a thread; counts those that it dropped."""
 
-    def __init__(self, sink: Sink) -> None:
-        super().__init__()
-        self._sink = sink
+    def __init__(self, descriptor: int, waiting: int = WAITING) -> None:
+        self.lines: Queue[str] = Queue(waiting)
+        super().__init__(self.lines)
+        self.dropped = 0
+        _Writer(self, descriptor).start()
 
-    def emit(self, record: logging.LogRecord) -> None:
-        """One record; what cannot be written as a line is no reason to fail."""
+    def enqueue(self, record: logging.LogRecord) -> None:
+        """Takes a record that has been formatted."""
+        self.write(f"{record.msg}\n")
+
+    def write(self, line: str) -> None:
+        """Takes a line, its end included; returns at once."""
         try:
-            line = self.format(record)
-        except Exception:
-            self.handleError(record)
-        else:
-            self._sink.write_now(line + "\n")
+            self.lines.put_nowait(line)
+        except Full:
+            self.dropped += 1
+
+    def flush(self) -> None:
+        """Waits until all lines have been written, for at most `FAREWELL`."""
+        end = time.monotonic() + FAREWELL
+        while self.lines.unfinished_tasks and time.monotonic() < end:
+            time.sleep(0.001)
 
 
-def _descriptor(stream: TextIO | None) -> int:
-    """The file descriptor of a stream; -1, which takes nothing, where there is none."""
-    try:
-        return -1 if stream is None else stream.fileno()
-    except (io.UnsupportedOperation, ValueError):
-        return -1
+class _Writer(QueueListener):
+    """The thread of `Lines`.
+
+    It has no handler: one would hold its lock while it waits for a full pipe, and the end of the
+    process, which flushes all handlers, would wait for that lock.
+    """
+
+    def __init__(self, lines: Lines, descriptor: int) -> None:
+        super().__init__(lines.lines)
+        self._lines, self._descriptor = lines, descriptor
+
+    def handle(self, record: Any) -> None:
+        rest = record.encode("utf-8", "backslashreplace")
+        try:
+            while rest:
+                rest = rest[os.write(self._descriptor, rest) :]
+        except OSError:
+            self._lines.dropped += 1
+
+
+class TextRecords(logging.Formatter):
+    """`WARNING:  message`, as uvicorn writes it; tracebacks below, indented."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The lines of a record, without the last end."""
+        head = f"{record.levelname + ':':9} {escape(record.getMessage().strip(), MESSAGE)}"
+        request = current_record.get()
+        head += "" if request is None else f" (id {request.id})"
+        return "\n    ".join((head, *trace(record)))
+
+
+class JsonRecords(logging.Formatter):
+    """One JSON object, with the ids of the request that is under way."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The line of a record, without its end."""
+        line: dict[str, Any] = {
+            "time": timestamp(record.created),
+            "level": record.levelname.lower(),
+            "event": "log",
+            "logger": escape(record.name, TEXT),
+            "message": escape(record.getMessage().strip(), MESSAGE),
+        }
+        if (request := current_record.get()) is not None:
+            line["request_id"] = request.id
+            line["trace_id"], line["span_id"] = request.trace_id, request.span_id
+        if record.exc_info and record.exc_info[0]:
+            line["exception"] = record.exc_info[0].__qualname__
+            line["traceback"] = "\n".join(trace(record))
+        return orjson.dumps(line).decode()
+
+
+def escape(text: str, most: int) -> str:
+    """A text in one line, cut to this many characters before some are escaped."""
+    text = text if len(text) <= most else text[:most] + "…"
+    return _UNSAFE.sub(lambda found: ascii(found[0])[1:-1], text)
+
+
+def trace(record: logging.LogRecord) -> list[str]:
+    """The exception of a record and its causes, the last raised at the end; empty without one.
+
+    It shows files, lines and names, but no code, and of the texts only the beginnings.
+    """
+    lines: list[str] = []
+    error = record.exc_info[1] if record.exc_info else None
+    at = TracebackException.from_exception(error, limit=-FRAMES) if error is not None else None
+    while at is not None:
+        text = escape("".join(at.format_exception_only()).strip(), TEXT)
+        where = (f"  {frame.filename}:{frame.lineno} in {frame.name}" for frame in at.stack)
+        lines = [*(escape(line, MESSAGE) for line in where), text, *lines]
+        at = at.__cause__ or (None if at.__suppress_context__ else at.__context__)
+    return lines

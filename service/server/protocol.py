@@ -1,395 +1,249 @@
-"""HTTP/1.1 as it is spoken here: uvicorn's own protocol, with bounds and without doubts.
+"""HTTP/1.1 as uvicorn speaks it, with what uvicorn lacks: deadlines, limits, answers as problems.
 
-What could be read in two ways is refused, since whatever is in front might read it in the other:
-RFC 9112, section 11.2. Most of it is what httptools does by itself.
+The server's own answers are problems, too (RFC 9457), and each is the last of its connection.
 """
 
 import asyncio
-import socket
-import struct
+from collections.abc import Callable
 from contextlib import suppress
+from math import inf
 from typing import Any
-from urllib.parse import unquote
 
 import httptools
+import orjson
+from starlette.responses import Response
+from starlette.types import ASGIApp, Receive, Scope, Send
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
 
-from service.server.connections import LINGERING, Connection, Connections
-from service.server.cycle import Cycle, Wire
-from service.server.refusals import (
-    Refusal,
-    draining,
-    head_too_large,
-    head_too_slow,
-    malformed,
-    too_many_connections,
+from service.api.problems import (
+    DRAINING,
+    HEAD_TOO_LARGE,
+    HEAD_TOO_SLOW,
+    INTERNAL_ERROR,
+    MALFORMED_REQUEST,
+    MEDIA_TYPE,
+    PROBLEM_HEADERS,
+    TOO_MANY_CONNECTIONS,
+    Problem,
+    problem_document,
 )
-from service.server.upgrades import body_parser
+from service.errors import Issue
+from service.settings.values import Settings
 
 PIPELINED = 16
-"""Requests that may wait for the answers to those before them on the same connection."""
+"""Requests that may wait for the answer to an earlier one on their connection."""
 
-DISCARDED = 1 << 26
-"""Bytes that are read of what nobody wants, so that its sender sees the answer."""
+REFUSED_AT_ONCE = 64
+"""Connections above the limit that are answered at the same time; the service cuts all others."""
 
-_LOOKED_AT = frozenset({b"host", b"expect", b"transfer-encoding"})
-_AT_ONCE = struct.pack("ii", 1, 0)
+MIB = 1 << 20
+
+
+def refusal(problem: Problem, settings: Settings) -> Response:
+    """The answer that a problem is."""
+    needed = {
+        HEAD_TOO_LARGE.code: f"at most {settings.max_head_bytes} bytes",
+        HEAD_TOO_SLOW.code: f"all of it within {settings.head_timeout:g} s",
+        TOO_MANY_CONNECTIONS.code: f"at most {settings.max_connections} connections",
+    }
+    issue = Issue(problem.code, problem.about, needed=needed.get(problem.code, ""))
+    content = problem_document(problem, () if problem is INTERNAL_ERROR else (issue,))
+    wait = {"Retry-After": "1"} if problem in (TOO_MANY_CONNECTIONS, DRAINING) else {}
+    headers = {**PROBLEM_HEADERS, **wait, "Connection": "close"}
+    return Response(orjson.dumps(content), problem.status, headers, MEDIA_TYPE)
+
+
+def with_last_answer(app: ASGIApp, settings: Settings, refused: Callable[[str], None]) -> ASGIApp:
+    """An application that answers where this one fails without an answer, or is cancelled.
+
+    uvicorn cancels the requests that are left when `SURFACE_DRAIN_TIMEOUT` is over.
+    """
+
+    async def answer(scope: Scope, receive: Receive, send: Send) -> None:
+        try:
+            await app(scope, receive, send)
+        except (asyncio.CancelledError, Exception) as error:
+            problem = INTERNAL_ERROR if isinstance(error, Exception) else DRAINING
+            if scope["type"] == "http":
+                with suppress(RuntimeError):  # an answer has begun
+                    await refusal(problem, settings)(scope, receive, send)
+                    refused(problem.code)
+            if problem is INTERNAL_ERROR:
+                raise  # for uvicorn's log
+
+    return answer
+
+
+class Refused(Exception):
+    """Stops the parser, for a problem or because too many requests wait."""
+
+    def __init__(self, problem: Problem = MALFORMED_REQUEST) -> None:
+        self.problem = problem
 
 
 class BoundedProtocol(HttpToolsProtocol):
-    """A connection, of which everything has its bound: heads, waiting requests, times.
+    """A connection: its heads have a size limit and a deadline, its answers a deadline.
 
-    A client that ends its half of the connection is taken to have gone.
-
-    Parameters
-    ----------
-    connections : Connections
-        All those of the server, with their settings.
+    Every answer is the last of the connection once `ready` of the application's `state` is false.
+    `refused` takes the code of each problem that the connection answers by itself.
     """
 
-    def __init__(self, connections: Connections, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
-        self._connections = connections
-        self._most = connections.settings.max_head_bytes
-        self._queue: dict[Connection, float] | None = None
-        self._last: Cycle | None = None  # the request that was read last, answered or not
-        self._running: Cycle | None = None
-        self._wire: Wire | None = None
-        self._refusal: Refusal | None = None
-        self._head = self._hosts = self._unread = self._discarded = 0
-        self._within = self._headed = False  # where the parser is: in a request, behind its head
-        self._deaf = self._left = False  # what arrives is of no interest; the last was said
-
-    # A connection comes and goes.
+    def __init__(
+        self, settings: Settings, state: Any, refused: Callable[[str], None], **uvicorn: Any
+    ) -> None:
+        super().__init__(**uvicorn)
+        self._settings, self._state, self._refused = settings, state, refused
+        self._running: RequestResponseCycle | None = None
+        self._head_due = self._answer_due = inf  # on the clock of the event loop
+        self._unread = 0  # bytes since a head, a piece of a body or a message ended
+        self._in_body = self._is_deaf = False
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """A client has come."""
         super().connection_made(transport)
-        self._wire = Wire(transport, self._leave)
-        if self._connections.add(self, self.loop):
-            self._wait_in(self._connections.silent)
-        elif self._connections.is_crowded:
-            self.abort()
-        else:
-            self._refuse(too_many_connections(self._connections.settings.max_connections))
+        self.write, self.is_closing = transport.write, transport.is_closing
+        self._head_due = self.loop.time() + self._settings.head_timeout
+        excess = len(self.connections) - self._settings.max_connections
+        if excess > REFUSED_AT_ONCE:
+            transport.abort()
+        elif excess > 0:
+            self._refuse(TOO_MANY_CONNECTIONS)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """A client has gone: all its requests are told, not only the last."""
-        self._wait_in(None)
-        self._connections.remove(self)
-        for cycle in (self._running, *(waiting for waiting, _ in self.pipeline)):
-            if cycle is not None:
-                _tell(cycle)
-        self.pipeline.clear()
-        self._deaf = self._left = True  # a request that fails only now has nothing to end
+        self._disconnect()
+        self._unset_keepalive_if_required()
         super().connection_lost(exc)
-        # What holds on to itself stays until Python looks for it, which it is told to do rarely.
-        self.cycle = None  # type: ignore[assignment]
-        self._running = self._last = self._wire = self._refusal = None
-
-    def eof_received(self) -> None:
-        """A client will send nothing more; what was written to it, it may still take."""
-        self._expect_to_be_taken()
-
-    # What arrives.
+        self._running = self.cycle = None  # type: ignore[assignment]  # they refer to this object
 
     def data_received(self, data: bytes) -> None:
-        """Some bytes: whatever ends within them sets the number of the unread ones to zero."""
-        if self._deaf:
-            self._discarded += len(data)
-            if self._discarded > DISCARDED:
-                self.abort()
+        if self._is_deaf:
             return
         self._unread += len(data)
         try:
             self.parser.feed_data(data)
+            if self._unread > self._settings.max_head_bytes:
+                self._refuse(HEAD_TOO_LARGE)
         except httptools.HttpParserUpgrade as offer:
-            self._ignore(data[offer.args[0] :])
-        except httptools.HttpParserError:
-            self._stumble()
-        if self._unread > self._most and not self._deaf:
-            self._refuse(head_too_large(self._most))
-        self._settle()
-
-    def on_message_begin(self) -> None:
-        """A request begins."""
-        if len(self.pipeline) >= PIPELINED:
-            raise _TooManyWaiting
-        super().on_message_begin()
-        self._head = self._hosts = 0
-        self._within, self._headed = True, False
-
-    def on_url(self, url: bytes) -> None:
-        """The address, or a piece of it."""
-        self._count(len(url))
-        self.url += url
-
-    def on_header(self, name: bytes, value: bytes) -> None:
-        """A header, or a trailer, of which nothing is known here."""
-        self._count(len(name) + len(value))
-        if self._headed:
-            return
-        name = name.lower()
-        if name in _LOOKED_AT:
-            self._look_at(name, value.lower())
-        self.headers.append((name, value))
+            self._unread = 0
+            self.data_received(without_offer(self) + data[offer.args[0] :])
+        except httptools.HttpParserError as error:
+            if not self._is_deaf:
+                self._refuse(getattr(error.__context__, "problem", MALFORMED_REQUEST))
+        if self._unread and self._is_idle() and self._head_due == inf:
+            self._head_due = self.loop.time() + self._settings.head_timeout
 
     def on_headers_complete(self) -> None:
-        """The head of a request has been read: it is answered, or waits for those before it."""
-        version = self.parser.get_http_version()
-        if version != "1.1":
-            if version != "1.0":
-                self._stop(malformed("version 1.1 or 1.0 of HTTP"))
-            self.scope["http_version"] = version
-        if self._hosts != 1 and (self._hosts or version == "1.1"):
-            self._stop(malformed("one Host header"))
-        method = self.parser.get_method()
-        if method == b"CONNECT":
-            self._stop(malformed("another method than CONNECT"))
-        target = httptools.parse_url(self.url)
-        raw = target.path or b"/"
-        path = raw.decode("ascii")
-        scope = self.scope
-        scope["method"] = method.decode("ascii")
-        scope["path"] = unquote(path) if "%" in path else path
-        scope["raw_path"] = raw
-        scope["query_string"] = target.query or b""
-        self._headed = True
-        before = self._last
-        self._last = self.cycle = cycle = Cycle(
-            self._connections,
-            scope=scope,
-            transport=self._wire,
-            flow=self.flow,
-            logger=self.logger,
-            access_logger=self.access_logger,
-            access_log=self.access_log,
-            default_headers=self.server_state.default_headers,
-            message_event=asyncio.Event(),
-            expect_100_continue=self.expect_100_continue,
-            keep_alive=version == "1.1" and self.parser.should_keep_alive(),
-            on_response=self.on_response_complete,
-        )
-        if before is None or before.response_complete:
-            self._start_asgi_task(cycle, self.app)
-        else:
-            self.flow.pause_reading()
-            self.pipeline.appendleft((cycle, self.app))
+        if len(self.pipeline) >= PIPELINED:
+            self._is_deaf, self.cycle.keep_alive = True, False
+            raise Refused
+        check_head(self, self._settings.max_head_bytes)
+        if not self.parser.should_upgrade():
+            self._unset_keepalive_if_required()  # which also limits the rest of a refused body
+            super().on_headers_complete()
+            self.headers = []  # to which uvicorn adds trailers; the request keeps its own
+            self.cycle.transport = self  # type: ignore[assignment]  # so that it ends by `close`
+            self.cycle.keep_alive = self.cycle.keep_alive and self._state.ready
+            self._in_body, self._unread, self._head_due = True, 0, inf
+
+    def _start_asgi_task(self, cycle: RequestResponseCycle, app: Any) -> None:
+        self._running = cycle
+        super()._start_asgi_task(cycle, app)
 
     def on_body(self, body: bytes) -> None:
-        """Bytes of the body, which the application bounds."""
         self._unread = 0
         super().on_body(body)
 
     def on_message_complete(self) -> None:
-        """The request has been read."""
-        self._unread = 0
-        self._within = False
-        super().on_message_complete()
-
-    def _count(self, length: int) -> None:
-        self._unread = 0
-        self._head += length
-        if self._head > self._most:
-            self._stop(head_too_large(self._most))
-
-    def _look_at(self, name: bytes, value: bytes) -> None:
-        if name == b"host":
-            self._hosts += 1
-        elif name == b"expect":
-            self.expect_100_continue = value == b"100-continue" and self._is_1_1()
-        elif value != b"chunked" or not self._is_1_1():
-            self._stop(malformed("no transfer coding but chunked, in HTTP/1.1"))
-
-    def _is_1_1(self) -> bool:
-        return bool(self.parser.get_http_version() == "1.1")
-
-    def _stop(self, refusal: Refusal) -> None:
-        """Makes the parser stop: for it, this is a request that it cannot read."""
-        self._refusal = refusal
-        raise refusal
-
-    def _stumble(self) -> None:
-        """The parser has stopped, and cannot go on."""
-        if self._last is not None and len(self.pipeline) >= PIPELINED:
-            # Those that were read are answered; the client knows which were not.
-            self._deaf = self._within = True
-            self._last.keep_alive = False
-        else:
-            self._refuse(self._refusal or malformed())
-
-    def _ignore(self, rest: bytes) -> None:
-        """Goes on with HTTP/1.1, though another protocol was offered: the answer is the last."""
-        cycle = self._last
-        assert cycle is not None
-        cycle.keep_alive = False
-        parser = body_parser(self, cycle.scope["headers"])
-        if parser is None:
-            self._deaf = True
-            return
-        # The parser took the body for something of the other protocol.
-        cycle.more_body = self._within = True
-        self.parser = parser
-        if rest:
-            self.data_received(rest)
-
-    # What is answered.
-
-    def _start_asgi_task(self, cycle: RequestResponseCycle, app: Any) -> None:
-        assert isinstance(cycle, Cycle)
-        self._running = cycle
-        super()._start_asgi_task(cycle, app)
-
-    def on_response_complete(self) -> None:
-        """An answer has been written."""
-        self.server_state.total_requests += 1
-        if self._left or self.transport.is_closing():
-            return
-        self.flow.resume_reading()
-        if self.pipeline:
-            self._start_asgi_task(*self.pipeline.pop())
-        elif self._refusal is not None:
-            self._say(self._refusal)
-        else:
-            self._settle()
-
-    def _refuse(self, refusal: Refusal) -> None:
-        """Makes this the last answer of the connection, after those to earlier requests."""
-        self._connections.refused(refusal.problem.code)
-        self._deaf = True
-        self._refusal = refusal
-        own = self._last if self._within and self._headed else None
-        if own is not None:
-            if self.pipeline and self.pipeline[0][0] is own:
-                self.pipeline.popleft()
-            elif own.response_started:
-                # An answer that has begun cannot become another one.
-                _tell(own)
-                self._leave()
-                return
-            else:
-                _tell(own)
-                self._say(refusal)
-                return
-        if self._running is None or self._running.response_complete:
-            self._say(refusal)
-
-    def _say(self, refusal: Refusal) -> None:
-        """Writes the last answer."""
-        self.transport.write(refusal.answer(self.server_state.default_headers))
-        self._within = True  # who was refused may go on
-        self._leave()
-
-    def _leave(self) -> None:
-        """Ends the connection after its last answer.
-
-        While its client still sends, the connection is read for a while, and what comes is thrown
-        away: were it closed, the system would tell the client so before it has seen the answer
-        (RFC 9112, section 9.6).
-        """
-        if self._left:
-            return
-        self._deaf = self._left = True
-        if not self._within and not self.pipeline:
-            self.close()
-            return
-        self._wait_in(None)
-        unsent = self.unsent()
-        seconds = LINGERING + (self._connections.time_to_take(unsent) if unsent else 0)
-        self._connections.taking[self] = self.loop.time() + seconds
-        self.transport.write_eof()
-        self.flow.resume_reading()
-
-    # Times.
-
-    def _settle(self) -> None:
-        """Finds out what is waited for."""
-        last = self._last
-        if self._deaf or (last is not None and not last.response_complete):
-            self._wait_in(None)
-        elif self._within or self._unread:
-            self._wait_in(self._connections.arriving)
-        else:
-            self._wait_in(self._connections.silent if last is None else self._connections.idle)
-
-    def _wait_in(self, queue: dict[Connection, float] | None) -> None:
-        """Changes the queue; who is in it already stays in its place."""
-        if queue is not self._queue:
-            if self._queue is not None:
-                del self._queue[self]
-            if queue is not None:
-                queue[self] = self.loop.time()
-            self._queue = queue
-
-    def time_is_up(self) -> None:
-        """It has been in its queue for as long as it may."""
-        if self._queue is self._connections.arriving and not (self._within and self._headed):
-            self._refuse(head_too_slow(self._connections.settings.head_timeout))
-        else:
-            self.close()
+        if not self.parser.should_upgrade():
+            self._in_body, self._unread = False, 0
+            super().on_message_complete()
 
     def pause_writing(self) -> None:
-        """The client is slower than we are."""
         super().pause_writing()
-        self._expect_to_be_taken()
+        self._answer_due = self._time_to_take()
 
     def resume_writing(self) -> None:
-        """The client has taken all."""
         super().resume_writing()
-        if not self._left and not self.transport.is_closing():
-            self._connections.taking.pop(self, None)
+        self._answer_due = inf
 
-    def _expect_to_be_taken(self) -> None:
-        unsent = self.unsent()
-        if unsent:
-            end = self.loop.time() + self._connections.time_to_take(unsent)
-            self._connections.taking.setdefault(self, end)
-
-    @property
-    def is_answering(self) -> bool:
-        """Whether an answer is awaited, or has not been taken as a whole."""
-        running = self._running
-        awaited = running is not None and not (running.response_complete or running.disconnected)
-        return awaited or self.unsent() > 0
-
-    def unsent(self) -> int:
-        """Bytes that were written and have not been taken."""
-        return self.transport.get_write_buffer_size()
-
-    # Ends.
+    def end_if_late(self, now: float) -> None:
+        """Ends the connection if a deadline has passed; the server asks ten times a second."""
+        if now > self._answer_due:
+            self.transport.abort()
+        elif now > self._head_due:
+            self._refuse(HEAD_TOO_SLOW) if self._unread else self.transport.close()
 
     def close(self) -> None:
-        """Ends the connection, once what was written has been taken."""
-        self._deaf = self._left = True
-        self._wait_in(None)
-        self._expect_to_be_taken()
-        self.transport.close()
+        """Closes after the last answer, by half: the client is read until it closes, too.
 
-    def give_up(self) -> None:
-        """Ends the connection because the process does, with an answer if none has begun."""
-        running = self._running
-        if running is None or running.response_complete or running.response_started or self._left:
-            self.abort()
+        The system would reset a connection whose client still sends, and might lose the answer
+        (RFC 9112, section 9.6).
+        """
+        self._disconnect()
+        self._is_deaf, self._head_due = True, inf
+        if self.transport.is_closing() or not self._state.ready:
+            self.transport.close()
         else:
-            _tell(running)
-            self._connections.refused("draining")
-            self._say(draining())
+            self.flow.resume_reading()
+            self.transport.write_eof()
+            self._answer_due = self._time_to_take()
 
-    def abort(self) -> None:
-        """Ends the connection, and makes the system forget what was written, too."""
-        sock = self.transport.get_extra_info("socket")
-        if sock is not None:
-            with suppress(OSError):
-                sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _AT_ONCE)
-        self.transport.abort()
+    def _refuse(self, problem: Problem) -> None:
+        """Answers with a problem, after the answers to earlier requests, and closes."""
+        self._refused(problem.code)
+        if self._in_body and self.pipeline:
+            self.pipeline.popleft()
+        elif self._in_body and self.cycle.response_started:
+            return self.close()
+        elif self._in_body:
+            self._disconnect()
+            self.cycle = None  # type: ignore[assignment]
+        # uvicorn gives this answer in its turn, to a request that the client has not made.
+        self.app = refusal(problem, self._settings)
+        self.parser = httptools.HttpRequestParser(self)
+        with suppress(httptools.HttpParserError):  # too many requests wait already
+            self.parser.feed_data(b"GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
+        self._is_deaf = True
+
+    def _disconnect(self) -> None:
+        """Tells the application that no answer to the request under way is wanted."""
+        self.pipeline.clear()
+        if self._running is not None and not self._running.response_complete:
+            self._running.disconnected, self._running.waiting_for_100_continue = True, False
+            self._running.message_event.set()
+
+    def _time_to_take(self) -> float:
+        parts = 1 + self.transport.get_write_buffer_size() // MIB
+        return self.loop.time() + self._settings.send_timeout * parts
+
+    def _is_idle(self) -> bool:
+        return self._running is None or self._running.response_complete
 
 
-class _TooManyWaiting(Exception):
-    """More requests than are kept waiting."""
+def check_head(connection: HttpToolsProtocol, most: int) -> None:
+    """Refuses a head that is too long, or that a proxy may read in another way.
+
+    httptools has refused most of these (RFC 9112, section 11.2).
+    """
+    headers, version = connection.headers, connection.parser.get_http_version()
+    if len(connection.url) + sum(len(name) + len(value) for name, value in headers) > most:
+        raise Refused(HEAD_TOO_LARGE)
+    hosts = sum(name == b"host" for name, _ in headers)
+    codings = [value.lower() for name, value in headers if name == b"transfer-encoding"]
+    if (
+        version not in ("1.0", "1.1")
+        or hosts > 1
+        or (version == "1.1" and hosts == 0)
+        or (codings and (version == "1.0" or codings != [b"chunked"]))
+        or connection.parser.get_method() == b"CONNECT"
+    ):
+        raise Refused(MALFORMED_REQUEST)
 
 
-def _tell(cycle: RequestResponseCycle) -> None:
-    """Tells the application that nobody waits for its answer."""
-    cycle.disconnected = True
-    cycle.waiting_for_100_continue = False
-    cycle.message_event.set()
+def without_offer(connection: HttpToolsProtocol) -> bytes:
+    """The head that was read last, without its offer of another protocol.
+
+    It may be ignored (RFC 9110, section 7.8), but httptools would not read the body.
+    """
+    line = b" ".join((connection.parser.get_method(), connection.url, b"HTTP/1.1"))
+    fields = (b": ".join(field) for field in connection.headers if field[0] != b"upgrade")
+    return b"\r\n".join((line, *fields, b"", b""))

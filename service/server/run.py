@@ -1,80 +1,154 @@
-"""How the service runs: uvicorn, what it is told, and how it ends.
+"""How the service runs and ends: uvicorn by its settings, and every request answered.
 
-Its event loop is uvloop, which it takes where that is installed.
+SIGTERM makes readiness fail; the service goes on answering for `SURFACE_DRAIN_DELAY`, so that a
+proxy can find another instance. Then it accepts no more connections and waits for the requests
+under way, for `SURFACE_DRAIN_TIMEOUT`. SIGINT (Ctrl-C) has no such delay. Either way the exit code
+is 0. A second signal ends the process at once, with 128 and the signal's number.
 """
 
 import asyncio
 import logging
+import os
+import re
+import signal
 import socket
-from collections.abc import Sequence
+import sys
+import time
+from contextlib import suppress
 from functools import partial
-from typing import Any
+from types import FrameType, SimpleNamespace
+from typing import Any, NoReturn
 
 import uvicorn
 from starlette.types import ASGIApp
 
-from service.server.connections import Connections
-from service.server.descriptors import raise_limit
-from service.server.draining import Server, end_process, end_threads
-from service.server.listening import is_private, listen, notice_the_vanished
-from service.server.protocol import BoundedProtocol
+from service.server.protocol import BoundedProtocol, with_last_answer
 from service.settings.process import collect_rarely
 from service.settings.values import Settings
+
+if sys.platform != "win32":  # where the number of open files has no such limit
+    import resource
+
+OTHER_FILES = 128
+"""File descriptors beside those of connections: the log, the store, libraries."""
+
+LAST_WORDS = 1.0
+"""Seconds in which requests that were cut off are answered."""
 
 _log = logging.getLogger(__name__)
 
 
+class Server(uvicorn.Server):
+    """uvicorn's server; `ready` of the application's `state` is false once it is to end."""
+
+    def __init__(self, config: uvicorn.Config, settings: Settings, state: Any) -> None:
+        super().__init__(config)
+        self._settings, self._state = settings, state
+        self._ends_at = 0.0
+        self._news = ""  # which a signal must not write, since it may interrupt the log
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """Takes a signal; uvicorn would end the process by it, once all is answered."""
+        del frame
+        if self.should_exit:
+            os._exit(128 + sig)
+        delay = self._settings.drain_delay if sig == signal.SIGTERM else 0.0
+        self._news = f"Told to stop by {signal.Signals(sig).name}; answers for another {delay:g} s"
+        self._ends_at = time.monotonic() + delay
+        self._state.ready = False
+        self.should_exit = True
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Starts the application and accepts connections."""
+        await super().startup(sockets)
+        notify("READY=1")
+
+    async def on_tick(self, counter: int) -> bool:
+        """Looks at deadlines ten times a second; returns whether it is time to end."""
+        now = asyncio.get_running_loop().time()
+        for connection in list(self.server_state.connections):
+            if isinstance(connection, BoundedProtocol):
+                connection.end_if_late(now)
+        if self._news:
+            _log.info(self._news)
+            notify("STOPPING=1")
+            self._news = ""
+        return await super().on_tick(counter) and time.monotonic() >= self._ends_at
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Waits for the requests under way; those that uvicorn cancels have time for an answer."""
+        self._state.ready = False
+        await super().shutdown(sockets)
+        if self.server_state.tasks:
+            await asyncio.wait(self.server_state.tasks, timeout=LAST_WORDS)
+
+
+def notify(state: str) -> None:
+    """Tells the supervisor, if there is one, as sd_notify(3) does: `READY=1`, `STOPPING=1`."""
+    if address := os.environ.get("NOTIFY_SOCKET"):
+        with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sock:
+            sock.connect(re.sub("^@", "\0", address))  # a name outside of the file system
+            sock.send(state.encode())
+
+
 def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: Any) -> Server:
-    """Uvicorn, told what it is told wherever it listens; `state` is the application's."""
-    connections = Connections(settings)
-    if state is not None:
-        state.connections = connections
-        if hasattr(state, "observed"):
-            connections.refused = state.observed.refused
-    told: dict[str, Any] = {
-        "http": partial(BoundedProtocol, connections),
+    """The server of an application with this state; `other` are uvicorn's settings."""
+    state = SimpleNamespace(ready=True) if state is None else state
+    refused = state.observed.refused if hasattr(state, "observed") else lambda _: None
+    options: dict[str, Any] = {
+        "host": settings.host,
+        "port": settings.port,
+        "http": partial(BoundedProtocol, settings, state, refused),
         "ws": "none",
-        # Its records are written as all others are, and of requests the application tells itself.
+        "timeout_keep_alive": settings.keep_alive,
+        "timeout_graceful_shutdown": settings.drain_timeout,
+        # Records take the way of all others; the application writes the lines about requests.
         "log_config": None,
+        "log_level": settings.log_level,
         "access_log": False,
-        # Nobody need know what serves; and nothing here asks who a proxy says that the client is.
+        # No client need know what serves; the application knows which proxies to believe.
         "server_header": False,
         "proxy_headers": False,
-        **other,
     }
-    return Server(uvicorn.Config(app, **told), connections, settings, state)
+    app = with_last_answer(app, settings, refused)
+    server = Server(uvicorn.Config(app, **options | other), settings, state)
+    state.connections = server.server_state.connections
+    return server
 
 
-def serve(app: ASGIApp, settings: Settings, state: Any = None) -> None:
-    """Answers until the process is told to stop; may end it, if threads go on computing.
+def serve(app: ASGIApp, settings: Settings, state: Any) -> NoReturn:
+    """Answers until the process is told to stop, then ends the process with exit code 0.
 
-    `service.server.logs` says where the log goes.
+    Python itself would wait for threads that still compute.
 
     Raises
     ------
-    CannotListen
+    SystemExit
+        Where the application does not start, or the system does not allow the address.
     """
-    sockets = listen(settings.host, settings.port)
-    notice_the_vanished(sockets, settings.send_timeout)
     server = make_server(app, settings, state)
-    raise_limit(settings.max_connections)
-    warn_if_open(sockets, settings)
+    sock = server.config.bind_socket()
+    # Accepted connections inherit these: the system ends those whose client has vanished, or does
+    # not read (Linux; tcp(7)).
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    if sys.platform == "linux":
+        milliseconds = max(1, round(settings.send_timeout * 1000))
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, milliseconds)
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 15)
+    raise_file_limit(settings.max_connections + OTHER_FILES)
     collect_rarely()
     with asyncio.Runner(loop_factory=server.config.get_loop_factory()) as runner:
-        runner.run(_until_told(server, sockets))
-    end_threads()
+        runner.run(server.serve([sock]))
+        logging.shutdown()  # which writes the last lines
+        os._exit(0)
 
 
-def warn_if_open(sockets: Sequence[socket.socket], settings: Settings) -> None:
-    """Says in the log that everybody who can connect may do everything, if that is so."""
-    if not is_private(sockets) and not settings.api_keys and not settings.api_keys_file:
-        _log.warning(
-            "Whoever reaches this service may compute and store: it has no API keys "
-            "(SURFACE_API_KEYS)"
-        )
-
-
-async def _until_told(server: Server, sockets: list[socket.socket]) -> None:
-    await server.serve(sockets)
-    if server.unfinished:
-        end_process()
+def raise_file_limit(needed: int) -> None:
+    """Allows this many open files; warns if the system does not."""
+    if sys.platform != "win32":
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        most = needed if hard == resource.RLIM_INFINITY else min(needed, hard)
+        if soft != resource.RLIM_INFINITY and soft < most:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
+        if most < needed:
+            _log.warning("%d open files are needed, and the system allows %d", needed, most)

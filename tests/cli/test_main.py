@@ -2,7 +2,6 @@
 
 import io
 import json
-import logging
 import os
 import socket
 import subprocess
@@ -331,7 +330,7 @@ def test_serve_answers_until_it_is_told_to_stop() -> None:
             process.terminate()
             output = process.communicate(timeout=30)[0].decode()
     assert process.returncode == 0
-    assert f"Answering at http://127.0.0.1:{port}" in output
+    assert f"Uvicorn running on http://127.0.0.1:{port}" in output
     assert "Finished server process" in output
     assert "Traceback" not in output
 
@@ -344,27 +343,17 @@ def test_interrupted_without_a_traceback(monkeypatch: pytest.MonkeyPatch) -> Non
     assert main(["serve"]) == 130
 
 
-@pytest.fixture
-def own_logging() -> Iterator[None]:
-    """Takes back what uvicorn makes of the loggers: it writes to the test's standard error."""
-    loggers = [logging.getLogger(f"uvicorn{name}") for name in ("", ".error", ".access")]
-    before = [(log, log.handlers[:], log.level, log.propagate) for log in loggers]
-    yield
-    for log, handlers, level, propagate in before:
-        log.handlers[:], log.propagate = handlers, propagate
-        log.setLevel(level)
-
-
-@pytest.mark.usefixtures("own_logging")
-def test_a_port_that_is_taken_is_no_service_that_is_away(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_port_that_is_taken_is_no_service_that_is_away() -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = str(taken.getsockname()[1])
-        assert main(["serve", "--port", port]) == 1
-    assert f"cannot serve at 127.0.0.1, port {port}" in capsys.readouterr().err
+        command = [sys.executable, "-m", "service", "serve", "--port", port]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    reason, refusal = done.stderr.splitlines()
+    assert "Address already in use" in reason
+    assert refusal.startswith(f"surface: cannot serve at 127.0.0.1, port {port}")
 
 
 def _health(url: str, process: subprocess.Popen[bytes]) -> dict[str, str]:

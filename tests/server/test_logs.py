@@ -3,35 +3,18 @@
 import json
 import logging
 import os
+import subprocess
+import sys
 import threading
-import warnings
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
-from pathlib import Path
-from typing import Literal
+from contextlib import contextmanager
 
 import pytest
 
 from service.api.observing.record import NO_ROUTE, RequestRecord, current_record
-from service.server.logs import held, logs
-from service.server.records import MESSAGE, TEXT, JsonRecords, TextRecords
-from service.server.sink import Sink
-from service.settings.values import Settings
+from service.server.logs import MESSAGE, TEXT, JsonRecords, Lines, TextRecords
 
 HOSTILE = "a\nERROR:    forged\r\x1b[31m\x9b31m\u2028\u202e\x00\ud800"
-
-
-@contextmanager
-def streams(folder: Path) -> Iterator[tuple[Path, Path]]:
-    """Files that stand for standard output and standard error."""
-    places = folder / "out", folder / "err"
-    with (
-        places[0].open("w") as out,
-        places[1].open("w") as err,
-        redirect_stdout(out),
-        redirect_stderr(err),
-    ):
-        yield places
 
 
 def failing() -> logging.LogRecord:
@@ -66,7 +49,7 @@ def test_a_record_is_one_object_in_one_line() -> None:
 def test_text_cannot_be_forged() -> None:
     record = logging.LogRecord("x", logging.WARNING, "x.py", 1, "%s", (HOSTILE * 1000,), None)
     text = TextRecords().format(record)
-    assert text.startswith("WARNING:  a\\x0aERROR:")
+    assert text.startswith("WARNING:  a\\nERROR:")
     assert text.isprintable()
     assert len(text) < 8 * MESSAGE
     _, *below = TextRecords().format(failing()).split("\n")
@@ -87,24 +70,27 @@ def test_records_tell_of_the_request_that_is_under_way() -> None:
     assert ids == ("mine", "1" * 32, "2" * 16)
 
 
+PROGRAM = """
+import logging, sys, warnings
+from service.server.logs import start_logs
+from service.settings.values import Settings
+
+warnings.simplefilter("always")
+requests, others = start_logs(Settings(log_format=sys.argv[1]))
+requests.write("a request\\n")
+logging.getLogger("uvicorn.error").info("Started %s", "here")
+logging.getLogger("service.storage").error("it failed")
+logging.getLogger("service").debug("not at this level")
+warnings.warn("a warning", stacklevel=1)
+"""
+
+
 @pytest.mark.parametrize("form", ["text", "json"])
-def test_everything_goes_one_way(tmp_path: Path, form: Literal["text", "json"]) -> None:
-    root = logging.getLogger()
-    before = root.handlers[:], root.level
-    with (
-        streams(tmp_path) as (out, err),
-        warnings.catch_warnings(),
-        logs(Settings(log_format=form)) as log,
-    ):
-        warnings.simplefilter("always")
-        log.requests.write("a request\n")
-        logging.getLogger("uvicorn.error").info("Started %s", "here")
-        logging.getLogger("service.storage").error("it failed")
-        logging.getLogger("service").debug("not at this level")
-        warnings.warn("a warning", stacklevel=1)
-    assert (root.handlers, root.level) == before
-    assert out.read_text() == "a request\n"
-    lines = err.read_text().splitlines()
+def test_everything_goes_one_way(form: str) -> None:
+    command = [sys.executable, "-c", PROGRAM, form]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout == "a request\n"
+    lines = done.stderr.splitlines()
     assert len(lines) == 3
     if form == "json":
         told = [json.loads(line)["message"] for line in lines]
@@ -114,13 +100,30 @@ def test_everything_goes_one_way(tmp_path: Path, form: Literal["text", "json"]) 
         assert lines[:2] == ["INFO:     Started here", "ERROR:    it failed"]
 
 
-def test_what_is_logged_before_the_log_is_there_is_kept(tmp_path: Path) -> None:
-    with streams(tmp_path) as (_, err), ExitStack() as stack:
-        with held():
-            logging.getLogger("service.settings").warning("unknown")
-            log = stack.enter_context(logs(Settings(log_format="json")))
-        assert log.others.flush(10)
-    assert json.loads(err.read_text())["message"] == "unknown"
+def test_what_is_logged_before_the_log_is_there_has_its_form() -> None:
+    settings = {"SURFACE_LOG_FORMAT": "json", "SURFACE_NOTHING": "1", "SURFACE_STORE": "no://where"}
+    done = subprocess.run(
+        [sys.executable, "-m", "service", "serve"],
+        env=os.environ | settings,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    (line,) = (line for line in done.stderr.splitlines() if line.startswith("{"))
+    assert json.loads(line)["message"] == "SURFACE_NOTHING is not a setting of this service"
+
+
+def test_the_process_ends_though_nobody_reads_its_log() -> None:
+    program = "\n".join(
+        (
+            "from service.server.logs import start_logs",
+            "from service.settings.values import Settings",
+            "requests, others = start_logs(Settings())",
+            "for _ in range(5000): requests.write('x' * 1000 + '\\n')",
+        )
+    )
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE) as process:
+        assert process.wait(30) == 0
 
 
 @contextmanager
@@ -136,27 +139,32 @@ def pipe() -> Iterator[tuple[int, int]]:
                 continue
 
 
+def is_written(log: Lines) -> bool:
+    log.flush()
+    return log.lines.unfinished_tasks == 0
+
+
 def test_lines_come_whole_and_in_order() -> None:
     with pipe() as (read, write):
-        sink = Sink(write)
+        log = Lines(write)
         for number in range(1000):
-            sink.write(f"{number}\n")
-        assert sink.flush(10)
+            log.write(f"{number}\n")
+        assert is_written(log)
         got = b""
         while got.count(b"\n") < 1000:
             got += os.read(read, 1 << 16)
     assert got.decode().split() == [str(number) for number in range(1000)]
-    assert sink.dropped == 0
+    assert log.dropped == 0
 
 
 def test_a_pipe_that_nobody_reads_blocks_nobody() -> None:
     with pipe() as (read, write):
-        sink = Sink(write, waiting=100)
+        log = Lines(write, waiting=100)
         line = "x" * 1000 + "\n"
         for _ in range(500):
-            sink.write(line)
-        assert sink.dropped > 0
-        assert not sink.flush(0.01)
+            log.write(line)
+        assert log.dropped > 0
+        assert log.lines.unfinished_tasks
         done = threading.Event()
 
         def drain() -> None:
@@ -166,22 +174,22 @@ def test_a_pipe_that_nobody_reads_blocks_nobody() -> None:
 
         reader = threading.Thread(target=drain, daemon=True)
         reader.start()
-        assert sink.flush(10)
+        assert is_written(log)
         done.set()
-        sink.write_now("end\n")
-        assert sink.flush(10)
+        log.write("end\n")
+        assert is_written(log)
         reader.join(10)
 
 
 def test_a_reader_that_has_gone_is_no_error() -> None:
     with pipe() as (read, write):
         os.close(read)
-        sink = Sink(write)
-        sink.write("a\n")
-        sink.write("b\n")
-        assert sink.flush(10)
-    assert sink.dropped == 2
-    nowhere = Sink(-1)
+        log = Lines(write)
+        log.write("a\n")
+        log.write("b\n")
+        assert is_written(log)
+    assert log.dropped == 2
+    nowhere = Lines(-1)
     nowhere.write("a\n")
-    assert nowhere.flush(10)
+    assert is_written(nowhere)
     assert nowhere.dropped == 1

@@ -4,12 +4,12 @@ import asyncio
 import json
 import re
 from collections.abc import Awaitable, Callable
+from types import SimpleNamespace
 from typing import Any
 
 from starlette.types import ASGIApp
 from uvicorn.server import ServerState
 
-from service.server.connections import Connections
 from service.server.protocol import BoundedProtocol
 from service.server.run import make_server
 from service.settings.values import Settings
@@ -73,20 +73,24 @@ class Server:
     def __init__(self, app: ASGIApp, **settings: Any) -> None:
         self.clock = Clock()
         self.refused: list[str] = []
-        self.connections = Connections(Settings(**settings), self.refused.append)
-        self._config = make_server(app, Settings(**settings)).config
+        observed = SimpleNamespace(refused=self.refused.append)
+        self.app_state = SimpleNamespace(ready=True, observed=observed)
+        self._config = make_server(app, Settings(**settings), self.app_state).config
         self._config.load()
-        self._state = ServerState()
+        self.state = ServerState()
 
     def connect(self) -> "Client":
-        loop: Any = self.clock
-        protocol = BoundedProtocol(self.connections, self._config, self._state, {}, loop)
-        return Client(protocol)
+        make: Any = self._config.http_protocol_class
+        return Client(
+            make(config=self._config, server_state=self.state, app_state={}, _loop=self.clock)
+        )
 
     def wait(self, seconds: float) -> None:
         """Lets time go by."""
         self.clock.now += seconds
-        self.connections.look(self.clock.now)
+        for connection in list(self.state.connections):
+            assert isinstance(connection, BoundedProtocol)
+            connection.end_if_late(self.clock.now)
 
 
 class Client:

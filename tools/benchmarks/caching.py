@@ -28,7 +28,7 @@ from service.encoders.registry import BY_NAME
 from service.engine.mesh import ENGINE
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
-from service.server.logs import logs
+from service.server.logs import start_logs
 from service.server.run import serve
 from service.settings.values import Settings
 from service.surface.examples import find
@@ -202,7 +202,8 @@ _PLAIN = {"Accept-Encoding": "identity"}
 if __name__ == "__main__":
     if len(sys.argv) > 1:
         settings = Settings(port=int(sys.argv[1]))
-        with logs(settings) as log:
-            serve(beside_echo(create_app(settings, log.requests.write)), settings)
+        requests, others = start_logs(settings)
+        app = create_app(settings, requests.write)
+        serve(beside_echo(app), settings, app.state)
     else:
         sys.exit(0 if report() else 1)
