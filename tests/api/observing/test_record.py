@@ -3,8 +3,6 @@
 from contextvars import copy_context
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from service.api.app import create_app
 from service.api.observing.middleware import RequestMiddleware
@@ -64,31 +62,17 @@ def test_a_path_below_the_one_where_the_service_is_mounted(labels: RouteLabels) 
 
 
 @pytest.mark.parametrize(
-    "header", [f"00-{TRACE}-{SPAN}-01", f"00-{TRACE}-{SPAN}-00", f"cc-{TRACE}-{SPAN}-01-later"]
-)
-def test_the_trace_of_the_caller(header: str) -> None:
-    assert caller_trace_id(header.encode()) == TRACE
-
-
-@pytest.mark.parametrize(
-    "header",
+    ("header", "trace"),
     [
-        "",
-        f"00-{TRACE}-{SPAN}",
-        f"00-{TRACE}-{SPAN}-01-more",
-        f"ff-{TRACE}-{SPAN}-01",
-        f"00-{TRACE.upper()}-{SPAN}-01",
-        f"00-{'0' * 32}-{SPAN}-01",
-        f"00-{TRACE}-{'0' * 16}-01",
+        (f"00-{TRACE}-{SPAN}-00", TRACE),
+        (f"cc-{TRACE}-{SPAN}-01-later", TRACE),
+        (f"00-{TRACE}-{SPAN}-01-more", ""),
+        (f"00-{'0' * 32}-{SPAN}-01", ""),
+        ("\xff", ""),
     ],
 )
-def test_a_header_that_names_no_trace(header: str) -> None:
-    assert caller_trace_id(header.encode()) == ""
-
-
-@given(st.binary(max_size=80))
-def test_any_bytes_name_a_trace_or_none(header: bytes) -> None:
-    assert caller_trace_id(header).encode() in header
+def test_the_trace_of_the_caller(header: str, trace: str) -> None:
+    assert caller_trace_id(header.encode("latin-1")) == trace
 
 
 @pytest.mark.parametrize("id", ["a", "0", "4bf92f35-77b3", "edge/req:1+a=@b_c.d", "x" * 128])
