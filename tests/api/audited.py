@@ -21,6 +21,7 @@ from starlette.types import ASGIApp, Message
 
 from service.api.app import create_app
 from service.api.guard.keys import entry_line, new_key
+from service.encoders.registry import BY_SUFFIX
 from service.settings.values import Settings
 
 WATCHED = ("open", "socket.", "os.", "shutil.", "subprocess.", "urllib.", "ftplib.", "http.client.")
@@ -130,7 +131,7 @@ async def friendly(app: ASGIApp) -> None:
     await ask(app, "POST", "/v1/surfaces", body, content_type="application/json")
     for path in ("/", "/docs", "/openapi.json", "/page/main.js", "/docs/start.js", "/metrics"):
         await ask(app, "GET", path)
-    for suffix in ("glb", "gltf", "json", "oogl", "stl", "obj", "ply", "off"):
+    for suffix in BY_SUFFIX:
         await ask(app, "GET", f"/v1/surfaces/saddle/mesh.{suffix}")
 
 

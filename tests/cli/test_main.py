@@ -146,14 +146,13 @@ COMMAND = f"{sys.executable} -m service"
 
 
 @pytest.mark.parametrize(
-    "command",
+    ("command", "unbuffered"),
     [
-        "mesh utah-teapot -o - --format json | true",
-        "mesh utah-teapot -o - --format json | head -c 10",
-        "examples | true",
+        ("mesh utah-teapot -o - --format json | true", "1"),
+        ("mesh utah-teapot -o - --format json | head -c 10", ""),
+        ("examples | true", ""),
     ],
 )
-@pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_a_reader_that_has_had_enough_is_one_exit_code_and_no_message(
     monkeypatch: pytest.MonkeyPatch, command: str, unbuffered: str
 ) -> None:
@@ -260,14 +259,6 @@ def test_option_of_a_file_is_named_by_its_place_in_the_file(
     for url in ([], ["--url", server]):
         assert main(["mesh", str(file), "-o", "x.glb", "--resolution", "2", *url]) == 1
         assert capsys.readouterr().err.startswith("surface: /overlays/0: ")
-
-
-def test_service_that_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
-    with socket.socket() as unused:
-        unused.bind(("127.0.0.1", 0))
-        url = f"http://127.0.0.1:{unused.getsockname()[1]}"
-    assert main(["mesh", "saddle", "-o", "x.glb", "--url", url]) == 3
-    assert "does not answer" in capsys.readouterr().err
 
 
 class _Stranger(BaseHTTPRequestHandler):

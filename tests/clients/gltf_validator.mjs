@@ -1,13 +1,16 @@
-// Runs the Khronos glTF validator on a file and prints its report as JSON.
-// usage: node gltf_validator.mjs FOLDER_OF_THE_PACKAGE FILE
+// Runs the Khronos glTF validator: for each line of standard input, the path of a file, it prints a
+// line of JSON, the report.
+// usage: node gltf_validator.mjs FOLDER_OF_THE_PACKAGE
 
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
+import { createInterface } from "node:readline";
 
-const [folder, file] = process.argv.slice(2);
-const validator = createRequire(import.meta.url)(folder);
-const report = await validator.validateBytes(new Uint8Array(readFileSync(file)), {
-  uri: file,
-  maxIssues: 0,
-});
-process.stdout.write(JSON.stringify(report));
+const validator = createRequire(import.meta.url)(process.argv[2]);
+for await (const file of createInterface({ input: process.stdin })) {
+  const report = await validator.validateBytes(new Uint8Array(readFileSync(file)), {
+    uri: file,
+    maxIssues: 0,
+  });
+  console.log(JSON.stringify(report));
+}

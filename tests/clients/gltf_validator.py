@@ -1,7 +1,9 @@
 """The Khronos glTF validator, run on Node: the judge of what is valid glTF."""
 
+import atexit
 import json
 import subprocess
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +15,22 @@ UNUSED = "UNUSED_OBJECT"
 """Said, for information, of texture coordinates without a texture."""
 
 
+@cache
+def _validator() -> subprocess.Popen[str]:
+    """The validator, which stays: to start Node takes longer than to read most files."""
+    command = [program("node"), str(SCRIPT), str(node_package("gltf-validator"))]
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    atexit.register(process.kill)
+    return process
+
+
 def validate(path: Path) -> dict[str, Any]:
     """Return the report on a `.gltf` or `.glb` file; its issues are of every severity."""
-    command = [program("node"), str(SCRIPT), str(node_package("gltf-validator")), str(path)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 0, done.stderr
-    report: dict[str, Any] = json.loads(done.stdout)
+    process = _validator()
+    assert process.stdin is not None
+    assert process.stdout is not None
+    print(path, file=process.stdin, flush=True)
+    report: dict[str, Any] = json.loads(process.stdout.readline())
     return report
 
 

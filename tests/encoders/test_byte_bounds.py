@@ -63,7 +63,7 @@ def on_grid(mesh: Mesh) -> Mesh:
 
 
 @each_format
-@settings(max_examples=30)
+@settings(max_examples=12)
 @given(data=st.data())
 def test_never_longer_than_the_bound(known: Format, data: st.DataObject) -> None:
     faces: Faces = data.draw(st.sampled_from(["triangles", "quads"]))

@@ -33,9 +33,7 @@ def test_the_validator_has_nothing_to_say(example: str, suffix: str, tmp_path: P
 @pytest.mark.parametrize(
     ("form", "faces"),
     [
-        ("cquad", "quads"),
         ("mesh", "quads"),
-        ("off", "quads"),
         ("off", "triangles"),
         ("bez", "quads"),
     ],
@@ -52,7 +50,7 @@ def test_geomview_has_nothing_to_say(
         return
     models = model.models if isinstance(model, GroupModel) else (model,)
     kinds = {type(b) for m in models if not isinstance(m, SweepModel) for b in m.batches}
-    if form in {"cquad", "mesh"} and TrianglePatches in kinds:
+    if form == "mesh" and TrianglePatches in kinds:
         with pytest.raises(UnsupportedByFormat):
             render(surface, options, oogl, EncodeOptions(form))
         return

@@ -101,22 +101,6 @@ def test_mesh_form_runs_u_fastest() -> None:
                 np.testing.assert_allclose(values[j * 5 + i], expected, rtol=1e-7, atol=0)
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("opacity", [False, True])
-def test_geomview_reads_the_colors(form: OoglForm, opacity: bool, tmp_path: Path) -> None:
-    mesh = carrying(silo(5, 3, "quads"), opacity)
-    assert mesh.colors is not None
-    read = read_oogl(encode(mesh, form), tmp_path)
-    assert read.colors is not None
-    four = np.ones((len(mesh.colors), 4))
-    four[:, : mesh.colors.shape[1]] = mesh.colors
-    own = np.hstack([mesh.positions, four])
-    found = np.hstack([read.vertices, read.colors])
-    # Each of its vertices is one of ours, and none of ours is missing.
-    distance = np.abs(own[:, None] - found).max(axis=-1)
-    assert max(distance.min(axis=0).max(), distance.min(axis=1).max()) < 1e-5
-
-
 @pytest.mark.parametrize(("form", "prefix", "tail"), [("mesh", "UCN", [0.0]), ("off", "STCN", [])])
 def test_a_vertex_is_position_normal_color_texture(
     form: OoglForm, prefix: str, tail: list[float], tmp_path: Path

@@ -13,11 +13,6 @@ from tests.meshes import carrying, silo, with_overlays, without_faces
 each_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.name)
 
 
-def test_names_in_their_order() -> None:
-    names = ["glb", "gltf", "json", "oogl", "stl", "obj", "ply", "off"]
-    assert [known.name for known in FORMATS] == names
-
-
 def test_media_types_tell_formats_apart_and_have_no_parameters() -> None:
     media_types = [known.media_type for known in FORMATS]
     assert len(set(media_types)) == len(media_types)

@@ -51,8 +51,9 @@ def check_sound(mesh: Mesh) -> None:
     """What is promised of every mesh of a sensible surface."""
     check_values(mesh)
     # A face that names a place twice has no area and no place in a mesh.
-    assert shape_of(mesh).degenerate == 0
-    _check_report(mesh)
+    shape = shape_of(mesh)
+    assert shape.degenerate == 0
+    _check_report(mesh, shape)
 
 
 def check_values(mesh: Mesh) -> None:
@@ -103,8 +104,8 @@ def _check_parts(mesh: Mesh) -> None:
         assert ends[-1] == len(faces)
 
 
-def _check_report(mesh: Mesh) -> None:
-    report, shape = mesh.report, shape_of(mesh)
+def _check_report(mesh: Mesh, shape: Topology) -> None:
+    report = mesh.report
     positions = len(mesh.positions) if mesh.welds is None else len(np.unique(mesh.welds))
     assert report.vertices == positions
     assert (report.triangles, report.quads) == (len(mesh.triangles), len(mesh.quads))

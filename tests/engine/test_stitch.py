@@ -1,7 +1,6 @@
 """Seams: shared edges become shared vertices, bit for bit, however the patches lie."""
 
 from math import pi
-from typing import Any
 
 import numpy as np
 import pytest
@@ -227,23 +226,6 @@ def test_a_rational_edge_of_equal_weights_meets_a_polynomial_one() -> None:
     mesh = mesh_of(model, resolution=(3, 6))
     check_sound(mesh)
     assert (shape_of(mesh).components, shape_of(mesh).euler) == (1, 1)
-
-
-@pytest.mark.parametrize("method", ["matrix", "de_casteljau", "forward_difference"])
-@pytest.mark.parametrize("divisions", [3, 10, 37])
-def test_rational_company_does_not_touch_a_bit_of_a_polynomial_seam(
-    method: str, divisions: int
-) -> None:
-    """Weights that are all one, because others in the batch are not."""
-    rng = np.random.default_rng(2)
-    nets = rng.uniform(-1, 1, (2, 4, 4, 3))
-    weights = np.stack([np.full((4, 4), 0.3), rng.uniform(0.2, 5, (4, 4))])
-    options: dict[str, Any] = {"resolution": (divisions, divisions), "method": method}
-    alone = mesh_of([nets[0]], weld=False, **options)
-    among = mesh_of(model_of(nets, weights), weld=False, **options)
-    grid = among.grids[0][0]
-    for side in (grid[0], grid[-1], grid[:, 0], grid[:, -1]):
-        assert among.positions[side].tobytes() == alone.positions[side].tobytes()
 
 
 def test_other_weights_are_another_curve() -> None:

@@ -45,13 +45,14 @@ def model_of_net(net: Array, weights: Array | None) -> PatchModel:
     return model_of([net], None if weights is None else [weights])
 
 
-@pytest.mark.parametrize("single", [False, True])
-@pytest.mark.parametrize("faces", ["triangles", "quads"])
-@pytest.mark.parametrize("weld", [True, False])
+@pytest.mark.parametrize(
+    ("weld", "faces", "single"),
+    [(True, "triangles", False), (True, "quads", True), (False, "triangles", True)],
+)
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_every_example_is_sound(example: str, weld: bool, faces: str, single: bool) -> None:
     """Welded or not, with triangles or quads, in either precision."""
-    mesh = mesh_of(example, single=single, weld=weld, faces=faces, resolution=(6, 6))
+    mesh = mesh_of(example, single=single, weld=weld, faces=faces, resolution=(5, 5))
     check_sound(mesh)
     check_winding(mesh)
     assert mesh.positions.dtype == (np.float32 if single else np.float64)
@@ -108,28 +109,6 @@ def test_teapot_keeps_its_parts() -> None:
     for part in mesh.parts:
         poles = 4 * 4 if part.name in ("lid", "bottom") else 0
         assert part.triangles[1] - part.triangles[0] == cells[part.name] * 32 - poles
-
-
-def test_teapot_normals_point_outwards() -> None:
-    """The body away from the axis; rays up and down; poles of lid and bottom exactly vertical."""
-    mesh = mesh_of("utah-teapot")
-    assert mesh.normals is not None
-    for part in mesh.parts:
-        used = np.unique(mesh.triangles[slice(*part.triangles)])
-        points, normals = mesh.positions[used], mesh.normals[used]
-        away = np.einsum("ij,ij->i", points[:, :2], normals[:, :2])
-        # From the widest place up the body leans in, below it turns under: it never looks inwards.
-        if part.name == "body":
-            assert away.min() > 0
-        on_axis = np.abs(points[:, :2]).max(axis=1) == 0
-        if part.name in ("lid", "bottom"):
-            assert on_axis.sum() == 1
-            up = (0, 0, 1.0 if part.name == "lid" else -1.0)
-            np.testing.assert_array_equal(normals[on_axis][0], up)
-    # The signed volume of the open shells is positive: outside is outside.
-    for name in ("body", "handle", "spout", "lid"):
-        part = next(p for p in mesh.parts if p.name == name)
-        assert volume(mesh.positions, mesh.triangles[slice(*part.triangles)]) > 0
 
 
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
@@ -316,7 +295,7 @@ def test_same_bytes_again_and_in_a_fresh_process() -> None:
 
 def test_uvs_do_not_tear_the_surface() -> None:
     """A vertex has one (u, v), so seams have several vertices, welded by position."""
-    mesh = mesh_of("sphere", uvs=True, resolution=(6, 6))
+    mesh = mesh_of("sphere", uvs=True, resolution=(5, 5))
     check_sound(mesh)
     assert len(mesh.positions) > shape_of(mesh).vertices
     assert shape_of(mesh).watertight

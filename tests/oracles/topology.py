@@ -1,11 +1,13 @@
-"""What the faces of a mesh make, found by counting their edges one at a time."""
+"""What the faces of a mesh make, found by counting their edges."""
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 
 @dataclass(frozen=True)
@@ -41,41 +43,31 @@ class Topology:
 def topology(faces: Iterable[Sequence[int]]) -> Topology:
     """Count everything; the faces are polygons given by their vertices in order."""
     loops = [[int(i) for i in face] for face in faces]
-    directed = Counter(edge for loop in loops for edge in _edges(loop))
-    uses: Counter[frozenset[int]] = Counter()
-    for (a, b), times in directed.items():
-        uses[frozenset((a, b))] += times
+    ends = np.array(
+        [edge for loop in loops for edge in zip(loop, loop[1:] + loop[:1], strict=True)]
+    )
+    ends = ends.astype(np.int64).reshape(-1, 2)
+    _, directed = np.unique(_keys(ends), return_counts=True)
+    _, edge, uses = np.unique(_keys(np.sort(ends, axis=1)), return_inverse=True, return_counts=True)
+    # Faces hang together where they have an edge in common: a graph of faces and edges.
+    owner = np.repeat(np.arange(len(loops)), [len(loop) for loop in loops])
+    size = len(loops) + len(uses)
+    graph = coo_array((np.ones(len(edge)), (owner, len(loops) + edge)), (size, size))
     return Topology(
-        vertices=len({i for loop in loops for i in loop}),
+        vertices=len(np.unique(ends)),
         edges=len(uses),
         faces=len(loops),
-        boundary=sum(times == 1 for times in uses.values()),
-        non_manifold=sum(times > 2 for times in uses.values()),
-        misoriented=sum(times > 1 for times in directed.values()),
+        boundary=int((uses == 1).sum()),
+        non_manifold=int((uses > 2).sum()),
+        misoriented=int((directed > 1).sum()),
         degenerate=sum(len(set(loop)) < len(loop) for loop in loops),
-        components=_components(loops),
+        components=int(connected_components(graph, directed=False)[0]) if loops else 0,
     )
 
 
-def _edges(loop: list[int]) -> list[tuple[int, int]]:
-    return list(zip(loop, loop[1:] + loop[:1], strict=True))
-
-
-def _components(loops: list[list[int]]) -> int:
-    """Union-find over the faces, joined wherever they have an edge in common."""
-    parent = list(range(len(loops)))
-    owner: dict[frozenset[int], int] = {}
-
-    def root(i: int) -> int:
-        while parent[i] != i:
-            parent[i] = parent[parent[i]]
-            i = parent[i]
-        return i
-
-    for face, loop in enumerate(loops):
-        for edge in _edges(loop):
-            parent[root(face)] = root(owner.setdefault(frozenset(edge), face))
-    return len({root(face) for face in range(len(loops))})
+def _keys(ends: NDArray[np.int64]) -> NDArray[np.int64]:
+    """A number for each pair of vertices (m, 2)."""
+    return ends[:, 0] * (int(ends.max(initial=0)) + 1) + ends[:, 1]
 
 
 def welded_by_position(positions: np.ndarray, faces: np.ndarray) -> list[list[int]]:

@@ -7,7 +7,7 @@ from tools.certify.models import BODIES
 from tools.certify.seams import judge_model
 from tools.certify.surfaces import FAMILIES
 
-SAMPLES = 1000, 4000
+SAMPLES = 500, 2000
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -44,8 +44,7 @@ def test_strips_beside_the_border_pass_and_have_an_area(
 
 @pytest.mark.parametrize("kind", BODIES)
 def test_seams_are_closed_and_the_same_wherever_they_are_computed(kind: str) -> None:
-    for seed in (1001, 1002):
-        assert judge_model(kind, seed, 0.1).wrong == []
+    assert judge_model(kind, 1001, 0.1).wrong == []
 
 
 @pytest.mark.parametrize("family", FAMILIES)

@@ -10,6 +10,7 @@ from itertools import cycle, product
 
 import numpy as np
 
+from service.encoders.registry import BY_SUFFIX
 from tests.api.hostile_files import NPY, saved
 from tools.attack.attack import BUSY, DONE, Attack
 from tools.attack.wire import Pieces, connected, get, post, storm
@@ -41,12 +42,11 @@ def _mesh(**options: object) -> bytes:
 LARGE_ANSWER = post("/v1/mesh?format=stl", _mesh(resolution=800))
 """64 MB, from a short request."""
 
-_FORMATS = ("glb", "stl", "ply", "obj", "json", "off", "gltf", "oogl")
 _NAMES = ("utah-teapot", "torus", "sphere", "tea-service")
 
 COLD = tuple(
     f"/v1/surfaces/{name}/mesh.{suffix}?resolution={u},{v}"
-    for u, v, name, suffix in product(range(5, 40), range(5, 40), _NAMES, _FORMATS[:4])
+    for u, v, name, suffix in product(range(5, 40), range(5, 40), _NAMES, BY_SUFFIX)
 )
 """Addresses of which no two are one, and none is known yet."""
 

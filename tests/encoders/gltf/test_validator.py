@@ -20,7 +20,6 @@ MESHES = {
     "no faces": single(without_faces(silo())),
     "overlays alone": single(without_faces(with_overlays(silo()))),
     "odd name": replace(single(silo()), name='a "b" \\ \n ü \U0001f375'),
-    "long indices": single(sheet(256)),
     "colours": single(carrying(silo(12, 3))),
     "colours one can see through": single(carrying(silo(5), opacity=True), (1.0, 2.0, 3.0), "z"),
 }

@@ -1,11 +1,7 @@
 """Curvatures of whole meshes: against closed forms, exact numbers, and single parameters."""
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.build import build
@@ -27,8 +23,7 @@ from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
 from service.surface.triangle import TriangleSurface
 from tests.examples import patches_of
-from tests.oracles import exact
-from tests.strategies import Array, height_nets, weighted_nets
+from tests.strategies import Array
 from tools.certify.surfaces import FAMILIES
 
 FINE = Accuracy(tolerance=0.02)
@@ -85,28 +80,6 @@ def test_the_apex_of_a_cone_has_none(accuracy: Accuracy | None) -> None:
     mean = np.zeros(len(rho))
     mean[bent] = -1 / np.sqrt(5) / rho[bent]
     check(mesh, np.zeros(len(rho)), mean, 1e-9)
-
-
-@settings(max_examples=30)
-@given(
-    weighted_nets(height_nets(degree=st.integers(1, 4))),
-    st.sampled_from([(1, 1), (2, 4), (4, 1)]),
-)
-def test_meshes_have_the_curvatures_of_fifty_digits(
-    surface: tuple[Array, Array | None], resolution: tuple[int, int]
-) -> None:
-    net, weights = surface
-    mesh = meshed(BezierSurface(net, weights).lower(), resolution, weld=False)
-    precise = exact.exact_net(net, weights)
-    ru, rv = resolution
-    right = np.array(
-        [
-            [float(k) for k in exact.curvatures(precise, Fraction(i, ru), Fraction(j, rv))[:2]]
-            for i in range(ru + 1)
-            for j in range(rv + 1)
-        ]
-    )
-    check(mesh, right[:, 0], right[:, 1], 1e-8)
 
 
 def random_net(*shape: int) -> Array:

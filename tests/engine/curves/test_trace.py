@@ -163,7 +163,7 @@ def test_length_over_a_cusp(divisions: int) -> None:
     assert length_of(CUSP.lower(), divisions) == pytest.approx(wanted, rel=1e-11)
 
 
-@settings(max_examples=6)
+@settings(max_examples=3)
 @given(bezier_curves(), st.integers(1, 4))
 def test_length_is_that_of_mpmath(curve: BezierCurve, divisions: int) -> None:
     wanted = bezier_length(

@@ -44,16 +44,16 @@ def check(surface: Any, mesh: Mesh) -> float:
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-@pytest.mark.parametrize("seed", range(2))
-def test_no_point_of_a_surface_is_further_than_the_bound(family: str, seed: int) -> None:
+def test_no_point_of_a_surface_is_further_than_the_bound(family: str) -> None:
+    seed = list(FAMILIES).index(family)
     surface = FAMILIES[family].surface(seed)
     rng = np.random.default_rng(seed)
     options = MeshOptions(
         resolution=tuple(rng.integers(1, 7, 2).tolist()),
-        faces="quads" if seed else "triangles",
+        faces="quads" if seed % 2 else "triangles",
         normals=False,
     )
-    check(surface, build(surface.lower(), options, single=bool(seed)))
+    check(surface, build(surface.lower(), options, single=seed % 3 == 0))
 
 
 def test_forward_differences_lose_more() -> None:
@@ -68,8 +68,9 @@ def test_forward_differences_lose_more() -> None:
     assert bounds[2] > bounds[1] + 1e-4  # type: ignore[operator]
 
 
-@pytest.mark.parametrize("resolution", [(1, 4), (3, 2)])
-@pytest.mark.parametrize("name", ["rounded-box", "cone", "torus"])
+@pytest.mark.parametrize(
+    ("name", "resolution"), [("rounded-box", (3, 2)), ("cone", (1, 4)), ("torus", (3, 2))]
+)
 def test_frames_poles_and_seams(name: str, resolution: tuple[int, int]) -> None:
     model = patches_of(name)
     faces = "quads" if resolution == (1, 4) else "triangles"

@@ -25,7 +25,7 @@ Degree: TypeAlias = tuple[int, int]
 Real: TypeAlias = type[np.float32] | type[np.float64]
 
 FORMULATIONS: tuple[Formulation, ...] = get_args(Formulation)
-DEGREES = [(p, 31 - p) for p in range(1, 31)] + [(3, 3), (2, 5)]
+DEGREES = [(1, 30), (2, 5), (3, 3), (6, 25), (12, 19), (16, 15), (24, 7), (30, 1)]
 WEIGHTED = [False, True]
 
 

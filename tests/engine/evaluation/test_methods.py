@@ -29,7 +29,6 @@ from tests.strategies import (
     moved,
     nets,
     resolutions,
-    split_models,
     triangle_nets,
     weighted_nets,
     weights_like,
@@ -191,32 +190,6 @@ def check_welds(mesh: Mesh) -> None:
 
 
 @both
-@settings(max_examples=15)
-@given(split_models(oriented=False), resolutions)
-def test_seams_are_shared_bit_for_bit(
-    method: Method, model: tuple[Array, list[Array]], resolution: tuple[int, int]
-) -> None:
-    """Unwelded, the samples of a side are found among those of its neighbours."""
-    whole = mesh_of(model[1], resolution=resolution, weld=False, method=method)
-    welded = mesh_of(model[1], resolution=resolution, method=method)
-    places = len(np.unique(whole.positions, axis=0))
-    assert places <= welded.report.vertices
-    # Borders are the same numbers where a patch is computed alone.
-    divisions = resolution[0]
-    there = {
-        tuple(row)
-        for row in mesh_of(
-            model[1], resolution=(divisions, divisions), weld=False, method=method
-        ).positions.tolist()
-    }
-    for net in model[1]:
-        alone = mesh_of([net], resolution=(divisions, divisions), weld=False, method=method)
-        rows = alone.positions.reshape(divisions + 1, divisions + 1, 3)
-        for side in (rows[0], rows[-1], rows[:, 0], rows[:, -1]):
-            assert {tuple(row) for row in side.tolist()} <= there
-
-
-@both
 @either
 def test_chunks_do_not_show(method: Method, dtype: Real, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(6)
@@ -269,18 +242,6 @@ def test_forward_differences_lose_with_every_division() -> None:
     assert errors[4096] > 10 * errors[64]
     for divisions, error in errors.items():
         assert 1e-9 * divisions < error < 3e-8 * divisions
-
-
-@pytest.mark.parametrize("degree", [8, 16])
-def test_forward_differences_at_the_highest_degree(degree: int) -> None:
-    """What is allowed is still of use: 1e-3 in single precision, 1e-8 in double."""
-    patches = TensorPatches(np.random.default_rng(1).uniform(-1, 1, (2, 3, degree + 1, 3)))
-    right = evaluate(patches, (2, 1024)).positions
-    for dtype, most in forward_difference.MAX_DEGREE.items():
-        if degree <= most:
-            found = evaluate(patches, (2, 1024), dtype=dtype, method="forward_difference")
-            worst = 2e-3 if dtype is np.float32 else 1e-8
-            assert np.abs(found.positions - right).max() <= worst * patches.extent
 
 
 @pytest.mark.parametrize(("p", "q"), [(1, 1), (3, 3), (2, 5), (6, 1)])

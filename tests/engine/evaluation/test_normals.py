@@ -112,24 +112,6 @@ def test_a_collapsed_edge_has_the_limit_along_every_ruling(
             assert normal == pytest.approx(truth, abs=1e-9)
 
 
-@settings(max_examples=50)
-@given(height_nets(degree=st.integers(3, 4)), st.sampled_from([2, 3]), st.booleans(), st.data())
-def test_an_edge_of_several_equal_rows_divides_several_times(
-    net: Array, rows: int, weighted: bool, data: st.DataObject
-) -> None:
-    """Rows 0 … k − 1 equal but not collapsed: du × dv begins with the k-th power."""
-    net = net.copy()
-    net[:rows] = net[0]
-    weights = data.draw(weights_like(net)) if weighted else None
-    if weights is not None:
-        weights[:rows] = weights[0]
-    places = [(ZERO, t) for t in exact.divisions(4)[1:-1]]
-    found, limits = normals_at(net, weights, places)
-    assert limits == len(places)
-    for normal, (u, v) in zip(found, places, strict=True):
-        assert normal == pytest.approx(limit_from_inside(net, weights, u, v), abs=1e-9)
-
-
 @given(degenerate_nets(), st.booleans(), st.data())
 def test_degenerate_nets_have_unit_normals(net: Array, weighted: bool, data: st.DataObject) -> None:
     """Collapsed, repeated, flat, straight, all in one point: unit length, in both precisions."""

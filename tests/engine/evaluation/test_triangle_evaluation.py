@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from service.bases import triangle, triangle_basis
 from service.engine.evaluation import triangle_evaluation
 from service.engine.evaluation.evaluate import evaluate
-from service.engine.evaluation.triangle_normals import triangle_normals
 from service.engine.scratch import Real
 from service.surface.batches import TrianglePatches
 from tests.oracles import exact, triangles
@@ -116,30 +115,6 @@ def test_the_net_may_be_turned_about(given_: tuple[Array, Array | None], symmetr
     sign = -1 if symmetry >= 3 else 1
     normals = triangles.turned(first.normals[0], symmetry)
     assert np.abs(sign * second.normals[0] - normals).max() < 1e-11
-
-
-@given(weighted(triangle_heights()), st.integers(1, 6), st.integers(1, 6))
-def test_the_tensor_form_is_the_same_surface(
-    given_: tuple[Array, Array | None], ru: int, rv: int
-) -> None:
-    """With s = u (1 − v), t = v: points, normals, and the pole, which is the corner itself."""
-    net, weights = given_
-    patches = batch(net, weights)
-    found = evaluate(patches.tensor(), (ru, rv))
-    u, v = (a.ravel() for a in np.meshgrid(np.arange(ru + 1) / ru, np.arange(rv + 1) / rv))
-    s, t = u * (1 - v), v
-    basis = triangle_basis.triangle_bernstein(patches.degree, np.stack([1 - s - t, s, t], axis=1)).T
-    shares = basis if weights is None else basis * weights
-    points = (shares @ net) / shares.sum(axis=1, keepdims=True)
-    index = np.zeros(len(s), dtype=np.intp)
-    normals, limits = triangle_normals(patches, index, s, t)
-    grid = found.positions[0].swapaxes(0, 1).reshape(-1, 3)
-    assert np.abs(grid - points).max() < 1e-13 * max(1.0, np.abs(net).max())
-    assert found.normals is not None
-    assert np.abs(found.normals[0].swapaxes(0, 1).reshape(-1, 3) - normals).max() < 1e-9
-    assert (limits, found.poles) == (0, ru + 1)
-    pole = patches.tensor().points[0, :, -1]
-    np.testing.assert_array_equal(pole, np.tile(net[-1], (len(pole), 1)))
 
 
 def degenerate() -> dict[str, Any]:

@@ -179,37 +179,6 @@ def check(
             assert got == pytest.approx(truth, abs=(root or limit) * measure)
 
 
-@settings(max_examples=25)
-@given(weighted_nets(height_nets(degree=st.integers(1, 3))), st.floats(0, 1), st.floats(0, 1))
-def test_curvature_is_of_the_surface_not_of_its_parameters(
-    surface: tuple[Array, Array | None], u: float, v: float
-) -> None:
-    """Elevated, exchanged and reversed nets: K stays, H turns with the normal; scaling divides."""
-    net, weights = surface
-    first = at(batch(net, weights), 0, [(u, v)])
-    homogeneous = net if weights is None else np.dstack([net * weights[..., None], weights])
-    higher = elevated(elevated(homogeneous).swapaxes(0, 1)).swapaxes(0, 1)
-    others = {
-        "elevated": (batch(*split_weights(higher, weights)), (u, v), 1.0, 1.0),
-        "exchanged": (
-            batch(net.swapaxes(0, 1), None if weights is None else weights.T), (v, u), -1.0, 1.0,
-        ),
-        "reversed": (
-            batch(net[::-1], None if weights is None else weights[::-1]), (1 - u, v), -1.0, 1.0,
-        ),
-        "scaled": (batch(8 * net, weights), (u, v), 1.0, 8.0),
-    }  # fmt: skip
-    measure = max(1.0, float(np.abs(first.larger).max()), float(np.abs(first.smaller).max()))
-    for name, (patches, place, sign, scale) in others.items():
-        second = at(patches, 0, [place])
-        np.testing.assert_allclose(
-            second.gaussian * scale**2, first.gaussian, rtol=0, atol=1e-8 * measure**2, err_msg=name
-        )
-        np.testing.assert_allclose(
-            sign * second.mean * scale, first.mean, rtol=0, atol=1e-8 * measure, err_msg=name
-        )
-
-
 def elevated(net: Array) -> Array:
     """The net one degree higher along axis 0: P*_i = i/(p+1) P_{i−1} + (1 − i/(p+1)) P_i."""
     share = (np.arange(len(net) + 1) / len(net))[:, None, None]
@@ -217,7 +186,3 @@ def elevated(net: Array) -> Array:
     above = np.concatenate([net, net[-1:]])
     higher: Array = share * below + (1 - share) * above
     return higher
-
-
-def split_weights(net: Array, weights: Array | None) -> tuple[Array, Array | None]:
-    return (net, None) if weights is None else (net[..., :3] / net[..., 3:], net[..., 3])

@@ -1,7 +1,6 @@
 """Points and partials at scattered parameters, against fractions, geomdl and differences."""
 
 from fractions import Fraction
-from functools import partial
 
 import numpy as np
 from hypothesis import given, settings
@@ -72,27 +71,6 @@ def shifted(patches: TensorPatches, place: tuple[Array, Array], du: float, dv: f
     found = jets(patches, np.arange(patches.count), place[0] + du, place[1] + dv, 0)
     points: Array = found.partials[0]
     return points
-
-
-def test_differences_of_points_tend_to_the_partials() -> None:
-    """Central differences of order h², of every example with weights or without."""
-    h = 2.0**-10
-    for name in ("sphere", "torus", "utah-teapot", "saddle"):
-        patches = example_batch(name)
-        index = np.arange(patches.count)
-        u, v = np.full(patches.count, 0.375), np.full(patches.count, 0.625)
-
-        at = partial(shifted, patches, (u, v))
-        s = jets(patches, index, u, v, 2).partials
-        estimates = [
-            (at(h, 0) - at(-h, 0)) / (2 * h),
-            (at(0, h) - at(0, -h)) / (2 * h),
-            (at(h, 0) - 2 * s[0] + at(-h, 0)) / h**2,
-            (at(h, h) - at(h, -h) - at(-h, h) + at(-h, -h)) / (4 * h**2),
-            (at(0, h) - 2 * s[0] + at(0, -h)) / h**2,
-        ]
-        for estimate, right in zip(estimates, s[1:], strict=True):
-            np.testing.assert_allclose(right, estimate, atol=3e-5 * patches.extent)
 
 
 def test_corners_and_poles_are_their_control_points() -> None:

@@ -181,32 +181,6 @@ def test_patches_in_a_sequence_are_written_in_it() -> None:
     assert mesh.positions[mesh.triangles[rest.triangles[0] :], 0].max() < 9
 
 
-def test_float32_is_about_an_origin_where_the_file_can_tell_it() -> None:
-    net = np.array([[[0.0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]) + 1e5
-    model = BezierSurface(net).lower()
-    assert isinstance(model, PatchModel)
-    local = assembled(model, 3, Storage(single=True, local=True))
-    plain = assembled(model, 3, Storage(single=True))
-    exact = assembled(model, 3)
-    assert local.positions.dtype == plain.positions.dtype == np.float32
-    assert not plain.origin.any()
-    assert local.normals is not None
-    assert local.normals.dtype == np.float32
-    near, far = (np.abs(m.positions + m.origin - exact.positions).max() for m in (local, plain))
-    assert near < 1e-7
-    assert far > 1e-4
-    stored = Storage(single=True, local=True).stored(
-        exact.positions.astype(np.float64), local.origin
-    )
-    np.testing.assert_array_equal(local.positions + local.origin, stored)
-    np.testing.assert_allclose(local.report.bounds_min, [1e5] * 3, rtol=1e-12)
-    # The sum with the origin is rounded, and that is counted.
-    bounds = local.report.deviation_bound, exact.report.deviation_bound
-    assert bounds[0] is not None
-    assert bounds[1] is not None
-    assert 0 < bounds[0] - bounds[1] < 1e-9
-
-
 def test_the_largest_angle_is_measured_where_it_was_asked_for() -> None:
     accuracy = Accuracy(angle_tolerance=0.5)
     mesh = assembled("saddle", 3, accuracy=accuracy)

@@ -13,7 +13,6 @@ from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.proof.blossoms import box_nets, half_nets, triangle_nets
 from service.engine.adaptive.proof.certificate import certify
 from service.engine.adaptive.proof.heights import greatest
-from service.engine.adaptive.proof.local import local
 from service.engine.adaptive.proof.rounding import UNIT, check_goal, floor, roundings
 from service.errors import InvalidRequest
 from service.surface.batches import TensorPatches, TrianglePatches
@@ -97,32 +96,6 @@ def test_the_closed_form_is_the_greatest_value_of_a_quadratic() -> None:
     seen = np.maximum(products @ m, 0).max(axis=0)
     assert (found >= seen * (1 - 1e-15)).all()
     np.testing.assert_allclose(found, seen, rtol=0, atol=2e-3 * np.abs(m).max())
-
-
-def test_frames_are_orthonormal_and_hosts_lie_in_them() -> None:
-    rng = np.random.default_rng(2)
-    vertices = rng.uniform(-1, 1, (3, 3, 400))
-    # Slivers, needles, and what is hardly more than a point.
-    share = rng.uniform(0, 1, 200)
-    for k, size in enumerate((1e-3, 1e-9, 1e-15, 0.0)):
-        thin = slice(50 * k, 50 * k + 50)
-        vertices[2, :, thin] = vertices[0, :, thin] + share[thin] * (
-            vertices[1, :, thin] - vertices[0, :, thin]
-        )
-        vertices[2, :, thin] += size * rng.normal(size=(3, 50))
-        fine = slice(200 + 25 * k, 225 + 25 * k)
-        vertices[1:, :, fine] = vertices[0, :, fine] + size * rng.normal(size=(2, 3, 25))
-    ground = Ground.of(model_of(TensorPatches(rng.uniform(-1, 1, (1, 2, 2, 3)))))
-    none = np.zeros(400, dtype=np.intp)
-    seen = local(
-        ground, ground.groups[0], none, vertices, (vertices, np.zeros((3, 400), dtype=bool))
-    )
-    hosts = seen.hosts
-    for i in range(3):
-        for j in range(3):
-            product = (hosts.axes[i] * hosts.axes[j]).sum(axis=0)
-            np.testing.assert_allclose(product, i == j, rtol=0, atol=8 * UNIT)
-    assert hosts.tilt.max() < 16 * UNIT
 
 
 @pytest.mark.parametrize("degree", [3, 9])
