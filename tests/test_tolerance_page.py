@@ -12,7 +12,7 @@ from service.encoders.registry import BY_NAME
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.extent import FAR
 from service.engine.options import MeshOptions
-from service.pipeline.mesh import plan
+from service.pipeline.mesh import plan_mesh
 from service.schemas.accuracy import NAMES
 from service.surface.examples import EXAMPLES
 from tests.programs import program
@@ -44,8 +44,8 @@ def test_the_limit_of_the_local_origin_is_that_of_the_code() -> None:
 def row(tolerance: str) -> str:
     """What the table has of the teapot at this tolerance."""
     options = MeshOptions(accuracy=Accuracy(tolerance=float(tolerance)))
-    work = plan(EXAMPLES["utah-teapot"].surface(), options, BY_NAME["json"])
-    report = work.made().report
+    work = plan_mesh(EXAMPLES["utah-teapot"].surface(), options, BY_NAME["json"])
+    report = work.build(*work.lower()).report
     cells = (
         tolerance,
         f"{report.triangles:,}".replace(",", " "),

@@ -20,8 +20,8 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.options import MeshOptions, OverlayName
 from service.errors import SurfaceError
-from service.pipeline.memory import lowering
-from service.pipeline.mesh import plan
+from service.pipeline.cost import lowering_memory
+from service.pipeline.mesh import plan_mesh
 from service.settings.process import free_at_once, pin_blas
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
@@ -124,15 +124,15 @@ def traced(name: str, surface: Surface) -> Iterator[Measured]:
                     continue
                 called = f"{name} {resolution[0]}×{resolution[1]} {variant} {fmt.name}"
                 try:
-                    work = plan(surface, options, fmt, encode)
+                    work = plan_mesh(surface, options, fmt, encode)
                     if work.size.vertices > MOST_VERTICES:
                         continue
                     work.run()  # bases and work arrays are kept by the process
-                    yield Measured(called, taken(work.run), work.memory)
+                    yield Measured(called, taken(work.run), work.cost.memory)
                 except SurfaceError:
                     continue
-    first = taken(lambda: plan(surface, MeshOptions((1, 2)), BY_NAME["glb"]))
-    yield Measured(f"{name} as patches", first, lowering(surface))
+    first = taken(surface.lower)
+    yield Measured(f"{name} as patches", first, lowering_memory(surface.size()))
 
 
 def resident(name: str, divisions: int, fmt: str) -> Measured:
@@ -140,13 +140,13 @@ def resident(name: str, divisions: int, fmt: str) -> Measured:
     pin_blas()
     free_at_once()
     surface, options = surfaces()[name], MeshOptions((divisions, divisions))
-    plan(surface, MeshOptions((2, 2)), BY_NAME[fmt]).run()
+    plan_mesh(surface, MeshOptions((2, 2)), BY_NAME[fmt]).run()
     before = _status("VmRSS")
     Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
-    work = plan(surface, options, BY_NAME[fmt])
+    work = plan_mesh(surface, options, BY_NAME[fmt])
     work.run()
     called = f"{name} {divisions}×{divisions} {fmt}, resident"
-    return Measured(called, _status("VmHWM") - before - OWN, work.memory)
+    return Measured(called, _status("VmHWM") - before - OWN, work.cost.memory)
 
 
 def _status(field: str) -> int:

@@ -15,10 +15,11 @@ from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions
 from service.errors import TooLarge
-from service.pipeline.mesh import Lowerable, plan
+from service.pipeline.mesh import plan_mesh
 from service.settings.environment import values, variable
 from service.settings.values import Settings, result_limits
 from service.surface.examples import find
+from service.surface.sizes import SurfaceKind
 
 PAGE = Path(__file__).parents[1] / "docs" / "settings.md"
 HEAD = "| variable | default | values | what it is |\n| --- | --- | --- | --- |\n"
@@ -42,14 +43,14 @@ def page(text: str) -> str:
     return _with_largest(before + table() + "".join(lines[end:]))
 
 
-def largest(surface: Lowerable, fmt: Format) -> int:
-    """Vertices of the largest mesh of a surface that is answered by default."""
-    limits = result_limits(Settings())
+def largest(surface: SurfaceKind, fmt: Format) -> int:
+    """Vertices of the largest mesh of a surface that is answered on a machine of 8 GB."""
+    limits = result_limits(Settings(memory_bytes=4_000_000_000))
 
     def size(resolution: int) -> int:
         try:
             options = MeshOptions(resolution=(resolution, resolution))
-            return plan(surface, options, fmt, limits=limits).size.vertices
+            return plan_mesh(surface, options, fmt, limits=limits).size.vertices
         except TooLarge:
             return 0
 
@@ -73,6 +74,8 @@ def _with_largest(text: str) -> str:
 
 
 def _default(field: FieldInfo) -> str:
+    if field.default_factory is not None:
+        return "half"
     value = field.default
     if isinstance(value, tuple):
         value = ",".join(value)

@@ -11,7 +11,7 @@ from service.api.answers import HEADERS, ChunkedResponse
 from service.api.body import read_body
 from service.api.parameters import no_parameters
 from service.api.timing import Timing
-from service.api.work import Pace, Task, done, long_to_read, parsed
+from service.api.work import Task, done, long_to_read, pace_of, parsed
 from service.pipeline.conversion import ConversionWork, plan_conversion
 from service.schemas.convert import ConvertRequest
 from service.schemas.validation import parse_request
@@ -35,9 +35,7 @@ async def post_convert(request: Request) -> Response:
         del body, parse
         allowed = Allowed(settings.max_control_points, settings.max_degree)
         plan = partial(plan_conversion, surface, operations, allowed, result_limits(settings))
-        # A short body may ask for much: small patches, raised to a high degree. As it takes more
-        # memory, it is no small request then.
-        task = Task("convert", plan, 0, lambda _: Pace.SOON, is_long)
+        task = Task("convert", plan, 0, pace_of, is_long)
         _, content = await done(task, ConversionWork.run, len, timing)
     headers = HEADERS | {"Server-Timing": str(timing)}
     return ChunkedResponse(content, 200, headers, "application/json")

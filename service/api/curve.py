@@ -12,7 +12,7 @@ from service.api.negotiation import by_accept
 from service.api.observing.record import record_of
 from service.api.parameters import only_format
 from service.api.timing import Timing
-from service.api.work import Pace, Task, done, long_to_read, parsed
+from service.api.work import Task, done, long_to_read, pace_of, parsed
 from service.encoders.curves.registry import CURVE_FORMATS
 from service.engine.curves.options import CurveOptions
 from service.pipeline.curve import CurveWork, plan_curve
@@ -20,12 +20,6 @@ from service.schemas.curve_request import CurveRequest
 from service.schemas.validation import parse_request
 from service.settings.values import Settings, document_limits, result_limits
 from service.surface.curve import Curve
-
-INLINE_WORK = 600
-"""Points times the degree up to which a curve takes 1 to 2 ms, which the event loop can spare."""
-
-QUICK_WORK = 30_000
-"""The same up to which it takes some 50 ms."""
 
 
 async def post_curve(request: Request) -> Response:
@@ -43,21 +37,13 @@ async def post_curve(request: Request) -> Response:
         curve, options = await parsed(parse, timing, is_long=is_long)
         del body, parse
         plan = partial(plan_curve, curve, options, fmt, result_limits(settings))
-        task = Task("curve", plan, 0, _pace, is_long)
+        task = Task("curve", plan, 0, pace_of, is_long)
         work, content = await done(task, CurveWork.run, len, timing)
     headers = POST_HEADERS | {"Server-Timing": str(timing)}
-    return file_response(content, fmt, work.pieces.name, headers)
+    return file_response(content, fmt, work.curve.name, headers)
 
 
 def _parse(body: bytes, settings: Settings) -> tuple[Curve, CurveOptions]:
     """What a body asks for."""
     wanted = parse_request(CurveRequest, body, document_limits(settings))
     return wanted.to_curve(), wanted.curve_options()
-
-
-def _pace(work: CurveWork) -> Pace:
-    """How long a curve takes."""
-    effort = work.points * work.pieces.degree
-    if effort <= INLINE_WORK:
-        return Pace.AT_ONCE
-    return Pace.SOON if effort <= QUICK_WORK else Pace.LONG

@@ -27,8 +27,8 @@ from service.api.work import Pace, Task, done
 from service.encoders.format import Format
 from service.engine.mesh import ENGINE
 from service.errors import Issue
+from service.pipeline.cost import Cost, compression_cost
 from service.pipeline.encoding import written_by
-from service.pipeline.memory import compressing
 from service.schemas.mesh_query import canonical_query, mesh_query
 
 
@@ -46,9 +46,9 @@ class Compression(NamedTuple):
     compress: Callable[[bytes], bytes | None]
 
     @property
-    def memory(self) -> int:
-        """Bytes that it takes at most."""
-        return compressing(len(self.body))
+    def cost(self) -> Cost:
+        """What it takes at most."""
+        return compression_cost(len(self.body))
 
     def run(self) -> bytes | None:
         """The body in its coding; None where that does not pay."""
@@ -143,8 +143,8 @@ async def _make(request: Request, subject: Subject, fmt: Format, query: str) -> 
         stored = await surface_of(request, subject.surface)
     options = mesh_query(parse_qsl(query))
     is_long = stored.is_long
-    work, answer = await made(request, stored.surface, (options, fmt), timing, is_long=is_long)
-    name = work.model.name if stored.is_hash else stored.id
+    _, answer = await made(request, stored.surface, (options, fmt), timing, is_long=is_long)
+    name = answer.name if stored.is_hash else stored.id
     described = {
         "Content-Type": fmt.media_type,
         "Content-Disposition": disposition("inline", name, fmt),
@@ -167,7 +167,7 @@ async def _coded(request: Request, entry: Entry, wanted: Accepted, timing: Timin
         return variant
     admission = visiting().admission
     if wanted.plain and not (
-        answers.holds(entry) and admission.has_room(compressing(len(entry.plain)))
+        answers.holds(entry) and admission.has_room(compression_cost(len(entry.plain)).memory)
     ):
         return entry.variants["identity"]
     compress: Callable[[bytes], bytes | None] = COMPRESS[coding]

@@ -1,8 +1,6 @@
 """Surfaces with an address: stored under the hash of their content, given back, and deleted."""
 
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -19,24 +17,15 @@ from service.api.parameters import no_parameters
 from service.api.posted import Posting, posting
 from service.api.stored import content_id, exists, forget, surface_of
 from service.api.timing import Timing
-from service.api.work import Pace, Task, done, parsed
+from service.api.work import Task, done, pace_of, parsed
 from service.encoders.format import Format
-from service.encoders.text import json_bound, json_document
 from service.errors import Issue, UnknownSurface
-from service.pipeline.limits import Limits
+from service.pipeline.definition import DefinitionWork, plan_definition
 from service.schemas.canonical import canonical, surface_id
 from service.schemas.request import SurfaceRequest
-from service.schemas.surfaces import definition
 from service.settings.values import Settings, document_limits, result_limits
 from service.storage.store import SurfaceStore
-from service.surface import Surface
 from service.surface.examples import EXAMPLES
-
-WRITTEN = 3
-"""A text takes so many times its length while it is written."""
-
-INLINE_MEMORY = 1 << 19
-"""What takes no more memory is written in half a millisecond."""
 
 
 async def collection(request: Request) -> Response:
@@ -88,9 +77,9 @@ async def get_surface(request: Request) -> Response:
         timing = Timing()
         with timing.step("surface"):
             stored = await surface_of(request, id)
-        plan = partial(_planned, stored.surface, result_limits(settings))
-        task = Task("definition", plan, 0, _pace, stored.is_long)
-        _, content = await done(task, _Definition.run, len, timing)
+        plan = partial(plan_definition, stored.surface, result_limits(settings))
+        task = Task("definition", plan, 0, pace_of, stored.is_long)
+        _, content = await done(task, DefinitionWork.run, len, timing)
     headers |= {"Server-Timing": str(timing)}
     return ChunkedResponse(content, 200, HEADERS | headers, "application/json")
 
@@ -117,31 +106,6 @@ def _named(posted: Posting[Format], body: bytes, settings: Settings) -> tuple[st
     wanted = posted.request(SurfaceRequest, body, document_limits(settings))
     content = canonical(wanted.to_surface())
     return surface_id(content), content
-
-
-@dataclass(frozen=True, slots=True)
-class _Definition:
-    """A surface that is to be written down, as a body for other calls; `memory`: what it takes."""
-
-    document: dict[str, Any]
-    memory: int
-
-    def run(self) -> bytes:
-        """The body."""
-        return json_document(self.document)
-
-
-def _planned(surface: Surface, limits: Limits) -> _Definition:
-    """A surface as it is written down, found not to be too large for that."""
-    document = {"surface": definition(surface)}
-    most = json_bound(document)
-    limits.check_bytes(most, "The surface could become too large as JSON.", "/id")
-    return _Definition(document, WRITTEN * most)
-
-
-def _pace(work: _Definition) -> Pace:
-    """How long writing takes."""
-    return Pace.AT_ONCE if work.memory <= INLINE_MEMORY else Pace.SOON
 
 
 def _has(request: Request, tag: str) -> bool:

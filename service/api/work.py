@@ -9,6 +9,7 @@ from typing import Generic, Protocol, TypeVar
 from service.api.admission.admission import Lane
 from service.api.admission.visits import Visit, visiting
 from service.api.timing import Timing
+from service.pipeline.cost import Cost
 
 INLINE_BYTES = 1 << 18
 """Bodies up to this size are parsed in some 5 ms."""
@@ -31,13 +32,24 @@ class Pace(Enum):
     LONG = 3
 
 
+INLINE_SECONDS, QUICK_SECONDS = 0.002, 0.02
+"""Work up to which it is done on the event loop, and up to which it need not wait behind others."""
+
+
 class Planned(Protocol):
-    """Work of which it is known how much memory it takes at most, its answer included."""
+    """Work of which it is known what it takes at most, its answer included."""
 
     @property
-    def memory(self) -> int:
-        """Bytes."""
+    def cost(self) -> Cost:
+        """Memory and seconds."""
         ...
+
+
+def pace_of(planned: Planned) -> Pace:
+    """How long something takes."""
+    if planned.cost.work <= INLINE_SECONDS:
+        return Pace.AT_ONCE
+    return Pace.SOON if planned.cost.work <= QUICK_SECONDS else Pace.LONG
 
 
 Plan = TypeVar("Plan", bound=Planned)
@@ -142,12 +154,12 @@ async def _planned(task: Task[Plan], lane: Lane, timing: Timing) -> Plan | None:
                 planned = await visit.in_thread(task.plan)
             else:
                 planned = await _in_turn(task.plan, visit)
-        is_large = planned.memory > admission.small_bytes or task.pace(planned) is Pace.LONG
+        is_large = planned.cost.memory > admission.small_bytes or task.pace(planned) is Pace.LONG
         if is_large and lane is admission.small:
             visit.no_room()
             return None
         with timing.step("wait"):
-            await visit.room(lane, planned.memory)
+            await visit.room(lane, planned.cost.memory)
     return planned
 
 

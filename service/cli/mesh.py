@@ -147,19 +147,20 @@ def _local(
 ) -> bytes:
     """The file, computed in this process."""
     from service.pipeline.encoding import encode_options
-    from service.pipeline.mesh import Lowerable, render
+    from service.pipeline.mesh import render
     from service.schemas.query import options_from_text, values_from_text
     from service.schemas.request import MeshRequest
     from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
     from service.settings.process import pin_blas
     from service.settings.values import document_limits, result_limits
+    from service.surface import Surface
     from service.surface.examples import find
 
     pin_blas()
     settings = for_one_command()
     if isinstance(source, str):
-        surface: Lowerable = find(source).surface()
+        surface: Surface = find(source).surface()
         wanted = options_from_text(chosen.items())
     else:
         source = source.document() if isinstance(source, NetFile) else source

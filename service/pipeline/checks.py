@@ -1,151 +1,107 @@
-"""What a mesh must be before it is computed: possible, in this format, and affordable."""
+"""What a mesh must be before it is computed: possible, in this format, and affordable.
 
-from dataclasses import replace
+Some checks need the shapes of the surface alone; others its patches.
+"""
+
+from collections.abc import Sequence
+from dataclasses import astuple, replace
 
 import numpy as np
 
 from service.encoders.compression import compressions
-from service.encoders.format import EncodeOptions, Format, MeshSize
-from service.engine.adaptive.aims import has_sweeps, stated
+from service.encoders.format import EncodeOptions, Format
+from service.engine.adaptive.aims import stated
+from service.engine.count import Counts
 from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
-from service.engine.models import NOT_PATCHES, highest_degree, reach
+from service.engine.models import NOT_PATCHES, as_patches, reach
 from service.engine.options import MeshOptions
 from service.engine.sweeps import sweep
+from service.engine.sweeps.sweep import predicted_sweep
+from service.engine.tessellate import predicted_size
 from service.errors import InvalidRequest, Issue, TooLarge, UnsupportedByFormat
+from service.pipeline.cost import lowering_memory
 from service.pipeline.limits import Limits
 from service.surface.checks import MAX_COORDINATE
 from service.surface.lowered import GroupModel, Model, PatchModel
+from service.surface.sizes import SurfaceSize
 from service.surface.sweep_model import SweepModel
 
+NOT_PARAMETRIC = Issue(
+    "not_parametric",
+    "Parameters mean nothing on a group; each of its surfaces has its own.",
+    "/surface",
+    "a group",
+    "one of its members",
+)
 
-def check_wires(model: Model, options: MeshOptions) -> None:
-    """Refuses isoparametric curves of what has no parameters, and wires that are too wide."""
-    models = model.models if isinstance(model, GroupModel) else (model,)
-    if options.solid_wires and (furthest := reach(model, options)) > MAX_COORDINATE:
+
+def check_surface(size: SurfaceSize, limits: Limits) -> None:
+    """Refuses a surface of too many patches, or one that takes too much memory as patches."""
+    if size.patches > limits.max_patches:
+        raise TooLarge(
+            Issue(
+                "too_many_patches",
+                "The surface has too many Bézier patches: one for every span of its knots.",
+                "/surface",
+                f"{size.patches} patches",
+                f"at most {limits.max_patches}",
+            )
+        )
+    what, instead = "As patches the surface", "a smaller surface"
+    limits.check_memory(lowering_memory(size), what, "/surface", instead)
+
+
+def check_options(
+    size: SurfaceSize, options: MeshOptions, fmt: Format, encode: EncodeOptions
+) -> None:
+    """Refuses what cannot be of a surface of this size, or not in this format."""
+    if size.curves:
+        _check_swept(options, fmt, encode)
+    if options.accuracy is not None:
+        _check_accuracy(options, stated(options.accuracy), fmt, encode)
+    _check_format(options, fmt, encode)
+    degree = max(size.degree)
+    most = forward_difference.MAX_DEGREE[np.float32 if fmt.single else np.float64]
+    if options.method == "forward_difference" and degree > most:
         raise InvalidRequest(
             Issue(
-                "coordinate_too_large",
-                "Coordinates are stored in single precision.",
-                "/wire_width",
-                f"wires that reach as far as {furthest:.6g}",
-                f"at most {MAX_COORDINATE:.7g}",
+                "degree_too_high",
+                "Forward differences of so high a degree lose the digits that the format stores.",
+                "/method",
+                f"degree {degree}",
+                f"degrees up to {most}, or another method",
             )
         )
-    if all(isinstance(own, PatchModel) for own in models) or not (
-        options.wired or not options.surface
-    ):
-        return
-    raise InvalidRequest(
-        Issue(
-            "not_parametric",
-            "Tubes and ribbons have no isoparametric curves; they are made of their faces.",
-            "/isocurves" if options.wired else "/faces",
-            "a tube or a ribbon",
-            "no isoparametric curves, and faces",
-        )
-    )
 
 
-def check_curvatures(model: Model, options: MeshOptions) -> None:
-    """Refuses curvatures of what is no parametric surface, and a name that is taken."""
-    if not options.curvatures:
-        return
-    if has_sweeps(model):
-        raise InvalidRequest(replace(NOT_PATCHES, pointer="/curvatures"))
-    models = model.models if isinstance(model, GroupModel) else (model,)
-    for own in models:
-        channels = own.batches[0].channels if isinstance(own, PatchModel) else ()
-        if any(c.kind == "attribute" and c.name.lower() in NAMES for c in channels):
-            raise InvalidRequest(
-                Issue(
-                    "name_clash",
-                    "The surface has an attribute of the name that its curvature would get.",
-                    "/curvatures",
-                    "attributes and curvatures of one name",
-                    f"other names than {' and '.join(NAMES)}, or no curvatures",
-                )
-            )
-
-
-def check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
-    """Refuses what the format cannot hold."""
-    if options.faces == "quads" and not fmt.quads:
-        raise UnsupportedByFormat(
+def _check_swept(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
+    """Refuses what tubes and ribbons do not have, which are not made of patches."""
+    where = None
+    if encode.exact and fmt.encode_exact is not None:
+        where = "/surface"
+    elif options.accuracy is not None:
+        where = stated(options.accuracy)
+    elif options.wired or not options.surface:
+        raise InvalidRequest(
             Issue(
-                "unsupported_by_format",
-                f"The format {fmt.name} has only triangles.",
-                "/faces",
-                "quads",
-                "triangles, or another format",
+                "not_parametric",
+                "Tubes and ribbons have no isoparametric curves; they are made of their faces.",
+                "/isocurves" if options.wired else "/faces",
+                "a tube or a ribbon",
+                "no isoparametric curves, and faces",
             )
         )
-    if options.overlays and not fmt.overlays:
-        raise UnsupportedByFormat(
-            Issue(
-                "unsupported_by_format",
-                f"The format {fmt.name} has no place for lines.",
-                "/overlays",
-                "overlays",
-                "none, or another format",
-            )
-        )
-    if options.wired and not options.solid_wires and not fmt.overlays:
-        raise UnsupportedByFormat(
-            Issue(
-                "unsupported_by_format",
-                f"The format {fmt.name} has no place for lines.",
-                "/wires",
-                "isoparametric curves as lines",
-                "tubes or ribbons, or another format",
-            )
-        )
-    _check_compact(fmt, encode)
-    if encode.exact and (options.solid_wires or not options.surface):
-        raise UnsupportedByFormat(
-            Issue(
-                "unsupported_by_format",
-                "The exact form holds patches, and lines.",
-                "/oogl",
-                "wires that have faces, or no surface",
-                "the surface, its curves as lines, or another form",
-            )
-        )
-
-
-def _check_compact(fmt: Format, encode: EncodeOptions) -> None:
-    """Refuses compact forms of what has none, and a compression that is not installed."""
-    asked = {"quantize": encode.quantize, "compression": encode.compression != "none"}
-    for name, wanted in asked.items():
-        if wanted and not fmt.compact:
-            raise UnsupportedByFormat(
-                Issue(
-                    "unsupported_by_format",
-                    f"The format {fmt.name} has no compact form.",
-                    f"/{name}",
-                    name,
-                    "nothing here, or one of the formats glb and gltf",
-                )
-            )
-    if encode.compression not in ("none", *compressions()):
-        raise UnsupportedByFormat(
-            Issue(
-                "compression_unavailable",
-                "This service was installed without the library that compresses.",
-                "/compression",
-                encode.compression,
-                "none, or a service with the extra named meshopt",
-            )
-        )
-
-
-def check_accuracy(model: Model, options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
-    """Refuses a tolerance or a budget where nothing is divided by it."""
-    if options.accuracy is None:
-        return
-    where = stated(options.accuracy)
-    if has_sweeps(model):
+    elif options.curvatures and "attribute" in fmt.carries:
+        where = "/curvatures"
+    elif options.method != "matrix":
+        where = "/method"
+    if where is not None:
         raise InvalidRequest(replace(NOT_PATCHES, pointer=where))
+
+
+def _check_accuracy(options: MeshOptions, where: str, fmt: Format, encode: EncodeOptions) -> None:
+    """Refuses a tolerance or a budget where nothing is divided by it."""
     if options.wired:
         raise _conflict("Isoparametric curves are divided by a resolution.", "/isocurves", where)
     if options.faces == "quads":
@@ -163,63 +119,162 @@ def _conflict(message: str, pointer: str, stated_by: str) -> InvalidRequest:
     return InvalidRequest(Issue("conflicting_options", message, pointer, got, needed))
 
 
-def check_vertices(size: MeshSize, limits: Limits, where: str = "/resolution") -> None:
-    """Refuses a mesh that would be too large, its lines included; `where` asked for it."""
-    if size.vertices + size.overlay_points > limits.max_vertices:
+def _check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
+    """Refuses what the format cannot hold, and a compression that is not installed."""
+    no_lines = f"The format {fmt.name} has no place for lines."
+    if options.faces == "quads" and not fmt.quads:
+        message = f"The format {fmt.name} has only triangles."
+        raise _unsupported(message, "/faces", "quads", "triangles, or another format")
+    if options.overlays and not fmt.overlays:
+        raise _unsupported(no_lines, "/overlays", "overlays", "none, or another format")
+    if options.wired and not options.solid_wires and not fmt.overlays:
+        got, needed = "isoparametric curves as lines", "tubes or ribbons, or another format"
+        raise _unsupported(no_lines, "/wires", got, needed)
+    for name, is_asked in (
+        ("quantize", encode.quantize),
+        ("compression", encode.compression != "none"),
+    ):
+        if is_asked and not fmt.compact:
+            message = f"The format {fmt.name} has no compact form."
+            needed = "nothing here, or one of the formats glb and gltf"
+            raise _unsupported(message, f"/{name}", name, needed)
+    if encode.compression not in ("none", *compressions()):
+        raise UnsupportedByFormat(
+            Issue(
+                "compression_unavailable",
+                "This service was installed without the library that compresses.",
+                "/compression",
+                encode.compression,
+                "none, or a service with the extra named meshopt",
+            )
+        )
+    if encode.exact and (options.solid_wires or not options.surface):
+        got, needed = (
+            "wires that have faces, or no surface",
+            "the surface, its curves as lines, or another form",
+        )
+        raise _unsupported("The exact form holds patches, and lines.", "/oogl", got, needed)
+
+
+def _unsupported(message: str, where: str, got: str, needed: str) -> UnsupportedByFormat:
+    return UnsupportedByFormat(Issue("unsupported_by_format", message, where, got, needed))
+
+
+def check_vertices(vertices: int, limits: Limits, where: str = "/resolution") -> None:
+    """Refuses a mesh of so many vertices, points of lines included; `where` asked for it."""
+    if vertices > limits.max_vertices:
         raise TooLarge(
             Issue(
                 "too_many_vertices",
                 "The mesh would have too many vertices.",
                 where,
-                f"{size.vertices + size.overlay_points} vertices",
+                f"{vertices} vertices",
                 f"at most {limits.max_vertices}",
             )
         )
 
 
-def check_sweeps(model: Model, options: MeshOptions, limits: Limits) -> None:
-    """Refuses curves of so high a degree that their many lengths would take too long."""
-    models = model.models if isinstance(model, GroupModel) else (model,)
-    count = sum(sweep.effort(own, options) for own in models if isinstance(own, SweepModel))
-    message = "Curves of so high a degree take long to be measured: with the square of it."
-    limits.check_effort(count, message, "/resolution", "fewer divisions, or a lower degree")
+def check_bytes(most: int, fmt: Format, limits: Limits, where: str = "/resolution") -> None:
+    """Refuses a file of so many bytes at most; `where` asked for it."""
+    limits.check_bytes(most, f"The answer as {fmt.name} could become too large.", where)
 
 
-def check_method(model: Model, options: MeshOptions, fmt: Format, limits: Limits) -> None:
-    """Refuses a method where there is none, it would take too long, or lose all digits."""
-    if options.method == "matrix":
-        return
-    models = model.models if isinstance(model, GroupModel) else (model,)
-    patches = [own for own in models if isinstance(own, PatchModel)]
-    if len(patches) < len(models):
-        raise InvalidRequest(replace(NOT_PATCHES, pointer="/method"))
-    most = forward_difference.MAX_DEGREE[np.float32 if fmt.single else np.float64]
-    if options.method == "forward_difference" and highest_degree(model) > most:
+def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
+    """Refuses what only the patches tell: places, names and multiplications."""
+    if options.solid_wires and (furthest := reach(model, options)) > MAX_COORDINATE:
         raise InvalidRequest(
             Issue(
-                "degree_too_high",
-                "Forward differences of so high a degree lose the digits that the format stores.",
-                "/method",
-                f"degree {highest_degree(model)}",
-                f"degrees up to {most}, or another method",
+                "coordinate_too_large",
+                "Coordinates are stored in single precision.",
+                "/wire_width",
+                f"wires that reach as far as {furthest:.6g}",
+                f"at most {MAX_COORDINATE:.7g}",
             )
         )
+    for own in model.models if isinstance(model, GroupModel) else (model,):
+        if isinstance(own, SweepModel):
+            message = "Curves of so high a degree take long to be measured: with the square of it."
+            count = sweep.effort(own, options)
+            limits.check_effort(count, message, "/resolution", "fewer divisions, or a lower degree")
+        elif options.curvatures:
+            _check_names(own)
     if options.method == "de_casteljau":
-        count = sum(de_casteljau.effort(own, options.resolution) for own in patches)
         message = (
             "De Casteljau's algorithm would take too long: it grows with the third power of the "
             "degree."
         )
+        patches = model.models if isinstance(model, GroupModel) else (model,)
+        count = sum(
+            de_casteljau.effort(own, options.resolution)
+            for own in patches
+            if isinstance(own, PatchModel)
+        )
         limits.check_effort(count, message, "/method", "fewer divisions, or another method")
 
 
-def check_bytes(
-    size: MeshSize,
-    fmt: Format,
-    encode: EncodeOptions,
-    limits: Limits,
-    where: str = "/resolution",
-) -> None:
-    """Refuses an answer that would be too large; `where` asked for it."""
-    message = f"The answer as {fmt.name} could become too large."
-    limits.check_bytes(fmt.byte_bound(size, encode), message, where)
+def _check_names(model: PatchModel) -> None:
+    """Refuses an attribute of the name that a curvature gets."""
+    channels = model.batches[0].channels
+    if any(c.kind == "attribute" and c.name.lower() in NAMES for c in channels):
+        raise InvalidRequest(
+            Issue(
+                "name_clash",
+                "The surface has an attribute of the name that its curvature would get.",
+                "/curvatures",
+                "attributes and curvatures of one name",
+                f"other names than {' and '.join(NAMES)}, or no curvatures",
+            )
+        )
+
+
+def count_models(model: Model, options: MeshOptions) -> tuple[Counts, Counts]:
+    """Counts of each different model once, and of all copies, at most: their patches tell more.
+
+    Which neighbours divide an edge more finely, and how a curve bends, is known only from these.
+    """
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    return sum_counts(model, [_count(own, options) for own in models])
+
+
+def _count(model: PatchModel | SweepModel, options: MeshOptions) -> Counts:
+    if isinstance(model, SweepModel):
+        return Counts(*predicted_sweep(model, options)[:3])
+    return Counts(*predicted_size(model, options)) if options.surface else Counts(0, 0, 0)
+
+
+def sum_counts(model: Model, counts: Sequence[Counts]) -> tuple[Counts, Counts]:
+    """Counts of the different models of a group, once and of all copies."""
+    copies = counts
+    if isinstance(model, GroupModel):
+        copies = [counts[member.model] for member in model.members]
+    once, all_copies = (
+        Counts(*map(sum, zip(*map(astuple, some), strict=True))) for some in (counts, copies)
+    )
+    return once, all_copies
+
+
+def parametric(model: Model) -> PatchModel:
+    """A model that has points at parameters, and patches that can be converted.
+
+    Raises
+    ------
+    InvalidRequest
+        `not_parametric`, pointing into the request.
+    """
+    if isinstance(model, GroupModel):
+        raise InvalidRequest(NOT_PARAMETRIC)
+    return patches_of(model)
+
+
+def patches_of(model: Model) -> PatchModel:
+    """All patches of a model, in the coordinates of the whole.
+
+    Raises
+    ------
+    InvalidRequest
+        `not_parametric`, pointing into the request.
+    """
+    try:
+        return as_patches(model)
+    except InvalidRequest as error:
+        raise error.within("/surface") from None

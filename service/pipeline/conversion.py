@@ -6,16 +6,15 @@ from dataclasses import dataclass, replace
 from service.encoders.text import json_bound, json_document
 from service.engine.models import NOT_PATCHES
 from service.errors import InvalidRequest
+from service.pipeline.checks import NOT_PARAMETRIC
+from service.pipeline.cost import Cost, conversion_cost, conversion_points, convertible
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.memory import convertible, converting
-from service.pipeline.parametric import NOT_PARAMETRIC
 from service.schemas.surfaces import definition
 from service.surface import Surface
 from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import Operation
 from service.surface.convert.table import convert
 from service.surface.group import GroupSurface
-from service.surface.sweeps import RibbonSurface, TubeSurface
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -26,11 +25,7 @@ class ConversionWork:
     operations: Sequence[Operation]
     allowed: Allowed
     limits: Limits
-
-    @property
-    def memory(self) -> int:
-        """Bytes that the work takes at most, the answer included."""
-        return converting(self.surface, self.operations, self.allowed.control_points)
+    cost: Cost
 
     def run(self) -> bytes:
         """The surface after the operations, as a JSON document that other requests can begin with.
@@ -61,11 +56,14 @@ def plan_conversion(
     """
     if isinstance(surface, GroupSurface):
         raise InvalidRequest(NOT_PARAMETRIC)
-    if isinstance(surface, TubeSurface | RibbonSurface):
+    size = surface.size()
+    if size.curves:
         raise InvalidRequest(replace(NOT_PATCHES, pointer="/surface"))
-    # Too large is then what more than the memory would be needed for, at whichever step.
-    most = min(allowed.control_points, convertible(surface, limits.max_memory))
-    return ConversionWork(surface, operations, replace(allowed, control_points=most), limits)
+    # A step that leads to more than the memory holds is refused as too large.
+    most = min(allowed.control_points, convertible(size, limits))
+    cost = conversion_cost(size, min(most, conversion_points(size, operations)), limits)
+    allowed = replace(allowed, control_points=most)
+    return ConversionWork(surface, operations, allowed, limits, cost)
 
 
 def converted(

@@ -1,44 +1,34 @@
 """Curve and options in, points, tangents and lengths or lines out."""
 
-from dataclasses import dataclass, replace
-from typing import Protocol
+from dataclasses import dataclass
 
 from service.encoders.curves.format import CurveFormat, CurveSize
 from service.engine.curves.options import CurveOptions
 from service.engine.curves.trace import choose_samples, trace
 from service.errors import Issue, TooLarge
 from service.measuring import measured
+from service.pipeline.cost import POINT, SCRATCH, SHARE, Cost, curve_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.memory import traceable, tracing
-from service.pipeline.mesh_memory import SHARE
-from service.surface.curve_pieces import CurvePieces
-
-
-class LowerableCurve(Protocol):
-    """Whatever lowers to the Bézier pieces of one curve."""
-
-    def lower(self) -> CurvePieces:
-        """The curve piece by piece."""
-        ...
-
+from service.surface.curve import Curve
 
 EASY_DEGREE = 8
 """Beyond, what certifies a curve costs a sample as the third power of the degree."""
 
-POINT, SQUARE = 3_000, 50
+POINT_EFFORT, SQUARE = 3_000, 50
 """Multiplications that measure a curve between two samples: so many, and times the square of the
 degree."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CurveWork:
-    """A file of a curve that may be computed; with a tolerance, of at most `most` points."""
+    """A file of a curve that may be computed: of at most `most` points."""
 
-    pieces: CurvePieces
+    curve: Curve
     options: CurveOptions
     fmt: CurveFormat
     limits: Limits
     most: int
+    cost: Cost
 
     def run(self) -> bytes:
         """The file.
@@ -48,33 +38,17 @@ class CurveWork:
         InvalidRequest, TooLarge
             If the tolerance cannot be met, or not with so many points.
         """
+        pieces, single = self.curve.lower(), self.fmt.single
         with measured("curve"):
-            at = choose_samples(self.pieces, self.options, self.most, single=self.fmt.single)
+            at = choose_samples(pieces, self.options, self.most, single=single)
         _check_curve(self, len(at))
         with measured("curve"):
-            polyline = trace(self.pieces, at, self.options, single=self.fmt.single)
+            polyline = trace(pieces, at, self.options, single=single)
         return self.fmt.encode(polyline)
-
-    @property
-    def memory(self) -> int:
-        """Bytes that the work takes at most, the curve and the file included."""
-        return tracing(self.pieces.points.nbytes, self.points, self.file(self.points))
-
-    def file(self, points: int) -> int:
-        """Bytes of the file at most, if the polyline has so many points."""
-        most = self.fmt.byte_bound(CurveSize(points, len(self.pieces.name.encode())))
-        return most if self.options.tolerance is None else min(most, self.limits.max_bytes)
-
-    @property
-    def points(self) -> int:
-        """Points of the polyline, where they are known beforehand; else as many as there may be."""
-        if self.options.tolerance is not None:
-            return self.most
-        return self.pieces.count * self.options.resolution + 1
 
 
 def plan_curve(
-    curve: LowerableCurve,
+    curve: Curve,
     options: CurveOptions,
     fmt: CurveFormat,
     limits: Limits = DEFAULT_LIMITS,
@@ -85,24 +59,29 @@ def plan_curve(
     ------
     TooLarge
     """
-    pieces = curve.lower()
-    work = max(1.0, (pieces.degree / EASY_DEGREE) ** 3)
-    effort = POINT + SQUARE * pieces.degree**2
-    most = max(2, min(int(limits.max_vertices / work), limits.max_multiplications // effort))
-    planned = CurveWork(pieces, options, fmt, limits, most)
+    pieces = curve.lower()  # which was done when it was born
+    degree, numbers = pieces.degree, pieces.points.size
+    hard = max(1.0, (degree / EASY_DEGREE) ** 3)
+    effort = POINT_EFFORT + SQUARE * degree**2
+    most = max(2, min(int(limits.max_vertices / hard), limits.max_multiplications // effort))
+    points = pieces.count * options.resolution + 1
+    if options.tolerance is not None:
+        # How many there will be is not known: as many as a part of the memory holds.
+        each = POINT + 2 * (_file(curve, fmt, 1001) - _file(curve, fmt, 1)) // 1000
+        room = limits.max_memory // SHARE - 8 * numbers - SCRATCH
+        points = most = max(2, min(most, room // each))
+    file = min(_file(curve, fmt, points), limits.max_bytes)
+    cost = curve_cost(points, degree, numbers, file)
+    work = CurveWork(curve, options, fmt, limits, most, cost)
     if options.tolerance is None:
-        _check_curve(planned, planned.points)
+        _check_curve(work, points)
         less = "a lower resolution takes less"
-        limits.check_memory(planned.memory, "The curve", "/resolution", less)
-        return planned
-    # How many there will be is not known: as many as a part of the memory holds.
-    room = limits.max_memory // SHARE
-    affordable = traceable(pieces.points.nbytes, planned.file, room)
-    return replace(planned, most=max(2, min(most, affordable)))
+        limits.check_memory(cost.memory, "The curve", "/resolution", less)
+    return work
 
 
 def render_curve(
-    curve: LowerableCurve,
+    curve: Curve,
     options: CurveOptions,
     fmt: CurveFormat,
     limits: Limits = DEFAULT_LIMITS,
@@ -124,6 +103,11 @@ def _check_curve(work: CurveWork, points: int) -> None:
                 f"at most {work.most}",
             )
         )
-    most = work.fmt.byte_bound(CurveSize(points, len(work.pieces.name.encode())))
+    most = _file(work.curve, work.fmt, points)
     message = f"The answer as {work.fmt.name} could become too large."
     work.limits.check_bytes(most, message, where)
+
+
+def _file(curve: Curve, fmt: CurveFormat, points: int) -> int:
+    """Bytes at most of the file of a polyline of so many points."""
+    return fmt.byte_bound(CurveSize(points, len(curve.name.encode())))

@@ -1,19 +1,47 @@
 """Surface and options in, what a mesh would be and whether it would be made out."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
-from service.encoders.format import EncodeOptions, Format
+import numpy as np
+
+from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.registry import FORMATS
-from service.engine.count import Counts
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.adaptive.aims import (
+    box,
+    each_alone,
+    goal_of,
+    goals_of_models,
+    stated,
+    without,
+)
+from service.engine.adaptive.size_bound import MostTriangles, most_triangles
+from service.engine.count import Counts, count
+from service.engine.curvatures.care import surely_affordable
 from service.engine.curvatures.stretches import with_stretches
+from service.engine.gridded import grid_error
 from service.engine.options import MeshOptions
-from service.errors import Issue, SurfaceError, TooLarge
-from service.pipeline.foresight import foreseen
+from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
+from service.pipeline.checks import check_surface, count_models, sum_counts
+from service.pipeline.cost import (
+    EFFORT,
+    Cost,
+    adaptive_triangles,
+    estimate_cost,
+    mesh_size,
+)
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.memory import check_lowering
-from service.pipeline.mesh import PLAIN, Lowerable, carried, plan_model, shares
-from service.pipeline.prediction import Known, predict
+from service.pipeline.mesh import PLAIN, carried, plan_mesh, shares, stored_size
+from service.surface.lowered import GroupModel, Model, PatchModel
+from service.surface.sizes import SurfaceKind
+from service.surface.sweep_model import SweepModel
+
+SURE = 2.0**-16
+"""A tolerance above this part of the largest coordinate is above whatever is rounded."""
+
+GRID_SHARE = 4
+"""A tolerance is above what putting vertices on a grid leaves if it is so many times that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,55 +81,245 @@ class Estimate:
     certain: bool
 
 
+@dataclass(frozen=True, slots=True)
+class _Prediction:
+    """Counts of a mesh, of every different surface once and of all copies.
+
+    Attributes
+    ----------
+    exact, certain : bool
+        As in `Estimate`.
+    pieces : int or None
+        Of a mesh by tolerance, segments of the boundary beyond those of its upper bound.
+    """
+
+    once: Counts
+    copies: Counts
+    exact: bool
+    certain: bool = True
+    pieces: int | None = None
+
+    def within(self, size: MeshSize, *, shared: bool) -> MeshSize:
+        """An upper bound with the counts that are known better.
+
+        Vertices that are welded are stored several times where their normals differ.
+        """
+        known, pieces = self.once if shared else self.copies, self.pieces or 0
+        if not self.exact and self.pieces is None:
+            return size
+        return replace(
+            size,
+            vertices=size.vertices if self.pieces is None else known.vertices,
+            triangles=known.triangles,
+            quads=known.quads,
+            overlay_points=size.overlay_points + pieces,
+            overlay_segments=size.overlay_segments + pieces,
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class EstimateWork:
+    """An estimate that may be made."""
+
+    surface: SurfaceKind
+    options: MeshOptions
+    encode: EncodeOptions
+    limits: Limits
+    formats: Sequence[Format]
+    cost: Cost
+
+    def run(self) -> Estimate:
+        """What `service.pipeline.mesh` would give in each format, or refuse.
+
+        At a small part of its cost: shared edges are found, and nothing is evaluated.
+        """
+        surface, options, encode, limits = self.surface, self.options, self.encode, self.limits
+        model = surface.lower()
+        if options.curvatures:
+            # Copies that are bent in different ways are stored apart.
+            model = with_stretches(model)
+        bounds = count_models(model, options)
+        whole = mesh_size(surface.size(), options, self.formats[0], bounds[1])
+        expected = _predict(model, options, whole, limits, encode)
+        sizes: list[tuple[str, int, bool]] = []
+        memory: list[tuple[str, int]] = []
+        refused: dict[Issue, list[str]] = {}
+        accepted, certain = False, expected.certain
+        for fmt in self.formats:
+            own, own_options = carried(model, options, fmt)
+            try:
+                work = plan_mesh(surface, options, fmt, encode, limits)
+                work.check(own, own_options, bounds)
+                accepted = True
+                memory.append((fmt.name, work.cost.memory))
+                if options.accuracy is not None:
+                    certain &= expected.copies.triangles <= work.cost.triangles
+            except SurfaceError as error:
+                for issue in error.issues:
+                    refused.setdefault(issue, []).append(fmt.name)
+                if not isinstance(error, TooLarge):
+                    continue
+            shared = shares(fmt, encode)
+            stored = stored_size(surface, options, fmt, encode)
+            size = mesh_size(stored, own_options, fmt, bounds[0] if shared else bounds[1])
+            most = fmt.byte_bound(expected.within(size, shared=shared), encode)
+            if options.accuracy is not None:
+                certain &= most <= limits.max_bytes
+                most = min(most, limits.max_bytes, options.accuracy.max_bytes or most)
+            sizes.append((fmt.name, most, expected.exact and fmt.fixed))
+        return Estimate(
+            expected.copies,
+            expected.exact,
+            tuple(sizes),
+            tuple(memory),
+            tuple(Refusal(tuple(names), issue) for issue, names in refused.items()),
+            accepted,
+            certain or not accepted,
+        )
+
+
+def plan_estimate(
+    surface: SurfaceKind,
+    options: MeshOptions,
+    encode: EncodeOptions = PLAIN,
+    limits: Limits = DEFAULT_LIMITS,
+    formats: Sequence[Format] = FORMATS,
+) -> EstimateWork:
+    """What is to be estimated, after the surface was found affordable from its shapes.
+
+    Raises
+    ------
+    TooLarge
+    """
+    size = surface.stored_size()
+    check_surface(size, limits)
+    cost = estimate_cost(surface.size(), options, len(formats), limits)
+    return EstimateWork(surface, options, encode, limits, formats, cost)
+
+
 def estimate(
-    surface: Lowerable,
+    surface: SurfaceKind,
     options: MeshOptions,
     encode: EncodeOptions = PLAIN,
     limits: Limits = DEFAULT_LIMITS,
     formats: Sequence[Format] = FORMATS,
 ) -> Estimate:
-    """What `service.pipeline.mesh.render` would give in each of some formats, or refuse.
+    """The estimate; raises what `plan_estimate` and the work raise."""
+    return plan_estimate(surface, options, encode, limits, formats).run()
 
-    At a small part of the cost: shared edges are found, and nothing is evaluated.
+
+def _predict(
+    model: Model, options: MeshOptions, size: MeshSize, limits: Limits, encode: EncodeOptions
+) -> _Prediction:
+    """What will come of a model that has at most this size.
+
+    Exact at a resolution, but for what is swept along curves and for wires with faces, since how
+    often these bend is seen only when they are made, and for what is too large to be made anyway.
+
+    Raises
+    ------
+    InvalidRequest
+        `tolerance_too_small`, as the mesh itself.
     """
-    check_lowering(surface, limits)
-    model = surface.lower()
-    if options.curvatures:
-        # Copies that are bent in different ways are stored apart.
-        model = with_stretches(model)
-    known: Known = {}
-    whole = predict(model, options, known=known)
-    expected = foreseen(model, options, whole, limits, encode)
-    sizes: list[tuple[str, int, bool]] = []
-    memory: list[tuple[str, int]] = []
-    refused: dict[Issue, list[str]] = {}
-    accepted, certain = False, expected.certain
-    for fmt in formats:
-        try:
-            work = plan_model(model, options, fmt, encode, limits, known=known, expected=expected)
-            size, accepted = work.stored, True
-            memory.append((fmt.name, work.memory))
-            certain &= options.accuracy is None or expected.copies.triangles <= work.affordable
-        except SurfaceError as error:
-            for issue in error.issues:
-                refused.setdefault(issue, []).append(fmt.name)
-            if not isinstance(error, TooLarge):
-                continue
-            size = predict(*carried(model, options, fmt), shared=shares(fmt, encode), known=known)
-        most = fmt.byte_bound(expected.within(size, shared=shares(fmt, encode)), encode)
-        if options.accuracy is not None:
-            certain &= most <= limits.max_bytes
-            most = min(most, limits.max_bytes, options.accuracy.max_bytes or most)
-        sizes.append((fmt.name, most, expected.exact and fmt.fixed))
-    return Estimate(
-        expected.copies,
-        expected.exact,
-        tuple(sizes),
-        tuple(memory),
-        tuple(Refusal(tuple(names), issue) for issue, names in refused.items()),
-        accepted,
-        certain or not accepted,
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    patches = [own for own in models if isinstance(own, PatchModel)]
+    most = Counts(size.vertices, size.triangles, size.quads)
+    if len(patches) < len(models) or options.solid_wires or isinstance(model, SweepModel):
+        return _Prediction(most, most, exact=False)
+    if options.accuracy is not None:
+        return _by_tolerance(model, options, options.accuracy, limits, encode)
+    if size.vertices > limits.max_vertices:
+        return _Prediction(most, most, exact=False)
+    found = [count(own, options) if options.surface else Counts(0, 0, 0) for own in patches]
+    certain = not options.curvatures or _affords_poles(patches, size.vertices)
+    return _Prediction(*sum_counts(model, found), exact=True, certain=certain)
+
+
+def _affords_poles(models: Sequence[PatchModel], vertices: int) -> bool:
+    """Whether curvatures are found even if every vertex is a pole."""
+    return all(surely_affordable(own, vertices) for own in models)
+
+
+def _by_tolerance(
+    model: PatchModel | GroupModel,
+    options: MeshOptions,
+    accuracy: Accuracy,
+    limits: Limits,
+    encode: EncodeOptions,
+) -> _Prediction:
+    """Upper bounds of a mesh by tolerance; none is answered that is larger than is allowed."""
+    moved = grid_error(model, options) if encode.quantize else 0.0
+    try:
+        once, copies = _most_of(model, accuracy, moved)
+    except InvalidRequest as error:
+        issues = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
+        raise InvalidRequest(*issues) from None
+    pieces = copies.pieces if "boundary" in options.overlays else 0
+    if not options.surface:
+        nothing = Counts(0, 0, 0)
+        return _Prediction(nothing, nothing, exact=True, pieces=pieces)
+    allowed = adaptive_triangles(accuracy, limits)
+    # What a budget or an angle leads to has no other bound.
+    bounded = not accuracy.budgeted and accuracy.angle_tolerance is None
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    patches = [own for own in models if isinstance(own, PatchModel)]
+    degree = max(max(batch.side_degrees) for own in patches for batch in own.batches)
+    effort = 16 * (degree + 1) ** 2 * (2 * degree)
+    certain = (
+        bounded
+        and copies.triangles <= allowed
+        and copies.vertices + pieces <= limits.max_vertices
+        and copies.triangles * effort <= EFFORT * limits.max_multiplications
+        and _is_clear_of_rounding(model, accuracy, moved)
+        and (not options.curvatures or _affords_poles(patches, copies.vertices))
     )
+
+    def clipped(most: MostTriangles) -> Counts:
+        triangles = min(most.triangles, allowed) if bounded else allowed
+        # A face of T triangles has T + 2 vertices at most.
+        vertices = min(limits.max_vertices, triangles + 2 * model.patch_count)
+        return Counts(min(vertices, most.vertices) if bounded else vertices, triangles, 0)
+
+    return _Prediction(clipped(once), clipped(copies), False, certain, pieces)
+
+
+def _most_of(
+    model: PatchModel | GroupModel, accuracy: Accuracy, moved: float
+) -> tuple[MostTriangles, MostTriangles]:
+    """Bounds for what is stored once, and for all copies; vertices are moved when they are stored.
+
+    Raises
+    ------
+    InvalidRequest
+        `tolerance_too_small` if placing takes most of the tolerance; without a pointer.
+    """
+    goal = goal_of(accuracy, model)
+    if isinstance(model, PatchModel):
+        alone = most_triangles(model, without(goal, moved, model.bounds))
+        return alone, alone
+    group = model if goal.view is None else each_alone(model)
+    goals = goals_of_models(goal, group, moved)
+    found = [
+        most_triangles(own, aim)
+        for own, aim in zip(group.models, goals, strict=True)
+        if isinstance(own, PatchModel)
+    ]
+    return _sum(found), _sum(found[member.model] for member in group.members)
+
+
+def _sum(bounds: Iterable[MostTriangles]) -> MostTriangles:
+    return MostTriangles(*map(sum, zip(*bounds, strict=True)))
+
+
+def _is_clear_of_rounding(model: PatchModel | GroupModel, accuracy: Accuracy, moved: float) -> bool:
+    """Whether no format rounds so much that the tolerance could be too small."""
+    goal = goal_of(accuracy, model)
+    least = (
+        goal.tolerance
+        if goal.view is None
+        else min(goal.tolerance, goal.view.rate * goal.view.near)
+    )
+    return least >= SURE * float(np.abs(box(model)).max()) + GRID_SHARE * moved
 
 
 def estimate_object(found: Estimate) -> dict[str, object]:

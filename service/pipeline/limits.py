@@ -11,9 +11,9 @@ class Limits:
     """The largest result that is computed: vertices, bytes of one answer, points of a query.
 
     `max_patches` are those that a surface may become; `max_memory` are the bytes that one piece of
-    work may take, its answer included.
-    `max_multiplications` is the most that the method `de_casteljau`, a query, a curve, or what is
-    swept along curves may take: seconds.
+    work may take, its answer included. `max_multiplications` is the most that the method
+    `de_casteljau`, a query, a curve, or a sweep along curves may take: some seconds; a mesh by
+    tolerance may take twice as many.
     """
 
     max_vertices: int = 4_500_000

@@ -4,61 +4,61 @@ from dataclasses import dataclass
 
 from service.encoders import json_points
 from service.engine.points.answer import effort, points
-from service.engine.points.places import Places, Query, locate
+from service.engine.points.places import Query, locate
 from service.errors import Issue, TooLarge
 from service.measuring import measured
+from service.pipeline.checks import check_surface, parametric
+from service.pipeline.cost import Cost, points_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.memory import answering, check_lowering, model_bytes
-from service.pipeline.mesh import Lowerable
-from service.pipeline.parametric import parametric
-from service.surface.lowered import PatchModel
+from service.surface.sizes import SurfaceKind
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PointsWork:
-    """A query that may be answered: everything is known of it but the numbers."""
+    """A query that may be answered, as far as the shapes of the surface tell."""
 
-    model: PatchModel
-    places: Places
-    order: int
-
-    @property
-    def memory(self) -> int:
-        """Bytes that the work takes at most, the model and the answer included."""
-        return answering(model_bytes(self.model), len(self.places.patch), self.order)
+    surface: SurfaceKind
+    query: Query
+    limits: Limits
+    cost: Cost
 
     def run(self) -> bytes:
-        """The answer as JSON."""
+        """The answer as JSON.
+
+        Raises
+        ------
+        InvalidRequest
+            Where a place lies outside the surface, or on no patch; `not_parametric`.
+        TooLarge
+            From the degrees of the patches on which the places lie.
+        """
+        model = parametric(self.surface.lower())
+        places = locate(model, self.query)
+        self.limits.check_effort(
+            effort(model, places, self.query.order),
+            "Patches of so high a degree take long where they are degenerate.",
+            f"/{self.query.field}",
+            "fewer points on fewer patches at once",
+        )
         with measured("points"):
-            columns = points(self.model, self.places, self.order)
+            columns = points(model, places, self.query.order)
         return json_points.encode(columns)
 
 
-def plan_points(surface: Lowerable, query: Query, limits: Limits = DEFAULT_LIMITS) -> PointsWork:
-    """What is to be computed at places of a surface.
+def plan_points(surface: SurfaceKind, query: Query, limits: Limits = DEFAULT_LIMITS) -> PointsWork:
+    """What is to be computed at places of a surface, found affordable from its shapes.
 
     Raises
     ------
-    InvalidRequest
-        Where a place lies outside the surface, or on no patch; `not_parametric`.
     TooLarge
-        From the number of places, and the degrees of the patches on which they lie.
     """
     _check_points(query, limits)
-    check_lowering(surface, limits)
-    model = parametric(surface.lower())
-    places = locate(model, query)
-    count = effort(model, places, query.order)
-    limits.check_effort(
-        count,
-        "Patches of so high a degree take long where they are degenerate.",
-        f"/{query.field}",
-        "fewer points on fewer patches at once",
-    )
-    work = PointsWork(model, places, query.order)
+    size = surface.stored_size()
+    check_surface(size, limits)
+    cost = points_cost(size, len(query.places), query.order)
     where = f"/{query.field}"
-    limits.check_memory(work.memory, "The answer", where, "fewer points at once")
-    return work
+    limits.check_memory(cost.memory, "The answer", where, "fewer points at once")
+    return PointsWork(surface, query, limits, cost)
 
 
 def _check_points(query: Query, limits: Limits) -> None:

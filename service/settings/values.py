@@ -13,10 +13,11 @@ from service.pipeline.limits import Limits
 from service.schemas.document import DEFAULT_LIMITS, MAX_BYTES, PARSED_DEPTH, DocumentLimits
 from service.settings.kinds import Bytes, Seconds, Secrets, Texts
 from service.settings.listening import HOST, PORT, PREFIX
+from service.settings.memory import LEAST, half_of_memory
 from service.surface.checks import MAX_DEGREE
 
-WORKING = 65
-"""Percentage of the memory that surfaces, meshes and answers may take; bodies may take the rest."""
+WORKING = 11 / 16
+"""Of the memory, what one request may take beside its body: there is room for other bodies."""
 
 
 class Settings(BaseSettings):
@@ -107,12 +108,13 @@ class Settings(BaseSettings):
         default=Limits().max_bytes, ge=1024, le=1 << 32, description="Bytes of an answer."
     )
     memory_bytes: Bytes = Field(
-        default=400_000_000,
-        ge=1 << 24,
+        default_factory=half_of_memory,
+        ge=LEAST,
         le=1 << 45,
         description="Memory for all that is under way together: bodies, surfaces, meshes, answers "
         "not yet sent, and what is kept of answers. What would take more is refused beforehand. "
-        "The process itself takes some 120 MB beside it.",
+        "The process itself takes some 120 MB beside it. Left out, it is half of what the machine, "
+        "or the container, has.",
     )
     cache_bytes: Bytes = Field(
         default=128 << 20,
@@ -240,11 +242,6 @@ class Settings(BaseSettings):
         return (sources["init_settings"],)
 
     @property
-    def working_bytes(self) -> int:
-        """The share of `memory_bytes` for what is computed; one request may take all of it."""
-        return self.memory_bytes * WORKING // 100
-
-    @property
     def workers(self) -> int:
         """Number of threads, with 0 resolved."""
         return self.threads or os.cpu_count() or 1
@@ -267,5 +264,5 @@ def result_limits(settings: Settings) -> Limits:
         settings.max_response_bytes,
         settings.max_points,
         max_patches=settings.max_patches,
-        max_memory=settings.working_bytes,
+        max_memory=int(settings.memory_bytes * WORKING),
     )

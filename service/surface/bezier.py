@@ -9,10 +9,11 @@ from service.surface.batches import TensorPatches
 from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import Up, check_grid, check_up, checked_points, checked_weights
 from service.surface.lowered import Domain, Part, PatchModel
+from service.surface.sizes import SurfaceKind, SurfaceSize, tensor_size
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class BezierSurface:
+class BezierSurface(SurfaceKind):
     """S(u, v) = Σ_ij B_i^p(u) B_j^q(v) P_ij over u, v ∈ [0, 1]; rational if weights are given.
 
     Attributes
@@ -58,6 +59,10 @@ class BezierSurface:
     def degree(self) -> tuple[int, int]:
         """Degree (p, q)."""
         return self.control_net.shape[0] - 1, self.control_net.shape[1] - 1
+
+    def size(self) -> SurfaceSize:
+        """One grid."""
+        return tensor_size(1, self.degree, self.weights, self.channels, name=self.name)
 
     def lower(self) -> PatchModel:
         """The surface as a batch of the one patch it is."""

@@ -1,6 +1,6 @@
 """A tensor-product B-spline surface, polynomial or rational (NURBS)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,13 +20,18 @@ from service.surface.knots import (
     knot_vector,
 )
 from service.surface.lowered import Domain, Part, PatchModel
+from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, tensor_size
 
 BLOCK_POINTS = 1 << 16
 """Control points that are lowered along v at a time: they stay in the cache."""
 
+BLOCKS = 40 << 20
+"""Bytes of the blocks that are worked on while nets are lowered, if these are larger: five of 8 MiB
+each (`service.bases.extraction`)."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
-class BsplineSurface:
+class BsplineSurface(SurfaceKind):
     """S(u, v) = Σ_ij N_i^p(u) N_j^q(v) P_ij over [U_p, U_{n+1}] × [V_q, V_{m+1}].
 
     Rational if weights are given. Every span of the knots is a Bézier patch.
@@ -70,6 +75,7 @@ class BsplineSurface:
     up: Up = "y"
     name: str = "surface"
     channels: Channels = NO_CHANNELS
+    _spans: tuple[int, int] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         points = checked_points(self.control_net, "control_net", axes=3)
@@ -85,7 +91,11 @@ class BsplineSurface:
         check_bezier_points(self.knot_vectors, self.degree, "/control_net")
         if self.weights is not None:
             object.__setattr__(self, "weights", checked_weights(self.weights, counts))
-        self._check_channels()
+        rows, columns = (
+            len(knot.spans(u, p)) for u, p in zip(self.knot_vectors, self.degree, strict=True)
+        )
+        object.__setattr__(self, "_spans", (rows, columns))
+        self.channels.check_spans(counts, self.degree, self._spans)
         check_up(self.up)
 
     @property
@@ -95,6 +105,35 @@ class BsplineSurface:
             knot_vector(self.knots[k], self.control_net.shape[k], self.degree[k]) for k in range(2)
         )
         return u, v
+
+    def size(self) -> SurfaceSize:
+        """A patch a span of each direction; nets are lowered along u, then along v."""
+        (p, q), (rows, columns), channels = self.degree, self._spans, self.channels
+        weights, patches = self.weights, rows * columns
+        size = tensor_size(patches, (p, q), weights, channels, name=self.name)
+        # A net that closes has its first lines once more at its end.
+        height, width = self.control_net.shape[0] + p, self.control_net.shape[1] + q
+        numbers = 3 + (weights is not None) + size.width
+        others = [net for *_, net in channels.each() if not self._own(net)]
+        restricting = sum(rows * n.shape[0] ** 2 + columns * n.shape[1] ** 2 for n in others)
+        restricting += 3 * patches * sum(net.size for net in others)
+        kept = (size.control_points * numbers + restricting) * NUMBER
+        lines = (rows * (p + 1) + height) * width * numbers * NUMBER
+        # At least one span of all columns, and of all rows, is worked on at a time.
+        block = (p + 1) * (width + columns * (q + 1)) + (q + 1) * height
+        working = min(5 * max(kept, lines), BLOCKS + 5 * block * numbers * NUMBER)
+        net = height * width
+        return replace(
+            size,
+            net_points=net,
+            net_segments=2 * net,
+            net_cells=net,
+            own=self.control_net.size // 3 * (3 + (weights is not None)) * NUMBER
+            + sum(n.nbytes for *_, n in channels.each())
+            + (height + width + 2) * NUMBER,
+            arrays=kept + 3 * net * NUMBER,
+            peak=kept + 3 * net * NUMBER + lines + working,
+        )
 
     def lower(self) -> PatchModel:
         """One Bézier patch a span, the control points that spans share computed once."""
@@ -150,13 +189,6 @@ class BsplineSurface:
     def _own(self, net: FloatArray) -> bool:
         """Whether the net of a channel has the form of the control net."""
         return net.shape[:2] == self.control_net.shape[:2]
-
-    def _check_channels(self) -> None:
-        """Refuses nets of absurd degree, and those that would take too much memory."""
-        rows, columns = (
-            len(knot.spans(u, p)) for u, p in zip(self.knot_vectors, self.degree, strict=True)
-        )
-        self.channels.check_spans(self.control_net.shape[:2], self.degree, (rows, columns))
 
     def _wrapped(self, net: FloatArray, lines: int | None = None) -> FloatArray:
         """A net over the control points, continued along periodic directions.

@@ -49,6 +49,7 @@ class BezierCurve:
     weights: FloatArray | None = None
     up: Up = "y"
     name: str = "curve"
+    _pieces: CurvePieces = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         points = checked_points(self.control_points, "control_points", axes=2, dimensions=(2, 3))
@@ -57,7 +58,10 @@ class BezierCurve:
         if self.weights is not None:
             object.__setattr__(self, "weights", checked_weights(self.weights, (len(points),)))
         check_up(self.up)
-        self.lower()  # refuses what is one point
+        weights = None if self.weights is None else self.weights[np.newaxis]
+        breaks = np.array([0.0, 1.0])
+        pieces = CurvePieces(points[np.newaxis], weights, breaks, points, self.name, self.up)
+        object.__setattr__(self, "_pieces", pieces)  # refuses what is one point
 
     @property
     def degree(self) -> int:
@@ -66,10 +70,7 @@ class BezierCurve:
 
     def lower(self) -> CurvePieces:
         """The curve as the one piece it is."""
-        weights = None if self.weights is None else self.weights[np.newaxis]
-        points = self.control_points
-        breaks = np.array([0.0, 1.0])
-        return CurvePieces(points[np.newaxis], weights, breaks, points, self.name, self.up)
+        return self._pieces
 
 
 @dataclass(frozen=True, eq=False, slots=True)

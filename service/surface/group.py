@@ -1,7 +1,7 @@
 """A group: surfaces with names, colours and places of their own, equal ones lowered once."""
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,7 @@ from service.surface.checks import MAX_COORDINATE, Up, check_up
 from service.surface.lowered import Color, GroupModel, PatchModel, PlacedModel
 from service.surface.patches import PatchSurface
 from service.surface.placement import checked_matrix, placed_bounds, upright
+from service.surface.sizes import SurfaceKind, SurfaceSize, group_sizes
 from service.surface.sweep_model import SweepModel
 from service.surface.triangle import TriangleSurface
 
@@ -70,7 +71,7 @@ class Member:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class GroupSurface:
+class GroupSurface(SurfaceKind):
     """Surfaces side by side in one model.
 
     A member whose vertical axis is not the group's is turned upright, by a quarter turn about x,
@@ -95,6 +96,8 @@ class GroupSurface:
     members: tuple[Member, ...]
     up: Up = "y"
     name: str = "group"
+    _different: tuple[list["Surface"], list[int]] = field(init=False, repr=False)
+    _sizes: tuple[SurfaceSize, SurfaceSize] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         check_up(self.up)
@@ -110,10 +113,28 @@ class GroupSurface:
             )
         for index, member in enumerate(self.members):
             _check_place(member, self.up, index)
+        surfaces, numbers = distinct(self.members)
+        object.__setattr__(self, "_different", (surfaces, numbers))
+        sizes = group_sizes(
+            [surface.size() for surface in surfaces],
+            numbers,
+            [member.name or member.surface.name for member in self.members],
+            name=self.name,
+            colored=any(member.color is not None for member in self.members),
+        )
+        object.__setattr__(self, "_sizes", sizes)
+
+    def size(self) -> SurfaceSize:
+        """All members, each copy by itself."""
+        return self._sizes[0]
+
+    def stored_size(self) -> SurfaceSize:
+        """All members, equal ones once."""
+        return self._sizes[1]
 
     def lower(self) -> GroupModel:
         """The different surfaces, each lowered once, and where their copies stand."""
-        surfaces, numbers = distinct(self.members)
+        surfaces, numbers = self._different
         models: list[PatchModel | SweepModel] = []
         for surface in surfaces:
             model = surface.lower()

@@ -1,6 +1,6 @@
 """Many Bézier patches over shared vertices, grids as the files of the teapot are, and triangles."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -20,6 +20,7 @@ from service.surface.checks import (
     checked_weights,
 )
 from service.surface.lowered import Part, PatchModel
+from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, tensor_size
 
 PartMembers: TypeAlias = tuple[tuple[str, tuple[int, ...]], ...]
 """Names of parts, each with the numbers of its patches."""
@@ -29,7 +30,7 @@ NO_TRIANGLES: NDArray[np.int64] = np.empty((0, 3), dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class PatchSurface:
+class PatchSurface(SurfaceKind):
     """Patches that are indices into one list of vertices: grids, triangles, or both.
 
     All grids have one degree (p, q), all triangles one degree n. Patches that name the same
@@ -70,6 +71,7 @@ class PatchSurface:
     name: str = "surface"
     channels: Channels = NO_CHANNELS
     triangles: NDArray[np.int64] = field(default_factory=lambda: NO_TRIANGLES)
+    _name_bytes: int = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         vertices = checked_points(self.vertices, "vertices", axes=2)
@@ -87,6 +89,8 @@ class PatchSurface:
         self.channels.check_per_vertex(len(vertices), patches.size + triangles.size)
         _check_parts(self.parts, len(patches) + len(triangles))
         object.__setattr__(self, "parts", tuple(sorted(self.parts, key=_first_patch)))
+        names = sum(len(name.encode()) for name, _ in self.parts)
+        object.__setattr__(self, "_name_bytes", names)
         check_up(self.up)
 
     @property
@@ -98,6 +102,33 @@ class PatchSurface:
     def triangle_degree(self) -> int:
         """Degree of every triangle."""
         return triangle.degree_of(self.triangles.shape[1])
+
+    def size(self) -> SurfaceSize:
+        """The grids and the triangles, their points taken from the list of vertices."""
+        grids, triangles, n = len(self.patches), len(self.triangles), self.triangle_degree
+        weights, channels, name = self.weights, self.channels, self.name
+        size = tensor_size(grids, self.degree, weights, channels, name=name)
+        own = self.vertices.nbytes + (0 if weights is None else weights.nbytes)
+        rows = self.patches.size + self.triangles.size
+        numbers = 3 + (weights is not None) + size.width
+        kept = (rows * numbers + 2 * size.grids + 2 * triangles) * NUMBER
+        # Indices in the order of the parts, and how that order is found.
+        beside = (rows + 8 * (grids + triangles)) * NUMBER
+        return replace(
+            size,
+            degree=(max(self.degree[0], n), max(self.degree[1], n)),
+            triangles=triangles,
+            control_points=self.patches.size + 2 * self.triangles.size,
+            net_points=rows,
+            net_segments=2 * self.patches.size + 3 * self.triangles.size,
+            net_cells=rows,
+            parts=len(self.parts) + 1,
+            name_bytes=size.name_bytes + self._name_bytes,
+            own=own + NUMBER * rows + sum(net.nbytes for *_, net in channels.each()),
+            arrays=kept,
+            peak=kept + beside,
+            sides=size.sides + triangles * (numbers - size.width) * NUMBER * 4 * (n + 1),
+        )
 
     def lower(self) -> PatchModel:
         """A batch of the grids and one of the triangles, each ordered part by part."""

@@ -1,151 +1,210 @@
-"""What a surface becomes when it is lowered, from shapes alone: before anything is allocated."""
+"""How large a surface is, and becomes when it is lowered: known from its shapes alone.
 
-from collections.abc import Iterator
+Every kind of surface answers for itself, so that a cost is known before anything is allocated.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from math import prod
-from typing import TYPE_CHECKING
+from itertools import zip_longest
+from typing import TYPE_CHECKING, TypeAlias
 
-from service.bases import knots as knot
 from service.bases.arrays import FloatArray
-from service.surface.bezier import BezierSurface
-from service.surface.bspline import BLOCK_POINTS, BsplineSurface
 from service.surface.channels import Channels
-from service.surface.group import GroupSurface, distinct
-from service.surface.patches import PatchSurface
-from service.surface.sides import along_sides
-from service.surface.triangle import TriangleSurface
 
 if TYPE_CHECKING:
-    from service.surface import Surface
+    from service.surface.lowered import Model
 
 NUMBER = 8
 """Bytes of a number in double precision, and of an index."""
 
-COMBINED = 5
-"""Arrays as large as a block that are alive while points are combined: they, their weights, what
-is added to them, and its two halves."""
-
-CHUNK = 8 << 20
-"""Bytes of the blocks in which a net is lowered along u; a span is never divided."""
+Attributes: TypeAlias = tuple[tuple[str, int], ...]
+"""Names of attributes, and how many numbers each has at a point."""
 
 
 @dataclass(frozen=True, slots=True)
-class LoweredSize:
-    """What a surface becomes.
+class SurfaceSize:
+    """Counts and bytes of a surface; of a group, of all members together.
 
     Attributes
     ----------
-    patches : int
-        Bézier patches.
-    side_numbers : int
-        Numbers of the control points on the four sides of all patches, weights included.
-    kept : int
-        Bytes of the arrays that the patches lie in.
-    peak : int
-        Bytes that lowering takes while it lasts, these included.
+    degree : (int, int)
+        Highest degree along u and v of any patch, or of a curve that something is swept along.
+    grids, triangles : int
+        Bézier patches of both forms.
+    control_points : int
+        Of all patches; where triangles become grids, theirs.
+    net_points, net_segments, net_cells : int
+        Points, lines and cells of the control net as it is drawn, at most.
+    parts, name_bytes : int
+        Named parts, and bytes of all names in UTF-8.
+    members, label_bytes : int
+        Surfaces of a group, and bytes of the names of all members together; 1 and 0 of others.
+    colors, uvs : int
+        Numbers of a color and of texture coordinates; 0 where there are none.
+    attributes : tuple of (name, int)
+    own, arrays, peak : int
+        Bytes of the surface's own arrays; of those it is lowered to, beyond its own; and of all
+        that lowering takes while it lasts.
+    sides : int
+        Bytes of the control points on the sides of all patches.
+    curves, stations, rings : int
+        Of what is swept along curves: their Bézier pieces; vertices of one division of every
+        piece; and vertices that caps and bends have beside these, at most.
     """
 
-    patches: int
-    side_numbers: int
-    kept: int
-    peak: int
+    degree: tuple[int, int]
+    grids: int = 0
+    triangles: int = 0
+    control_points: int = 0
+    net_points: int = 0
+    net_segments: int = 0
+    net_cells: int = 0
+    parts: int = 1
+    name_bytes: int = 0
+    members: int = 1
+    label_bytes: int = 0
+    colors: int = 0
+    uvs: int = 0
+    attributes: Attributes = ()
+    own: int = 0
+    arrays: int = 0
+    peak: int = 0
+    sides: int = 0
+    curves: int = 0
+    stations: int = 0
+    rings: int = 0
+
+    @property
+    def patches(self) -> int:
+        """Bézier patches."""
+        return self.grids + self.triangles
+
+    @property
+    def width(self) -> int:
+        """Numbers of all channels at a point."""
+        return self.colors + self.uvs + sum(dimension for _, dimension in self.attributes)
 
 
-def lowered_size(surface: "Surface") -> LoweredSize:
-    """What `surface.lower()` makes at most."""
-    if isinstance(surface, GroupSurface):
-        return _of_group(surface)
-    if isinstance(surface, BsplineSurface):
-        return _of_spline(surface)
-    if isinstance(surface, PatchSurface):
-        return _of_patches(surface)
-    if isinstance(surface, BezierSurface):
-        return _of_one(_on_sides(1, surface.degree, surface.weights), surface.channels)
-    if isinstance(surface, TriangleSurface):
-        n = surface.degree
-        return _of_one(_on_sides(1, (n, n), surface.weights), surface.channels)
-    # What is swept has been lowered when it was born, and has no patches.
-    return LoweredSize(0, 0, 0, 0)
+class SurfaceKind(ABC):
+    """What every kind of surface answers."""
+
+    __slots__ = ()
+    name: str
+
+    @abstractmethod
+    def lower(self) -> "Model":
+        """The surface as batches of Bézier patches, as something swept, or as a group of these."""
+
+    @abstractmethod
+    def size(self) -> SurfaceSize:
+        """Counts and bytes from the shapes alone, in some microseconds; every copy counts."""
+
+    def stored_size(self) -> SurfaceSize:
+        """The size where equal members of a group are stored once."""
+        return self.size()
 
 
-def _of_one(side_numbers: int, channels: Channels) -> LoweredSize:
-    """One patch: its arrays are the surface's own."""
-    return LoweredSize(1, side_numbers, 0, sum(net.nbytes for *_, net in channels.each()))
+def tensor_size(
+    patches: int,
+    degree: tuple[int, int],
+    weights: FloatArray | None,
+    channels: Channels,
+    *,
+    name: str,
+    triangular: bool = False,
+) -> SurfaceSize:
+    """The size of patches of one degree, their arrays the surface's own.
 
-
-def _of_group(group: GroupSurface) -> LoweredSize:
-    """The different members one after the other."""
-    surfaces, _ = distinct(group.members)
-    found = [lowered_size(surface) for surface in surfaces]
-    kept = sum(size.kept for size in found)
-    # Telling which are different copies one array at a time.
-    copied = max(max(_arrays(surface), default=0) for surface in surfaces)
-    return LoweredSize(
-        sum(size.patches for size in found),
-        sum(size.side_numbers for size in found),
-        kept,
-        kept + max(copied, *(size.peak - size.kept for size in found)),
+    Parameters
+    ----------
+    triangular : bool
+        Whether they are triangles, of degree (n, n).
+    """
+    p, q = degree
+    numbers = 3 + (weights is not None)
+    each = (p + 1) * (p + 2) // 2 if triangular else (p + 1) * (q + 1)
+    points = patches * each
+    colors, uvs = channels.colors, channels.uvs
+    return SurfaceSize(
+        degree,
+        grids=0 if triangular else patches,
+        triangles=patches if triangular else 0,
+        control_points=points * (1 + triangular),
+        net_points=points,
+        # A control point begins at most two segments and one cell; of a triangle, three.
+        net_segments=points * (2 + triangular),
+        net_cells=points,
+        name_bytes=2 * len(name.encode()),
+        colors=0 if colors is None else colors.shape[-1],
+        uvs=0 if uvs is None else 2,
+        attributes=tuple((title, net.shape[-1]) for title, net in channels.attributes),
+        own=points * numbers * NUMBER + sum(net.nbytes for *_, net in channels.each()),
+        sides=patches * numbers * NUMBER * 2 * (p + q + 2),
     )
 
 
-def _of_spline(surface: BsplineSurface) -> LoweredSize:
-    p, q = surface.degree
-    rows, columns = (
-        len(knot.spans(vector, degree))
-        for vector, degree in zip(surface.knot_vectors, surface.degree, strict=True)
+def group_sizes(
+    sizes: Sequence[SurfaceSize],
+    numbers: Sequence[int],
+    names: Sequence[str],
+    *,
+    name: str,
+    colored: bool,
+) -> tuple[SurfaceSize, SurfaceSize]:
+    """The size of a group, and its size where equal members are stored once.
+
+    Parameters
+    ----------
+    sizes : sequence of SurfaceSize
+        Of the different surfaces.
+    numbers : sequence of int
+        Which of these each member is.
+    names : sequence of str
+        Of the members.
+    colored : bool
+        Whether any member has a color of its own.
+    """
+    copies = [sizes[number] for number in numbers]
+    labels = [len(title.encode()) + 1 for title in names]
+    kept = sum(size.arrays for size in sizes)
+
+    def total(some: Iterable[SurfaceSize], field: str) -> int:
+        return sum(getattr(size, field) for size in some)
+
+    def summed(some: Sequence[SurfaceSize], attributes: Attributes) -> SurfaceSize:
+        counts = {
+            field: total(some, field)
+            for field in (
+                "grids", "triangles", "control_points", "net_points", "net_segments", "net_cells",
+                "curves", "stations", "rings",
+            )
+        }  # fmt: skip
+        return SurfaceSize(
+            (max(size.degree[0] for size in sizes), max(size.degree[1] for size in sizes)),
+            # A node for every member, and below it one for everything that has a name.
+            parts=total(copies, "parts") + len(copies),
+            name_bytes=len(name.encode())
+            + total(copies, "name_bytes")
+            + sum((s.parts + 1) * label for s, label in zip(copies, labels, strict=True)),
+            members=len(copies),
+            label_bytes=sum(labels),
+            colors=4 if colored else max(size.colors for size in sizes),
+            uvs=max(size.uvs for size in sizes),
+            attributes=attributes,
+            own=total(sizes, "own"),
+            arrays=kept,
+            peak=kept + max(max(size.peak - size.arrays, size.own) for size in sizes),
+            sides=total(sizes, "sides"),
+            **counts,
+        )
+
+    # In one mesh only those attributes are kept that all members have.
+    common = set.intersection(*(set(size.attributes) for size in sizes))
+    # Meshes apart keep theirs: these need at least as many bytes as those of any member.
+    ranked = (sorted(size.attributes, key=lambda named: -named[1]) for size in sizes)
+    widest = tuple(
+        (max((title for title, _ in column), key=len), max(d for _, d in column))
+        for column in zip_longest(*ranked, fillvalue=("", 0))
     )
-    patches, each = rows * columns, (p + 1) * (q + 1)
-    # A net that closes has its first lines once more at its end.
-    height, width = (n + d for n, d in zip(surface.control_net.shape, (p, q), strict=False))
-    weighted = surface.weights is not None
-
-    def own(numbers: int) -> tuple[int, int]:
-        """Bytes kept and beside them, of points of so many numbers."""
-        kept = patches * each * numbers * NUMBER
-        lines = (rows * (p + 1) + height) * width * numbers * NUMBER
-        along_u = min(lines, max(CHUNK, (p + 1) * max(p + 1, width * numbers) * NUMBER))
-        block = max(BLOCK_POINTS, (p + 1) * columns * (q + 1)) * numbers * NUMBER
-        along_v = min(kept, max(block, CHUNK, (p + 1) * (q + 1) * numbers * NUMBER * height))
-        return kept, lines + COMBINED * max(along_u, along_v)
-
-    kept, beside = own(3 + weighted)
-    for *_, net in surface.channels.each():
-        if net.shape[:2] == surface.control_net.shape[:2]:
-            more, working = own(net.shape[2])
-        else:
-            more = patches * net.size * NUMBER
-            working = 2 * more + (rows * net.shape[0] ** 2 + columns * net.shape[1] ** 2) * NUMBER
-        kept, beside = kept + more, max(beside, working)
-    # The net as it closes is kept, for whoever draws it.
-    kept += height * width * 3 * NUMBER
-    return LoweredSize(patches, _on_sides(patches, (p, q), surface.weights), kept, kept + beside)
-
-
-def _of_patches(surface: PatchSurface) -> LoweredSize:
-    grids, triangles = len(surface.patches), len(surface.triangles)
-    n = surface.triangle_degree
-    sides = _on_sides(grids, surface.degree, surface.weights)
-    sides += _on_sides(triangles, (n, n), surface.weights)
-    numbers = 3 + (surface.weights is not None)
-    numbers += sum(net.shape[-1] for *_, net in surface.channels.each())
-    indices = surface.patches.size + surface.triangles.size
-    kept = (indices * numbers + 2 * (grids + triangles)) * NUMBER
-    # Indices in the order of the parts, and how that order is found.
-    beside = (indices + 8 * (grids + triangles)) * NUMBER
-    return LoweredSize(grids + triangles, sides, kept, kept + beside)
-
-
-def _on_sides(patches: int, degree: tuple[int, int], weights: FloatArray | None) -> int:
-    numbers = 3 if weights is None else 4
-    return patches * numbers * sum(n + 1 for n in along_sides(*degree))
-
-
-def _arrays(surface: "Surface") -> Iterator[int]:
-    """Bytes of the surface's arrays."""
-    for name in ("control_net", "vertices", "patches", "triangles", "weights"):
-        array = getattr(surface, name, None)
-        if array is not None:
-            yield prod(array.shape) * NUMBER
-    channels = getattr(surface, "channels", None)
-    if channels is not None:
-        yield from (net.nbytes for *_, net in channels.each())
+    return summed(copies, tuple(sorted(common))), summed(sizes, widest)

@@ -9,13 +9,17 @@ from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue
 from service.surface.checks import MAX_COORDINATE, MAX_DEGREE, Up, check_up
 from service.surface.curve import Curve
+from service.surface.sizes import SurfaceKind, SurfaceSize
 from service.surface.sweep_model import Profile, Ribbon, SweepModel, Tube
 
 MIN_SIDES, MAX_SIDES = 3, 1024
 
+TURNS = 8
+"""Rings at a bend beside the first, at most: a half circle in steps of 22.5°."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
-class TubeSurface:
+class TubeSurface(SurfaceKind):
     """A round tube about a curve.
 
     Attributes
@@ -65,13 +69,17 @@ class TubeSurface:
         """Degree of the curve; nothing across it."""
         return self.curve.degree, 0
 
+    def size(self) -> SurfaceSize:
+        """A circle at every station, and two at each end for a cap."""
+        return _size(self.curve, self.sides + 1, ends=5, spread=self.radius, name=self.name)
+
     def lower(self) -> SweepModel:
         """The curve's pieces, and the circle that runs along them."""
         return _along(self.curve, Tube(self.radius, self.sides, self.caps), self.up, self.name)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class RibbonSurface:
+class RibbonSurface(SurfaceKind):
     """A flat stripe along a curve that turns its face to one side, or to a camera.
 
     Attributes
@@ -135,6 +143,10 @@ class RibbonSurface:
         """Degree of the curve; nothing across it."""
         return self.curve.degree, 0
 
+    def size(self) -> SurfaceSize:
+        """A crossbar at every station."""
+        return _size(self.curve, 2, ends=1, spread=self.width, name=self.name)
+
     def lower(self) -> SweepModel:
         """The curve's pieces, and the crossbar that runs along them."""
         ribbon = Ribbon(self.width, self.facing, self.camera)
@@ -143,6 +155,33 @@ class RibbonSurface:
 
 def _along(curve: Curve, profile: Profile, up: Up, name: str) -> SweepModel:
     return SweepModel(name, curve.lower(), profile, up)
+
+
+def _size(curve: Curve, row: int, *, ends: int, spread: FloatArray, name: str) -> SurfaceSize:
+    """The size of what is swept along a curve, which was lowered when it was born.
+
+    Parameters
+    ----------
+    row : int
+        Vertices of a station.
+    ends : int
+        Stations beside one for every division.
+    """
+    pieces = curve.lower()
+    net = len(pieces.polygon)
+    # A joint may bend, and a piece where it has a cusp.
+    bends = pieces.count * pieces.degree + 1
+    return SurfaceSize(
+        (pieces.degree, 0),
+        control_points=net,
+        net_points=net,
+        net_segments=net,
+        name_bytes=2 * len(name.encode()),
+        own=2 * pieces.points.nbytes + 2 * pieces.breaks.nbytes + spread.nbytes,
+        curves=pieces.count,
+        stations=pieces.count * row,
+        rings=(ends + TURNS * bends) * row,
+    )
 
 
 def _spread(values: ArrayLike, name: str) -> FloatArray:

@@ -10,10 +10,11 @@ from service.surface.batches import TrianglePatches
 from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import Up, check_triangle, check_up, checked_points, checked_weights
 from service.surface.lowered import Part, PatchModel
+from service.surface.sizes import SurfaceKind, SurfaceSize, tensor_size
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class TriangleSurface:
+class TriangleSurface(SurfaceKind):
     """S(r, s, t) = Σ B_ijk^n(r, s, t) b_ijk over r + s + t = 1; rational if weights are given.
 
         B_ijk^n(r, s, t) = n!/(i! j! k!) r^i s^j t^k,  i + j + k = n
@@ -61,6 +62,11 @@ class TriangleSurface:
     def degree(self) -> int:
         """Degree n."""
         return triangle.degree_of(len(self.control_net))
+
+    def size(self) -> SurfaceSize:
+        """One triangle."""
+        n, name = self.degree, self.name
+        return tensor_size(1, (n, n), self.weights, self.channels, name=name, triangular=True)
 
     def lower(self) -> PatchModel:
         """The surface as a batch of the one patch it is."""

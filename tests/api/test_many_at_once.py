@@ -13,7 +13,7 @@ from service.api.admission.visits import Visit
 from service.api.app import create_app
 from service.api.posted import Posting
 from service.api.stored import Stored
-from service.pipeline.mesh import Answer, Work
+from service.pipeline.mesh import Answer, MeshWork
 from service.settings.values import Settings
 from service.storage.store import SurfaceStore
 from tests.api.client import Client, client_of
@@ -42,22 +42,22 @@ class Watch:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, place: Any, name: str) -> None:
         self.now = self.most = self.come = 0
         self.all_came = threading.Event()
-        plan: Callable[..., Work] = getattr(place, name)
-        answer = Work.answer
+        plan: Callable[..., MeshWork] = getattr(place, name)
+        answer = MeshWork.run
 
-        def planned(*arguments: Any) -> Work:
+        def planned(*arguments: Any) -> MeshWork:
             assert self.all_came.wait(60)
             self.now += 1
             self.most = max(self.most, self.now)
             return plan(*arguments)
 
-        def answered(work: Work) -> Answer:
+        def answered(work: MeshWork) -> Answer:
             made = answer(work)
             self.now -= 1
             return made
 
         monkeypatch.setattr(place, name, planned)
-        monkeypatch.setattr(Work, "answer", answered)
+        monkeypatch.setattr(MeshWork, "run", answered)
 
     def comes(self) -> None:
         """One more request has got as far as it gets without a thread."""

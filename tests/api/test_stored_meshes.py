@@ -9,7 +9,7 @@ from fastapi import FastAPI
 from service.api.app import create_app
 from service.encoders.registry import FORMATS
 from service.engine.mesh import ENGINE
-from service.pipeline.mesh import Answer, Work
+from service.pipeline.mesh import Answer, MeshWork
 from service.settings.values import Settings
 from service.storage.store import SurfaceStore
 from tests.api.client import Client, client_of
@@ -108,14 +108,14 @@ def test_a_deleted_surface_has_no_meshes(client: Client, app: FastAPI) -> None:
 def test_what_is_deleted_while_it_is_computed_is_not_kept(
     client: Client, app: FastAPI, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    begun, gate, answer = threading.Event(), threading.Event(), Work.answer
+    begun, gate, answer = threading.Event(), threading.Event(), MeshWork.run
 
-    def slow(work: Work) -> Answer:
+    def slow(work: MeshWork) -> Answer:
         begun.set()
         assert gate.wait(60)
         return answer(work)
 
-    monkeypatch.setattr(Work, "answer", slow)
+    monkeypatch.setattr(MeshWork, "run", slow)
     address = stored(client)["glb"] + "&resolution=40"
     statuses: list[int] = []
     asking = threading.Thread(target=lambda: statuses.append(client.get(address).status_code))

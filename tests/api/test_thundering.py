@@ -14,7 +14,7 @@ from service.api.app import create_app
 from service.api.caching.codings import Coding, compressed
 from service.engine.mesh import ENGINE
 from service.errors import InvalidRequest, Issue
-from service.pipeline.mesh import Answer, Work
+from service.pipeline.mesh import Answer, MeshWork
 from service.settings.values import Settings
 from tests.live import running_service
 from tests.packed import unpacked_zstd
@@ -31,9 +31,9 @@ class Spy:
         self.calls = 0
         self.fails = fails
         self.gate = threading.Event()
-        self._answer = Work.answer
+        self._answer = MeshWork.run
 
-    def __call__(self, work: Work) -> Answer:
+    def __call__(self, work: MeshWork) -> Answer:
         self.calls += 1
         assert self.gate.wait(60)
         if self.fails:
@@ -58,10 +58,10 @@ def server() -> Iterator[str]:
 
 
 def spied(monkeypatch: pytest.MonkeyPatch, spy: Spy) -> Spy:
-    def answer(work: Work) -> Answer:
+    def answer(work: MeshWork) -> Answer:
         return spy(work)
 
-    monkeypatch.setattr(Work, "answer", answer)
+    monkeypatch.setattr(MeshWork, "run", answer)
     return spy
 
 

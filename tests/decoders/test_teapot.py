@@ -11,7 +11,7 @@ from service.decoders.teapot import decode
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.errors import SurfaceError
-from service.pipeline.mesh import plan
+from service.pipeline.mesh import plan_mesh
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 from service.surface.examples import find
@@ -47,10 +47,10 @@ def test_the_teapot_comes_back(comma: str, rows: bool, end: str) -> None:
     np.testing.assert_array_equal(tree["vertices"], surface.vertices)
     np.testing.assert_array_equal(tree["patches"], surface.patches)
     again = validate_document(MeshRequest, {"surface": tree}).to_surface()
-    made = plan(again, MeshOptions((3, 3)), BY_NAME["stl"]).answer()
+    made = plan_mesh(again, MeshOptions((3, 3)), BY_NAME["stl"]).run()
     assert made.report is not None
     # The spout and the handle end within the body: the parts are open, their seams closed.
-    expected = plan(surface, MeshOptions((3, 3)), BY_NAME["stl"]).answer().report
+    expected = plan_mesh(surface, MeshOptions((3, 3)), BY_NAME["stl"]).run().report
     assert expected is not None
     assert made.report.boundary_edges == expected.boundary_edges
 

@@ -36,6 +36,10 @@ def variables(path: Path) -> dict[str, str]:
     return {name: value for name, _, value in pairs}
 
 
+LIMIT = 1 << 30
+"""Bytes that a container may take."""
+
+
 def settings_of(environment: Mapping[str, str]) -> Settings:
     """What the service makes of these variables; one that it does not know fails the test."""
     ours = {
@@ -44,7 +48,7 @@ def settings_of(environment: Mapping[str, str]) -> Settings:
         if name.startswith(PREFIX)
     }
     assert ours.keys() <= Settings.model_fields.keys()
-    return with_flags(Settings(), ours)
+    return with_flags(Settings(memory_bytes=LIMIT // 2), ours)
 
 
 def check_memory(settings: Settings, limit: int) -> None:

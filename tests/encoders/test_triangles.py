@@ -12,7 +12,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions, OverlayName
 from service.errors import UnsupportedByFormat
-from service.pipeline.mesh import plan
+from service.pipeline.mesh import plan_mesh
 from service.surface.channels import Channels
 from service.surface.examples import find
 from service.surface.rounded import rounded_box
@@ -46,7 +46,7 @@ def test_trimesh_reads_a_closed_body_of_the_right_volume(name: str) -> None:
     faces, edges = 2 * (x * y + y * z + z * x), x + y + z
     truth = x * y * z + faces * radius + edges * pi * radius**2 + 4 / 3 * pi * radius**3
     known = BY_NAME[name]
-    content = plan(rounded_box(), MeshOptions((16, 16)), known).run()
+    content = plan_mesh(rounded_box(), MeshOptions((16, 16)), known).run().content
     scene = trimesh.load_scene(
         BytesIO(content), file_type=name, process=True, merge_norm=True, merge_tex=True
     )
@@ -60,10 +60,10 @@ def test_trimesh_reads_a_closed_body_of_the_right_volume(name: str) -> None:
 
 def test_geomview_dices_the_very_sphere(tmp_path: Path) -> None:
     """The exact form of a triangle is a square with a pole, and just as round."""
-    work = plan(
+    work = plan_mesh(
         find("octahedral-sphere").surface(), MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez")
     )
-    read = read_oogl(work.run(), tmp_path)
+    read = read_oogl(work.run().content, tmp_path)
     # Eight patches of 10 × 10 points each, single precision.
     assert len(read.vertices) == 800
     assert np.abs(np.linalg.norm(read.vertices, axis=1) - 1).max() < 1e-6
@@ -71,9 +71,9 @@ def test_geomview_dices_the_very_sphere(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("degree", "refused"), [(12, False), (13, True)])
 def test_the_exact_form_ends_at_degree_12(degree: int, refused: bool, tmp_path: Path) -> None:
-    work = plan(colored(degree), MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
+    work = plan_mesh(colored(degree), MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
     if not refused:
-        assert len(read_oogl(work.run(), tmp_path).vertices) == 100
+        assert len(read_oogl(work.run().content, tmp_path).vertices) == 100
         return
     with pytest.raises(UnsupportedByFormat) as caught:
         work.run()

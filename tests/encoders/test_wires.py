@@ -7,9 +7,9 @@ from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions, WireForm
 from service.errors import InvalidRequest, SurfaceError, UnsupportedByFormat
+from service.pipeline.cost import mesh_size
 from service.pipeline.limits import Limits
-from service.pipeline.mesh import plan, render
-from service.pipeline.prediction import predict
+from service.pipeline.mesh import plan_mesh, render
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from tests.encoders.gltf.reader import read_glb
@@ -37,9 +37,12 @@ def test_every_format_takes_tubes_and_those_with_lines_take_lines(
                 render(TEAPOT, options, fmt)
             assert caught.value.issues[0].pointer == "/wires"
             continue
-        size = predict(TEAPOT.lower(), options)
+        size = mesh_size(TEAPOT.size(), options, fmt)
         bound = fmt.byte_bound(size, EncodeOptions())
-        assert len(plan(TEAPOT, options, fmt, limits=Limits(max_bytes=bound)).run()) <= bound
+        assert (
+            len(plan_mesh(TEAPOT, options, fmt, limits=Limits(max_bytes=bound)).run().content)
+            <= bound
+        )
 
 
 def test_the_wires_of_gltf_have_a_colour() -> None:

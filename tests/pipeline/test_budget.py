@@ -2,30 +2,27 @@
 
 import re
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
 
-from service.encoders.format import EncodeOptions
 from service.encoders.registry import FORMATS
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.limits import Effort
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
-from service.pipeline.budget import within_budget
-from service.pipeline.certified import Certifier
-from service.pipeline.limits import DEFAULT_LIMITS
-from service.pipeline.mesh import Answer, plan
+from service.pipeline.adaptive import AdaptiveMesher, search_budget
+from service.pipeline.mesh import Answer, plan_mesh
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES
-from tests.examples import patches_of
 
 FORMAT = {fmt.name: fmt for fmt in FORMATS}
 
 
 def answered(example: str, accuracy: Accuracy, name: str = "glb") -> Answer:
-    return plan(EXAMPLES[example].surface(), MeshOptions(accuracy=accuracy), FORMAT[name]).answer()
+    return plan_mesh(
+        EXAMPLES[example].surface(), MeshOptions(accuracy=accuracy), FORMAT[name]
+    ).run()
 
 
 def bound_of(answer: Answer) -> float:
@@ -92,7 +89,7 @@ def test_a_flat_surface_is_met_by_its_fewest_triangles() -> None:
     """Nothing is gained by more of them."""
     plane = BezierSurface(np.array([[[0.0, 0, 0], [0, 2, 1]], [[1, 0, 0], [1, 2, 1]]]))
     options = MeshOptions(accuracy=Accuracy(max_triangles=100_000))
-    report = plan(plane, options, FORMAT["json"]).answer().report
+    report = plan_mesh(plane, options, FORMAT["json"]).run().report
     assert report is not None
     assert report.triangles == 2
 
@@ -122,10 +119,9 @@ def test_a_search_takes_no_more_than_a_request_may() -> None:
     """A budget beyond what can be computed: the nearest mesh that can be."""
     fmt, accuracy = FORMAT["json"], Accuracy(max_triangles=1_000_000)
     effort = Effort(whole=1e8)
-    options = MeshOptions(accuracy=accuracy)
-    certifier = Certifier(patches_of("saddle"), options, fmt, DEFAULT_LIMITS, effort)
-    written = partial(fmt.write, options=EncodeOptions())
-    made, _ = within_budget(certifier.made, written, accuracy, 1e-12, effort)
+    work = plan_mesh(EXAMPLES["saddle"].surface(), MeshOptions(accuracy=accuracy), fmt)
+    build = AdaptiveMesher(work, *work.lower(), effort).build
+    made, _ = search_budget(build, work.encode_mesh, accuracy, 1e-12, effort)
     assert 300 < made.report.triangles < 3000
     # What is in hand when it runs out is finished; nothing is begun.
     assert 3e7 < effort.spent < 1.1e8

@@ -16,9 +16,9 @@ from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scene import Scene, placed_points, scene_parts
 from service.errors import SurfaceError, TooLarge
-from service.pipeline.certified import counted
+from service.pipeline.adaptive import counted
 from service.pipeline.limits import Limits
-from service.pipeline.mesh import plan, render
+from service.pipeline.mesh import MeshWork, plan_mesh, render
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
@@ -42,6 +42,11 @@ def by(**accuracy: Any) -> MeshOptions:
     return MeshOptions(accuracy=Accuracy(**accuracy))
 
 
+def built(work: MeshWork) -> Mesh | Scene:
+    """The mesh that goes into the file."""
+    return work.build(*work.lower())
+
+
 def refusal(
     surface: Surface, options: MeshOptions, name: str = "json", **more: Any
 ) -> list[tuple[str, str]]:
@@ -61,7 +66,7 @@ def arrived(content: bytes, name: str) -> Array:
 @pytest.mark.parametrize("example", [e for e in EXAMPLES if e not in TUBES])
 def test_every_example_is_as_near_as_it_was_asked_for(example: str) -> None:
     surface = find(example).surface()
-    answer = plan(surface, by(relative_tolerance=0.02), BY_NAME["json"]).answer()
+    answer = plan_mesh(surface, by(relative_tolerance=0.02), BY_NAME["json"]).run()
     document = json.loads(answer.content)
     points = np.array(document["vertices"])
     report = answer.report
@@ -83,11 +88,11 @@ def test_every_example_is_as_near_as_it_was_asked_for(example: str) -> None:
 def test_every_format_has_the_mesh(example: str, fmt: Format) -> None:
     """The same bytes twice, no more of them than is known beforehand, and all triangles in them."""
     surface, options = find(example).surface(), by(relative_tolerance=0.05)
-    work = plan(surface, options, fmt)
-    answer = work.answer()
+    work = plan_mesh(surface, options, fmt)
+    answer = work.run()
     assert answer.content == render(surface, options, fmt)
     assert answer.report is not None
-    made = work.made()
+    made = built(work)
     assert len(answer.content) <= fmt.byte_bound(counted(made, work.stored), EncodeOptions())
     if fmt.name in {"glb", "stl", "ply", "off", "obj"}:
         assert len(arrived(answer.content, fmt.name)) == answer.report.triangles
@@ -103,7 +108,7 @@ def test_what_is_written_is_what_is_certified(name: str, far: float) -> None:
     """Far from zero as well, where float32 is coarse: in STL, which has no place for an origin."""
     surface = BezierSurface(WAVES + far)
     tolerance = 0.02
-    answer = plan(surface, by(tolerance=tolerance), BY_NAME[name]).answer()
+    answer = plan_mesh(surface, by(tolerance=tolerance), BY_NAME[name]).run()
     assert answer.report is not None
     bound = answer.report.deviation_bound
     assert bound is not None
@@ -131,7 +136,7 @@ STRETCHED = copies(
 
 @pytest.mark.parametrize("name", ["glb", "stl", "ply", "off"])
 def test_copies_are_as_near_as_their_placement_leaves_them(name: str) -> None:
-    answer = plan(STRETCHED, by(tolerance=0.05), BY_NAME[name]).answer()
+    answer = plan_mesh(STRETCHED, by(tolerance=0.05), BY_NAME[name]).run()
     assert answer.report is not None
     bound = answer.report.deviation_bound
     assert bound is not None
@@ -147,8 +152,8 @@ def test_copies_are_as_near_as_their_placement_leaves_them(name: str) -> None:
 
 def test_the_plain_copy_is_as_fine_as_the_stretched_one_needs() -> None:
     """Equal members share a mesh, and each has the bound of its own place."""
-    work = plan(STRETCHED, by(tolerance=0.05), BY_NAME["glb"])
-    made = work.made()
+    work = plan_mesh(STRETCHED, by(tolerance=0.05), BY_NAME["glb"])
+    made = built(work)
     assert isinstance(made, Scene)
     assert len(made.meshes) == 2
     plain, sheared, mirrored = (part.deviation_bound for part in scene_parts(made))
@@ -158,7 +163,7 @@ def test_the_plain_copy_is_as_fine_as_the_stretched_one_needs() -> None:
     stretch = np.linalg.norm(SHEAR[:3, :3], 2)
     assert sheared == pytest.approx(plain * stretch, rel=1e-6)
     assert max(sheared, mirrored) == made.report.deviation_bound
-    alone = plan(copies(STRETCHED.members[0]), by(tolerance=0.05), BY_NAME["glb"]).made()
+    alone = built(plan_mesh(copies(STRETCHED.members[0]), by(tolerance=0.05), BY_NAME["glb"]))
     assert isinstance(alone, Scene)
     assert len(alone.meshes[0].triangles) < len(made.meshes[0].triangles)
 
@@ -174,23 +179,25 @@ def test_what_is_far_away_is_divided_less() -> None:
     group = copies(
         Member(BezierSurface(WAVES), matrix=near), Member(BezierSurface(WAVES), matrix=far)
     )
-    made = plan(group, seen((1.5, 1.5, 8.0)), BY_NAME["glb"]).made()
+    made = built(plan_mesh(group, seen((1.5, 1.5, 8.0)), BY_NAME["glb"]))
     assert isinstance(made, Scene)
     first, second = (len(made.meshes[node.model].triangles) for node in made.nodes)
     assert second < first / 4
-    one = plan(BezierSurface(WAVES), seen((1.5, 1.5, 8.0)), BY_NAME["glb"]).made()
+    one = built(plan_mesh(BezierSurface(WAVES), seen((1.5, 1.5, 8.0)), BY_NAME["glb"]))
     assert isinstance(one, Mesh)
     assert abs(len(one.triangles) - first) <= first / 50
 
 
 def test_a_tolerance_holds_beside_a_camera() -> None:
-    made = plan(BezierSurface(WAVES), seen((0, 0, 500.0), tolerance=0.01), BY_NAME["json"]).made()
+    made = built(
+        plan_mesh(BezierSurface(WAVES), seen((0, 0, 500.0), tolerance=0.01), BY_NAME["json"])
+    )
     assert made.report.deviation_bound is not None
     assert made.report.deviation_bound <= 0.01
 
 
 def test_both_sides_are_bounded_where_that_was_asked_for() -> None:
-    made = plan(STRETCHED, by(tolerance=0.05, two_sided=True), BY_NAME["stl"]).made()
+    made = built(plan_mesh(STRETCHED, by(tolerance=0.05, two_sided=True), BY_NAME["stl"]))
     both = made.report.mesh_deviation_bound
     assert both is not None
     assert made.report.deviation_bound is not None
@@ -201,7 +208,7 @@ def test_both_sides_are_bounded_where_that_was_asked_for() -> None:
 def test_angles_are_measured_where_they_were_asked_for() -> None:
     sphere = find("sphere").surface()
     coarse, fine = (
-        plan(sphere, by(angle_tolerance=angle), BY_NAME["json"]).made().report
+        built(plan_mesh(sphere, by(angle_tolerance=angle), BY_NAME["json"])).report
         for angle in (0.8, 0.2)
     )
     assert coarse.normal_angle is not None
@@ -213,11 +220,11 @@ def test_angles_are_measured_where_they_were_asked_for() -> None:
 
 def test_lines_alone_are_those_of_the_faces() -> None:
     options = replace(by(tolerance=0.05), surface=False, overlays=("boundary", "control_net"))
-    made = plan(BezierSurface(WAVES), options, BY_NAME["glb"]).made()
+    made = built(plan_mesh(BezierSurface(WAVES), options, BY_NAME["glb"]))
     assert isinstance(made, Mesh)
     assert not len(made.triangles)
     assert made.report.deviation_bound is None
-    whole = plan(BezierSurface(WAVES), replace(options, surface=True), BY_NAME["glb"]).made()
+    whole = built(plan_mesh(BezierSurface(WAVES), replace(options, surface=True), BY_NAME["glb"]))
     assert isinstance(whole, Mesh)
     for line, same in zip(made.overlays, whole.overlays, strict=True):
         np.testing.assert_array_equal(line.positions, same.positions)
@@ -294,7 +301,7 @@ def test_a_far_copy_in_stl_is_rounded_after_it_was_placed() -> None:
     far[:3, 3] = 1e5
     group = copies(Member(BezierSurface(WAVES), matrix=far))
     assert refusal(group, by(tolerance=0.001), "stl") == [("tolerance_too_small", "/tolerance")]
-    answer = plan(group, by(tolerance=0.05), BY_NAME["stl"]).answer()
+    answer = plan_mesh(group, by(tolerance=0.05), BY_NAME["stl"]).run()
     found = true_deviation(BezierSurface(WAVES + 1e5), arrived(answer.content, "stl"))
     assert answer.report is not None
     assert answer.report.deviation_bound is not None
@@ -306,7 +313,7 @@ def test_a_far_copy_in_stl_is_rounded_after_it_was_placed() -> None:
 def test_without_welding_every_patch_has_its_own_vertices() -> None:
     surface, options = find("utah-teapot").surface(), by(relative_tolerance=0.02)
     joined, apart = (
-        plan(surface, replace(options, weld=weld), BY_NAME["json"]).made().report
+        built(plan_mesh(surface, replace(options, weld=weld), BY_NAME["json"])).report
         for weld in (True, False)
     )
     assert joined.triangles == apart.triangles
@@ -318,8 +325,8 @@ def test_without_welding_every_patch_has_its_own_vertices() -> None:
 def test_a_camera_far_away_asks_for_no_more_than_it_sees() -> None:
     """Although so near to it as no part of the surface is nothing would be precise enough."""
     camera = Camera((1e5, 0.0, 0.0), 0.8, 1080)
-    made = plan(
-        BezierSurface(WAVES), by(camera=camera, pixel_tolerance=1e-3), BY_NAME["glb"]
-    ).made()
+    made = built(
+        plan_mesh(BezierSurface(WAVES), by(camera=camera, pixel_tolerance=1e-3), BY_NAME["glb"])
+    )
     assert made.report.deviation_bound is not None
     assert 0.01 < made.report.deviation_bound < 0.1

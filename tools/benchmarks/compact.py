@@ -8,7 +8,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.gridded import gridded
 from service.engine.options import MeshOptions
-from service.pipeline.mesh import mesh
+from service.pipeline.mesh import build_mesh
 from service.settings.process import pin_blas
 from service.surface.bezier import BezierSurface
 from service.surface.lowered import PatchModel
@@ -29,7 +29,7 @@ LEVEL = 6
 def writer(model: PatchModel, options: MeshOptions, encode: EncodeOptions) -> Callable[[], bytes]:
     """What writes the file of a model whose mesh is made already."""
     glb = BY_NAME["glb"]
-    made = mesh(model, options, glb)
+    made = build_mesh(model, options, glb)
 
     def write() -> bytes:
         on = gridded(made, model, options) if encode.quantize else made

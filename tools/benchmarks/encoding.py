@@ -9,7 +9,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
-from service.pipeline.mesh import mesh
+from service.pipeline.mesh import build_mesh
 from service.settings.process import pin_blas
 from service.surface.bezier import BezierSurface
 from tests.examples import patches_of
@@ -36,7 +36,7 @@ def run() -> None:
         ("1 bicubic patch at 512 divisions", square, 512),
     )
     for title, model, divisions in works:
-        made = mesh(model, MeshOptions(resolution=(divisions, divisions)), glb)
+        made = build_mesh(model, MeshOptions(resolution=(divisions, divisions)), glb)
         rivals: dict[str, Callable[[], object]] = {
             "ours": partial(glb.encode, made, EncodeOptions()),
             "trimesh": by_trimesh(made),
@@ -49,7 +49,7 @@ def run() -> None:
     print(f"{'format':38}{'ms':>10}{'bytes':>12}")
     model = patches_of("utah-teapot")
     for fmt in FORMATS:
-        made = mesh(model, MeshOptions(), fmt)
+        made = build_mesh(model, MeshOptions(), fmt)
         seconds = alternately({fmt.name: partial(fmt.encode, made, EncodeOptions())}, rounds=5)
         size = len(fmt.encode(made, EncodeOptions()))
         print(f"{fmt.title:38}{seconds[fmt.name] * 1e3:10.2f}{size:12}")

@@ -12,6 +12,7 @@ from service.engine.adaptive.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.lowered import PatchModel
+from service.surface.sizes import SurfaceKind, SurfaceSize
 from tests.oracles.deviation import sheet_by_sheet
 from tests.oracles.sheets import sheets_of
 from tools.certify.models import Complex, Loop, Pair, complex_of
@@ -22,10 +23,14 @@ ALONE = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Ready:
+class Ready(SurfaceKind):
     """A model that lowers to itself."""
 
     model: PatchModel
+    name: str = "ready"
+
+    def size(self) -> SurfaceSize:
+        return SurfaceSize((3, 3), grids=self.model.patch_count)
 
     def lower(self) -> PatchModel:
         return self.model

@@ -14,7 +14,7 @@ from anyio import CapacityLimiter, Lock
 from service.api.admission.busy import Busy
 from service.api.admission.pool import Pool, Tenant
 from service.api.admission.thrift import Thrift
-from service.settings.values import Settings
+from service.settings.values import Settings, result_limits
 
 SMALL = 12
 """One part of so many of the memory is for small requests alone."""
@@ -83,7 +83,7 @@ class Admission:
 
     def __init__(self, settings: Settings, tenant: Tenant | None = None) -> None:
         whole = settings.memory_bytes
-        working = settings.working_bytes
+        working = result_limits(settings).max_memory
         small = whole // SMALL
         self.capacity = whole
         self.thrift = Thrift()

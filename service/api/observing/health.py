@@ -22,7 +22,7 @@ from service.api.answers import HEADERS, json_response
 from service.encoders.registry import BY_NAME
 from service.engine.mesh import ENGINE, Mesh
 from service.engine.options import MeshOptions
-from service.pipeline.mesh import mesh
+from service.pipeline.mesh import build_mesh
 from service.surface.bezier import BezierSurface
 
 INTERVAL = 5.0
@@ -51,7 +51,7 @@ def computes_rightly() -> bool:
     net = np.zeros((3, 3, 3))
     net[..., 0], net[..., 1] = np.mgrid[:3, :3]
     net[1, 1, 2] = 4.0
-    made: Mesh = mesh(BezierSurface(net).lower(), MeshOptions((2, 2)), BY_NAME["json"])
+    made: Mesh = build_mesh(BezierSurface(net).lower(), MeshOptions((2, 2)), BY_NAME["json"])
     expected = net.reshape(9, 3)
     expected[4, 2] = 1.0
     return (

@@ -67,12 +67,12 @@ def _render(fmt: str, options: MeshOptions) -> Callable[[], object]:
 
 def _outside() -> object:
     query = Query(np.array([[0.5, 1.5]]), None, 0)
-    return plan_points(find("saddle").surface(), query)
+    return plan_points(find("saddle").surface(), query).run()
 
 
 def _without_parameters() -> object:
     query = Query(np.array([[0.5, 0.5]]), None, 0)
-    return plan_points(find("trefoil-tube").surface(), query)
+    return plan_points(find("trefoil-tube").surface(), query).run()
 
 
 def _no_common_parameters() -> object:

@@ -193,20 +193,15 @@ def _lines(points: FloatArray) -> Bools:
 
 
 def most_isocurves(
-    model: PatchModel, resolution: tuple[int, int], counts: tuple[int, int]
+    grids: int, triangles: int, resolution: tuple[int, int], counts: tuple[int, int]
 ) -> tuple[int, int]:
-    """How many curves and how many samples there can be, from the shapes alone."""
-    curves = points = 0
+    """How many curves and how many samples so many patches have at most."""
     most = max(resolution)
-    for batch in model.batches:
-        if isinstance(batch, TrianglePatches):
-            # Three borders, and between them three directions.
-            each = 3 * max(counts)
-            curves += batch.count * each
-            points += batch.count * each * (most + 1)
-            continue
-        for count, divisions in zip(counts, reversed(resolution), strict=True):
-            inner, borders = max(count - 1, 0), 2 * (count > 0)
-            curves += batch.count * (inner + borders)
-            points += batch.count * (inner * (divisions + 1) + borders * (most + 1))
+    # Three borders of a triangle, and between them three directions.
+    curves = triangles * 3 * max(counts)
+    points = curves * (most + 1)
+    for count, divisions in zip(counts, reversed(resolution), strict=True):
+        inner, borders = max(count - 1, 0), 2 * (count > 0)
+        curves += grids * (inner + borders)
+        points += grids * (inner * (divisions + 1) + borders * (most + 1))
     return curves, points

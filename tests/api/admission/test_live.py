@@ -14,7 +14,7 @@ import pytest
 
 from service.api.admission.admission import Admission
 from service.errors import InvalidRequest, Issue
-from service.pipeline.mesh import Answer, Work
+from service.pipeline.mesh import Answer, MeshWork
 from service.settings.values import Settings
 from service.stopping import checkpoint
 from tests.live import running_service
@@ -35,9 +35,9 @@ class Looping:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.calls = self.stopped = 0
         self.gate = threading.Event()
-        answer = Work.answer
+        answer = MeshWork.run
 
-        def looping(work: Work) -> Answer:
+        def looping(work: MeshWork) -> Answer:
             if work.size.vertices < SIDE**2:
                 return answer(work)
             self.calls += 1
@@ -50,7 +50,7 @@ class Looping:
                 raise
             return answer(work)
 
-        monkeypatch.setattr(Work, "answer", looping)
+        monkeypatch.setattr(MeshWork, "run", looping)
 
 
 @pytest.fixture
@@ -241,10 +241,10 @@ def test_slow_readers_hold_their_answer_and_nothing_else() -> None:
 def test_what_fails_gives_back_what_it_had(
     error: Exception, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fails(_: Work) -> Answer:
+    def fails(_: MeshWork) -> Answer:
         raise error
 
-    monkeypatch.setattr(Work, "answer", fails)
+    monkeypatch.setattr(MeshWork, "run", fails)
     with serving() as service:
         for client in (service.posted(LONG), service.posted(SHORT), service.got(SADDLE)):
             assert client.answer()[0] in (422, 500)
@@ -297,4 +297,4 @@ def test_nothing_holds_on_to_itself(looping: Looping) -> None:
             if before:
                 gc.enable()
     kinds = {type(thing).__qualname__ for thing in kept}
-    assert kinds.isdisjoint({"BoundedProtocol", "Cycle", "Visit", "Work", "ndarray", "frame"})
+    assert kinds.isdisjoint({"BoundedProtocol", "Cycle", "Visit", "MeshWork", "ndarray", "frame"})

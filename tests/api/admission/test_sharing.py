@@ -16,7 +16,7 @@ from service.api.work import parsed
 from service.errors import TooLarge
 from service.settings.values import Settings
 
-SETTINGS = Settings(threads=2, cache_bytes=1 << 30)
+SETTINGS = Settings(threads=2, cache_bytes=1 << 30, memory_bytes=400_000_000)
 
 
 def entry(name: str, size: int) -> Entry:

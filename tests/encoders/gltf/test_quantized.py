@@ -11,7 +11,7 @@ from service.encoders.registry import BY_NAME
 from service.engine.gridded import snapped
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
-from service.pipeline.mesh import plan, render
+from service.pipeline.mesh import plan_mesh, render
 from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member
 from tests.clients.gltf_validator import issues
@@ -127,8 +127,8 @@ def test_copies_of_a_group_stand_where_they_did(tmp_path: Path) -> None:
     copy = Member(BezierSurface(NET), name="b", matrix=shear)
     group = GroupSurface((Member(BezierSurface(NET), name="a"), copy))
     options = MeshOptions((3, 3), overlays=("control_net",))
-    work = plan(group, options, BY_NAME["glb"], QUANTIZED)
-    content = work.run()
+    work = plan_mesh(group, options, BY_NAME["glb"], QUANTIZED)
+    content = work.run().content
     assert issues(content, tmp_path / "model.glb") == []
     small, plain = read_glb(content), read_glb(render(group, options, BY_NAME["glb"]))
     for name in ("a", "b"):

@@ -11,8 +11,8 @@ from service.encoders.format import EncodeOptions
 from service.encoders.gltf.scene import placing, quaternion
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
+from service.pipeline.cost import mesh_size
 from service.pipeline.mesh import render
-from service.pipeline.prediction import predict
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
@@ -181,7 +181,8 @@ def everything() -> GroupSurface:
 def test_every_kind_of_surface_can_be_a_member(name: str, uvs: bool, tmp_path: Path) -> None:
     """With and without colours, attributes and texture coordinates, within the predicted bytes."""
     group, fmt, options = everything(), BY_NAME[name], MeshOptions(resolution=(3, 2), uvs=uvs)
-    size = predict(group.lower(), options, shared=fmt.encode_scene is not None)
+    own = group.size() if fmt.encode_scene is None else group.stored_size()
+    size = mesh_size(own, options, fmt)
     content = render(group, options, fmt)
     assert len(content) <= fmt.byte_bound(size, EncodeOptions())
     if fmt.encode_scene is not None:

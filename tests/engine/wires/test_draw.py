@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from service.encoders.registry import BY_NAME
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.wires.draw import COLOR, NAME, width_of
 from service.engine.wires.isocurves import isocurves
 from service.engine.wires.paths import wire_paths
 from service.errors import InvalidRequest
-from service.pipeline.prediction import predict
+from service.pipeline.cost import mesh_size
+from service.surface.examples import find
 from service.surface.lowered import PatchModel
 from tests.engine.meshing import check_sound, check_winding, mesh_of
 from tests.examples import patches_of
@@ -52,7 +54,8 @@ def test_wires_are_sound(example: str, wires: str, weld: bool, faces: str) -> No
         assert mesh.report.watertight == (wires == "tubes")
     (part,) = mesh.parts
     assert part.name == NAME
-    size = predict(patches_of(example), MeshOptions(isocurves=(3, 2), surface=False, **options))
+    wanted = MeshOptions(isocurves=(3, 2), surface=False, **options)
+    size = mesh_size(find(example).surface().size(), wanted, BY_NAME["json"])
     assert size.vertices >= len(mesh.positions)
     assert size.triangles >= len(mesh.triangles)
     assert size.quads >= len(mesh.quads)

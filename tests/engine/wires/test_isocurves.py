@@ -29,7 +29,9 @@ def curves_of(
     model: PatchModel, counts: tuple[int, int], resolution: tuple[int, int] = (4, 4)
 ) -> list[IsoCurves]:
     found = isocurves(model, resolution, counts)
-    curves, points = most_isocurves(model, resolution, counts)
+    triangles = sum(b.count for b in model.batches if isinstance(b, TrianglePatches))
+    grids = model.patch_count - triangles
+    curves, points = most_isocurves(grids, triangles, resolution, counts)
     assert sum(len(run.points) for run in found) <= curves
     assert sum(run.points[..., 0].size for run in found) <= points
     return found

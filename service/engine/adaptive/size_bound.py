@@ -1,0 +1,50 @@
+"""How many triangles a mesh by tolerance has at most, before any is made.
+
+By the bound of `service.engine.deviation.bends` every triangle within a cell of sides h_u, h_v is
+within (h_u² M_uu + 2 h_u h_v M_uv + h_v² M_vv) / 8 of the surface. So 1/h_u ≥ √(M_uu / (8 ε')) and
+so on, with ε' a third of ε, are fine enough for ε. Estimates and certificates go by nets, which are
+further away than the surface, but hardly twice as far: cells that are fine enough for ε/2 are not
+cut. So no more cells come out of a patch than it has here, where both numbers are powers of 2.
+
+A cut adds at most two vertices to the inside of a face. A face with V_i vertices inside and V_b on
+its border has 2 V_i + V_b − 2 triangles; so of n cells with b pieces around them come at most
+2 n + b vertices and 4 n + b triangles. A tenth of that is the rule.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from service.engine.adaptive.aims import nearest_to_eye
+from service.engine.adaptive.goal import Goal
+from service.engine.deviation.bends import grid_bends
+from service.surface.batches import TrianglePatches
+from service.surface.lowered import PatchModel
+
+PARTS, FINEST, FEWEST = 6, 30, 4
+"""Of the tolerance, what each of the three terms may take; halvings at which it is given up; and
+pieces of a side, even if it is short: a closed one has no fewer."""
+
+
+class MostTriangles(NamedTuple):
+    """Upper bounds: vertices, triangles, and pieces of the borders of patches."""
+
+    vertices: int
+    triangles: int
+    pieces: int
+
+
+def most_triangles(model: PatchModel, goal: Goal) -> MostTriangles:
+    """Bounds for one model; vertices count once for every patch, cuts for angles do not count."""
+    nearest = np.array([nearest_to_eye(goal.view, model.bounds)])
+    part = max(float(goal.allowed(nearest)[0]) / PARTS, float(np.finfo(np.float64).tiny))
+    cells = pieces = 0
+    for batch in model.batches:
+        patches = batch.tensor() if isinstance(batch, TrianglePatches) else batch
+        bends = grid_bends(patches, (1, 1), (1, 1))
+        uu, uv, vv = (each[0, 0] / (8 * part) for each in (bends.uu, 2 * bends.uv, bends.vv))
+        along = [np.exp2(np.clip(np.ceil(np.log2(m + 1e-300) / 2), 0, FINEST)) for m in (uu, vv)]
+        # A twist asks for the product of both numbers.
+        cells += int(np.minimum(np.maximum(along[0] * along[1], 2 * uv), 4.0**FINEST).sum())
+        pieces += int(sum(2 * np.maximum(side, FEWEST).sum() for side in along))
+    return MostTriangles(2 * cells + pieces, 4 * cells + pieces, pieces)

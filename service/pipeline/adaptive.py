@@ -1,0 +1,242 @@
+"""Meshes by tolerance, and by a budget: made, and refused as soon as they are too large."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import inf
+from typing import TYPE_CHECKING, TypeAlias
+
+from service.encoders.format import MeshSize
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.adaptive.aims import diagonal_of, goal_of, stated
+from service.engine.adaptive.budget import Attempt, nearest_within
+from service.engine.adaptive.limits import Effort
+from service.engine.adaptive.meshing import meshing
+from service.engine.adaptive.storage import Storage
+from service.engine.mesh import Mesh
+from service.engine.models import NOT_PATCHES
+from service.engine.options import MeshOptions
+from service.engine.scene import Scene
+from service.errors import InvalidRequest, Issue, TooLarge
+from service.measuring import measured
+from service.pipeline.checks import check_bytes, check_vertices
+from service.pipeline.cost import EFFORT, LEAST_BYTES, SHARE, TRIANGLE, adaptive_triangles
+from service.pipeline.limits import Limits
+from service.surface.lowered import Model
+from service.surface.sweep_model import SweepModel
+
+if TYPE_CHECKING:
+    from service.pipeline.mesh import MeshWork
+
+AnyMesh: TypeAlias = Mesh | Scene
+Build: TypeAlias = Callable[[Accuracy, float | None], AnyMesh]
+Encode: TypeAlias = Callable[[AnyMesh], bytes]
+
+ATTEMPTS = 3
+"""Meshes as costly as can be that a search may make; nearly all that it makes cost less."""
+
+FINEST, FINEST_SINGLE = 2.0**-38, 2.0**-20
+"""Parts of the model's diagonal that no budget goes below: some times what rounding takes."""
+
+ANY = 2**62
+"""More triangles than there are."""
+
+
+class AdaptiveMesher:
+    """Builds meshes of a model by tolerance; what they have in common is computed once.
+
+    Parameters
+    ----------
+    work : MeshWork
+        What is to be computed, and how many triangles its memory is enough for.
+    model : PatchModel or GroupModel
+    options : MeshOptions
+    effort : Effort, optional
+        What all meshes together may take.
+    """
+
+    def __init__(
+        self, work: "MeshWork", model: Model, options: MeshOptions, effort: Effort | None = None
+    ) -> None:
+        if isinstance(model, SweepModel):
+            raise InvalidRequest(NOT_PATCHES)  # refused when it was planned
+        fmt, self._work, self._model = work.fmt, work, model
+        self._effort = effort or Effort(EFFORT * work.limits.max_multiplications)
+        self._meshing = meshing(
+            model,
+            options,
+            Storage(fmt.single, fmt.local),
+            nodes=fmt.encode_scene is not None,
+            quantized=work.encode.quantize,
+        )
+
+    def build(self, accuracy: Accuracy, tolerance: float | None = None) -> AnyMesh:
+        """The mesh that is as near to the model as it was asked for.
+
+        A `tolerance`, in model units, takes the place of the one that was stated.
+
+        Raises
+        ------
+        InvalidRequest, TooLarge
+            With pointers to the option that asked for it.
+        """
+        work = self._work
+        most, limit = adaptive_triangles(Accuracy(), work.limits), stated(accuracy)
+        if accuracy.max_triangles is not None and accuracy.max_triangles < most:
+            most, limit = accuracy.max_triangles, "/max_triangles"
+        is_scarce = work.cost.triangles < most
+        most = min(most, work.cost.triangles)
+        goal = goal_of(accuracy, self._model)
+        if tolerance is not None:
+            goal = replace(goal, tolerance=tolerance)
+        try:
+            with measured("adaptive"):
+                mesh = self._meshing.made(goal, most, self._effort)
+        except TooLarge as error:
+            issues = [_limited(issue, limit, most) for issue in error.issues]
+            if is_scarce:
+                issues = [_scarce(issue, work.limits, accuracy, most) for issue in issues]
+            raise TooLarge(*issues) from None
+        except InvalidRequest as error:
+            invalid = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
+            raise InvalidRequest(*invalid) from None
+        self._effort.spent += TRIANGLE * mesh.report.triangles
+        check_mesh(mesh, work, accuracy)
+        return mesh
+
+
+def build_within_budget(
+    work: "MeshWork", model: Model, options: MeshOptions, accuracy: Accuracy
+) -> tuple[AnyMesh, bytes]:
+    """The mesh of the least certified deviation that the budget allows, and its file."""
+    finest = (FINEST_SINGLE if work.fmt.single else FINEST) * diagonal_of(model)
+    effort = Effort(EFFORT * work.limits.max_multiplications)
+    build = AdaptiveMesher(work, model, options, effort).build
+    return search_budget(build, work.encode_mesh, accuracy, finest, effort)
+
+
+def search_budget(
+    build: Build, encode: Encode, accuracy: Accuracy, finest: float, effort: Effort
+) -> tuple[AnyMesh, bytes]:
+    """Searches the tolerance of the nearest mesh within a budget.
+
+    A finer tolerance than `finest`, in model units, is not tried. Of the `effort`, all of which the
+    search may take, a mesh takes a third at most: one more budget that is kept to.
+
+    Raises
+    ------
+    InvalidRequest
+        `budget_too_small`, saying what the least would be.
+    TooLarge
+        If even the coarsest mesh is beyond what is computed at all.
+    """
+    most = effort.whole / ATTEMPTS
+
+    def tried(allowed: Accuracy, tolerance: float) -> Attempt[tuple[AnyMesh, bytes]]:
+        before = effort.spent
+        mesh = build(allowed, tolerance)
+        content = encode(mesh)
+        taken = (effort.spent - before) / most
+        cost = max(_budget_share(mesh, content, accuracy), taken)
+        return Attempt(cost, mesh.report.deviation_bound or 0.0, (mesh, content))
+
+    # The coarsest is made whatever the budget, to say what it would need.
+    unlimited = accuracy if accuracy.max_triangles is None else replace(accuracy, max_triangles=ANY)
+    coarsest = tried(unlimited, inf)
+    mesh, content = coarsest.result
+    _check_budget("/max_triangles", "triangles", mesh.report.triangles, accuracy.max_triangles)
+    _check_budget("/max_bytes", "bytes", len(content), accuracy.max_bytes)
+
+    def attempt(tolerance: float) -> Attempt[tuple[AnyMesh, bytes]] | None:
+        effort.allow(most)
+        try:
+            return tried(accuracy, tolerance)
+        except TooLarge:
+            return None
+        except InvalidRequest as error:
+            # The surface is met already, as near as its numbers allow.
+            if any(issue.code != "tolerance_too_small" for issue in error.issues):
+                raise
+            return None
+
+    return nearest_within(attempt, coarsest, finest).result
+
+
+def check_mesh(mesh: AnyMesh, work: "MeshWork", accuracy: Accuracy) -> None:
+    """Refuses a mesh that came out too large for an answer."""
+    where = stated(accuracy)
+    copies = [mesh] if isinstance(mesh, Mesh) else [mesh.meshes[n.model] for n in mesh.nodes]
+    vertices = sum(len(own.positions) for own in copies)
+    size = counted(mesh, work.stored)
+    check_vertices(vertices + size.overlay_points, work.limits, where)
+    check_bytes(work.fmt.byte_bound(size, work.encode), work.fmt, work.limits, where)
+
+
+def check_content(content: bytes, accuracy: Accuracy | None) -> None:
+    """Refuses a file that is larger than it was to be."""
+    most = None if accuracy is None else accuracy.max_bytes
+    if most is not None and len(content) > most:
+        raise TooLarge(_too_many_bytes(f"{len(content)} bytes", most))
+
+
+def counted(mesh: AnyMesh, size: MeshSize) -> MeshSize:
+    """The size of a mesh, or of the meshes of a scene: names and the like from its bound."""
+    meshes = [mesh] if isinstance(mesh, Mesh) else mesh.meshes
+    overlays = [overlay for own in meshes for overlay in own.overlays]
+    return replace(
+        size,
+        vertices=sum(len(own.positions) for own in meshes),
+        triangles=sum(len(own.triangles) for own in meshes),
+        quads=0,
+        overlay_points=sum(len(overlay.positions) for overlay in overlays),
+        overlay_segments=sum(len(overlay.segments) for overlay in overlays),
+        overlay_cells=sum(0 if o.cells is None else len(o.cells) for o in overlays),
+    )
+
+
+def _limited(issue: Issue, limit: str, most: int) -> Issue:
+    """What was too large, where the limit was set; of a group, the limit of the whole."""
+    if issue.code != "too_many_triangles":
+        return replace(issue, pointer=limit)
+    got, needed = f"more than {most} triangles", f"at most {most}; a greater tolerance needs fewer"
+    return replace(issue, pointer=limit, got=got, needed=needed)
+
+
+def _scarce(issue: Issue, limits: Limits, accuracy: Accuracy, triangles: int) -> Issue:
+    """What was too large for the memory that it may take, or for the bytes of its file."""
+    if issue.code != "too_many_triangles":
+        return issue
+    if accuracy.max_bytes is not None and LEAST_BYTES * triangles > accuracy.max_bytes:
+        return _too_many_bytes(f"more than {accuracy.max_bytes} bytes", accuracy.max_bytes)
+    most = limits.max_memory // SHARE
+    return Issue(
+        "too_much_memory",
+        "The mesh would take more memory than this service has for one by tolerance.",
+        issue.pointer,
+        f"more than {most} bytes",
+        f"at most {most}; a greater tolerance, or another format, takes less",
+    )
+
+
+def _too_many_bytes(got: str, most: int) -> Issue:
+    message = "To be so near to the surface the file would need too many bytes."
+    return Issue("too_many_bytes", message, "/max_bytes", got, f"at most {most}")
+
+
+def _budget_share(mesh: AnyMesh, content: bytes, budget: Accuracy) -> float:
+    """The larger share of what a budget allows."""
+    counts = (mesh.report.triangles, budget.max_triangles), (len(content), budget.max_bytes)
+    return max(count / most for count, most in counts if most is not None)
+
+
+def _check_budget(where: str, unit: str, least: int, most: int | None) -> None:
+    """Refuses a budget that not even the coarsest mesh keeps to."""
+    if most is not None and least > most:
+        raise InvalidRequest(
+            Issue(
+                "budget_too_small",
+                "No mesh of the surface is so small.",
+                where,
+                f"{most} {unit}",
+                f"at least {least} {unit}",
+            )
+        )

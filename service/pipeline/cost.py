@@ -1,0 +1,367 @@
+"""What a request costs, known from the shapes of its surface before anything is allocated.
+
+Bounds are coarse and safe. They count vertices, faces and bytes of the file, and give memory as so
+many bytes for each of these: of the steps of the work, the one that takes most.
+"""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from service.bases import triangle
+from service.encoders import json_points
+from service.encoders.format import EncodeOptions, Format, MeshSize
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.adaptive.aims import stated
+from service.engine.count import Counts
+from service.engine.curvatures.ranges import NAMES as CURVATURES
+from service.engine.options import MeshOptions
+from service.engine.wires.draw import NAME as WIRES
+from service.engine.wires.draw import most_solids
+from service.engine.wires.isocurves import most_isocurves
+from service.pipeline.limits import Limits
+from service.surface.convert.operations import Elevate, Operation, Split, ToTriangle
+from service.surface.sizes import SurfaceSize
+
+SCRATCH, LEAST = 16 << 20, 1 << 19
+"""Bytes of work arrays: from some size on they do not grow with what is computed, below they take
+at most 4 times as much as the rest, and `LEAST` in any case."""
+
+SEAMS = 1000
+"""Bytes for each patch while shared edges are found."""
+
+VERTEX, FACE, RIM, LINE = 80, 40, 280, 100
+"""Bytes for each vertex while a mesh is built, beside its own numbers; for each triangle while open
+edges are counted; for each triangle along the border of a patch that folds, which is looked at by
+itself; and for each point, segment and cell of lines."""
+
+STATION = 240
+"""Bytes for each vertex that is swept along a curve."""
+
+WRITTEN, TEXT = 64, 6 << 20
+"""Bytes for each vertex while it is written, beside the file; and of a piece of text on its way."""
+
+CERTIFIED, CELLS = 1200, 8 << 20
+"""Bytes for each triangle of a mesh by tolerance while it is proved, and at least."""
+
+SHARE = 3
+"""How large a mesh by tolerance or a curve becomes is not known beforehand: it may take 1/3 of the
+memory that a request may take."""
+
+COARSEST, LEAST_BYTES = 64, 1
+"""Triangles for each patch that the coarsest mesh by tolerance may have; and bytes that no format
+writes a triangle in fewer of."""
+
+EFFORT, TRIANGLE = 2, 5_000
+"""How many times the multiplications of other work a mesh by tolerance may take, or the search for
+one within a budget; and multiplications that a triangle of it takes at least."""
+
+PLACE, POINT, CONVERTED = 400, 700, 100
+"""Bytes for each place of a query, each point of a curve, and each number of a conversion."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What a piece of work takes at most.
+
+    Attributes
+    ----------
+    vertices, triangles : int
+        Of the result.
+    bytes : int
+        Of the file.
+    memory : int
+        Bytes at the peak: patches, mesh and file; not the surface itself.
+    work : float
+        Seconds of one processor, roughly.
+    """
+
+    vertices: int
+    triangles: int
+    bytes: int
+    memory: int
+    work: float
+
+
+def lowering_memory(size: SurfaceSize) -> int:
+    """Bytes of lowering a surface to patches, and of finding their shared edges."""
+    return LEAST + max(size.peak, _patch_memory(size))
+
+
+def compression_cost(length: int) -> Cost:
+    """Of an answer of `length` bytes in another coding."""
+    return Cost(0, 0, length, _with_scratch(2 * length), 1e-3 + length * 5e-8)
+
+
+def definition_cost(size: SurfaceSize, limits: Limits) -> Cost:
+    """Of a surface as JSON: 8 bytes become at most 32 characters."""
+    most = min(1000 + 600 * size.members + 4 * size.own + 8 * size.name_bytes, limits.max_bytes)
+    return Cost(0, 0, most, 3 * most, 1e-4 * size.members + most * 1e-8)
+
+
+def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
+    """Of the answer to a query of `count` places."""
+    file = json_points.byte_bound(count, order)
+    memory = _with_scratch(lowering_memory(size) + PLACE * count + 2 * file)
+    degree = max(size.degree)
+    work = 5e-4 + _lowering_work(size) + count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
+    return Cost(count, 0, file, memory, work)
+
+
+def curve_cost(points: int, degree: int, numbers: int, file: int) -> Cost:
+    """Of a polyline of `points` points, from Bézier pieces of `numbers` numbers."""
+    memory = _with_scratch(8 * numbers + POINT * points + 2 * file)
+    return Cost(points, 0, file, memory, 5e-4 + points * degree * 2e-6)
+
+
+def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int:
+    """Control points of a surface in the course of some operations, each patch with all of its."""
+    (p, q), patches = size.degree, max(1, size.patches)
+    most = patches * (p + 1) * (q + 1)
+    for operation in operations:
+        if isinstance(operation, Elevate):
+            p, q = max(p, operation.degree[0]), max(q, operation.degree[1])
+        elif isinstance(operation, Split):
+            patches *= 4
+        elif isinstance(operation, ToTriangle):
+            p = q = p + q
+        most = max(most, patches * (p + 1) * (q + 1))
+    return most
+
+
+def conversion_cost(size: SurfaceSize, points: int, limits: Limits) -> Cost:
+    """Of a conversion that leads to at most so many control points."""
+    numbers = (4 + size.width) * points
+    memory = _with_scratch(size.peak + CONVERTED * numbers)
+    return Cost(0, 0, min(32 * numbers + 1000, limits.max_bytes), memory, 3e-3 + numbers * 1e-6)
+
+
+def convertible(size: SurfaceSize, limits: Limits) -> int:
+    """Control points that the memory allows a surface to have after a conversion."""
+    return max(0, limits.max_memory - SCRATCH - size.peak) // (CONVERTED * (4 + size.width))
+
+
+def estimate_cost(size: SurfaceSize, options: MeshOptions, formats: int, limits: Limits) -> Cost:
+    """Of an estimate: what is counted where patches fold takes most."""
+    most = mesh_counts(size, options)
+    counted = 0 if options.accuracy or most.vertices > limits.max_vertices else most.vertices
+    memory = _with_scratch(lowering_memory(size) + VERTEX * counted)
+    work = 1e-3 + 2e-4 * formats + _lowering_work(size) + 1e-3 * (size.members - 1)
+    if options.accuracy is not None:
+        work += 1e-4 * size.patches + 5e-3
+    triangles = most.triangles + 2 * most.quads
+    return Cost(most.vertices, triangles, 0, min(memory, limits.max_memory), work)
+
+
+def mesh_cost(
+    size: SurfaceSize,
+    options: MeshOptions,
+    mesh: MeshSize,
+    file: int,
+    form: tuple[Format, EncodeOptions],
+) -> Cost:
+    """Of a mesh of so many vertices and faces, and of its file of so many bytes."""
+    fmt, encode = form
+    degree = max(size.degree)
+    work = 4e-4 + _lowering_work(size) + mesh.vertices * 6e-7 + file * 1e-8
+    if size.curves or size.members > 1 or options.solid_wires:
+        work += 2e-3 * size.members
+    work *= max(1.0, degree / 8) ** 3 * (1 + 2 * options.curvatures)
+    if options.method != "matrix":
+        work *= 10 * degree
+    faces = mesh.triangles + 2 * mesh.quads
+    if encode.exact and fmt.encode_exact is not None:
+        memory = 96 * mesh.control_points + LINE * _lines(mesh) + 2 * file + min(TEXT, 8 * file)
+        return Cost(0, 0, file, _with_patches(size, memory), work)
+    flat = size.members > 1 and fmt.encode_scene is None
+    row = _row(size, options, fmt, double=flat or not fmt.single)
+    own = (row + 8) * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + LINE * _lines(mesh)
+    ru, rv = options.resolution
+    rims = RIM * min(faces, 8 * (ru + rv) * mesh.patches)
+    # Samples become vertices, and these faces; normals and curvatures that are limits are computed
+    # some at a time. A group in one mesh is built apart first.
+    beside = VERTEX * mesh.vertices + max(FACE * faces, rims)
+    limits = min(SCRATCH, 2000 * size.control_points)
+    limits += min(SCRATCH, 1000 * mesh.vertices) * options.curvatures
+    built = (2 + 2 * flat) * own + max(beside, limits)
+    if size.curves or options.solid_wires:
+        built += STATION * (mesh.vertices + mesh.patches)
+    memory = max(built, own + _written(mesh, file, fmt, encode))
+    return Cost(mesh.vertices, faces, file, _with_patches(size, memory), work)
+
+
+def adaptive_cost(
+    size: SurfaceSize,
+    options: MeshOptions,
+    mesh: MeshSize,
+    form: tuple[Format, EncodeOptions],
+    limits: Limits,
+) -> Cost:
+    """Of a mesh by tolerance: it may have as many triangles as limits, budget and memory allow.
+
+    Raises
+    ------
+    TooLarge
+        If there is no memory for any.
+    """
+    (fmt, encode), accuracy = form, options.accuracy or Accuracy()
+    empty, some = (adaptive_size(mesh, options, k) for k in (0, 1 << 16))
+    least = fmt.byte_bound(empty, encode)
+    each = -(-(fmt.byte_bound(some, encode) - least) >> 16) + 1
+    # While a budget is sought, the nearest file so far is kept, and the coarsest.
+    files = 4 if accuracy.budgeted else 2
+    fixed = lowering_memory(size) + CELLS + files * least + LINE * _lines(mesh)
+    limits.check_memory(fixed, "The mesh", stated(accuracy), "a smaller surface")
+    one = CERTIFIED + 8 * size.width + files * each
+    most = adaptive_triangles(accuracy, limits, size.patches)
+    most = min(most, max(0, limits.max_memory // SHARE - fixed) // one)
+    file = min(least + each * most, limits.max_bytes, accuracy.max_bytes or sys.maxsize)
+    vertices = min(limits.max_vertices, most + 2 * mesh.patches)
+    return Cost(vertices, most, file, fixed + one * most, 5e-3 + 3e-5 * most)
+
+
+def adaptive_triangles(accuracy: Accuracy, limits: Limits, patches: int = 0) -> int:
+    """Triangles that a mesh by tolerance may have, whatever the memory.
+
+    The coarsest mesh of some patches may have more than a budget allows, to say what it would need.
+    """
+    # A closed surface has two triangles a vertex, an open one fewer.
+    most = min(2 * limits.max_vertices, EFFORT * limits.max_multiplications // TRIANGLE)
+    budget = most if accuracy.max_triangles is None else accuracy.max_triangles
+    if accuracy.max_bytes is not None:
+        budget = min(budget, accuracy.max_bytes // LEAST_BYTES + 1)
+    return min(most, max(budget, COARSEST * patches))
+
+
+def adaptive_size(mesh: MeshSize, options: MeshOptions, triangles: int) -> MeshSize:
+    """Counts of a mesh by tolerance of so many triangles; each has at most one vertex more."""
+    lines = triangles if "boundary" in options.overlays else 0
+    return replace(
+        mesh,
+        vertices=triangles + 2 * mesh.patches,
+        triangles=triangles,
+        quads=0,
+        overlay_points=mesh.overlay_points + lines,
+        overlay_segments=mesh.overlay_segments + lines,
+    )
+
+
+def least_vertices(size: SurfaceSize, options: MeshOptions) -> int:
+    """Samples that a mesh has in any case, before any are welded."""
+    ru, rv = options.resolution
+    swept = size.stations * ru
+    if not options.surface:
+        return swept
+    return swept + size.grids * (ru + 1) * (rv + 1) + size.triangles * triangle.size(max(ru, rv))
+
+
+def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:
+    """Vertices, triangles and quads at most.
+
+    Exact for patches that meet nowhere and have as many divisions along u as along v; welding and
+    collapsed sides only take away.
+    """
+    (ru, rv), quads = options.resolution, options.faces == "quads"
+    vertices, faces, cells, most = least_vertices(size, options), 0, 0, max(ru, rv)
+    if options.surface:
+        cells, border = size.grids * ru * rv, 2 * (ru + rv) * size.grids
+        faces = size.triangles * most**2 + (border if quads else 2 * cells)
+        if ru != rv:
+            # A neighbour may divide two edges more finely: then these have samples of their own,
+            # and a grid of one division gets a line of samples inside.
+            vertices += size.grids * (2 * most + (most + 1) * (min(ru, rv) < 2))
+            cells, faces = max(cells, vertices), 2 * vertices
+    swept = size.stations * ru + size.rings
+    return Counts(vertices + size.rings, faces + 2 * swept, cells + swept if quads else 0)
+
+
+def mesh_size(
+    size: SurfaceSize, options: MeshOptions, fmt: Format, counts: Counts | None = None
+) -> MeshSize:
+    """Counts of a mesh and of what a format writes beside it, at most.
+
+    `counts`, if they are known better, are those of the surface without its wires.
+    """
+    counts = counts or mesh_counts(size, options)
+    vertices, triangles, quads = counts.vertices, counts.triangles, counts.quads
+    points = segments = cells = 0
+    names: list[str] = [*options.overlays]
+    patches, most = size.patches + size.rings // 2, max(options.resolution)
+    if "control_net" in options.overlays:
+        points, segments, cells = size.net_points, size.net_segments, size.net_cells
+    if "boundary" in options.overlays:
+        segments += 4 * size.patches * most
+        points += 4 * size.patches * (most + 1)
+    if options.wired:
+        names.append(WIRES)
+        curves, samples = most_isocurves(
+            size.grids, size.triangles, options.resolution, options.isocurves
+        )
+        if options.solid_wires:
+            more = most_solids(curves, samples, options)
+            vertices, triangles, quads = vertices + more[0], triangles + more[1], quads + more[2]
+            # A tube is a grid between two bends, and one at each end.
+            patches += 3 * curves
+        else:
+            points, segments = points + samples, segments + samples - curves
+    attributes = size.attributes if "attribute" in fmt.carries else ()
+    if options.curvatures and "attribute" in fmt.carries:
+        attributes += tuple((name, 1) for name in CURVATURES)
+    return MeshSize(
+        vertices,
+        triangles,
+        quads,
+        patches,
+        size.control_points,
+        named=size.parts + size.members * len(names),
+        name_bytes=size.name_bytes
+        + len(names) * size.label_bytes
+        + size.members * sum(map(len, names)),
+        overlay_points=points,
+        overlay_segments=segments,
+        overlay_cells=cells,
+        colors=size.colors if "colors" in fmt.carries else 0,
+        attributes=attributes,
+    )
+
+
+def _row(size: SurfaceSize, options: MeshOptions, fmt: Format, *, double: bool) -> int:
+    """Bytes of the numbers of a vertex."""
+    numbers = 3 + 3 * options.normals + size.width * bool(fmt.carries)
+    return (8 if double else 4) * (numbers + 2 * options.uvs + 2 * options.curvatures)
+
+
+def _lines(mesh: MeshSize) -> int:
+    return mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells
+
+
+def _written(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) -> int:
+    """Bytes of a file, and of what leads to it."""
+    faces = 12 * (mesh.triangles + 2 * mesh.quads)
+    memory = 2 * file + 96 * mesh.vertices * bool(mesh.colors or encode.quantize)
+    if encode.compression != "none":
+        memory += 2 * file + WRITTEN * mesh.vertices + faces
+    if not fmt.compact:
+        memory += WRITTEN * mesh.vertices + faces + min(TEXT, 8 * file)
+        memory += LINE * (mesh.patches + mesh.overlay_cells)
+    return memory
+
+
+def _with_patches(size: SurfaceSize, other: int) -> int:
+    """Bytes of something together with the patches, once these are there."""
+    return LEAST + max(size.peak, _patch_memory(size) + other)
+
+
+def _patch_memory(size: SurfaceSize) -> int:
+    """Bytes of the patches, and of finding their shared edges."""
+    return size.arrays + SEAMS * size.patches + 4 * size.sides
+
+
+def _lowering_work(size: SurfaceSize) -> float:
+    """Seconds of lowering, and of finding shared edges."""
+    return 4e-6 * size.patches + 2e-9 * size.peak
+
+
+def _with_scratch(other: int) -> int:
+    """Bytes of something together with the work arrays in which it is computed."""
+    return other + min(SCRATCH, LEAST + 4 * other)
