@@ -34,6 +34,21 @@ CHROMIUM_FLAGS = (
 # What model-viewer says where two frames take more than half a second, as without a graphics card.
 TOO_SLOW = "rAF timed out in updateSource"
 
+# Put into pages whose pictures are not judged: WebGL does all but fill pixels, which takes most of
+# the time without a graphics card. Shaders are compiled, and every call to draw is checked.
+WITHOUT_PIXELS = """const { getContext } = HTMLCanvasElement.prototype;
+HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+    const context = getContext.call(this, kind, ...more);
+    if (kind === 'webgl2') context?.enable(context.RASTERIZER_DISCARD);
+    return context;
+};"""
+
+# The same pages from now on with pixels; asked for its context once more, a page is without again.
+FILL_PIXELS = """for (const canvas of document.querySelectorAll('canvas')) {
+    const context = canvas.getContext('webgl2');
+    context?.disable(context.RASTERIZER_DISCARD);
+}"""
+
 READ_PICTURE = """async (image) => {
     const bytes = Uint8Array.from(atob(image), (c) => c.charCodeAt(0));
     const bitmap = await createImageBitmap(new Blob([bytes]));

@@ -15,7 +15,7 @@ from typing import Any, BinaryIO
 from playwright.sync_api import Browser
 
 from tests.programs import node_package
-from tests.web.browser import FOLDER, QuietHandler, Stage, open_page, serve
+from tests.web.browser import FOLDER, WITHOUT_PIXELS, QuietHandler, Stage, open_page, serve
 
 PAGE = Path(__file__).parents[2] / "docs" / "browser.md"
 HELD = FOLDER / "held.js"
@@ -76,11 +76,13 @@ def site(pages: Mapping[str, str]) -> Iterator[str]:
         yield origin
 
 
-def open_client(browser: Browser, url: str) -> Stage:
-    """A new page at `url`, opened; `held` can be asked about it."""
+def open_client(browser: Browser, url: str, pixels: bool = False) -> Stage:
+    """A new page at `url`, opened; `held` can be asked about it, and about its picture `pixels`."""
     stage = open_page(browser)
     stage.page.set_viewport_size({"width": 480, "height": 320})
     stage.page.add_init_script(path=HELD)
+    if not pixels:
+        stage.page.add_init_script(WITHOUT_PIXELS)
     stage.page.goto(url)
     return stage
 

@@ -1,9 +1,30 @@
 """TypeScript's compiler, as a judge."""
 
+import json
 import subprocess
 from pathlib import Path
 
 from tests.programs import node_package, program
+
+STRICT = {
+    "strict": True,
+    "noUncheckedIndexedAccess": True,
+    "target": "es2022",
+    "module": "es2022",
+    "moduleResolution": "bundler",
+    "lib": ["es2023", "dom", "dom.iterable"],
+    "types": [],
+    "skipDefaultLibCheck": True,
+}
+
+
+def project_of(folder: Path, *sources: Path) -> Path:
+    """A strict project of these sources: a file in `folder`, into whose `js` it is compiled."""
+    project = folder / "tsconfig.json"
+    options = STRICT | {"outDir": "js", "rootDir": "/"}
+    described = {"compilerOptions": options, "files": [str(source) for source in sources]}
+    project.write_text(json.dumps(described), encoding="utf-8")
+    return project
 
 
 def complaints(project: Path) -> str:

@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from service.api import page as editor
-from tests.web.browser import Stage
+from tests.web.browser import WITHOUT_PIXELS, Stage
 
 READY = 'html[data-state="ready"]'
 """No request is under way, and the last one was answered with a mesh."""
@@ -25,12 +25,19 @@ def listening(page: Page) -> Stage:
     return stage
 
 
-def open_editor(browser: Browser, address: str) -> Stage:
-    """The editor in a fresh profile, once it shows its first mesh."""
+def open_profile(browser: Browser) -> Stage:
+    """An empty page in a fresh profile, in which the editor does all but fill pixels."""
     if not (editor.ASSETS / editor.THREE).is_file():
         pytest.skip("three.js is not built ('make web')")
     context = browser.new_context(viewport={"width": 880, "height": 440}, reduced_motion="reduce")
     stage = listening(context.new_page())
+    stage.page.add_init_script(WITHOUT_PIXELS)
+    return stage
+
+
+def open_editor(browser: Browser, address: str) -> Stage:
+    """The editor in a fresh profile, once it shows its first mesh."""
+    stage = open_profile(browser)
     show(stage.page, address)
     return stage
 

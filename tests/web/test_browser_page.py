@@ -17,10 +17,10 @@ from service.settings.environment import with_flags
 from service.settings.values import Settings
 from tests.programs import node_package, program
 from tests.test_readme import run_shell
-from tests.web.browser import Stage
+from tests.web.browser import FOLDER, Stage
 from tests.web.clients import PAGE, SERVED_AT, blocks, held, open_client, page_of, site
-from tests.web.compiler import complaints
-from tests.web.test_client_types import TYPES, project_of
+from tests.web.compiler import complaints, project_of
+from tests.web.test_types import TYPES
 
 TEXT = PAGE.read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", TEXT, re.MULTILINE | re.DOTALL))
@@ -65,8 +65,7 @@ def test_a_net_becomes_a_geometry(opened: Any, server: str) -> None:
     assert np.reshape(mesh["triangles"], (-1, 3)).tolist() == computed["faces"]
 
 
-@pytest.mark.parametrize("example", ["utah-teapot", "rounded-box", "cone", "trefoil-tube"])
-def test_creases_have_the_normals_of_their_corners(example: str, opened: Any, server: str) -> None:
+def test_creases_have_the_normals_of_their_corners(opened: Any, server: str) -> None:
     """The page's own function, of meshes whose positions have several normals."""
     (page,) = (block for block in blocks("html") if "BufferGeometry" in block)
     (function,) = re.findall(r"function geometryOf.*?\n  }\n", page, re.DOTALL)
@@ -74,22 +73,25 @@ def test_creases_have_the_normals_of_their_corners(example: str, opened: Any, se
     script = f"""{EMPTY}{IMPORTS[0]}<script type="module">
       import * as THREE from 'three';
       {function}
-      const answer = await fetch('{server}/v1/surfaces/{example}/mesh.json?resolution=3');
-      const mesh = await answer.json();
-      const {{ attributes, index }} = geometryOf(mesh);
-      window.corners = mesh.faces.flatMap((face, f) => face.map((vertex, c) => {{
-        const row = index.getX(3 * f + c);
-        const at = mesh.vertices[vertex];
-        const away = at.map((x, k) => Math.abs(attributes.position.getComponent(row, k) - x));
-        return Math.max(...away);
-      }}));
-      window.rows = [attributes.position.count, attributes.normal.count, mesh.normals.length];
+      window.look = async (example) => {{
+        const answer = await fetch(`{server}/v1/surfaces/${{example}}/mesh.json?resolution=3`);
+        const mesh = await answer.json();
+        const {{ attributes, index }} = geometryOf(mesh);
+        const corners = mesh.faces.flatMap((face, f) => face.map((vertex, c) => {{
+          const row = index.getX(3 * f + c);
+          const at = mesh.vertices[vertex];
+          const away = at.map((x, k) => Math.abs(attributes.position.getComponent(row, k) - x));
+          return Math.max(...away);
+        }}));
+        return [attributes.position.count, attributes.normal.count, mesh.normals.length, corners];
+      }};
     </script>"""
     stage = opened(script)
-    stage.page.wait_for_function("window.rows")
-    positions, normals, expected = stage.page.evaluate("window.rows")
-    assert positions == normals == expected
-    assert max(stage.page.evaluate("window.corners")) < 1e-5
+    stage.page.wait_for_function("window.look !== undefined")
+    for example in ("utah-teapot", "rounded-box", "cone", "trefoil-tube"):
+        positions, normals, expected, corners = stage.page.evaluate("window.look", example)
+        assert positions == normals == expected, example
+        assert max(corners) < 1e-5, example
     assert stage.complaints == []
 
 
@@ -104,12 +106,14 @@ def test_a_refusal_is_read_from_the_error_of_three(opened: Any) -> None:
 
 
 def test_the_client_in_typescript_compiles_and_runs(opened: Any, tmp_path: Path) -> None:
+    """Beside it right and wrong uses of the types, of which the compiler takes the right ones."""
+    node_package("openapi-fetch")
     (source,) = blocks("ts")
     (tmp_path / "client.ts").write_text(source, encoding="utf-8")
     (tmp_path / TYPES.name).write_bytes(TYPES.read_bytes())
-    project = project_of(tmp_path / "client.ts", tmp_path, noEmit=False, outDir="js")
-    assert complaints(project) == ""
-    script = (tmp_path / "js" / "client.js").read_text(encoding="utf-8")
+    assert complaints(project_of(tmp_path, tmp_path / "client.ts", FOLDER / "uses.ts")) == ""
+    (compiled,) = (tmp_path / "js").rglob("client.js")
+    script = compiled.read_text(encoding="utf-8")
     stage = opened(f'{EMPTY}<script type="module">{script}</script>')
     stage.page.wait_for_function("document.body.textContent.includes('away')")
     told = re.fullmatch(

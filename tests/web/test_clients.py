@@ -2,7 +2,7 @@
 its URL from another origin, and hold what the service computed: its JSON, number by number."""
 
 import json
-from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import httpx
@@ -13,7 +13,6 @@ from playwright.sync_api import Browser
 
 from tests.programs import program
 from tests.test_readme import run_shell
-from tests.web.browser import Stage
 from tests.web.clients import LIBRARIES, MODEL, SERVED_AT, blocks, held, open_client, page_of, site
 
 RESOLUTION = 32
@@ -36,18 +35,28 @@ def computed(server: str, stored: dict[str, Any]) -> dict[str, Any]:
     return mesh
 
 
+@dataclass(frozen=True)
+class Drawn:
+    """What a library holds of the mesh, its picture, and what it complained of."""
+
+    mesh: dict[str, Any]
+    picture: NDArray[np.int64]
+    complaints: list[str]
+
+
 @pytest.fixture(scope="module", params=LIBRARIES)
 def drawn(
     request: pytest.FixtureRequest, server: str, stored: dict[str, Any], browser: Browser
-) -> Iterator[tuple[Stage, dict[str, Any]]]:
-    """The documentation's page, open, and what its library holds of the mesh."""
+) -> Drawn:
+    """The documentation's page, as it is once it was opened."""
     page = page_of(request.param).replace(SERVED_AT, server)
     assert stored["id"] in page
     with site({"/": page}) as origin:
-        stage = open_client(browser, f"{origin}/")
+        stage = open_client(browser, f"{origin}/", pixels=True)
         (mesh,) = held(stage)
-        yield stage, mesh
+        picture = stage.picture()
         stage.page.close()
+    return Drawn(mesh, picture, stage.complaints)
 
 
 def upright(rows: list[list[float]]) -> NDArray[np.float64]:
@@ -72,39 +81,31 @@ def test_the_pages_load_what_was_stored(stored: dict[str, Any]) -> None:
 
 
 def test_positions_and_triangles_are_those_of_the_service(
-    drawn: tuple[Stage, dict[str, Any]], computed: dict[str, Any]
+    drawn: Drawn, computed: dict[str, Any]
 ) -> None:
-    _, mesh = drawn
-    np.testing.assert_allclose(mesh["positions"], upright(computed["vertices"]), atol=1e-6)
-    assert np.reshape(mesh["triangles"], (-1, 3)).tolist() == computed["faces"]
+    np.testing.assert_allclose(drawn.mesh["positions"], upright(computed["vertices"]), atol=1e-6)
+    assert np.reshape(drawn.mesh["triangles"], (-1, 3)).tolist() == computed["faces"]
 
 
-def test_normals_are_those_of_the_service(
-    drawn: tuple[Stage, dict[str, Any]], computed: dict[str, Any]
-) -> None:
-    _, mesh = drawn
-    np.testing.assert_allclose(mesh["normals"], upright(computed["normals"]), atol=1e-6)
+def test_normals_are_those_of_the_service(drawn: Drawn, computed: dict[str, Any]) -> None:
+    np.testing.assert_allclose(drawn.mesh["normals"], upright(computed["normals"]), atol=1e-6)
 
 
 def test_colours_are_those_of_the_service_and_linear(
-    drawn: tuple[Stage, dict[str, Any]], computed: dict[str, Any]
+    drawn: Drawn, computed: dict[str, Any]
 ) -> None:
-    _, mesh = drawn
-    colors = np.array(mesh["colors"])[:, :3]
+    colors = np.array(drawn.mesh["colors"])[:, :3]
     assert np.ptp(colors, axis=0).min() > 0.1
     np.testing.assert_allclose(colors, linear(np.array(computed["colors"])), atol=1e-6)
 
 
-def test_it_is_drawn_in_its_colours_and_nothing_is_complained_of(
-    drawn: tuple[Stage, dict[str, Any]],
-) -> None:
+def test_it_is_drawn_in_its_colours_and_nothing_is_complained_of(drawn: Drawn) -> None:
     """On a white page: some of the picture is rather red, some rather blue."""
-    stage, _ = drawn
-    rgb = stage.picture()
+    rgb = drawn.picture
     covered = np.ptp(rgb, axis=1) > 40
     warm = rgb[:, 0] > rgb[:, 2] + 60
     cold = rgb[:, 2] > rgb[:, 0] + 40
     assert covered.mean() > 0.05
     assert warm.mean() > 0.01
     assert cold.mean() > 0.01
-    assert stage.complaints == []
+    assert drawn.complaints == []

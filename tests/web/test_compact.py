@@ -9,36 +9,27 @@ from playwright.sync_api import Browser
 from scipy.spatial import cKDTree
 
 from service.engine.grid import CORNER
-from tests.web.browser import Stage
-from tests.web.clients import client, held, open_client, site
+from tests.web.browser import FILL_PIXELS, Stage
+from tests.web.clients import client, open_client, site
 from tests.web.pictures import difference
 
 pytest.importorskip("meshopt")
 
 SURFACE = "/v1/surfaces/bourke-1111-colors/mesh.glb?resolution=24,20"
 FORMS = {
-    "quantized": "quantize=true",
-    "compressed": "compression=meshopt",
-    "both": "quantize=true&compression=meshopt",
+    "plain": "",
+    "quantized": "&quantize=true",
+    "compressed": "&compression=meshopt",
+    "both": "&quantize=true&compression=meshopt",
 }
+FRAMES = """<!doctype html><title>Forms</title><link rel="icon" href="data:,">
+<style>body { margin: 0 } iframe { border: 0; width: 240px; height: 160px; float: left }</style>
+"""
 NORMAL = {"quantized": 0.002, "compressed": 0.001, "both": 0.1}
 """Degrees that normals may be off, the float32 of the libraries included."""
 
 MOVED = 2.0**-13 * CORNER
 """How far the grid may move a vertex: the surface is 5 units long."""
-
-
-class Shown:
-    """What a library made of a file."""
-
-    def __init__(self, browser: Browser, library: str, model: str) -> None:
-        with site({"/": client(library, model)}) as origin:
-            stage = open_client(browser, f"{origin}/")
-            (self.mesh,) = held(stage)
-            canvas = base64.b64decode(stage.page.evaluate(PICTURE))
-            self.picture = canvas or stage.page.screenshot()
-            self.complaints = stage.complaints
-            stage.page.close()
 
 
 PICTURE = """async () => {
@@ -55,30 +46,43 @@ PICTURE = """async () => {
 """The canvas of Babylon.js, before which a curtain is still fading; else nothing, once drawn."""
 
 
+Shown = dict[str, tuple[Any, bytes]]
+
+
 @pytest.fixture(scope="module", params=["three", "babylon"])
-def plain(request: pytest.FixtureRequest, server: str, browser: Browser) -> tuple[str, Shown]:
-    """A library, and what it holds of the surface in float32."""
-    return request.param, Shown(browser, request.param, server + SURFACE)
+def shown(request: pytest.FixtureRequest, server: str, browser: Browser) -> Shown:
+    """What a library holds of the surface in every form, and its picture of it: all on one page."""
+    pages = {f"/{name}": client(request.param, server + SURFACE + FORMS[name]) for name in FORMS}
+    frames = "".join(f'<iframe name="{name}" src="{name}"></iframe>' for name in FORMS)
+    found: Shown = {}
+    with site({"/": FRAMES + frames, **pages}) as origin:
+        stage = open_client(browser, f"{origin}/")
+        for frame in stage.page.frames[1:]:
+            frame.wait_for_function("window.held().length > 0")
+            (mesh,) = frame.evaluate("window.held()")
+            frame.evaluate(FILL_PIXELS)
+            canvas = base64.b64decode(frame.evaluate(PICTURE))
+            found[frame.name] = mesh, canvas or frame.frame_element().screenshot()
+            stage.page.evaluate("name => document.getElementsByName(name)[0].remove()", frame.name)
+        assert stage.complaints == []
+        stage.page.close()
+    return found
 
 
-@pytest.mark.parametrize("form", FORMS)
-def test_libraries_hold_and_draw_the_same(
-    plain: tuple[str, Shown], form: str, server: str, browser: Browser, viewer: Stage
-) -> None:
-    library, wanted = plain
-    found = Shown(browser, library, f"{server}{SURFACE}&{FORMS[form]}")
-    assert found.complaints == []
-    places = np.array(wanted.mesh["positions"])
-    moved, rows = cKDTree(places).query(found.mesh["positions"])
+@pytest.mark.parametrize("form", [name for name in FORMS if name != "plain"])
+def test_libraries_hold_and_draw_the_same(shown: Shown, form: str, viewer: Stage) -> None:
+    (wanted, plain), (found, picture) = shown["plain"], shown[form]
+    places = np.array(wanted["positions"])
+    moved, rows = cKDTree(places).query(found["positions"])
     assert sorted(rows.tolist()) == list(range(len(places)))
     assert moved.max() <= (MOVED if "quantize" in FORMS[form] else 0) + 1e-6
-    normals = [np.array(mesh["normals"]) for mesh in (wanted.mesh, found.mesh)]
+    normals = [np.array(mesh["normals"]) for mesh in (wanted, found)]
     apart = np.linalg.norm(normals[0][rows] - normals[1], axis=1)
     assert np.degrees(2 * np.arcsin(apart / 2)).max() < NORMAL[form]
-    colors = [np.array(mesh["colors"])[:, :3] for mesh in (wanted.mesh, found.mesh)]
+    colors = [np.array(mesh["colors"])[:, :3] for mesh in (wanted, found)]
     assert np.abs(colors[0][rows] - colors[1]).max() < 1e-5
-    assert faces(found.mesh["triangles"], rows) == faces(wanted.mesh["triangles"], None)
-    unlike = difference(viewer, wanted.picture, found.picture)
+    assert faces(found["triangles"], rows) == faces(wanted["triangles"], None)
+    unlike = difference(viewer, plain, picture)
     assert unlike.inside > 0.02
     assert unlike.mean < 0.1
     assert unlike.apart < 0.002

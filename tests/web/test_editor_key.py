@@ -13,7 +13,7 @@ from service.settings.values import Settings
 from tests.live import running_service
 from tests.test_readme import run_shell
 from tests.web.browser import Stage
-from tests.web.editor import READY, SADDLE, listening
+from tests.web.editor import READY, SADDLE, open_profile
 from tests.web.test_page_access import violations
 from tests.web.test_page_sharing import copied
 
@@ -30,8 +30,7 @@ def private() -> Iterator[str]:
 @pytest.fixture(scope="module")
 def opened(private: str, browser: Browser) -> Iterator[tuple[Stage, list[Request]]]:
     """The page as it is first seen: the dialog stands there, and nothing is drawn yet."""
-    context = browser.new_context(viewport={"width": 880, "height": 440}, reduced_motion="reduce")
-    stage = listening(context.new_page())
+    stage = open_profile(browser)
     requests: list[Request] = []
 
     def note(request: Request) -> None:  # Playwright wants a function of its own
@@ -41,7 +40,7 @@ def opened(private: str, browser: Browser) -> Iterator[tuple[Stage, list[Request
     stage.page.goto(private + SADDLE)
     stage.page.wait_for_selector("#access[open]")
     yield stage, requests
-    context.close()
+    stage.page.context.close()
 
 
 def enter(page: Page, key: str) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from playwright.sync_api import Browser, Page
 
 from tests.test_readme import run_shell
-from tests.web.browser import Stage
+from tests.web.browser import FILL_PIXELS, Stage
 from tests.web.clients import held, open_client, site
 from tests.web.editor import READY, choose, drag, open_editor, point, start_anew, value
 
@@ -41,9 +41,11 @@ def edited(editor: Stage) -> Iterator[Page]:
 
 def picture_of_mesh(stage: Stage) -> NDArray[np.int64]:
     """The page without the control net, which follows the mouse by itself."""
+    stage.page.evaluate(FILL_PIXELS)
     stage.page.set_checked("#show-net", False)
     picture = stage.picture()
     stage.page.set_checked("#show-net", True)
+    stage.page.evaluate("document.querySelector('#view').getContext('webgl2')")
     return picture
 
 

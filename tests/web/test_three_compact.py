@@ -15,9 +15,9 @@ PARTS = ["body", "bottom", "handle", "lid", "rim", "spout"]
     "form", ["quantize=true", "compression=meshopt", "quantize=true&compression=meshopt"]
 )
 def test_the_picture_is_the_same(server: str, stage: Stage, form: str) -> None:
-    stage.show(f"{server}{TEAPOT}.glb?resolution=16", 600, 400)
+    stage.show(f"{server}{TEAPOT}.glb?resolution=16", 400, 300)
     plain, wanted = stage.page.screenshot(), stage.page.evaluate("window.viewer.measure()")
-    stage.show(f"{server}{TEAPOT}.glb?resolution=16&{form}", 600, 400)
+    stage.show(f"{server}{TEAPOT}.glb?resolution=16&{form}", 400, 300)
     assert sorted(mesh["name"] for mesh in stage.meshes()) == PARTS
     smooth = stage.page.evaluate("window.viewer.measure()")
     unlike = difference(stage, plain, stage.page.screenshot())

@@ -83,6 +83,7 @@ def test_every_curve_is_drawn_where_it_is(stage: Stage, name: str) -> None:
     stage.show(render_curve(curve, options, CURVES_BY_NAME["glb"]))
     (line,) = stage.lines()
     assert line["type"] == "Line"
+    assert {"_arc_length", "_parameter", "_tangent", "position"} == set(line["attributes"])
     assert stage.page.evaluate("window.viewer.measure()")["coverage"] > 0
     told = json.loads(render_curve(curve, options, CURVES_BY_NAME["json"]))
     points = in_space(np.array(told["points"]))

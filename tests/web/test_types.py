@@ -1,29 +1,38 @@
-"""The types that the modules of the editor declare in their comments, checked by TypeScript."""
+"""Types that TypeScript checks: those in the comments of the editor's modules, and those of the
+service, made from the OpenAPI document."""
 
+import json
+import subprocess
 from pathlib import Path
 
-from tests.programs import node_package
+from tests.programs import node_package, program
 from tests.web.compiler import complaints
 
 FOLDER = Path(__file__).parent
+PAGE = FOLDER.parents[1] / "service" / "api" / "page"
+TYPES = FOLDER.parents[1] / "openapi" / "surface-service.d.ts"
 
 
-def test_the_modules_of_the_page_agree() -> None:
+def test_the_modules_of_the_page_agree_and_the_compiler_sees_a_mistake(tmp_path: Path) -> None:
+    """Beside them a module that calls one of them as it does not want to be called."""
     node_package("@types/three")
-    assert complaints(FOLDER / "tsconfig.json") == ""
-
-
-def test_the_compiler_sees_a_mistake(tmp_path: Path) -> None:
-    """The same settings, and a module that calls others as they do not want to be called."""
-    page = FOLDER.parents[1] / "service" / "api" / "page"
     (tmp_path / "wrong.js").write_text(
-        f"import {{ diverging }} from '{page}/colors.js';\ndiverging('a half');\ndiverging();\n",
+        f"import {{ diverging }} from '{PAGE}/colors.js';\ndiverging('a half');\ndiverging();\n",
         encoding="utf-8",
     )
     project = tmp_path / "tsconfig.json"
-    project.write_text(
-        f'{{"extends": "{FOLDER}/tsconfig.json", "include": ["wrong.js"]}}', encoding="utf-8"
-    )
-    found = complaints(project)
-    assert "TS2345" in found  # a text is no number
-    assert "TS2554" in found  # one is wanted
+    described = {"extends": str(FOLDER / "tsconfig.json"), "files": ["wrong.js"]}
+    project.write_text(json.dumps(described), encoding="utf-8")
+    # A text is no number, and one is needed; nothing else is found anywhere.
+    found = [line.rsplit("/", 1)[-1] for line in complaints(project).splitlines()]
+    assert [line.split(": ")[:2] for line in found] == [
+        ["wrong.js(2,11)", "error TS2345"],
+        ["wrong.js(3,1)", "error TS2554"],
+    ], found
+
+
+def test_committed_types_are_those_of_the_document() -> None:
+    node_package("openapi-typescript")
+    command = [program("node"), str(FOLDER / "types.js")]
+    made = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    assert made.stdout == TYPES.read_text(encoding="utf-8"), "run `make types`"

@@ -1,6 +1,6 @@
 // Draws one model after the other and tells the test what three.js made of the last
-// (`window.viewer`, after `await window.show(url)`). With ?plain there are no shadows and no smooth
-// outlines, which take most of the time where there is no graphics card.
+// (`window.viewer`, after `await window.show(url)`). With ?plain there are no shadows, no smooth
+// outlines and no room around, which take most of the time where there is no graphics card.
 // Nothing about the geometry is mended here: normals and uprightness are the file's own.
 
 import * as THREE from 'three';
@@ -25,9 +25,11 @@ renderer.shadowMap.type = THREE.VSMShadowMap;
 document.body.append(renderer.domElement);
 
 const scene = new THREE.Scene();
-const room = new THREE.PMREMGenerator(renderer).fromScene(new RoomEnvironment(), 0.04);
-scene.environment = room.texture;
-scene.environmentIntensity = 0.55;
+if (!PLAIN) {
+  const room = new THREE.PMREMGenerator(renderer).fromScene(new RoomEnvironment(), 0.04);
+  scene.environment = room.texture;
+  scene.environmentIntensity = 0.55;
+}
 
 const camera = new THREE.PerspectiveCamera(26);
 
@@ -64,6 +66,7 @@ function addLightAndFloor(bounds, radius) {
   floor.position.set(center.x, bounds.min.y, center.z);
   floor.receiveShadow = true;
   scene.add(key, key.target, rim, rim.target, floor);
+  if (PLAIN) scene.add(new THREE.HemisphereLight('white', 'gray', 1));
 }
 
 /** Looks slightly down at the middle of the model, from as near as shows all of it. */
