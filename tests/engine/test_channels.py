@@ -210,17 +210,6 @@ def test_patches_blend_values_of_vertices() -> None:
     close(made.colors, right, carried)
 
 
-def test_one_mean_normal_along_a_seam_of_uvs() -> None:
-    """Shading shows no seam where only the texture has one."""
-    net = np.random.default_rng(8).random((4, 4, 3)) + np.stack(
-        [*np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="ij"), np.zeros((4, 4))], axis=-1
-    )
-    made = mesh_of(model_of(quarters(net)), resolution=(5, 5), uvs=True)
-    assert made.welds is not None
-    assert made.normals is not None
-    np.testing.assert_array_equal(made.normals, made.normals[made.welds])
-
-
 def test_agreement_is_asked_of_every_channel() -> None:
     """Samples 0, 2, 3, 4 are one place: equal in one channel, not in the other."""
     place = np.array([0, 1, 0, 0, 0])

@@ -288,16 +288,6 @@ def test_a_triangle_that_meets_itself_is_a_cone() -> None:
         assert shape_of(mesh).degenerate == 0
 
 
-@pytest.mark.parametrize("count", range(1, 6))
-def test_a_side_may_return_to_where_it_began(count: int) -> None:
-    """A petal: at two divisions both halves of that side are one line of the mesh."""
-    petal = [[0, 0, 0], [2, 3, 0], [-2, 3, 0], [0, 0, 0], [1, 0, 1], [0, 1, 1], [-1, 0, 1]]
-    net = np.array([*petal, [1, 0, 2], [-1, 0, 2], [0, 0, 3]], dtype=float)
-    mesh = mesh_of(mixed_model([net]), resolution=(count, count))
-    assert mesh.report.boundary_edges == shape_of(mesh).boundary
-    check_values(mesh)
-
-
 def test_the_control_net_is_drawn_with_all_its_small_triangles() -> None:
     """Fifteen points of degree 4: ten upright triangles of three segments each."""
     net = np.array([(j, k, j * k) for _, j, k in triangles.keys(4)], dtype=float)

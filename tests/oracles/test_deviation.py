@@ -13,7 +13,7 @@ from trimesh.proximity import closest_point_naive
 from service.surface.bspline import BsplineSurface
 from tests.oracles import exact, splines, triangles
 from tests.oracles.deviation import mesh_to_surface, seen_deviation, surface_to_mesh
-from tests.oracles.distance import Soup, to_triangles
+from tests.oracles.distance import Soup
 from tests.oracles.sheets import Array, PlacedSheet, bezier_sheet, sheets_of, triangle_sheet
 from tools.certify.surfaces import FAMILIES, bicubic
 
@@ -104,14 +104,6 @@ def test_distances_are_those_of_trimesh() -> None:
     )
     _, truth, _ = closest_point_naive(mesh, points)  # type: ignore[no-untyped-call]
     np.testing.assert_allclose(Soup(solid).distances(points), truth, atol=1e-12)
-
-
-def test_distance_to_a_triangle_by_region() -> None:
-    """Over the face, beside each side, behind each corner."""
-    corner = np.array([[0.0, 0, 0], [4, 0, 0], [0, 3, 0]])
-    points = np.array([[1.0, 1, 2], [2, -1, 0], [-2, 1, 0], [4, 3, 0], [-3, -4, 0], [7, 0, 4]])
-    expected = [2, 1, 2, 12 / 5, 5, 5]
-    np.testing.assert_allclose(to_triangles(points, np.repeat(corner[None], 6, 0)), expected)
 
 
 def test_deviation_of_a_parabola() -> None:

@@ -195,24 +195,6 @@ def ring(channels: Channels) -> BsplineSurface:
     return BsplineSurface(net, (3, 1), ("periodic", "clamped"), channels=channels)
 
 
-def test_interior_seams_weld_and_the_seam_of_a_texture_stays() -> None:
-    """Colours like the control net close with it; u runs from 0 to 1 and does not."""
-    colors = np.random.default_rng(5).random((4, 2, 3))
-    uvs = np.array([[[0.0, 0], [0, 1]], [[1, 0], [1, 1]]])
-    plain, colored, textured = (
-        tessellate(ring(channels).lower(), MeshOptions((4, 4)))
-        for channels in (Channels(), Channels(colors), Channels(colors, uvs))
-    )
-    assert len(plain.positions) == len(colored.positions) == 16 * 5
-    assert len(textured.positions) == 17 * 5
-    assert plain.report == colored.report == textured.report
-    assert textured.welds is not None
-    seam = np.flatnonzero(textured.welds != np.arange(85))
-    assert textured.uvs is not None
-    u = textured.uvs[seam, 0], textured.uvs[textured.welds[seam], 0]
-    assert {tuple(pair) for pair in np.stack(u, axis=1).tolist()} == {(1.0, 0.0)}
-
-
 def test_spline_channels_are_limited() -> None:
     """By degree where they are Bézier nets, by numbers always."""
     random = np.random.default_rng(1)

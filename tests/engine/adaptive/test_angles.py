@@ -1,25 +1,19 @@
 """Meshes by angle, end to end: as measured in the mesh, and at what price."""
 
-from math import pi
-
 import numpy as np
 import pytest
 
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.aims import goal_of
-from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
 from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.surface.lowered import PatchModel
-from tests.engine.adaptive.bordering import bordered
 from tests.engine.meshing import check_sound
 from tests.examples import patches_of
-from tests.strategies import model_of
 from tools.certify.models import complex_of
-from tools.certify.surfaces import MODERATE, bicubic
 
 MOST, WORK = 30_000, 5e8
 """Of a request of this size nobody waits long; in work, some seconds at most."""
@@ -85,19 +79,6 @@ def inner_angle(mesh: Mesh) -> float:
     return float(2 * np.arcsin(np.minimum(1, np.linalg.norm(a - b, axis=1) / 2)).max())
 
 
-def test_neighbours_computed_apart_have_the_same_vertices_at_any_angle() -> None:
-    """An edge is divided by what it is alone, whatever the patches beside it do."""
-    left = bicubic(3, MODERATE)
-    right = bicubic(4, MODERATE)
-    right[0] = left[-1]
-    goal = Goal(np.inf, 0.2)
-    alone = [bordered(model_of([net]), goal).border for net in (left, right)]
-    rows = [slice(*alone[0].start[1:3]), slice(*alone[1].start[0:2])]
-    ends = [b.points[b.vertex[r]] for b, r in zip(alone, rows, strict=True)]
-    assert len(ends[0]) > 2
-    assert np.array_equal(ends[0], ends[1])
-
-
 @pytest.mark.parametrize("kind", ["fans", "rings"])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_folds_come_to_an_end(kind: str, seed: int) -> None:
@@ -109,14 +90,3 @@ def test_folds_come_to_an_end(kind: str, seed: int) -> None:
     other = made(whole.model(order[::-1]), 0.5)
     assert other.report.triangles == one.report.triangles
     assert other.report.normal_angle == one.report.normal_angle
-
-
-def test_a_tolerance_beside_it_holds_as_well() -> None:
-    for tolerance in (0.05, 0.005):
-        mesh = made("nurbs-goblet", 0.5, tolerance=tolerance)
-        assert mesh.report.deviation_bound is not None
-        assert mesh.report.deviation_bound <= tolerance
-        assert mesh.report.normal_angle is not None
-        assert mesh.report.normal_angle <= 0.55
-    fine = made("nurbs-goblet", pi, tolerance=0.005)
-    assert fine.report.triangles <= mesh.report.triangles

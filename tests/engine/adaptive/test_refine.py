@@ -76,20 +76,6 @@ def test_known_shapes_close(name: str, triangles: int) -> None:
     assert len(found.made.triangles) <= triangles
 
 
-def test_a_spike_is_not_missed() -> None:
-    """One raised control point of 20 × 20; around it there is nothing to divide."""
-    u, v = np.meshgrid(np.arange(20.0), np.arange(20.0), indexing="ij")
-    net = np.stack([u, v, np.zeros((20, 20))], axis=-1)
-    net[13, 6, 2] = 5.0
-    model = BsplineSurface(net, (3, 3), ("clamped", "clamped")).lower()
-    found = refined(model, Goal(0.01))
-    check_refined(found, 0.01)
-    made = found.made
-    heights = made.positions[made.vertex[made.triangles], 2]
-    assert heights.max() > 2.2
-    assert (np.abs(heights).max(axis=1) < 0.01).sum() < 0.2 * len(heights)
-
-
 def test_near_the_eye_there_is_more() -> None:
     """With a view, the allowed deviation grows with the distance."""
     rng = np.random.default_rng(5)
@@ -113,34 +99,6 @@ def test_the_stored_positions_are_what_is_proved() -> None:
     rounded = refined(model, Goal(0.01), stored=lambda x: x.astype(np.float32).astype(np.float64))
     assert exact.made.bounds.max() < 1e-10
     assert 1e-5 < rounded.made.bounds.max() < 1e-3
-
-
-def test_both_directions_are_bounded() -> None:
-    """On request, by twice the tolerance."""
-    rng = np.random.default_rng(3)
-    net = rng.uniform(-1, 1, (4, 4, 3)) + np.indices((4, 4)).transpose(1, 2, 0)[..., [0, 1, 1]]
-    made = refined(model_of([net]), Goal(0.05, two_sided=True)).made
-    assert made.mesh_bounds is not None
-    assert (made.mesh_bounds <= 0.1).all()
-    assert refined(model_of([net]), Goal(0.05)).made.mesh_bounds is None
-
-
-def test_normals_turn_by_less_than_the_angle() -> None:
-    """Sought, not certified: of a sphere's triangles, whose normals are their places."""
-    for name, most in (("sphere", 3000), ("octahedral-sphere", 3000)):
-        made = refined(patches_of(name), Goal(1.0, 0.2)).made
-        points = made.positions[made.vertex[made.triangles]]
-        points = points / np.linalg.norm(points, axis=2, keepdims=True)
-        cosines = (points * np.roll(points, 1, axis=1)).sum(axis=2)
-        assert np.arccos(cosines.clip(-1, 1)).max() < 0.23
-        assert len(made.triangles) < most
-
-
-def test_a_cone_is_cut_around_its_axis_alone() -> None:
-    """Its tip has no normal, and its lines have one each."""
-    made = refined(patches_of("cone"), Goal(10.0, 0.2)).made
-    turns = 2 * np.pi / 0.2
-    assert len(made.triangles) < 2 * 2 * 2 * turns
 
 
 def test_more_triangles_than_allowed_are_refused() -> None:

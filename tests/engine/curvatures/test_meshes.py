@@ -227,19 +227,6 @@ def test_nothing_else_changes() -> None:
         assert plain.report.curvature is None
 
 
-def test_curvature_is_of_the_precision_of_the_mesh() -> None:
-    model = quadrics.torus().lower()
-    options = MeshOptions(resolution=(4, 4), curvatures=True)
-    wide, narrow = build(model, options), build(model, options, single=True)
-    for (name, values), (_, rounded) in zip(wide.attributes, narrow.attributes, strict=True):
-        assert name in NAMES
-        assert (values.dtype.name, rounded.dtype.name) == ("float64", "float32")
-        np.testing.assert_array_equal(values.astype(np.float32), rounded)
-    assert narrow.report.curvature == tuple(
-        (float(rows.min()), float(rows.max())) for _, rows in narrow.attributes
-    )
-
-
 @pytest.mark.parametrize("size", [1e-25, 1e25])
 def test_what_float32_cannot_hold_is_its_largest_number(size: float) -> None:
     mesh = build(

@@ -123,17 +123,6 @@ def test_bspline_points_are_right(curve: BsplineCurve, divisions: int) -> None:
     assert pieces.closed or not curve.periodic
 
 
-def test_a_sample_does_not_depend_on_what_is_computed_beside_it() -> None:
-    rng = np.random.default_rng(3)
-    pieces = BsplineCurve(rng.normal(size=(40, 3)), 5, "uniform").lower()
-    at = Samples.uniform(pieces.count, 7)
-    together, directions = positions(pieces, at), tangents(pieces, at)
-    for k in (0, 5, 7, 100, len(at) - 1):
-        alone = Samples(at.piece[k : k + 1], at.t[k : k + 1])
-        assert np.array_equal(positions(pieces, alone)[0], together[k])
-        assert np.array_equal(tangents(pieces, alone)[0], directions[k])
-
-
 def test_a_cusp_has_the_direction_that_follows() -> None:
     pieces = CUSP.lower()
     at = Samples.uniform(1, 2)
@@ -213,16 +202,6 @@ def test_a_straight_line_is_no_distance_away_however_it_runs() -> None:
     straight = np.outer([0.0, 0.9, 0.95, 1.0], [3.0, 4.0])
     assert traced(BezierCurve(straight), CurveOptions(resolution=3)).report.deviation_bound < 1e-13
     assert traced(BezierCurve(straight), CurveOptions(tolerance=1e-9)).report.points == 2
-
-
-def test_dyadic_samples_are_those_of_a_resolution() -> None:
-    """A tolerance chooses among the samples that powers of two as resolutions give."""
-    pieces = QUARTER.lower()
-    at = choose_samples(pieces, CurveOptions(tolerance=1e-4), 1000)
-    grid = positions(pieces, Samples.uniform(1, 1024))
-    number = (at.t * 1024).astype(int)
-    assert np.array_equal(number / 1024, at.t)
-    assert np.array_equal(positions(pieces, at), grid[number])
 
 
 def test_a_tolerance_below_the_rounding_is_refused() -> None:

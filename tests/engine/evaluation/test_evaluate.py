@@ -322,22 +322,3 @@ def test_weights_far_apart_cost_digits_in_proportion(ratio: float, dtype: Real) 
         assert (found.positions <= net.max(axis=(0, 1)) + slack).all()
         np.testing.assert_allclose(np.linalg.norm(_of(found), axis=-1), 1, atol=slack)
         assert np.abs(_of(found)[0] - exact.normals(net, weights, (3, 4))).max() < allowed
-
-
-@pytest.mark.parametrize("weighted", WEIGHTED)
-@pytest.mark.parametrize("degree", [3, 15, 30])
-@pytest.mark.parametrize("flat_cone", [False, True])
-def test_wild_patches_have_the_same_normals_in_single_precision(
-    degree: int, weighted: bool, flat_cone: bool
-) -> None:
-    """So many doubtful normals that all are taken from float64; poles of either kind included."""
-    rng = np.random.default_rng(degree)
-    points = rng.standard_normal((3, degree + 1, degree + 1, 3))
-    points[1, 0] = points[1, 0, 0]
-    if flat_cone:
-        points[1, 1] = points[1, 0, 0] + np.linspace(1, 2, degree + 1)[:, None] * (1.0, 0.5, 0.25)
-    weights = rng.uniform(0.2, 5, points.shape[:3]) if weighted else None
-    patches = TensorPatches(points, weights)
-    double, single_ = (evaluate(patches, (20, 21), dtype=kind) for kind in (np.float64, np.float32))
-    assert single_.poles == double.poles >= 22
-    np.testing.assert_allclose(_of(single_), _of(double), atol=1e-5)

@@ -275,23 +275,6 @@ def test_what_was_closed_stays_closed(operation: Operation, rational: bool) -> N
         assert after.boundary_edges == before.boundary_edges
 
 
-def test_a_spline_closed_by_its_knots_stays_closed_far_from_zero() -> None:
-    """Where differences of knots that should repeat are rounded."""
-    rng = np.random.default_rng(2)
-    count, p = 7, 3
-    gaps = np.tile(rng.uniform(0.05, 1, count), 3)
-    breaks = np.concatenate([[0.0], np.cumsum(gaps)])
-    knots = breaks[count - p : 2 * count + p + 1] - breaks[count] + 1e3
-    points = rng.uniform(-1, 1, (count, 2, 3))
-    net = np.concatenate([points, points[:p]])
-    surface = BsplineSurface(net, (p, 1), (knots, "clamped"))
-    raised = convert(surface, [Elevate((p + 1, 2))])
-    assert isinstance(raised, BsplineSurface)
-    for form in (surface, raised):
-        (batch,) = form.lower().batches
-        np.testing.assert_array_equal(batch.points[0, 0], batch.points[-1, -1])
-
-
 def cubic(**more: object) -> BsplineSurface:
     net = np.random.default_rng(6).uniform(-1, 1, (6, 6, 3))
     return BsplineSurface(net, **more)  # type: ignore[arg-type]

@@ -7,9 +7,7 @@ import pytest
 
 from service.engine.adaptive.goal import Goal, View
 from service.engine.adaptive.ground import Ground
-from service.engine.adaptive.proof import certificate
 from service.engine.adaptive.proof.certificate import certify
-from service.surface.batches import TensorPatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from tests.engine.adaptive.parting import (
@@ -25,7 +23,6 @@ from tests.engine.adaptive.parting import (
     uneven,
     without_neighbours,
 )
-from tests.engine.adaptive.test_ground import model_of
 
 
 def sheet(rng: np.random.Generator, p: int, q: int, spread: float) -> np.ndarray:
@@ -116,30 +113,6 @@ def test_hosts_that_are_no_triangles(fault: str) -> None:
     checked(ground, faces, parts, positions)
 
 
-@pytest.mark.parametrize("power", [-700, -500, -40, 40, 100])
-def test_size_makes_no_difference(power: int) -> None:
-    net = sheet(np.random.default_rng(15), 3, 3, 0.3)
-    found = []
-    for scale in (1.0, 2.0**power):
-        ground, faces = Ground.of(BezierSurface(net * scale).lower()), one_face()
-        places, corners, beyond = divided(divisions(4), divisions(4))
-        positions = evaluated(ground, faces, places)
-        parts = parts_of(places, corners, beyond)
-        found.append(certify(ground, faces, parts, positions, GOAL).deviation / scale)
-    np.testing.assert_allclose(found[1], found[0], rtol=1e-15)
-
-
-def test_positions_as_they_are_stored_count() -> None:
-    net = sheet(np.random.default_rng(17), 3, 3, 0.3) + 100
-    ground, faces = Ground.of(BezierSurface(net).lower()), one_face()
-    places, corners, beyond = divided(divisions(12), divisions(12))
-    positions = evaluated(ground, faces, places)
-    stored = positions.astype(np.float32).astype(np.float64)
-    bounds, _ = checked(ground, faces, parts_of(places, corners, beyond), stored)
-    finer = certify(ground, faces, parts_of(places, corners, beyond), positions, GOAL)
-    assert not np.array_equal(bounds.deviation, finer.deviation)
-
-
 def test_folded_neighbours_are_no_excuse() -> None:
     """Neighbours are where they are, also if they lie over the host, or at right angles to it."""
     rng = np.random.default_rng(18)
@@ -149,28 +122,6 @@ def test_folded_neighbours_are_no_excuse() -> None:
         positions = evaluated(ground, faces, places)
         positions = positions + rng.normal(size=positions.shape) * rng.choice([0, 0.05, 0.5])
         checked(ground, faces, parts_of(places, corners, beyond), positions)
-
-
-def test_bounds_do_not_depend_on_what_is_certified_beside_them(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    rng = np.random.default_rng(20)
-    ground = Ground.of(model_of(TensorPatches(rng.normal(size=(1, 4, 4, 3)))))
-    faces = one_face()
-    places, corners, beyond = divided(uneven(rng, 30), uneven(rng, 30))
-    parts = parts_of(places, corners, beyond)
-    positions = evaluated(ground, faces, places)
-    together = certify(ground, faces, parts, positions, GOAL).deviation
-    rows = rng.permutation(len(corners))[:200]
-    for some in (rows, rows[:1], rows[1:4]):
-        apart = certify(
-            ground, faces, parts_of(places, corners[some], beyond[some]), positions, GOAL
-        )
-        np.testing.assert_array_equal(apart.deviation, together[some])
-    monkeypatch.setattr(certificate, "CHUNK", 1 << 12)
-    monkeypatch.setattr(certificate, "BLOCK", 100)
-    by_blocks = certify(ground, faces, parts, positions, GOAL).deviation
-    np.testing.assert_array_equal(by_blocks, together)
 
 
 def test_the_goal_grows_with_the_least_distance_from_the_eye() -> None:
