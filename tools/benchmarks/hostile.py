@@ -1,7 +1,7 @@
 """What a hostile body costs: time and memory until the refusal is whole.
 
-Each body of the table is posted to the application in this process, in the pieces in which a
-server would hand it over. Memory is the peak of the process above what it held before, the bytes
+Each body of the table is posted to an application in a process of its own, in the pieces in which
+a server would hand it over. Memory is the peak of that process above what it held before, the bytes
 of the body that the service read included. Linux only: it reads /proc.
 """
 
@@ -9,14 +9,16 @@ import gc
 import re
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import NamedTuple
 
 from service.api.app import create_app
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import client_of
 from tests.api.hostile import HOSTILE, pieces
 from tests.api.hostile_files import FILES
 
@@ -37,14 +39,8 @@ class Cost(NamedTuple):
 
 def costs() -> list[Cost]:
     """Cost of every body of the table, the dearest in time first."""
-    with client_of(create_app(Settings())) as client:
-        for case in HOSTILE[:20]:
-            client.request("POST", "/v1/mesh", case.chunks(), _JSON)
-        found = [_cost(client, case.name, list(case.chunks()), "", _JSON) for case in HOSTILE]
-        for file in FILES:
-            headers = {"Content-Type": file.media_type}
-            found.append(_cost(client, file.name, pieces(file.build()), file.query, headers))
-        return sorted(found, key=lambda c: -c.seconds)
+    found = [_alone(index) for index in range(len(HOSTILE) + len(FILES))]
+    return sorted(found, key=lambda c: -c.seconds)
 
 
 def report() -> bool:
@@ -59,18 +55,44 @@ def report() -> bool:
     return slowest.seconds <= MAX_SECONDS and largest.peak <= MAX_BYTES
 
 
-def _cost(
-    client: Client, name: str, chunks: list[bytes], query: str, headers: Mapping[str, str]
-) -> Cost:
-    """The best time of three, and the peak of the first."""
-    post = partial(client.request, "POST", f"/v1/mesh?{query}", chunks, headers)
-    gc.collect()
-    # Writing 5 makes the peak begin anew at what is held now (proc_pid_clear_refs(5)).
-    (_PROCESS / "clear_refs").write_text("5", encoding="ascii")
-    before = _kilobytes("VmRSS")
-    seconds = [_timed(post)]
-    peak = _kilobytes("VmHWM") - before
-    seconds += [_timed(post) for _ in range(2)]
+def _alone(index: int) -> Cost:
+    """The cost of one body of the table, in a process where no other body was."""
+    processes = get_context("forkserver")
+    processes.set_forkserver_preload(["service.api.app", "tests.api.hostile"])  # imported once
+    receive, send = processes.Pipe(duplex=False)
+    process = processes.Process(target=_send_cost, args=(index, send))
+    process.start()
+    send.close()
+    cost = receive.recv()
+    process.join()
+    assert isinstance(cost, Cost)
+    return cost
+
+
+def _send_cost(index: int, send: Connection) -> None:
+    send.send(_cost(index))
+
+
+def _cost(index: int) -> Cost:
+    """The best time of three, and the peak of the first, of one body of the table."""
+    with client_of(create_app(Settings())) as client:
+        for case in HOSTILE[:3]:
+            client.request("POST", "/v1/mesh", case.chunks(), _JSON)
+        if index < len(HOSTILE):
+            name, chunks = HOSTILE[index].name, list(HOSTILE[index].chunks())
+            post = partial(client.request, "POST", "/v1/mesh", chunks, _JSON)
+        else:
+            file = FILES[index - len(HOSTILE)]
+            name, chunks = file.name, list(pieces(file.build()))
+            headers = {"Content-Type": file.media_type}
+            post = partial(client.request, "POST", f"/v1/mesh?{file.query}", chunks, headers)
+        gc.collect()
+        # Writing 5 makes the peak begin anew at what is held now (proc_pid_clear_refs(5)).
+        (_PROCESS / "clear_refs").write_text("5", encoding="ascii")
+        before = _kilobytes("VmRSS")
+        seconds = [_timed(post)]
+        peak = _kilobytes("VmHWM") - before
+        seconds += [_timed(post) for _ in range(2)]
     return Cost(name, min(seconds), peak * 1024)
 
 
