@@ -17,7 +17,7 @@ from service.api.openapi.curve import REQUESTS
 from service.api.page import THUMBNAILS
 from service.encoders.curves.registry import CURVES_BY_NAME
 from service.pipeline.curve import render_curve
-from service.schemas.curve_request import CurveRequest
+from service.schemas.curves import CurveRequest
 from service.schemas.validation import validate_document
 from service.surface.examples import EXAMPLES, Example
 from tests.live import running_service

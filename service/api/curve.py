@@ -16,7 +16,7 @@ from service.api.work import Task, done, long_to_read, pace_of, parsed
 from service.encoders.curves.registry import CURVE_FORMATS
 from service.engine.curves.options import CurveOptions
 from service.pipeline.curve import CurveWork, plan_curve
-from service.schemas.curve_request import CurveRequest
+from service.schemas.curves import CurveRequest
 from service.schemas.validation import parse_request
 from service.settings.values import Settings, document_limits, result_limits
 from service.surface.curve import Curve

@@ -29,7 +29,7 @@ from service.engine.mesh import ENGINE
 from service.errors import Issue
 from service.pipeline.cost import Cost, compression_cost
 from service.pipeline.encoding import written_by
-from service.schemas.mesh_query import canonical_query, mesh_query
+from service.schemas.query import canonical_query, mesh_query
 
 
 class Made(NamedTuple):

@@ -15,7 +15,7 @@ from service.api.guard.policy import needs_keys
 from service.api.parameters import no_parameters
 from service.api.timing import Timing
 from service.api.work import long_to_read, parsed
-from service.schemas.sign import SignRequest
+from service.schemas.request import SignRequest
 from service.schemas.validation import parse_request
 from service.settings.values import Settings, document_limits
 

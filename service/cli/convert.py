@@ -72,7 +72,7 @@ def _add_operations(convert: argparse.ArgumentParser) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    from service.schemas.operation_text import operations_from_text
+    from service.cli.operations import operations_from_text
 
     check_output(arguments)
     source = surface_source(arguments)

@@ -70,7 +70,7 @@ def _run(arguments: argparse.Namespace) -> int:
 def _local(source: dict[str, Any], chosen: Mapping[str, str], fmt: "CurveFormat") -> bytes:
     """The file of a curve, computed in this process."""
     from service.pipeline.curve import render_curve
-    from service.schemas.curve_request import CurveRequest
+    from service.schemas.curves import CurveRequest
     from service.schemas.query import values_from_text
     from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command

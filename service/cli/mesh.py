@@ -21,20 +21,42 @@ from service.cli.source import (
 if TYPE_CHECKING:
     from service.encoders.format import Format
 
-ACCURACY = (
-    "tolerance", "relative_tolerance", "angle_tolerance", "max_triangles", "max_bytes", "two_sided",
-)  # fmt: skip
+_SHAPE: tuple[tuple[str, str | None, str], ...] = (
+    ("resolution", "N|U,V", "divisions of every patch (16)"),
+    ("faces", "KIND", "triangles (default), quads or none"),
+    ("normals", None, "unit normals (yes)"),
+    ("uvs", None, "parameters (u, v) where the surface has no uvs of its own (no)"),
+    ("curvatures", None, "Gaussian and mean curvature as attributes (no)"),
+    ("weld", None, "vertices shared along shared edges (yes)"),
+    ("crease_angle", "RADIANS", "keep normals apart beyond (1°)"),
+    ("overlays", "A,B", "lines: control_net, boundary"),
+    ("isocurves", "N|U,V", "curves across every patch (0)"),
+    ("wires", "KIND", "these as lines (default), tubes or ribbons"),
+    ("wire_width", "LENGTH", "width of these (diagonal / 300)"),
+    ("wire_sides", "N", "sides of a tube (8)"),
+    ("method", "NAME", "matrix (default), de_casteljau, forward_difference"),
+    ("oogl", "FORM", "form of OOGL: cquad, mesh, off, bez"),
+    ("quantize", None, "glTF in whole numbers, 16 bits a coordinate (no)"),
+    ("compression", "NAME", "of glTF: none (default), meshopt"),
+)
+"""Options of a mesh: name, what stands behind the flag (None for yes or no), and text. Their models
+would take too long to import for `--help`; a test compares the names."""
+
+_ACCURACY: tuple[tuple[str, str | None, str], ...] = (
+    ("tolerance", "LENGTH", "how far the mesh may be"),
+    ("relative_tolerance", "SHARE", "the same, of the diagonal"),
+    ("angle_tolerance", "RADIANS", "between neighbouring normals"),
+    ("max_triangles", "N", "the best that so many allow"),
+    ("max_bytes", "N", "the best that so many allow"),
+    ("two_sided", None, "bound the distance from the mesh to the surface as well (no)"),
+)
 """Options that take the place of a resolution."""
 
-SEEN = ("camera", "pixel_tolerance")
-"""Such options that only files have."""
+ACCURACY = tuple(name for name, _, _ in _ACCURACY)
+OPTIONS = (*ACCURACY, *(name for name, _, _ in _SHAPE))
 
-OPTIONS = (
-    *ACCURACY, "resolution", "faces", "normals", "uvs", "curvatures", "weld", "crease_angle",
-    "overlays", "oogl", "isocurves", "wires", "wire_width", "wire_sides", "method",
-    "quantize", "compression",
-)  # fmt: skip
-"""The options of a mesh, by name; their models would take too long to import for `--help`."""
+SEEN = ("camera", "pixel_tolerance")
+"""Options that take the place of a resolution, and that only files have."""
 
 
 def add(commands: Commands) -> None:
@@ -49,48 +71,17 @@ def add(commands: Commands) -> None:
 
 def add_options(mesh: argparse.ArgumentParser) -> None:
     """The options of a mesh; each overrides the same one in the file."""
-    group = mesh.add_argument_group("options of the mesh")
-    group.add_argument("--resolution", metavar="N|U,V", help="divisions of every patch (16)")
-    _add_accuracy(mesh)
-    group.add_argument("--faces", metavar="KIND", help="triangles (default), quads or none")
-    for name, text in (
-        ("normals", "unit normals (yes)"),
-        ("uvs", "parameters (u, v) where the surface has no uvs of its own (no)"),
-        ("curvatures", "Gaussian and mean curvature as attributes (no)"),
-        ("weld", "vertices shared along shared edges (yes)"),
+    for title, flags in (
+        ("options of the mesh", _SHAPE),
+        ("instead of a resolution: accuracy, proved", _ACCURACY),
     ):
-        group.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=text)
-    group.add_argument("--crease-angle", metavar="RADIANS", help="keep normals apart beyond (1°)")
-    group.add_argument("--overlays", metavar="A,B", help="lines: control_net, boundary")
-    group.add_argument("--isocurves", metavar="N|U,V", help="curves across every patch (0)")
-    group.add_argument("--wires", metavar="KIND", help="these as lines (default), tubes or ribbons")
-    group.add_argument("--wire-width", metavar="LENGTH", help="width of these (diagonal / 300)")
-    group.add_argument("--wire-sides", metavar="N", help="sides of a tube (8)")
-    group.add_argument(
-        "--method", metavar="NAME", help="matrix (default), de_casteljau, forward_difference"
-    )
-    group.add_argument("--oogl", metavar="FORM", help="form of OOGL: cquad, mesh, off, bez")
-    group.add_argument(
-        "--quantize",
-        action=argparse.BooleanOptionalAction,
-        help="glTF in whole numbers, 16 bits a coordinate (no)",
-    )
-    group.add_argument("--compression", metavar="NAME", help="of glTF: none (default), meshopt")
-
-
-def _add_accuracy(mesh: argparse.ArgumentParser) -> None:
-    """What may be said instead of a resolution."""
-    group = mesh.add_argument_group("instead of a resolution: accuracy, proved")
-    group.add_argument("--tolerance", metavar="LENGTH", help="how far the mesh may be")
-    group.add_argument("--relative-tolerance", metavar="SHARE", help="the same, of the diagonal")
-    group.add_argument("--angle-tolerance", metavar="RADIANS", help="between neighbouring normals")
-    group.add_argument("--max-triangles", metavar="N", help="the best that so many allow")
-    group.add_argument("--max-bytes", metavar="N", help="the best that so many allow")
-    group.add_argument(
-        "--two-sided",
-        action=argparse.BooleanOptionalAction,
-        help="bound the distance from the mesh to the surface as well (no)",
-    )
+        group = mesh.add_argument_group(title)
+        for name, metavar, text in flags:
+            flag = f"--{name.replace('_', '-')}"
+            if metavar is None:
+                group.add_argument(flag, action=argparse.BooleanOptionalAction, help=text)
+            else:
+                group.add_argument(flag, metavar=metavar, help=text)
 
 
 def overridden(source: dict[str, Any], chosen: Mapping[str, str]) -> dict[str, Any]:

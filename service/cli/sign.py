@@ -33,7 +33,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
     from service.api.guard.means import signer_of
     from service.api.guard.moments import signed_address
-    from service.schemas.sign import SignRequest
+    from service.schemas.request import SignRequest
     from service.schemas.validation import validate_document
     from service.settings.environment import from_environment
 

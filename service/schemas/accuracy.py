@@ -1,8 +1,8 @@
 """How near a mesh must be to its surface, as a document, a query or a command line says it."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from math import pi
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any
 
 from pydantic import BaseModel, Field
 
@@ -10,9 +10,8 @@ from service.bases.arrays import FloatArray
 from service.engine.adaptive.accuracy import Accuracy, Camera
 from service.errors import Issue
 from service.schemas.arrays import NumberGrid
-from service.schemas.fields import Omittable, StrictModel
-from service.schemas.validation import refusal
-from service.surface.checks import MAX_COORDINATE
+from service.schemas.fields import StrictModel
+from service.schemas.validation import invalid
 
 MAX_COUNT = 2**53 - 1
 """The largest budget: what every reader of JSON holds exactly."""
@@ -23,87 +22,6 @@ MAX_PIXELS = 1 << 16
 POSITION = NumberGrid(
     ("coordinates",), width=3, width_rule="A camera stands at a point of three coordinates."
 )
-
-Tolerance: TypeAlias = Annotated[
-    float | None,
-    Omittable(),
-    Field(
-        gt=0,
-        le=MAX_COORDINATE,
-        description="Instead of a resolution: a distance in model units. No point of the surface "
-        "is further than this from the mesh as it is written, which is proved and not sampled: the "
-        "report has the bound. Patches are divided where the surface bends and in the direction "
-        "in which it bends; shared edges by rules that depend on the edge alone. Below what the "
-        "rounding of the written vertices allows it is refused (`tolerance_too_small`).",
-        examples=[0.001],
-    ),
-]
-RelativeTolerance: TypeAlias = Annotated[
-    float | None,
-    Omittable(),
-    Field(
-        gt=0,
-        le=1,
-        description="The tolerance as a share of the diagonal of the box about all control points; "
-        "of a group, those of all members in their places. Not beside `tolerance`.",
-        examples=[0.001],
-    ),
-]
-AngleTolerance: TypeAlias = Annotated[
-    float | None,
-    Omittable(),
-    Field(
-        gt=0,
-        le=pi,
-        description="Radians: how far apart the normals at two vertices of one edge of the mesh "
-        "may point. Sought and not proved: the report has the largest measured, `normal_angle`. "
-        "Alone, or beside a tolerance.",
-        examples=[0.2],
-    ),
-]
-MaxTriangles: TypeAlias = Annotated[
-    int | None,
-    Omittable(),
-    Field(
-        ge=1,
-        le=MAX_COUNT,
-        description="Alone: the mesh of the least proved deviation that so many triangles allow; "
-        "fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance "
-        "it is a limit, and a mesh that needs more is refused (`too_many_triangles`).",
-        examples=[2000],
-    ),
-]
-MaxBytes: TypeAlias = Annotated[
-    int | None,
-    Omittable(),
-    Field(
-        ge=1,
-        le=MAX_COUNT,
-        description="The same for the bytes of the answer in its format.",
-        examples=[100_000],
-    ),
-]
-TwoSided: TypeAlias = Annotated[
-    bool,
-    Field(
-        description="Whether the other distance is bounded, too: no point of the mesh is further "
-        "from the surface than twice the tolerance. The report has the bound, "
-        "`mesh_deviation_bound`. Needs a tolerance or a budget.",
-        examples=[True],
-    ),
-]
-PixelTolerance: TypeAlias = Annotated[
-    float | None,
-    Omittable(),
-    Field(
-        gt=0,
-        le=MAX_PIXELS,
-        description="Pixels: how large an error may seem, seen from the `camera`, which must be "
-        "there. What is far away is divided less; every part is as near as its least distance from "
-        "the camera demands, and a `tolerance` holds beside it.",
-        examples=[0.5],
-    ),
-]
 
 
 class CameraDefinition(StrictModel):
@@ -130,16 +48,6 @@ class CameraDefinition(StrictModel):
         return Camera((x, y, z), self.field_of_view, self.height)
 
 
-CameraField: TypeAlias = Annotated[
-    CameraDefinition | None,
-    Omittable(),
-    Field(
-        description="From where the mesh will be seen; with `pixel_tolerance`, which must be "
-        "there. In bodies only, not in queries.",
-        examples=[{"position": [4, 3, 9], "field_of_view": 0.8, "height": 1080}],
-    ),
-]
-
 NAMES = tuple(field.name for field in fields(Accuracy))
 """What can be stated, by name; the fields of the models are called the same."""
 
@@ -149,10 +57,7 @@ SEEN = ("camera", "pixel_tolerance")
 
 def stated(options: BaseModel) -> dict[str, Any]:
     """What the options state of accuracy, by name: neither what is left out nor `false`."""
-    given = {name: getattr(options, name, None) for name in NAMES}
-    return {
-        name: value for name, value in given.items() if value is not None and value is not False
-    }
+    return {name: value for name in NAMES if (value := getattr(options, name, None))}
 
 
 def accuracy_of(options: BaseModel) -> Accuracy | None:
@@ -181,4 +86,4 @@ def refuse_conflict(options: BaseModel) -> None:
             got=f"a resolution and {' and '.join(others)}",
             needed="one of the two",
         )
-        raise refusal([(("resolution",), issue)])
+        raise invalid(replace(issue, pointer="/resolution"))

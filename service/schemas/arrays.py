@@ -31,6 +31,8 @@ from service.schemas.validation import (
 
 Array: TypeAlias = NDArray[np.float64] | NDArray[np.int64]
 
+_WHOLE, _NUMBER = frozenset({int}), frozenset({int, float})
+
 
 @dataclass(frozen=True, slots=True)
 class NumberGrid:
@@ -56,7 +58,7 @@ class NumberGrid:
         What is said where `width` is not met, and where a degree is too high.
     documented : mapping
         What else the documentation says of the innermost lists; the surface checks it.
-    ragged : int or None
+    triangle_level : int or None
         The level of the rows of triangles: n+1 rows side by side have n+1, n, … 1 entries. They
         become one axis of (n+1)(n+2)/2, row by row.
     """
@@ -71,7 +73,7 @@ class NumberGrid:
     width_rule: str = "A control point has exactly three coordinates."
     degree_rule: str = "A net of r × c control points is one patch of degree r − 1 by c − 1."
     documented: Mapping[str, int] = field(default_factory=dict)
-    ragged: int | None = None
+    triangle_level: int | None = None
 
     def array(self, value: object, limits: DocumentLimits = DEFAULT_LIMITS) -> Array:
         """`value` as an array with one axis a level (of rows of triangles one less).
@@ -91,8 +93,9 @@ class NumberGrid:
             if set(map(type, scalars)) != {list}:
                 raise refusal(self._faults(value))
             lengths = set(map(len, scalars))
-            self.check_size(level, sum(map(len, scalars)), max(lengths), limits)
-            if level == self.ragged:
+            if level + 1 == self.point_levels or level in self.degree_levels:
+                self.check_size(level, sum(map(len, scalars)), max(lengths), limits)
+            if level == self.triangle_level:
                 rows = shape.pop()
                 each = [*range(rows, 0, -1)]
                 if list(map(len, scalars)) != each * (len(scalars) // rows):
@@ -100,9 +103,11 @@ class NumberGrid:
                 shape.append(sum(each))
                 scalars = list(chain.from_iterable(scalars))
                 continue
-            if len(lengths) != 1 or 0 in lengths or self._has_other_width(level, lengths):
+            length = lengths.pop()
+            wrong_width = self._is_last(level) and self.width not in (None, length)
+            if lengths or not length or wrong_width:
                 raise refusal(self._faults(value))
-            shape.append(lengths.pop())
+            shape.append(length)
             scalars = list(chain.from_iterable(scalars))
         if not self._all_numbers(scalars):
             raise refusal(self._faults(value))
@@ -115,30 +120,26 @@ class NumberGrid:
         """What each number must be, in words."""
         return "a whole number" if self.whole else "a number"
 
-    @property
-    def _types(self) -> frozenset[type]:
-        return frozenset({int}) if self.whole else frozenset({int, float})
-
     def _all_numbers(self, scalars: list[Any]) -> bool:
         """Whether these are numbers of the right type, and indices small enough for int64."""
-        if not set(map(type, scalars)) <= self._types:
+        if not set(map(type, scalars)) <= (_WHOLE if self.whole else _NUMBER):
             return False
         return not self.whole or max(map(abs, scalars)) <= MAX_INDEX
 
     def _is_last(self, level: int) -> bool:
         return level == len(self.levels) - 1
 
-    def _has_other_width(self, level: int, lengths: set[int]) -> bool:
-        return self._is_last(level) and self.width is not None and lengths != {self.width}
-
     def check_size(self, level: int, total: int, longest: int, limits: DocumentLimits) -> None:
         """Refuses what is too large from the lengths alone, before the next level is opened."""
         if level + 1 == self.point_levels and total > limits.max_control_points:
-            raise refusal([((), _too_many(total, limits.max_control_points))])
+            most = limits.max_control_points
+            message = "The surface has more control points than this service takes."
+            got, needed = f"{total} control points", f"at most {most}"
+            raise refusal([((), Issue("too_many_control_points", message, "", got, needed))])
         if level in self.degree_levels and longest - 1 > limits.max_degree:
-            raise refusal(
-                [((), _degree_too_high(longest - 1, limits.max_degree, self.degree_rule))]
-            )
+            needed = f"degrees up to {limits.max_degree}; several pieces instead of one"
+            issue = Issue("degree_too_high", self.degree_rule, "", f"degree {longest - 1}", needed)
+            raise refusal([((), issue)])
 
     def _faults(self, value: object) -> Iterator[tuple[Path, Issue]]:
         """Every fault in the order of the document; the caller takes as many as it wants."""
@@ -161,7 +162,7 @@ class NumberGrid:
         if not value:
             yield path, empty_list(needed)
             return
-        if level == self.ragged:
+        if level == self.triangle_level:
             expected = (lengths[level - 1] or 0) - int(path[-1])
         if expected is None:
             # The first list at a level sets the length for all others.
@@ -184,7 +185,7 @@ class NumberGrid:
             yield from self._walk(item, (*path, index), lengths)
 
     def _scalar_fault(self, value: object, path: Path) -> Iterator[tuple[Path, Issue]]:
-        if type(value) not in self._types:
+        if type(value) not in (_WHOLE if self.whole else _NUMBER):
             yield path, wrong_type(value, self.scalar)
         elif self.whole and isinstance(value, int) and abs(value) > MAX_INDEX:
             yield path, index_too_large()
@@ -194,7 +195,7 @@ class NumberGrid:
         found, wanted = (f"{length} {self.levels[level]}" for length in (got, needed))
         if self._is_last(level) and self.width is not None:
             return Issue("wrong_dimension", self.width_rule, got=found, needed=wanted)
-        if level == self.ragged:
+        if level == self.triangle_level:
             return ragged_triangle(found, wanted)
         rule = "Lists side by side must be equally long; the first one sets the length."
         return Issue("ragged", rule, got=found, needed=wanted)
@@ -223,7 +224,7 @@ class NumberGrid:
             if level in self.degree_levels:
                 least, most = self.least_degree, DEFAULT_LIMITS.max_degree
                 result |= {"minItems": least + 1, "maxItems": most + 1}
-            elif level == self.ragged:
+            elif level == self.triangle_level:
                 result["maxItems"] = DEFAULT_LIMITS.max_degree + 1
             if self._is_last(level) and level not in self.degree_levels:
                 if self.width is not None:
@@ -262,10 +263,10 @@ TRIANGLE_NET = NumberGrid(
     point_levels=2,
     degree_levels=(0,),
     degree_rule=_OF_ROWS,
-    ragged=1,
+    triangle_level=1,
 )
 TRIANGLE_WEIGHTS = NumberGrid(
-    ("rows", "weights"), positive=True, degree_levels=(0,), degree_rule=_OF_ROWS, ragged=1
+    ("rows", "weights"), positive=True, degree_levels=(0,), degree_rule=_OF_ROWS, triangle_level=1
 )
 TRIANGLES = NumberGrid(
     ("triangles", "rows", "indices"),
@@ -273,21 +274,6 @@ TRIANGLES = NumberGrid(
     point_levels=3,
     degree_levels=(1,),
     degree_rule=_OF_ROWS,
-    ragged=2,
+    triangle_level=2,
 )
 MATRIX = NumberGrid(("rows", "numbers"))
-PATCH_NUMBERS = NumberGrid(("patch numbers",), whole=True, point_levels=1)
-
-
-def _too_many(got: int, limit: int) -> Issue:
-    return Issue(
-        "too_many_control_points",
-        "The surface has more control points than this service takes.",
-        got=f"{got} control points",
-        needed=f"at most {limit}",
-    )
-
-
-def _degree_too_high(got: int, limit: int, rule: str) -> Issue:
-    needed = f"degrees up to {limit}; several pieces instead of one"
-    return Issue("degree_too_high", rule, got=f"degree {got}", needed=needed)

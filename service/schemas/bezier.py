@@ -6,7 +6,7 @@ from pydantic import Field
 
 from service.bases.arrays import FloatArray
 from service.schemas.arrays import CONTROL_NET, NET_WEIGHTS
-from service.schemas.channels import NetAttributes, NetColors, NetUvs, channels, define_channels
+from service.schemas.channels import NetAttributes, NetColors, NetUvs, channels, define_surface
 from service.schemas.fields import NameField, StrictModel, UpField
 from service.surface.bezier import BezierSurface
 
@@ -47,8 +47,4 @@ class BezierDefinition(StrictModel):
 
 def define(surface: BezierSurface) -> dict[str, Any]:
     """The surface in the language of requests, its arrays as they are; what it lacks left out."""
-    content: dict[str, Any] = {"type": "bezier", "control_net": surface.control_net}
-    if surface.weights is not None:
-        content["weights"] = surface.weights
-    content |= define_channels(surface.channels)
-    return content | {"up": surface.up, "name": surface.name}
+    return define_surface("bezier", surface, "control_net", "weights")

@@ -1,5 +1,6 @@
 """One tensor-product B-spline surface, NURBS included, as a document says it."""
 
+from dataclasses import replace
 from typing import Annotated, Any, Literal, TypeAlias, cast
 
 import numpy as np
@@ -20,16 +21,17 @@ from service.schemas.channels import (
     SplineColors,
     SplineUvs,
     channels,
-    define_channels,
+    define_surface,
 )
-from service.schemas.fields import NameField, StrictModel, UpField
-from service.schemas.pairs import (
+from service.schemas.fields import (
+    NameField,
+    StrictModel,
+    UpField,
     list_of_two,
     one_or_two,
-    one_or_two_numbers,
-    whole_number,
+    whole_numbers,
 )
-from service.schemas.validation import limits_of, refusal, wrong_type
+from service.schemas.validation import invalid, limits_of, wrong_type
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_DEGREE
 from service.surface.knots import NAMED, KnotName, Knots
@@ -41,8 +43,9 @@ def check_degrees(degrees: tuple[int, ...], info: ValidationInfo) -> None:
     for axis, degree in enumerate(degrees):
         if degree > limits.max_degree:
             # Equal degrees may have been given as one number.
-            where = ("degree",) if min(degrees) == max(degrees) else ("degree", axis)
-            raise refusal([(where, _no_degree(degree, 1, limits.max_degree))])
+            where = "/degree" if min(degrees) == max(degrees) else f"/degree/{axis}"
+            issue = _no_degree(degree, 1, limits.max_degree)
+            raise invalid(replace(issue, pointer=where))
 
 
 def _no_degree(degree: int, least: int, most: int) -> Issue:
@@ -63,7 +66,7 @@ def _knots(value: object, info: ValidationInfo) -> Knots:
     if isinstance(value, str):
         return _known(value)
     if not isinstance(value, list | np.ndarray):
-        raise refusal([((), wrong_type(value, "a list of knots or a name"))])
+        raise invalid(wrong_type(value, "a list of knots or a name"))
     limits = limits_of(info)
     return KNOTS.array(value, limits).astype(np.float64, copy=False)
 
@@ -72,7 +75,7 @@ def _known(name: str) -> KnotName:
     if name not in NAMED:
         needed = "one of " + ", ".join(NAMED)
         issue = Issue("wrong_value", "No knots are known by this name.", "", "a string", needed)
-        raise refusal([((), issue)])
+        raise invalid(issue)
     return cast(KnotName, name)
 
 
@@ -83,10 +86,7 @@ _VECTOR_SCHEMA = {
 
 
 Degrees: TypeAlias = Annotated[
-    tuple[int, int],
-    Field(strict=False),
-    one_or_two_numbers(1, MAX_DEGREE, _no_degree),
-    one_or_two(whole_number(1, MAX_DEGREE)),
+    tuple[int, int], Field(strict=False), *whole_numbers(1, MAX_DEGREE, _no_degree)
 ]
 KnotVector: TypeAlias = Annotated[Any, PlainValidator(_knots), WithJsonSchema(_VECTOR_SCHEMA)]
 """Knots of one direction, by their name or their numbers."""
@@ -163,13 +163,4 @@ class BsplineDefinition(StrictModel):
 
 def define(surface: BsplineSurface) -> dict[str, Any]:
     """The surface in the language of requests, its arrays as they are; what it lacks left out."""
-    content: dict[str, Any] = {
-        "type": "bspline",
-        "control_net": surface.control_net,
-        "degree": list(surface.degree),
-        "knots": list(surface.knots),
-    }
-    if surface.weights is not None:
-        content["weights"] = surface.weights
-    content |= define_channels(surface.channels)
-    return content | {"up": surface.up, "name": surface.name}
+    return define_surface("bspline", surface, "control_net", "degree", "knots", "weights")

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field
 from service.bases.arrays import FloatArray
 from service.errors import Issue
 from service.schemas.arrays import NumberGrid
-from service.schemas.validation import refusal, wrong_type
+from service.schemas.validation import invalid, refusal, wrong_type
 from service.surface.channels import (
     ATTRIBUTE_NAME,
     MAX_ATTRIBUTE_NAME,
@@ -18,44 +18,11 @@ from service.surface.channels import (
     Channels,
 )
 
-_COLOR = {"minItems": 3, "maxItems": 4}
-_VALUE = {"maxItems": MAX_DIMENSION}
-_TWO = "Texture coordinates are two numbers."
-
-
-def _net(numbers: str, **more: Any) -> NumberGrid:
-    """Rows of values: a net of any degree, from 0 on."""
-    return NumberGrid(
-        ("rows", "values", numbers), point_levels=2, degree_levels=(0, 1), least_degree=0, **more
-    )
-
-
-def _spline_net(numbers: str, **more: Any) -> NumberGrid:
-    """The same, or a net as large as that of a spline."""
-    return NumberGrid(("rows", "values", numbers), point_levels=2, **more)
-
-
-def _rows(numbers: str, **more: Any) -> NumberGrid:
-    """The same over a triangle."""
-    return NumberGrid(
-        ("rows", "values", numbers),
-        point_levels=2,
-        degree_levels=(0,),
-        least_degree=0,
-        ragged=1,
-        **more,
-    )
-
-
-def _per_vertex(numbers: str, **more: Any) -> NumberGrid:
-    """One value a vertex."""
-    return NumberGrid(("values", numbers), point_levels=1, **more)
-
 
 def _named(value: object) -> object:
     """Refuses names that cannot stand in files, before anything else is looked at."""
     if not isinstance(value, dict):
-        raise refusal([((), wrong_type(value, "an object"))])
+        raise invalid(wrong_type(value, "an object"))
     needed = f"a letter, then letters, digits and _; at most {MAX_ATTRIBUTE_NAME} in all"
     message = "The name of an attribute becomes a word in files."
     issue = Issue("wrong_value", message, "", "another name", needed)
@@ -65,7 +32,7 @@ def _named(value: object) -> object:
     if len(value) > MAX_ATTRIBUTES:
         message = "The surface has more attributes than formats have room for."
         got, needed = f"{len(value)} attributes", f"at most {MAX_ATTRIBUTES}"
-        raise refusal([((), Issue("wrong_length", message, "", got, needed))])
+        raise invalid(Issue("wrong_length", message, "", got, needed))
     return value
 
 
@@ -109,92 +76,72 @@ _TRIANGLE_TEXT = (
 )
 _VERTEX_TEXT = " One value for every vertex, blended over the patches as the vertices are."
 
-NetColors: TypeAlias = Annotated[
-    FloatArray | None,
-    _net("numbers", documented=_COLOR),
-    Field(
-        description="Colours. " + _COLORS_TEXT + _NET_TEXT,
-        examples=[[[[0.8, 0.1, 0.1], [0.9, 0.9, 0.2]], [[0.1, 0.2, 0.8], [0.2, 0.8, 0.3]]]],
-    ),
-]
-NetUvs: TypeAlias = Annotated[
-    FloatArray | None,
-    _net("numbers", width=2, width_rule=_TWO),
-    Field(description=_UVS_TEXT + _NET_TEXT, examples=[[[[0, 0], [0, 2]], [[1, 0], [1, 2]]]]),
-]
+_EACH = ("rows", "values", "numbers")
+_NET: dict[str, Any] = {
+    "levels": _EACH,
+    "point_levels": 2,
+    "degree_levels": (0, 1),
+    "least_degree": 0,
+}
+_SPLINE: dict[str, Any] = {"levels": _EACH, "point_levels": 2}
+_TRIANGLE: dict[str, Any] = _NET | {"degree_levels": (0,), "triangle_level": 1}
+_VERTEX: dict[str, Any] = {"levels": ("values", "numbers"), "point_levels": 1}
+
+
+def _colors(grid: dict[str, Any], text: str, example: list[Any]) -> tuple[NumberGrid, Any]:
+    """What makes a field one of colours."""
+    described = Field(description="Colours. " + _COLORS_TEXT + text, examples=[example])
+    return NumberGrid(**grid, documented={"minItems": 3, "maxItems": 4}), described
+
+
+def _uvs(grid: dict[str, Any], text: str, example: list[Any]) -> tuple[NumberGrid, Any]:
+    """What makes a field one of texture coordinates."""
+    rule = "Texture coordinates are two numbers."
+    described = Field(description=_UVS_TEXT + text, examples=[example])
+    return NumberGrid(**grid, width=2, width_rule=rule), described
+
+
+def _values(grid: dict[str, Any]) -> NumberGrid:
+    """What makes a field the values of one attribute."""
+    return NumberGrid(**grid, documented={"maxItems": MAX_DIMENSION})
+
+
+def _attributes(text: str, example: list[Any]) -> tuple[Any, ...]:
+    """What makes a field one of named attributes."""
+    described = Field(description=_ATTRIBUTES_TEXT + text, examples=[{"temperature": example}])
+    return *_ATTRIBUTES, described
+
+
+_COLOR_NET = [[[0.8, 0.1, 0.1], [0.9, 0.9, 0.2]], [[0.1, 0.2, 0.8], [0.2, 0.8, 0.3]]]
+_COLOR_ROWS = [[[0.8, 0.1, 0.1], [0.9, 0.9, 0.2]], [[0.1, 0.2, 0.8]]]
+_COLOR_LIST = [[1, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 0], [0, 0, 1], [0, 0, 1]]
+_UV_NET = [[[0, 0], [0, 2]], [[1, 0], [1, 2]]]
+_UV_ROWS = [[[0, 0], [1, 0]], [[0, 1]]]
+_UV_LIST = [[0, 0], [0, 1], [0.5, 0], [0.5, 1], [1, 0], [1, 1]]
+_HEAT_NET, _HEAT_ROWS = [[[20], [20]], [[35], [60]]], [[[20], [20]], [[35]]]
+_HEAT_LIST = [[20], [20], [35], [60], [20], [20]]
+
+_Floats: TypeAlias = FloatArray | None
+
+NetColors: TypeAlias = Annotated[_Floats, *_colors(_NET, _NET_TEXT, _COLOR_NET)]
+NetUvs: TypeAlias = Annotated[_Floats, *_uvs(_NET, _NET_TEXT, _UV_NET)]
 NetAttributes: TypeAlias = Annotated[
-    dict[str, Annotated[FloatArray, _net("numbers", documented=_VALUE)]],
-    *_ATTRIBUTES,
-    Field(
-        description=_ATTRIBUTES_TEXT + _NET_TEXT,
-        examples=[{"temperature": [[[20], [20]], [[35], [60]]]}],
-    ),
+    dict[str, Annotated[FloatArray, _values(_NET)]], *_attributes(_NET_TEXT, _HEAT_NET)
 ]
-SplineColors: TypeAlias = Annotated[
-    FloatArray | None,
-    _spline_net("numbers", documented=_COLOR),
-    Field(
-        description="Colours. " + _COLORS_TEXT + _SPLINE_TEXT,
-        examples=[[[[0.8, 0.1, 0.1], [0.9, 0.9, 0.2]], [[0.1, 0.2, 0.8], [0.2, 0.8, 0.3]]]],
-    ),
-]
-SplineUvs: TypeAlias = Annotated[
-    FloatArray | None,
-    _spline_net("numbers", width=2, width_rule=_TWO),
-    Field(description=_UVS_TEXT + _SPLINE_TEXT, examples=[[[[0, 0], [0, 2]], [[1, 0], [1, 2]]]]),
-]
+SplineColors: TypeAlias = Annotated[_Floats, *_colors(_SPLINE, _SPLINE_TEXT, _COLOR_NET)]
+SplineUvs: TypeAlias = Annotated[_Floats, *_uvs(_SPLINE, _SPLINE_TEXT, _UV_NET)]
 SplineAttributes: TypeAlias = Annotated[
-    dict[str, Annotated[FloatArray, _spline_net("numbers", documented=_VALUE)]],
-    *_ATTRIBUTES,
-    Field(
-        description=_ATTRIBUTES_TEXT + _SPLINE_TEXT,
-        examples=[{"temperature": [[[20], [20]], [[35], [60]]]}],
-    ),
+    dict[str, Annotated[FloatArray, _values(_SPLINE)]], *_attributes(_SPLINE_TEXT, _HEAT_NET)
 ]
-TriangleColors: TypeAlias = Annotated[
-    FloatArray | None,
-    _rows("numbers", documented=_COLOR),
-    Field(
-        description="Colours. " + _COLORS_TEXT + _TRIANGLE_TEXT,
-        examples=[[[[0.8, 0.1, 0.1], [0.9, 0.9, 0.2]], [[0.1, 0.2, 0.8]]]],
-    ),
-]
-TriangleUvs: TypeAlias = Annotated[
-    FloatArray | None,
-    _rows("numbers", width=2, width_rule=_TWO),
-    Field(description=_UVS_TEXT + _TRIANGLE_TEXT, examples=[[[[0, 0], [1, 0]], [[0, 1]]]]),
-]
+TriangleColors: TypeAlias = Annotated[_Floats, *_colors(_TRIANGLE, _TRIANGLE_TEXT, _COLOR_ROWS)]
+TriangleUvs: TypeAlias = Annotated[_Floats, *_uvs(_TRIANGLE, _TRIANGLE_TEXT, _UV_ROWS)]
 TriangleAttributes: TypeAlias = Annotated[
-    dict[str, Annotated[FloatArray, _rows("numbers", documented=_VALUE)]],
-    *_ATTRIBUTES,
-    Field(
-        description=_ATTRIBUTES_TEXT + _TRIANGLE_TEXT,
-        examples=[{"temperature": [[[20], [20]], [[35]]]}],
-    ),
+    dict[str, Annotated[FloatArray, _values(_TRIANGLE)]], *_attributes(_TRIANGLE_TEXT, _HEAT_ROWS)
 ]
-VertexColors: TypeAlias = Annotated[
-    FloatArray | None,
-    _per_vertex("numbers", documented=_COLOR),
-    Field(
-        description="Colours. " + _COLORS_TEXT + _VERTEX_TEXT,
-        examples=[[[1, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 0], [0, 0, 1], [0, 0, 1]]],
-    ),
-]
-VertexUvs: TypeAlias = Annotated[
-    FloatArray | None,
-    _per_vertex("numbers", width=2, width_rule=_TWO),
-    Field(
-        description=_UVS_TEXT + _VERTEX_TEXT,
-        examples=[[[0, 0], [0, 1], [0.5, 0], [0.5, 1], [1, 0], [1, 1]]],
-    ),
-]
+VertexColors: TypeAlias = Annotated[_Floats, *_colors(_VERTEX, _VERTEX_TEXT, _COLOR_LIST)]
+VertexUvs: TypeAlias = Annotated[_Floats, *_uvs(_VERTEX, _VERTEX_TEXT, _UV_LIST)]
 VertexAttributes: TypeAlias = Annotated[
-    dict[str, Annotated[FloatArray, _per_vertex("numbers", documented=_VALUE)]],
-    *_ATTRIBUTES,
-    Field(
-        description=_ATTRIBUTES_TEXT + _VERTEX_TEXT,
-        examples=[{"temperature": [[20], [20], [35], [60], [20], [20]]}],
-    ),
+    dict[str, Annotated[FloatArray, _values(_VERTEX)]], *_attributes(_VERTEX_TEXT, _HEAT_LIST)
 ]
 
 
@@ -207,13 +154,17 @@ def channels(
     return Channels(colors, uvs, tuple(attributes.items()))
 
 
-def define_channels(channels: Channels) -> dict[str, Any]:
-    """The channels in the language of requests, their arrays as they are; none left out."""
-    content: dict[str, Any] = {}
-    if channels.colors is not None:
-        content["colors"] = channels.colors
-    if channels.uvs is not None:
-        content["uvs"] = channels.uvs
-    if channels.attributes:
-        content["attributes"] = dict(channels.attributes)
-    return content
+def define_surface(kind: str, surface: Any, *names: str) -> dict[str, Any]:
+    """A surface in the language of requests: its arrays as they are; what it lacks is left out.
+
+    `names` are its own fields; the channels, `up` and `name` follow.
+    """
+    content: dict[str, Any] = {"type": kind}
+    for name in names:
+        value = getattr(surface, name)
+        content[name] = list(value) if isinstance(value, tuple) else value
+    content |= {"colors": surface.channels.colors, "uvs": surface.channels.uvs}
+    if surface.channels.attributes:
+        content["attributes"] = dict(surface.channels.attributes)
+    content |= {"up": surface.up, "name": surface.name}
+    return {name: value for name, value in content.items() if value is not None}

@@ -4,17 +4,23 @@ To add an operation: its value in `service.surface.convert.operations`, here its
 in `OPERATIONS` and its line in `OperationDefinition`.
 """
 
-from typing import Annotated, Literal, TypeAlias
+from collections.abc import Callable
+from typing import Annotated, ClassVar, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from service.errors import InvalidRequest, Issue, pointer
-from service.schemas.fields import Omittable, StrictModel
-from service.schemas.pairs import one_or_two, one_or_two_numbers, whole_number
+from service.schemas.fields import (
+    Omittable,
+    StrictModel,
+    kind_of,
+    of_known_kind,
+    whole_numbers,
+    wrong_length,
+)
 from service.schemas.request import surface_of
 from service.schemas.surfaces import SurfaceDefinition
-from service.schemas.unions import kind_of, of_known_kind
-from service.schemas.validation import refusal
+from service.schemas.validation import invalid
 from service.surface import Surface
 from service.surface.checks import MAX_DEGREE
 from service.surface.convert import operations as values
@@ -23,49 +29,55 @@ Degree: TypeAlias = Annotated[int, Field(ge=1, le=MAX_DEGREE)]
 Number: TypeAlias = Annotated[float, Field(allow_inf_nan=False)]
 
 
-def _of_length(value: object, length: int) -> object:
-    if isinstance(value, list) and len(value) != length:
-        got, needed = f"{len(value)} numbers", f"{length} numbers"
-        issue = Issue("wrong_length", "The list has another length.", "", got, needed)
-        raise refusal([((), issue)])
-    return value
+def _of_length(least: int, most: int, what: str) -> BeforeValidator:
+    """Refuses a list of another length before any of its members is looked at."""
+    needed = f"{least} {what}" if least == most else f"{least} to {most} {what}"
+
+    def check(value: object) -> object:
+        if isinstance(value, list) and not least <= len(value) <= most:
+            raise invalid(wrong_length(f"{len(value)} {what}", needed))
+        return value
+
+    return BeforeValidator(check)
 
 
 Degrees: TypeAlias = Annotated[
-    tuple[Degree, Degree],
-    Field(strict=False),
-    one_or_two_numbers(1, MAX_DEGREE),
-    one_or_two(whole_number(1, MAX_DEGREE)),
+    tuple[Degree, Degree], Field(strict=False), *whole_numbers(1, MAX_DEGREE)
 ]
 Interval: TypeAlias = Annotated[
-    tuple[Number, Number], Field(strict=False), BeforeValidator(lambda value: _of_length(value, 2))
+    tuple[Number, Number], Field(strict=False), _of_length(2, 2, "numbers")
 ]
 Barycentric: TypeAlias = Annotated[
-    tuple[Number, Number, Number],
-    Field(strict=False),
-    BeforeValidator(lambda value: _of_length(value, 3)),
+    tuple[Number, Number, Number], Field(strict=False), _of_length(3, 3, "numbers")
 ]
 
 
-class ElevateDefinition(StrictModel):
+class _Operation(StrictModel):
+    """An operation; its fields beside `op` are those of its `value`, in the same order."""
+
+    value: ClassVar[Callable[..., values.Operation]]
+
+    def to_value(self) -> values.Operation:
+        """The operation itself; raises `InvalidRequest` with pointers relative to it."""
+        return self.value(*(field for name, field in self if name != "op"))
+
+
+class ElevateDefinition(_Operation):
     """Raises the degree; the points stay. Degrees can be raised, not lowered.
 
     Raised to [n, n] a patch has p = q, as forms with one degree ask for. The continuity of a
     B-spline stays: each knot stands as many times more as the degree rises, and it is clamped.
     """
 
+    value: ClassVar = values.Elevate
     op: Literal["elevate"] = Field(description="The operation.")
     degree: Degrees = Field(
         description="The new degree, [p, q] or one number for both; of triangles one number.",
         examples=[[3, 3], 4],
     )
 
-    def to_value(self) -> values.Elevate:
-        """The operation itself; raises `InvalidRequest` with pointers relative to it."""
-        return values.Elevate(self.degree)
 
-
-class SplitDefinition(StrictModel):
+class SplitDefinition(_Operation):
     """Cuts one patch or a B-spline in two or four, a triangle in three.
 
     A patch becomes `patches` over shared vertices, a B-spline a `group` of B-splines that keep
@@ -74,6 +86,7 @@ class SplitDefinition(StrictModel):
     sides, first the one that has the point instead of the corner r = 1, last instead of t = 1.
     """
 
+    value: ClassVar = values.Split
     op: Literal["split"] = Field(description="The operation.")
     u: Annotated[Number | None, Omittable()] = Field(
         default=None,
@@ -91,18 +104,15 @@ class SplitDefinition(StrictModel):
         examples=[[0.25, 0.25, 0.5]],
     )
 
-    def to_value(self) -> values.Split:
-        """The operation itself; raises `InvalidRequest` with pointers relative to it."""
-        return values.Split(self.u, self.v, self.at)
 
-
-class RestrictDefinition(StrictModel):
+class RestrictDefinition(_Operation):
     """Cuts a piece out of one patch or a B-spline.
 
     A patch becomes a patch over [0, 1]² again. A B-spline keeps its parameters and the knots
     within; a direction that is cut is clamped.
     """
 
+    value: ClassVar = values.Restrict
     op: Literal["restrict"] = Field(description="The operation.")
     u: Annotated[Interval | None, Omittable()] = Field(
         default=None,
@@ -115,22 +125,15 @@ class RestrictDefinition(StrictModel):
         examples=[[0, 0.5]],
     )
 
-    def to_value(self) -> values.Restrict:
-        """The operation itself; raises `InvalidRequest` with pointers relative to it."""
-        return values.Restrict(self.u, self.v)
 
-
-class TransposeDefinition(StrictModel):
+class TransposeDefinition(_Operation):
     """Exchanges u and v, of every patch; s and t of a triangle. Normals turn to the other side."""
 
+    value: ClassVar = values.Transpose
     op: Literal["transpose"] = Field(description="The operation.")
 
-    def to_value(self) -> values.Transpose:
-        """The operation itself."""
-        return values.Transpose()
 
-
-class ReverseDefinition(StrictModel):
+class ReverseDefinition(_Operation):
     """Runs u or v of every patch backwards; normals turn to the other side.
 
     Of a triangle, `u` exchanges r and s, `v` exchanges r and t. A B-spline whose knots are numbers
@@ -138,45 +141,36 @@ class ReverseDefinition(StrictModel):
     surface is as it was.
     """
 
+    value: ClassVar = values.Reverse
     op: Literal["reverse"] = Field(description="The operation.")
     direction: values.Direction = Field(
         description="The parameter that runs backwards.", examples=["u"]
     )
 
-    def to_value(self) -> values.Reverse:
-        """The operation itself."""
-        return values.Reverse(self.direction)
 
-
-class BezierConversion(StrictModel):
+class BezierConversion(_Operation):
     """Makes `patches` of a B-spline: one Bézier patch a span, over shared vertices.
 
     What is made of Bézier patches already stays as it is.
     """
 
+    value: ClassVar = values.ToBezier
     op: Literal["bezier"] = Field(description="The operation.")
 
-    def to_value(self) -> values.ToBezier:
-        """The operation itself."""
-        return values.ToBezier()
 
-
-class TriangleConversion(StrictModel):
+class TriangleConversion(_Operation):
     """Makes a triangular patch of degree p + q of half a patch of degree (p, q), exactly.
 
     `lower` has its corners r, s, t = 1 at (u, v) = (0, 0), (1, 0), (0, 1), `upper` at (1, 1),
     (0, 1), (1, 0).
     """
 
+    value: ClassVar = values.ToTriangle
     op: Literal["triangle"] = Field(description="The operation.")
     half: values.Half = Field(
         description="The half on either side of the diagonal from (1, 0) to (0, 1).",
         examples=["lower"],
     )
-
-    def to_value(self) -> values.ToTriangle:
-        """The operation itself."""
-        return values.ToTriangle(self.half)
 
 
 OPERATIONS = ("elevate", "split", "restrict", "transpose", "reverse", "bezier", "triangle")
@@ -193,17 +187,8 @@ OperationDefinition: TypeAlias = Annotated[
     | Annotated[BezierConversion, Tag("bezier")]
     | Annotated[TriangleConversion, Tag("triangle")],
     Discriminator(kind_of(OPERATIONS, "op")),
-    BeforeValidator(of_known_kind(OPERATIONS, _UNKNOWN, "op", required=True)),
+    of_known_kind(OPERATIONS, _UNKNOWN, "op", required=True),
 ]
-
-
-def _not_too_many(value: object) -> object:
-    """Refuses a list of another length before any of its operations is looked at."""
-    if isinstance(value, list) and not 1 <= len(value) <= values.MAX_OPERATIONS:
-        got, needed = f"{len(value)} operations", f"1 to {values.MAX_OPERATIONS}"
-        issue = Issue("wrong_length", "The list has another length.", "", got, needed)
-        raise refusal([((), issue)])
-    return value
 
 
 class ConvertRequest(StrictModel):
@@ -211,7 +196,9 @@ class ConvertRequest(StrictModel):
 
     surface: SurfaceDefinition = Field(description="The surface, by its control points.")
     operations: Annotated[
-        tuple[OperationDefinition, ...], Field(strict=False), BeforeValidator(_not_too_many)
+        tuple[OperationDefinition, ...],
+        Field(strict=False),
+        _of_length(1, values.MAX_OPERATIONS, "operations"),
     ] = Field(
         description="What to do, each with the surface that the one before has made.",
         examples=[[{"op": "elevate", "degree": [3, 3]}, {"op": "split", "u": 0.5}]],

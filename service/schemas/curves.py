@@ -1,10 +1,9 @@
-"""The kinds of curve as a document says them: one model a kind, one union of them all."""
+"""Curves as a document says them: a model for each kind, one union, and the request for one."""
 
 from dataclasses import replace
 from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import (
-    BeforeValidator,
     Discriminator,
     Field,
     Tag,
@@ -13,11 +12,21 @@ from pydantic import (
 )
 
 from service.bases.arrays import FloatArray
+from service.engine.curves.options import CurveOptions
+from service.engine.options import MAX_RESOLUTION
 from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import CURVE_POINTS, CURVE_WEIGHTS, SPLINE_POINTS
 from service.schemas.bspline import KnotVector, check_degrees
-from service.schemas.fields import NameField, StrictModel, UpField
-from service.schemas.unions import kind_of, of_known_kind
+from service.schemas.fields import (
+    NameField,
+    Omittable,
+    StrictModel,
+    UpField,
+    conflict,
+    kind_of,
+    of_known_kind,
+)
+from service.schemas.validation import invalid
 from service.surface.checks import MAX_DEGREE
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
 
@@ -105,8 +114,64 @@ CurveDefinition: TypeAlias = Annotated[
     Annotated[BezierCurveDefinition, Tag("bezier")]
     | Annotated[BsplineCurveDefinition, Tag("bspline")],
     Discriminator(kind_of(CURVE_KINDS)),
-    BeforeValidator(of_known_kind(CURVE_KINDS, _UNKNOWN)),
+    of_known_kind(CURVE_KINDS, _UNKNOWN),
 ]
+
+
+_DEFAULTS = CurveOptions()
+
+
+class CurveOptionFields(StrictModel):
+    """The options of a curve. All may be left out."""
+
+    resolution: Annotated[int, Field(ge=1, le=MAX_RESOLUTION)] = Field(
+        default=_DEFAULTS.resolution,
+        description="Divisions of every piece of the curve: of the one Bézier curve, or of every "
+        "span of a B-spline.",
+        examples=[16],
+    )
+    tolerance: Annotated[float | None, Omittable(), Field(gt=0)] = Field(
+        default=None,
+        description="Instead of a resolution: the distance, in model units, within which the "
+        "curve stays from the straight lines between its points. Pieces are halved until that is "
+        "certain.",
+        examples=[0.001],
+    )
+    tangents: bool = Field(
+        default=_DEFAULTS.tangents, description="Whether points carry unit tangents."
+    )
+    arc_lengths: bool = Field(
+        default=_DEFAULTS.arc_lengths,
+        description="Whether points carry the length of the curve up to them.",
+    )
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> "CurveOptionFields":
+        if {"resolution", "tolerance"} <= self.model_fields_set:
+            message = "The points follow from the resolution or from the tolerance."
+            issue = conflict("resolution", "tolerance", message, is_neither=False)
+            raise invalid(replace(issue, needed="one of resolution and tolerance"))
+        return self
+
+    def curve_options(self) -> CurveOptions:
+        """What the engine reads."""
+        return CurveOptions(self.resolution, self.tolerance, self.tangents, self.arc_lengths)
+
+
+class CurveRequest(CurveOptionFields):
+    """A curve to sample, and how."""
+
+    curve: CurveDefinition = Field(description="The curve, by its control points.")
+
+    def to_curve(self) -> Curve:
+        """The curve itself.
+
+        Raises
+        ------
+        InvalidRequest
+            With pointers into the whole request.
+        """
+        return curve_of(self.curve)
 
 
 def curve_of(definition: CurveDefinition, *, plain: bool = False) -> Curve:

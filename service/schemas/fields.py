@@ -1,25 +1,30 @@
-"""What the models of the language share: strictness, names, fields that may be left out."""
+"""What the models of requests share: strictness, names, pairs for u and v, unions of kinds."""
 
 import operator
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import reduce
 from typing import Annotated, Any, ClassVar, TypeAlias, get_args
 
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     GetCoreSchemaHandler,
     StringConstraints,
+    WithJsonSchema,
 )
 from pydantic_core import core_schema
 
 from service.engine.options import MAX_ISOCURVES, MAX_RESOLUTION, OverlayName
 from service.errors import Issue
-from service.schemas.arrays import PATCH_NUMBERS, Array
-from service.schemas.pairs import one_or_two, one_or_two_numbers, whole_number
-from service.schemas.validation import refusal
+from service.schemas.arrays import Array, NumberGrid
+from service.schemas.validation import invalid, wrong_type
 from service.surface.checks import Up
+
+MAX_NAME = 100
 
 
 class StrictModel(BaseModel):
@@ -41,7 +46,102 @@ class Omittable:
         return handler.generate_schema(reduce(operator.or_, types))
 
 
-MAX_NAME = 100
+def wrong_length(got: str, needed: str, message: str = "The list has another length.") -> Issue:
+    """The issue of a list that is too long or too short."""
+    return Issue("wrong_length", message, "", got, needed)
+
+
+def conflict(one: str, other: str, message: str, *, is_neither: bool) -> Issue:
+    """The issue of two fields of which there are both or neither, and one is needed."""
+    code, got = ("missing_field", "neither") if is_neither else ("conflicting_options", "both")
+    return Issue(code, message, f"/{one if is_neither else other}", got, "one of the two")
+
+
+# A value for u and a value for v: a list of two, or one value that stands for both.
+
+
+def list_of_two(value: object, needed: str) -> list[Any]:
+    """The value, which must be a list of two; `needed` says what else would have done."""
+    if not isinstance(value, list):
+        raise invalid(wrong_type(value, needed))
+    if len(value) != 2:
+        message = "A list has something for u and something for v."
+        raise invalid(wrong_length(f"a list of {len(value)}", "a list of two", message))
+    return value
+
+
+def out_of_range(number: int, least: int, most: int) -> Issue:
+    """The issue of a number that is none of `least` to `most`."""
+    needed = f"{least} to {most}"
+    return Issue("out_of_range", "The number is out of range.", "", str(number), needed)
+
+
+def whole_numbers(
+    least: int, most: int, refused: Callable[[int, int, int], Issue] = out_of_range
+) -> tuple[BeforeValidator, WithJsonSchema]:
+    """What makes a field of a pair of whole numbers take one number for both.
+
+    `refused` makes the issue of a single number outside of `least` to `most`; those in lists are
+    left to the type of the field.
+    """
+
+    def pair(value: object) -> object:
+        if type(value) is not int:
+            return list_of_two(value, "a whole number or a list of two")
+        if not least <= value <= most:
+            raise invalid(refused(value, least, most))
+        return [value, value]
+
+    return BeforeValidator(pair), one_or_two({"type": "integer", "minimum": least, "maximum": most})
+
+
+def one_or_two(one: dict[str, Any], each: dict[str, Any] | None = None) -> WithJsonSchema:
+    """The JSON Schema of one value for both, or of a list of two, each by itself."""
+    two = {"type": "array", "items": each or one, "minItems": 2, "maxItems": 2}
+    return WithJsonSchema({"oneOf": [one, two]})
+
+
+# One of several kinds of object, told by a field of its own, `type` or `op`.
+
+
+def kind_of(kinds: Sequence[str], key: str = "type") -> Callable[[object], str | None]:
+    """What tells the member of a union that a checked value belongs to.
+
+    The first kind is meant where none is said.
+    """
+
+    def tell(value: object) -> str | None:
+        return str(value.get(key, kinds[0])) if isinstance(value, dict) else None
+
+    return tell
+
+
+def of_known_kind(
+    kinds: Sequence[str], unknown: Issue, key: str = "type", *, required: bool = False
+) -> BeforeValidator:
+    """What refuses a value that names no known kind, before the union is asked.
+
+    `unknown` is the issue of another name; unless the key is `required`, it may be left out.
+    """
+    needed, where = "one of " + ", ".join(kinds), f"/{key}"
+
+    def check(value: object) -> object:
+        if not isinstance(value, dict):
+            raise invalid(wrong_type(value, "an object"))
+        if required and key not in value:
+            message = "A required field is missing."
+            raise invalid(Issue("missing_field", message, where, "nothing", needed))
+        name = value.get(key, kinds[0])
+        if not isinstance(name, str):
+            raise invalid(replace(wrong_type(name, needed), pointer=where))
+        if name not in kinds:
+            raise invalid(replace(unknown, pointer=where, got="an unknown name", needed=needed))
+        return value
+
+    return BeforeValidator(check)
+
+
+# Types of fields that several models have.
 
 Name: TypeAlias = Annotated[
     str,
@@ -52,34 +152,20 @@ Name: TypeAlias = Annotated[
 ]
 
 Divisions: TypeAlias = Annotated[int, Field(ge=1, le=MAX_RESOLUTION)]
-
-
 Resolution: TypeAlias = Annotated[
-    tuple[Divisions, Divisions],
-    Field(strict=False),
-    one_or_two_numbers(1, MAX_RESOLUTION),
-    one_or_two(whole_number(1, MAX_RESOLUTION)),
+    tuple[Divisions, Divisions], Field(strict=False), *whole_numbers(1, MAX_RESOLUTION)
 ]
 
 Pieces: TypeAlias = Annotated[int, Field(ge=0, le=MAX_ISOCURVES)]
-
 IsoCurves: TypeAlias = Annotated[
-    tuple[Pieces, Pieces],
-    Field(strict=False),
-    one_or_two_numbers(0, MAX_ISOCURVES),
-    one_or_two(whole_number(0, MAX_ISOCURVES)),
+    tuple[Pieces, Pieces], Field(strict=False), *whole_numbers(0, MAX_ISOCURVES)
 ]
 
 
 def _distinct(values: tuple[str, ...]) -> tuple[str, ...]:
     if len(set(values)) < len(values):
-        issue = Issue(
-            "repeated_value",
-            "The list has a name twice.",
-            got="a repeated name",
-            needed="each once",
-        )
-        raise refusal([((), issue)])
+        message = "The list has a name twice."
+        raise invalid(Issue("repeated_value", message, "", "a repeated name", "each once"))
     return values
 
 
@@ -90,7 +176,7 @@ Overlays: TypeAlias = Annotated[
 ]
 
 Parts: TypeAlias = Annotated[
-    dict[Name, Annotated[Array, PATCH_NUMBERS]],
+    dict[Name, Annotated[Array, NumberGrid(("patch numbers",), whole=True, point_levels=1)]],
     # Each list may report faults of its own; the first bad one is enough.
     Field(fail_fast=True),
 ]

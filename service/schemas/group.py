@@ -17,7 +17,7 @@ from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.arrays import MATRIX, NumberGrid
 from service.schemas.fields import Name, Omittable, StrictModel, UpField
-from service.schemas.validation import limits_of, refusal
+from service.schemas.validation import invalid, limits_of
 from service.stopping import checkpoint
 from service.surface.group import MAX_MEMBERS, GroupSurface, Member, nested
 
@@ -46,7 +46,7 @@ class NoGroup:
 
 def _refuse_group(value: object) -> object:
     if isinstance(value, dict) and value.get("type") == "group":
-        raise refusal([((), nested("/type"))])
+        raise invalid(nested("/type"))
     return value
 
 
@@ -138,7 +138,7 @@ class GroupDefinition(StrictModel):
                 f"{total} control points",
                 f"at most {limits.max_control_points}",
             )
-            raise refusal([((), issue)])
+            raise invalid(issue)
         return self
 
     def to_surface(self) -> GroupSurface:

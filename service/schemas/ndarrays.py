@@ -67,14 +67,14 @@ def _check_shape(
 ) -> None:
     """Refuses, outermost first, what lists of these lengths of numbers like `one` would be."""
     level = 0
-    for axis in range(len(grid.levels) - (grid.ragged is not None)):
+    for axis in range(len(grid.levels) - (grid.triangle_level is not None)):
         first, needed = (0,) * level, f"a list of {grid.levels[level]}"
         if axis == len(shape):
             raise refusal([(first, wrong_type(one, needed))])
         length, total = shape[axis], prod(shape[: axis + 1])
         if not length:
             raise refusal([(first, empty_list(needed))])
-        if level + 1 == grid.ragged:
+        if level + 1 == grid.triangle_level:
             degree = degree_or_none(length)
             if degree is None:
                 issue = ragged_triangle(f"{length} entries", "3, 6, 10, 15, … entries")
@@ -99,9 +99,9 @@ def _refuse(grid: "NumberGrid", wrong: NDArray[np.bool_], issue: Issue) -> None:
 
 def _path(grid: "NumberGrid", place: tuple[int, ...], shape: tuple[int, ...]) -> Path:
     """Where in the lists a number is; an entry of a triangle lies in a row."""
-    if grid.ragged is None:
+    if grid.triangle_level is None:
         return place
-    axis = grid.ragged - 1
+    axis = grid.triangle_level - 1
     starts = row_starts(degree_or_none(shape[axis]) or 0)
     row = int(np.searchsorted(starts, place[axis], side="right")) - 1
     return (*place[:axis], row, place[axis] - int(starts[row]), *place[axis + 1 :])

@@ -1,21 +1,13 @@
 """How a surface shall be meshed and written: one model, behind the body and the query alike."""
 
+from dataclasses import fields
 from math import pi
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, model_validator
 
 from service.engine.options import MAX_SIDES, MIN_SIDES, MeshOptions, Method, WireForm
-from service.schemas.accuracy import (
-    AngleTolerance,
-    MaxBytes,
-    MaxTriangles,
-    RelativeTolerance,
-    Tolerance,
-    TwoSided,
-    accuracy_of,
-    refuse_conflict,
-)
+from service.schemas.accuracy import MAX_COUNT, accuracy_of, refuse_conflict
 from service.schemas.fields import IsoCurves, Omittable, Overlays, Resolution, StrictModel
 from service.surface.checks import MAX_COORDINATE
 
@@ -39,12 +31,47 @@ class MeshOptionFields(StrictModel):
         "(n + 1)(n + 2)/2. Not beside a tolerance or a budget.",
         examples=[16, [16, 32]],
     )
-    tolerance: Tolerance = None
-    relative_tolerance: RelativeTolerance = None
-    angle_tolerance: AngleTolerance = None
-    max_triangles: MaxTriangles = None
-    max_bytes: MaxBytes = None
-    two_sided: TwoSided = False
+    tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = Field(
+        default=None,
+        description="Instead of a resolution: a distance in model units. No point of the surface "
+        "is further than this from the mesh as it is written, which is proved and not sampled: the "
+        "report has the bound. Patches are divided where the surface bends and in the direction "
+        "in which it bends; shared edges by rules that depend on the edge alone. Below what the "
+        "rounding of the written vertices allows it is refused (`tolerance_too_small`).",
+        examples=[0.001],
+    )
+    relative_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=1)] = Field(
+        default=None,
+        description="The tolerance as a share of the diagonal of the box about all control points; "
+        "of a group, those of all members in their places. Not beside `tolerance`.",
+        examples=[0.001],
+    )
+    angle_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=pi)] = Field(
+        default=None,
+        description="Radians: how far apart the normals at two vertices of one edge of the mesh "
+        "may point. Sought and not proved: the report has the largest measured, `normal_angle`. "
+        "Alone, or beside a tolerance.",
+        examples=[0.2],
+    )
+    max_triangles: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = Field(
+        default=None,
+        description="Alone: the mesh of the least proved deviation that so many triangles allow; "
+        "fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance "
+        "it is a limit, and a mesh that needs more is refused (`too_many_triangles`).",
+        examples=[2000],
+    )
+    max_bytes: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = Field(
+        default=None,
+        description="The same for the bytes of the answer in its format.",
+        examples=[100_000],
+    )
+    two_sided: bool = Field(
+        default=False,
+        description="Whether the other distance is bounded, too: no point of the mesh is further "
+        "from the surface than twice the tolerance. The report has the bound, "
+        "`mesh_deviation_bound`. Needs a tolerance or a budget.",
+        examples=[True],
+    )
     faces: Literal["triangles", "quads", "none"] = Field(
         default=_DEFAULTS.faces,
         description="Kind of faces. `quads` only where the format has them; `none` leaves the "
@@ -164,20 +191,13 @@ class MeshOptionFields(StrictModel):
         InvalidRequest
             Where options that are right by themselves do not go together; pointers `/name`.
         """
-        return MeshOptions(
-            resolution=self.resolution,
-            faces="triangles" if self.faces == "none" else self.faces,
-            normals=self.normals,
-            uvs=self.uvs,
-            weld=self.weld,
-            crease_angle=self.crease_angle,
-            overlays=self.overlays,
-            isocurves=self.isocurves,
-            wires=self.wires,
-            wire_width=self.wire_width,
-            wire_sides=self.wire_sides,
-            surface=self.faces != "none",
-            method=self.method,
-            accuracy=accuracy_of(self),
-            curvatures=self.curvatures,
-        )
+        values: dict[str, Any] = {name: getattr(self, name) for name in _OF_ENGINE}
+        if self.faces == "none":
+            values |= {"faces": "triangles", "surface": False}
+        return MeshOptions(**values, accuracy=accuracy_of(self))
+
+
+_OF_ENGINE = [
+    field.name for field in fields(MeshOptions) if field.name in MeshOptionFields.model_fields
+]
+"""Options that the engine reads as they are."""

@@ -14,10 +14,10 @@ from service.schemas.channels import (
     VertexColors,
     VertexUvs,
     channels,
-    define_channels,
+    define_surface,
 )
 from service.schemas.fields import NameField, Parts, StrictModel, UpField
-from service.schemas.ragged import in_rows, rows_of
+from service.schemas.triangle import in_rows, rows_of
 from service.surface.patches import NO_GRIDS, NO_TRIANGLES, PatchSurface
 
 
@@ -89,22 +89,10 @@ class PatchesDefinition(StrictModel):
 
 def define(surface: PatchSurface) -> dict[str, Any]:
     """The surface in the language of requests, its arrays as they are; what it lacks left out."""
-    content: dict[str, Any] = {
-        "type": "patches",
-        "vertices": surface.vertices,
-    }
-    if len(surface.patches):
-        content["patches"] = surface.patches
-    if len(surface.triangles):
-        content["triangles"] = surface.triangles
-    if surface.parts:
-        content["parts"] = {
-            name: np.array(members, dtype=np.int64) for name, members in surface.parts
-        }
-    if surface.weights is not None:
-        content["weights"] = surface.weights
-    content |= define_channels(surface.channels)
-    return content | {"up": surface.up, "name": surface.name}
+    lists = ("patches", "triangles", "parts")
+    content = define_surface("patches", surface, "vertices", *lists, "weights")
+    content["parts"] = {name: np.array(numbers, np.int64) for name, numbers in surface.parts}
+    return {name: value for name, value in content.items() if name not in lists or len(value)}
 
 
 def with_rows(content: dict[str, Any]) -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """A query as a document says it: a surface, and parameters at which to look at it."""
 
-from dataclasses import replace
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -9,12 +8,11 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.points.places import Query
-from service.errors import Issue
 from service.schemas.arrays import NumberGrid
-from service.schemas.fields import StrictModel
+from service.schemas.fields import StrictModel, conflict
 from service.schemas.request import surface_of
 from service.schemas.surfaces import SurfaceDefinition
-from service.schemas.validation import MAX_INDEX, index_too_large, refusal, wrong_type
+from service.schemas.validation import MAX_INDEX, index_too_large, invalid, wrong_type
 from service.surface import Surface
 
 UV = NumberGrid(
@@ -32,10 +30,10 @@ def _one_or_many(value: object, handler: ValidatorFunctionWrapHandler) -> Any:
     """A whole number stands for all points."""
     if type(value) is int:
         if abs(value) > MAX_INDEX:
-            raise refusal([((), index_too_large())])
+            raise invalid(index_too_large())
         return np.array(value, dtype=np.int64)
     if not isinstance(value, list | np.ndarray):
-        raise refusal([((), wrong_type(value, "a whole number or a list of them"))])
+        raise invalid(wrong_type(value, "a whole number or a list of them"))
     return handler(value)
 
 
@@ -82,11 +80,9 @@ class PointsRequest(StrictModel):
     @model_validator(mode="after")
     def _has_places(self) -> Self:
         if (self.uv is None) == (self.barycentric is None):
-            given = "neither" if self.uv is None else "both"
             message = "There must be one list of places: `uv`, or on triangles `barycentric`."
-            issue = Issue("missing_field" if self.uv is None else "conflicting_options", message)
-            where = ("uv",) if self.uv is None else ("barycentric",)
-            raise refusal([(where, replace(issue, got=given, needed="one of the two"))])
+            is_neither = self.uv is None
+            raise invalid(conflict("uv", "barycentric", message, is_neither=is_neither))
         return self
 
     def to_query(self) -> Query:

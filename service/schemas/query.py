@@ -1,50 +1,112 @@
 """Options as text, in a query or on a command line: strings to the values a body would hold.
 
 What is not of the right form stays a string, and the model refuses it like any other.
+
+Caches compare addresses letter by letter, so every query of a mesh that means the same is also
+written as one text: the options in the order of their model, defaults left out, each number in its
+fewest digits, `engine` at the end. Reading that text gives the options back.
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Set
 from math import inf, isfinite
-from types import MappingProxyType
+from typing import Annotated, Any, get_args, get_origin
 
+from pydantic import BaseModel, Field
+
+from service.engine.mesh import ENGINE
 from service.errors import InvalidRequest, Issue, pointer
-from service.schemas.accuracy import SEEN
-from service.schemas.curve_request import CurveOptionFields
+from service.schemas.accuracy import MAX_COUNT, SEEN
+from service.schemas.curves import CurveOptionFields
+from service.schemas.fields import Omittable
 from service.schemas.options import MeshOptionFields
-from service.schemas.request import mesh_options
 from service.schemas.scan import shortened
+from service.schemas.validation import validate_document
 
 _WHOLE = re.compile(r"-?\d{1,16}", re.ASCII)
 _NUMBER = re.compile(r"-?\d{1,30}(?:\.\d{1,30})?(?:[eE][-+]?\d{1,3})?", re.ASCII)
-_FLAGS = MappingProxyType({"true": True, "false": False})
-_FLAG_NAMES = frozenset(
-    name
-    for model in (MeshOptionFields, CurveOptionFields)
-    for name, field in model.model_fields.items()
-    if field.annotation is bool
-)
-_NUMBER_NAMES = frozenset(
-    {"crease_angle", "tolerance", "relative_tolerance", "angle_tolerance", "wire_width"}
-)
-_WHOLE_NAMES = frozenset({"wire_sides", "max_triangles", "max_bytes", "engine"})
-_PAIR_NAMES = frozenset({"resolution", "isocurves"})
-LIST_NAMES = _PAIR_NAMES | {"overlays"}
-"""Options that may be lists."""
 
 MAX_PARAMETERS = 50
 """More than there are options; a query that has more is not worth reading to its end."""
 
 
-def options_from_text(pairs: Iterable[tuple[str, str]]) -> MeshOptionFields:
-    """The options that a query gives.
+class MeshQuery(MeshOptionFields):
+    """The options of a mesh, and which version of the numbers is meant."""
+
+    engine: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = Field(
+        default=None,
+        description="Version of the numbers. With it the address of a surface whose id is a hash "
+        "stands for the same mesh for ever. A service with another version answers 410.",
+        examples=[ENGINE],
+        json_schema_extra={"enum": [ENGINE]},
+    )
+
+
+def number_from_text(text: str) -> int | float | str:
+    """A number as a body would hold it; what is none stays a string."""
+    if _WHOLE.fullmatch(text):
+        return int(text)
+    number = float(text) if _NUMBER.fullmatch(text) else inf
+    return number if isfinite(number) else text
+
+
+def pair_from_text(text: str) -> object:
+    """One whole number, or a list of them: one for u and one for v."""
+    numbers = [_whole(part) for part in text.split(",")]
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
+def _whole(text: str) -> int | str:
+    return int(text) if _WHOLE.fullmatch(text) else text
+
+
+def _float(text: str) -> float | str:
+    return float(text) if _NUMBER.fullmatch(text) else text
+
+
+def _flag(text: str) -> bool | str:
+    return {"true": True, "false": False}.get(text, text)
+
+
+def _names(text: str) -> list[str]:
+    return text.split(",") if text else []
+
+
+def _readers(model: type[BaseModel]) -> dict[str, Callable[[str], object]]:
+    """What reads the text of each field, by name; fields that are texts have no reader."""
+    simple: dict[Any, Callable[[str], object]] = {bool: _flag, int: _whole, float: _float}
+    readers: dict[str, Callable[[str], object]] = {}
+    for name, field in model.model_fields.items():
+        types = get_args(field.annotation)
+        if get_origin(field.annotation) is tuple:
+            readers[name] = _names if types[-1] is ... else pair_from_text
+        for kind in types or (field.annotation,):
+            if name not in readers and kind in simple:
+                readers[name] = simple[kind]
+    return readers
+
+
+_READERS = _readers(CurveOptionFields) | _readers(MeshQuery)
+_READERS["resolution"] = pair_from_text  # of curves, too: a list is for the model to refuse
+
+LIST_NAMES = frozenset(name for name, read in _READERS.items() if read in (_names, pair_from_text))
+"""Options that may be lists."""
+
+
+def mesh_query(pairs: Iterable[tuple[str, str]]) -> MeshQuery:
+    """What a query of a mesh says.
 
     Raises
     ------
     InvalidRequest
-        With pointers `/name of the option`.
+        With pointers `/name of the parameter`.
     """
-    return mesh_options(option_values(pairs))
+    return validate_document(MeshQuery, option_values(pairs))
+
+
+def options_from_text(pairs: Iterable[tuple[str, str]]) -> MeshOptionFields:
+    """The options that a command line gives; raises `InvalidRequest` as `mesh_query` does."""
+    return validate_document(MeshOptionFields, option_values(pairs))
 
 
 def option_values(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
@@ -96,37 +158,41 @@ def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
                     f"at most {MAX_PARAMETERS}",
                 )
             )
-        values[name] = _value(name, text)
+        values[name] = _READERS.get(name, str)(text)
     return values
 
 
-def _value(name: str, text: str) -> object:
-    if name in _PAIR_NAMES:
-        return pair_from_text(text)
-    if name == "overlays":
-        return text.split(",") if text else []
-    if name in _WHOLE_NAMES:
-        return _whole(text)
-    if name in _NUMBER_NAMES:
-        return float(text) if _NUMBER.fullmatch(text) else text
-    if name in _FLAG_NAMES:
-        return _FLAGS.get(text, text)
-    return text
+def canonical_query(options: MeshOptionFields, ignored: Set[str] = frozenset()) -> str:
+    """The one spelling of these options, those of `ignored` names left out.
+
+    What stands in it needs no escape in a URL. A default may be left out because it is part of the
+    numbers: changing one raises `ENGINE`, as it changes what the address stands for.
+    """
+    parts = []
+    for name, field in MeshOptionFields.model_fields.items():
+        value = getattr(options, name)
+        if name not in ignored and value != field.get_default(call_default_factory=True):
+            parts.append(f"{name}={_text(value)}")
+    parts.append(f"engine={ENGINE}")
+    return "&".join(parts)
 
 
-def pair_from_text(text: str) -> object:
-    """One whole number, or a list of them: one for u and one for v."""
-    numbers = [_whole(part) for part in text.split(",")]
-    return numbers[0] if len(numbers) == 1 else numbers
+def _text(value: object) -> str:
+    """A value in its fewest letters."""
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case float():
+            return _digits(value)
+        case tuple():
+            # One number stands for both directions.
+            return ",".join(map(_text, value[:1] if len(set(value)) == 1 else value))
+        case _:
+            return str(value)
 
 
-def number_from_text(text: str) -> int | float | str:
-    """A number as a body would hold it; what is none stays a string."""
-    if _WHOLE.fullmatch(text):
-        return int(text)
-    number = float(text) if _NUMBER.fullmatch(text) else inf
-    return number if isfinite(number) else text
-
-
-def _whole(text: str) -> int | str:
-    return int(text) if _WHOLE.fullmatch(text) else text
+def _digits(number: float) -> str:
+    """The fewest digits that read back the same: 0.5, 2, 1e-5, 1e20; no sign before a zero."""
+    mantissa, _, exponent = repr(number + 0.0).partition("e")
+    mantissa = mantissa.removesuffix(".0")
+    return f"{mantissa}e{int(exponent)}" if exponent else mantissa

@@ -1,16 +1,23 @@
-"""A whole request: a surface and, beside it, the options of its mesh."""
+"""Requests for one surface: to store it, to mesh it with options, to sign its address."""
 
-from collections.abc import Mapping
+from typing import Annotated, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from service.errors import InvalidRequest
-from service.schemas.accuracy import CameraField, PixelTolerance
-from service.schemas.fields import StrictModel
+from service.schemas.accuracy import MAX_PIXELS, CameraDefinition
+from service.schemas.fields import Omittable, StrictModel, conflict
 from service.schemas.options import MeshOptionFields
 from service.schemas.surfaces import SurfaceDefinition
-from service.schemas.validation import validate_document
+from service.schemas.validation import invalid
 from service.surface import Surface
+
+MAX_SECONDS = 7 * 24 * 3600
+"""For so long an address is signed at most: who leaves with one, does not stay in for ever."""
+
+MAX_MOMENT = 10**12 - 1
+
+MAX_URL = 8000
 
 
 class SurfaceRequest(StrictModel):
@@ -29,8 +36,19 @@ class MeshRequest(MeshOptionFields):
     surface: SurfaceDefinition = Field(
         description="The surface, by its control points.",
     )
-    camera: CameraField = None
-    pixel_tolerance: PixelTolerance = None
+    camera: Annotated[CameraDefinition | None, Omittable()] = Field(
+        default=None,
+        description="From where the mesh will be seen; with `pixel_tolerance`, which must be "
+        "there. In bodies only, not in queries.",
+        examples=[{"position": [4, 3, 9], "field_of_view": 0.8, "height": 1080}],
+    )
+    pixel_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_PIXELS)] = Field(
+        default=None,
+        description="Pixels: how large an error may seem, seen from the `camera`, which must be "
+        "there. What is far away is divided less; every part is as near as its least distance from "
+        "the camera demands, and a `tolerance` holds beside it.",
+        examples=[0.5],
+    )
 
     def to_surface(self) -> Surface:
         """The surface itself.
@@ -41,6 +59,33 @@ class MeshRequest(MeshOptionFields):
             With pointers into the whole request.
         """
         return surface_of(self.surface)
+
+
+class SignRequest(StrictModel):
+    """An address that shall be readable by whoever has it, until a moment."""
+
+    url: Annotated[str, Field(max_length=MAX_URL)] = Field(
+        description="Address of a surface or of a mesh here, without the host: as `links` of a "
+        "stored surface have it, and with any options of a mesh in its query.",
+        examples=["/v1/surfaces/utah-teapot/mesh.glb?resolution=16"],
+    )
+    expires: Annotated[int | None, Omittable(), Field(ge=0, le=MAX_MOMENT)] = Field(
+        default=None,
+        description="Until when, in seconds since 1970 (Unix time); at most seven days from now. "
+        "The same moment makes the same address each time, which browsers can keep.",
+        examples=[1800000000],
+    )
+    seconds: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_SECONDS)] = Field(
+        default=None, description="Instead: for how long from now.", examples=[3600]
+    )
+
+    @model_validator(mode="after")
+    def _ends_once(self) -> Self:
+        if (self.expires is None) == (self.seconds is None):
+            message = "There must be one end: `expires`, or `seconds`."
+            issue = conflict("expires", "expires", message, is_neither=self.expires is None)
+            raise invalid(issue)
+        return self
 
 
 def surface_of(definition: SurfaceDefinition) -> Surface:
@@ -55,14 +100,3 @@ def surface_of(definition: SurfaceDefinition) -> Surface:
         return definition.to_surface()
     except InvalidRequest as error:
         raise error.within("/surface") from None
-
-
-def mesh_options(values: Mapping[str, object]) -> MeshOptionFields:
-    """The options alone, as a query or a command line gives them.
-
-    Raises
-    ------
-    InvalidRequest
-        With pointers `/name of the option`.
-    """
-    return validate_document(MeshOptionFields, dict(values))

@@ -10,11 +10,11 @@ from functools import partial
 from types import MappingProxyType
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import BeforeValidator, Discriminator, Tag
+from pydantic import Discriminator, Tag
 
 from service.errors import Issue
 from service.schemas import bezier, bspline, group, patches, sweeps, triangle
-from service.schemas.unions import kind_of, of_known_kind
+from service.schemas.fields import kind_of, of_known_kind
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
@@ -54,7 +54,7 @@ SurfaceDefinition: TypeAlias = Annotated[
     | Annotated[sweeps.RibbonDefinition, Tag("ribbon")]
     | Annotated[group.GroupDefinition, Tag("group")],
     Discriminator(kind_of(KINDS)),
-    BeforeValidator(of_known_kind(KINDS, _UNKNOWN)),
+    of_known_kind(KINDS, _UNKNOWN),
 ]
 
 # Its members are surfaces as well, of a union that exists only now.

@@ -10,7 +10,7 @@ from service.schemas.arrays import NumberGrid
 from service.schemas.curves import CurveDefinition, curve_of, define_curve
 from service.schemas.document import DocumentLimits
 from service.schemas.fields import NameField, StrictModel, UpField
-from service.schemas.validation import refusal, wrong_type
+from service.schemas.validation import invalid, wrong_type
 from service.surface.checks import MAX_DEGREE
 from service.surface.sweeps import MAX_SIDES, MIN_SIDES, RibbonSurface, TubeSurface
 
@@ -25,7 +25,7 @@ def _spread(value: object) -> FloatArray:
     if type(value) in (int, float):
         return np.array([value], dtype=np.float64)
     if not isinstance(value, list | np.ndarray):
-        raise refusal([((), wrong_type(value, "a number or a list of numbers"))])
+        raise invalid(wrong_type(value, "a number or a list of numbers"))
     return _COEFFICIENTS.array(value, DocumentLimits(max_degree=MAX_DEGREE)).astype(np.float64)
 
 

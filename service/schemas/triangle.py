@@ -1,22 +1,29 @@
-"""One triangular Bézier patch as a document says it."""
+"""One triangular Bézier patch as a document says it, and the rows of its nets.
 
+A document has rows of n + 1, n, … 1 entries; arrays have one axis of (n+1)(n+2)/2.
+"""
+
+import re
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from service.bases.arrays import FloatArray
-from service.errors import InvalidRequest, pointer
+from service.bases.triangle import degree_of, degree_or_none, row_starts
+from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.arrays import TRIANGLE_NET, TRIANGLE_WEIGHTS
 from service.schemas.channels import (
     TriangleAttributes,
     TriangleColors,
     TriangleUvs,
     channels,
-    define_channels,
+    define_surface,
 )
 from service.schemas.fields import NameField, StrictModel, UpField
-from service.schemas.ragged import in_rows, rows_of
 from service.surface.triangle import TriangleSurface
 
 
@@ -73,11 +80,7 @@ class TriangleDefinition(StrictModel):
 
 def define(surface: TriangleSurface) -> dict[str, Any]:
     """The surface in the language of requests, its arrays as they are; what it lacks left out."""
-    content: dict[str, Any] = {"type": "triangle", "control_net": surface.control_net}
-    if surface.weights is not None:
-        content["weights"] = surface.weights
-    content |= define_channels(surface.channels)
-    return content | {"up": surface.up, "name": surface.name}
+    return define_surface("triangle", surface, "control_net", "weights")
 
 
 def with_rows(content: dict[str, Any]) -> dict[str, Any]:
@@ -87,3 +90,31 @@ def with_rows(content: dict[str, Any]) -> dict[str, Any]:
     if "attributes" in content:
         rows["attributes"] = {name: rows_of(net) for name, net in content["attributes"].items()}
     return content | rows
+
+
+def rows_of(values: NDArray[Any]) -> list[NDArray[Any]]:
+    """The rows of n+1, n, … 1 entries that an array over a triangle stands for."""
+    starts = row_starts(degree_of(len(values)))
+    return np.split(values, starts[1:-1])
+
+
+def in_rows(error: InvalidRequest, prefix: str, count: int) -> InvalidRequest:
+    """The same error, entry k below `prefix` (a pattern) pointed at as entry j of row m.
+
+    `count` is the number of entries of the triangle.
+    """
+    degree = degree_or_none(count)
+    if degree is None:
+        return error
+    starts = row_starts(degree)
+
+    def moved(issue: Issue) -> Issue:
+        found = re.match(rf"({prefix})/(\d+)(/.*)?\Z", issue.pointer)
+        if found is None:
+            return issue
+        entry = int(found[2])
+        row = int(np.searchsorted(starts, entry, side="right")) - 1
+        where = f"{found[1]}/{row}/{entry - int(starts[row])}{found[3] or ''}"
+        return replace(issue, pointer=where)
+
+    return InvalidRequest(*map(moved, error.issues))

@@ -55,6 +55,45 @@ _WRONG_TYPE = {
 }
 
 
+_SMALL = ("out_of_range", "The number is too small.", "{value:.6g}")
+_LARGE = ("out_of_range", "The number is too large.", "{value:.6g}")
+_SHORT = ("wrong_length", "The value is too short.", "a length of {length}")
+_LONG = ("wrong_length", "The value is too long.", "a length of {length}")
+
+_TRANSLATED = {
+    "missing": ("missing_field", "A required field is missing.", "nothing", "a value"),
+    "extra_forbidden": (
+        "unknown_field",
+        "There is no field of this name.",
+        "{kind}",
+        "only the documented names",
+    ),
+    "literal_error": (
+        "wrong_value",
+        "The value is none of those allowed.",
+        "{kind}",
+        "{expected}",
+    ),
+    "greater_than_equal": (*_SMALL, "at least {ge}"),
+    "greater_than": (*_SMALL, "above {gt}"),
+    "less_than": (*_LARGE, "below {lt:.6g}"),
+    "less_than_equal": (*_LARGE, "at most {le:.6g}"),
+    "string_too_short": (*_SHORT, "a length of at least {min_length}"),
+    "too_short": (*_SHORT, "a length of at least {min_length}"),
+    "string_too_long": (*_LONG, "a length of at most {max_length}"),
+    "too_long": (*_LONG, "a length of at most {max_length}"),
+    "string_pattern_mismatch": (
+        "wrong_value",
+        "A name has no control characters.",
+        "{kind}",
+        "printable characters",
+    ),
+}
+"""Code, message, what was got and what is needed, by pydantic's type of error."""
+
+_OTHER = ("wrong_value", "The value is not allowed.", "{kind}", "")
+
+
 def refusal(faults: Iterable[tuple[Path, Issue]]) -> ValidationError:
     """An exception for a validator to raise: the first `MAX_ISSUES` faults, each at its path."""
     details: list[InitErrorDetails] = [
@@ -66,6 +105,11 @@ def refusal(faults: Iterable[tuple[Path, Issue]]) -> ValidationError:
         for path, issue in islice(faults, MAX_ISSUES)
     ]
     return ValidationError.from_exception_data("value", details)
+
+
+def invalid(issue: Issue) -> PydanticCustomError:
+    """An exception for a validator to raise; the issue's pointer is relative to the value."""
+    return PydanticCustomError("issue", "an issue", {"issue": issue})
 
 
 def parse_request(model: type[Model], body: bytes, limits: DocumentLimits) -> Model:
@@ -161,46 +205,12 @@ def _issue(detail: ErrorDetails) -> Issue:
 
 def _translated(name: str, value: object, context: dict[str, Any]) -> Issue:
     """The issue for one of pydantic's own error types."""
-    got = kind(value)
-    match name:
-        case "missing":
-            issue = Issue("missing_field", "A required field is missing.", "", "nothing", "a value")
-        case "extra_forbidden":
-            needed = "only the documented names"
-            issue = Issue("unknown_field", "There is no field of this name.", "", got, needed)
-        case _ if value is None or name in _WRONG_TYPE:
-            issue = wrong_type(value, _WRONG_TYPE.get(name, "a value, or the field left out"))
-        case "literal_error":
-            needed = str(context["expected"])
-            issue = Issue("wrong_value", "The value is none of those allowed.", "", got, needed)
-        case "greater_than_equal":
-            needed = f"at least {context['ge']}"
-            issue = Issue("out_of_range", "The number is too small.", "", f"{value:.6g}", needed)
-        case "greater_than":
-            needed = f"above {context['gt']}"
-            issue = Issue("out_of_range", "The number is too small.", "", f"{value:.6g}", needed)
-        case "less_than":
-            needed = f"below {context['lt']:.6g}"
-            issue = Issue("out_of_range", "The number is too large.", "", f"{value:.6g}", needed)
-        case "less_than_equal":
-            needed = f"at most {context['le']:.6g}"
-            issue = Issue("out_of_range", "The number is too large.", "", f"{value:.6g}", needed)
-        case "string_too_short" | "too_short":
-            got, needed = _length(value), f"a length of at least {context['min_length']}"
-            issue = Issue("wrong_length", "The value is too short.", "", got, needed)
-        case "string_too_long" | "too_long":
-            got, needed = _length(value), f"a length of at most {context['max_length']}"
-            issue = Issue("wrong_length", "The value is too long.", "", got, needed)
-        case "string_pattern_mismatch":
-            needed = "printable characters"
-            issue = Issue("wrong_value", "A name has no control characters.", "", got, needed)
-        case _:
-            issue = Issue("wrong_value", "The value is not allowed.", "", got)
-    return issue
-
-
-def _length(value: object) -> str:
-    return f"a length of {len(value)}" if isinstance(value, Sized) else kind(value)
+    if name in _WRONG_TYPE or (value is None and name not in ("missing", "extra_forbidden")):
+        return wrong_type(value, _WRONG_TYPE.get(name, "a value, or the field left out"))
+    code, message, got, needed = _TRANSLATED.get(name, _OTHER)
+    length = len(value) if isinstance(value, str | list | dict) else 0
+    got = got.format(value=value, kind=kind(value), length=length)
+    return Issue(code, message, "", got, needed.format(**context))
 
 
 def _pointer(path: Path) -> str:

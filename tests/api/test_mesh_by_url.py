@@ -21,7 +21,7 @@ from service.engine.options import MeshOptions
 from service.errors import SurfaceError
 from service.pipeline.encoding import encode_options
 from service.pipeline.mesh import render
-from service.schemas.mesh_query import canonical_query, mesh_query
+from service.schemas.query import canonical_query, mesh_query
 from service.settings.values import Settings
 from service.surface.examples import find
 from tests.api.client import Client, client_of

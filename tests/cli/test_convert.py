@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from service.cli.main import main
+from service.cli.operations import operations_from_text
 from service.pipeline.conversion import converted
-from service.schemas.operation_text import operations_from_text
 from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import Elevate, Reverse, Split, Transpose
 from service.surface.examples import find

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from service.engine.mesh import ENGINE
 from service.errors import InvalidRequest
 from service.schemas.accuracy import NAMES
-from service.schemas.mesh_query import canonical_query, mesh_query
 from service.schemas.options import MeshOptionFields
+from service.schemas.query import canonical_query, mesh_query
 
 FIELDS = MeshOptionFields.model_fields
 

@@ -15,8 +15,8 @@ from service.errors import InvalidRequest
 from service.schemas import arrays
 from service.schemas.arrays import Array, NumberGrid
 from service.schemas.document import DocumentLimits
-from service.schemas.ragged import rows_of
 from service.schemas.request import MeshRequest
+from service.schemas.triangle import rows_of
 from service.schemas.validation import invalid_request, validate_document
 from service.surface.group import content_key
 
@@ -30,7 +30,7 @@ GRIDS = (
     arrays.TRIANGLE_WEIGHTS,
     arrays.TRIANGLES,
     arrays.MATRIX,
-    replace(arrays.PATCH_NUMBERS, point_levels=0),
+    replace(NumberGrid(("patch numbers",), whole=True, point_levels=1), point_levels=0),
 )
 DTYPES = ("<f8", ">f8", "<f4", ">f4", "<i8", ">i8", "<i4", "<u8", ">u2", "i1", "?")
 SMALL = DocumentLimits(max_control_points=12, max_degree=3)
@@ -38,10 +38,10 @@ SMALL = DocumentLimits(max_control_points=12, max_degree=3)
 
 def in_lists(values: NDArray[Any], grid: NumberGrid) -> Any:
     """The lists that the array stands for."""
-    if grid.ragged is None or values.ndim < grid.ragged:
+    if grid.triangle_level is None or values.ndim < grid.triangle_level:
         return values.tolist()
-    if grid.ragged == 2:
-        inner = replace(grid, ragged=1)
+    if grid.triangle_level == 2:
+        inner = replace(grid, triangle_level=1)
         return [in_lists(each, inner) for each in values]
     return [row.tolist() for row in rows_of(values)]
 
@@ -63,10 +63,10 @@ def outcome(grid: NumberGrid, value: Any) -> Array | tuple[str, str, str]:
     data=st.data(),
 )
 def test_as_its_lists(grid: NumberGrid, more: int, dtype: str, step: int, data: Any) -> None:
-    axes = max(len(grid.levels) - (grid.ragged is not None) + more, 1)
+    axes = max(len(grid.levels) - (grid.triangle_level is not None) + more, 1)
     shape = [data.draw(st.sampled_from([3, 3, 3, 2, 4, 6, 1, 0])) for _ in range(axes)]
-    if grid.ragged is not None and len(shape) >= grid.ragged:
-        shape[grid.ragged - 1] = data.draw(st.sampled_from([3, 3, 6, 10, 1, 15]))
+    if grid.triangle_level is not None and len(shape) >= grid.triangle_level:
+        shape[grid.triangle_level - 1] = data.draw(st.sampled_from([3, 3, 6, 10, 1, 15]))
     numbers = np.arange(np.prod(shape)).reshape(shape)
     values = (numbers.astype("<f8") / 4 if dtype[1:2] == "f" else numbers).astype(dtype)
     values = np.repeat(values, abs(step), axis=-1)[..., ::step]

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from service.errors import InvalidRequest, Issue
 from service.schemas.arrays import TRIANGLE_NET, TRIANGLE_WEIGHTS, TRIANGLES
 from service.schemas.document import DocumentLimits
-from service.schemas.ragged import in_rows, rows_of
+from service.schemas.triangle import in_rows, rows_of
 from service.schemas.validation import invalid_request
 from tests.oracles.triangles import keys
 

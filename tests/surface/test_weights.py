@@ -11,7 +11,7 @@ from service.engine.curves.options import CurveOptions
 from service.engine.options import MeshOptions
 from service.pipeline.curve import render_curve
 from service.pipeline.mesh import render
-from service.schemas.curve_request import CurveRequest
+from service.schemas.curves import CurveRequest
 from service.schemas.document import DocumentLimits
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document

@@ -14,7 +14,7 @@ from service.engine.build import build
 from service.engine.curvatures.stretches import with_stretches
 from service.pipeline.curve import render_curve
 from service.pipeline.mesh import render
-from service.schemas.curve_request import CurveRequest
+from service.schemas.curves import CurveRequest
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 from tests.forms import CURVES, REQUESTS

@@ -29,12 +29,11 @@ from service.encoders.registry import FORMATS
 from service.errors import SurfaceError
 from service.schemas.canonical import canonical, restored
 from service.schemas.convert import ConvertRequest
-from service.schemas.curve_request import CurveRequest
+from service.schemas.curves import CurveRequest
 from service.schemas.document import Budget, DocumentLimits
-from service.schemas.mesh_query import canonical_query, mesh_query
 from service.schemas.points import PointsRequest
-from service.schemas.request import MeshRequest, SurfaceRequest
-from service.schemas.sign import SignRequest
+from service.schemas.query import canonical_query, mesh_query
+from service.schemas.request import MeshRequest, SignRequest, SurfaceRequest
 from service.schemas.surface_query import document_from_query
 from service.schemas.validation import parse_request, validate_document
 from service.server.run import make_server

@@ -2,7 +2,7 @@
 
 from service.api.guard.signatures import EXPIRES, PATHS, SIGNATURE, Signer
 from service.errors import InvalidRequest, Issue
-from service.schemas.sign import MAX_SECONDS, SignRequest
+from service.schemas.request import MAX_SECONDS, SignRequest
 
 
 def signed_address(signer: Signer, wanted: SignRequest, root: str, now: float) -> tuple[str, int]:

@@ -11,7 +11,7 @@ from service.api.openapi.references import Json, ref
 from service.encoders.curves.format import CurveFormat
 from service.encoders.curves.registry import CURVE_FORMATS, CURVES_BY_NAME
 from service.pipeline.curve import render_curve
-from service.schemas.curve_request import CurveRequest
+from service.schemas.curves import CurveRequest
 from service.schemas.validation import validate_document
 
 _QUARTER: Json = {

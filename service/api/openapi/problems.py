@@ -31,7 +31,7 @@ from service.pipeline.conversion import converted
 from service.pipeline.mesh import render
 from service.pipeline.points import plan_points
 from service.schemas.document import DEFAULT_LIMITS
-from service.schemas.mesh_query import mesh_query
+from service.schemas.query import mesh_query
 from service.schemas.request import MeshRequest
 from service.schemas.validation import parse_request
 from service.settings.values import Settings

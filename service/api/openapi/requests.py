@@ -5,12 +5,10 @@ from pydantic_core import core_schema
 
 from service.api.openapi.references import Json, ref
 from service.schemas.convert import ConvertRequest
-from service.schemas.curve_request import CurveRequest
-from service.schemas.mesh_query import MeshQuery
+from service.schemas.curves import CurveRequest
 from service.schemas.points import PointsRequest
-from service.schemas.query import LIST_NAMES
-from service.schemas.request import MeshRequest, SurfaceRequest
-from service.schemas.sign import SignRequest
+from service.schemas.query import LIST_NAMES, MeshQuery
+from service.schemas.request import MeshRequest, SignRequest, SurfaceRequest
 
 
 class _WithoutNull(GenerateJsonSchema):

@@ -6,7 +6,7 @@ from service.api.guard.moments import signed_address
 from service.api.guard.signatures import MIN_SECRET, Signer
 from service.api.openapi.operations import post_operation, problems
 from service.api.openapi.references import Json, ref
-from service.schemas.sign import SignRequest
+from service.schemas.request import SignRequest
 from service.schemas.validation import validate_document
 
 _DESCRIPTION = """\

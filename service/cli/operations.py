@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from typing import Any
 
 from service.errors import InvalidRequest, Issue, MalformedJson
-from service.schemas.document import parse_document
-from service.schemas.query import number_from_text
 
 OPERATIONS_FLAG = "operations"
 """The flag whose text is a JSON list of operations."""
@@ -32,6 +30,8 @@ def operations_from_text(given: Iterable[tuple[str, str]]) -> tuple[list[str], l
 
 
 def _operation(name: str, text: str) -> dict[str, object]:
+    from service.schemas.query import number_from_text
+
     fields: dict[str, object] = {}
     match name:
         case "elevate":
@@ -51,6 +51,8 @@ def _operation(name: str, text: str) -> dict[str, object]:
 
 
 def _numbers(text: str, separator: str) -> list[int | float | str]:
+    from service.schemas.query import number_from_text
+
     return [number_from_text(part) for part in text.split(separator)]
 
 
@@ -72,6 +74,8 @@ def _pairs(flag: str, text: str) -> list[tuple[str, str]]:
 
 
 def _listed(text: str) -> list[Any]:
+    from service.schemas.document import parse_document
+
     try:
         value = parse_document(text.encode())
     except (MalformedJson, UnicodeEncodeError):
