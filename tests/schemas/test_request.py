@@ -75,7 +75,8 @@ def test_definition_and_request_are_inverse(example: Any) -> None:
 def same(one: Any, other: Any) -> bool:
     """Whether two values are equal, arrays inside them number by number."""
     if is_dataclass(one):
-        return all(same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+        names = [f.name for f in fields(one) if f.init]
+        return all(same(getattr(one, name), getattr(other, name)) for name in names)
     if isinstance(one, tuple):
         return len(one) == len(other) and all(map(same, one, other))
     return bool(np.array_equal(one, other) if isinstance(one, np.ndarray) else one == other)
