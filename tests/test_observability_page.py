@@ -4,7 +4,7 @@ import json
 import logging
 import re
 
-from service.server.logs import JsonRecords
+from service.server.logs import Records
 from service.settings.values import Settings
 from tests.api.observing.test_middleware import asked
 from tests.server.test_logs import failing
@@ -22,6 +22,6 @@ def test_its_table_of_fields_has_all_there_are() -> None:
     cells = re.findall(r"^\| (`.*?) \| (\w+) \|", section, re.MULTILINE)
     told = {name for names, _ in cells for name in re.findall(r"`(\w+)`", names)}
     _, (line,), _ = asked([], Settings(log_format="json"), path="/refused")
-    record = json.loads(JsonRecords().format(failing()))
+    record = json.loads(Records("json").format(failing()))
     assert json.loads(line).keys() | record.keys() | {"surface", "format", "cache"} == told
     assert logging.getLevelName(logging.CRITICAL).lower() in section

@@ -13,10 +13,11 @@ import os
 import re
 import sys
 import time
-from logging.handlers import QueueHandler, QueueListener
-from queue import Full, Queue
+from logging.handlers import QueueHandler
+from queue import SimpleQueue
+from threading import Event, Thread
 from traceback import TracebackException
-from typing import Any
+from typing import Any, Literal
 
 import orjson
 
@@ -24,11 +25,8 @@ from service.api.observing.access_log import timestamp
 from service.api.observing.record import current_record
 from service.settings.values import Settings
 
-WAITING = 10_000
-"""Lines that may wait."""
-
-FAREWELL = 1.0
-"""Seconds that the last lines have when the process ends."""
+WAITING, GATHERING, FAREWELL = 10_000, 0.05, 1.0
+"""Lines that may wait; seconds for which lines are gathered, and that the last ones have."""
 
 MESSAGE, TEXT, FRAMES = 4000, 200, 50
 """Characters of a message and of the text of an exception; frames of a traceback."""
@@ -45,7 +43,7 @@ def start_logs(settings: Settings) -> tuple["Lines", "Lines"]:
     Returns what takes lines about requests, for standard output, and what takes all others.
     """
     requests, others = Lines(1 if sys.stdout else -1), Lines(2 if sys.stderr else -1)
-    others.setFormatter(JsonRecords() if settings.log_format == "json" else TextRecords())
+    others.setFormatter(Records(settings.log_format))
     root = logging.getLogger()
     root.handlers[:] = [others]
     root.setLevel(settings.log_level.upper())
@@ -54,13 +52,17 @@ def start_logs(settings: Settings) -> tuple["Lines", "Lines"]:
 
 
 class Lines(QueueHandler):
-    """Writes lines to a file descriptor, in order, from a thread; counts those that it dropped."""
+    """Writes lines to a file descriptor, in order, from a thread; counts those that it dropped.
+
+    The thread has no handler: one would hold its lock while it waits for a full pipe, and the end
+    of the process, which flushes all handlers, would wait for that lock.
+    """
 
     def __init__(self, descriptor: int, waiting: int = WAITING) -> None:
-        self.lines: Queue[str] = Queue(waiting)
+        self.lines: SimpleQueue[str | Event] = SimpleQueue()
         super().__init__(self.lines)
-        self.dropped = 0
-        _Writer(self, descriptor).start()
+        self.dropped, self._waiting, self._descriptor = 0, waiting, descriptor
+        Thread(target=self._write_all, name="log", daemon=True).start()
 
     def enqueue(self, record: logging.LogRecord) -> None:
         """Takes a record that has been formatted."""
@@ -68,67 +70,64 @@ class Lines(QueueHandler):
 
     def write(self, line: str) -> None:
         """Takes a line, its end included; returns at once."""
-        try:
-            self.lines.put_nowait(line)
-        except Full:
+        if self.lines.qsize() < self._waiting:
+            self.lines.put(line)
+        else:
             self.dropped += 1
 
     def flush(self) -> None:
-        """Waits until all lines have been written, for at most `FAREWELL`."""
-        end = time.monotonic() + FAREWELL
-        while self.lines.unfinished_tasks and time.monotonic() < end:
-            time.sleep(0.001)
+        """Waits until the lines have been written, for at most `FAREWELL`."""
+        self.lines.put(written := Event())
+        written.wait(FAREWELL)
+
+    def _write_all(self) -> None:
+        while True:
+            gathered = [self.lines.get()]
+            time.sleep(GATHERING)  # a thread that wakes up less often leaves more to requests
+            while not self.lines.empty():
+                gathered.append(self.lines.get())
+            text = "".join(line for line in gathered if isinstance(line, str))
+            rest = text.encode("utf-8", "backslashreplace")
+            try:
+                while rest:
+                    rest = rest[os.write(self._descriptor, rest) :]
+            except OSError:
+                self.dropped += rest.count(b"\n")
+            for event in gathered:
+                if isinstance(event, Event):
+                    event.set()
 
 
-class _Writer(QueueListener):
-    """The thread of `Lines`.
+class Records(logging.Formatter):
+    """`WARNING:  message`, as uvicorn writes it, and an exception below; or one JSON object.
 
-    It has no handler: one would hold its lock while it waits for a full pipe, and the end of the
-    process, which flushes all handlers, would wait for that lock.
+    Either has the ids of the request that is under way.
     """
 
-    def __init__(self, lines: Lines, descriptor: int) -> None:
-        super().__init__(lines.lines)
-        self._lines, self._descriptor = lines, descriptor
-
-    def handle(self, record: Any) -> None:
-        rest = record.encode("utf-8", "backslashreplace")
-        try:
-            while rest:
-                rest = rest[os.write(self._descriptor, rest) :]
-        except OSError:
-            self._lines.dropped += 1
-
-
-class TextRecords(logging.Formatter):
-    """`WARNING:  message`, as uvicorn writes it; tracebacks below, indented."""
+    def __init__(self, form: Literal["text", "json"]) -> None:
+        super().__init__()
+        self._is_json = form == "json"
 
     def format(self, record: logging.LogRecord) -> str:
         """The lines of a record, without the last end."""
-        head = f"{record.levelname + ':':9} {escape(record.getMessage().strip(), MESSAGE)}"
-        request = current_record.get()
-        head += "" if request is None else f" (id {request.id})"
-        return "\n    ".join((head, *trace(record)))
-
-
-class JsonRecords(logging.Formatter):
-    """One JSON object, with the ids of the request that is under way."""
-
-    def format(self, record: logging.LogRecord) -> str:
-        """The line of a record, without its end."""
+        message = escape(record.getMessage().strip(), MESSAGE)
+        request, lines = current_record.get(), trace(record)
+        if not self._is_json:
+            id = "" if request is None else f" (id {request.id})"
+            return "\n    ".join((f"{record.levelname + ':':9} {message}{id}", *lines))
         line: dict[str, Any] = {
             "time": timestamp(record.created),
             "level": record.levelname.lower(),
             "event": "log",
             "logger": escape(record.name, TEXT),
-            "message": escape(record.getMessage().strip(), MESSAGE),
+            "message": message,
         }
-        if (request := current_record.get()) is not None:
+        if request is not None:
             line["request_id"] = request.id
             line["trace_id"], line["span_id"] = request.trace_id, request.span_id
         if record.exc_info and record.exc_info[0]:
             line["exception"] = record.exc_info[0].__qualname__
-            line["traceback"] = "\n".join(trace(record))
+            line["traceback"] = "\n".join(lines)
         return orjson.dumps(line).decode()
 
 

@@ -7,7 +7,7 @@ import asyncio
 from collections.abc import Callable
 from contextlib import suppress
 from math import inf
-from typing import Any
+from typing import Any, TypeAlias
 
 import httptools
 import orjson
@@ -15,45 +15,41 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
 
-from service.api.problems import (
-    DRAINING,
-    HEAD_TOO_LARGE,
-    HEAD_TOO_SLOW,
-    INTERNAL_ERROR,
-    MALFORMED_REQUEST,
-    MEDIA_TYPE,
-    PROBLEM_HEADERS,
-    TOO_MANY_CONNECTIONS,
-    Problem,
-    problem_document,
-)
+from service.api import problems
+from service.api.problems import Problem
 from service.errors import Issue
 from service.settings.values import Settings
 
 PIPELINED = 16
 """Requests that may wait for the answer to an earlier one on their connection."""
 
-REFUSED_AT_ONCE = 64
-"""Connections above the limit that are answered at the same time; the service cuts all others."""
-
 MIB = 1 << 20
+
+Report: TypeAlias = Callable[[str], None]
+"""Takes the code of each problem that the server answers."""
 
 
 def refusal(problem: Problem, settings: Settings) -> Response:
     """The answer that a problem is."""
     needed = {
-        HEAD_TOO_LARGE.code: f"at most {settings.max_head_bytes} bytes",
-        HEAD_TOO_SLOW.code: f"all of it within {settings.head_timeout:g} s",
-        TOO_MANY_CONNECTIONS.code: f"at most {settings.max_connections} connections",
+        problems.HEAD_TOO_LARGE.code: f"at most {settings.max_head_bytes} bytes",
+        problems.HEAD_TOO_SLOW.code: f"all of it within {settings.head_timeout:g} s",
+        problems.TOO_MANY_CONNECTIONS.code: f"at most {settings.max_connections} connections",
     }
     issue = Issue(problem.code, problem.about, needed=needed.get(problem.code, ""))
-    content = problem_document(problem, () if problem is INTERNAL_ERROR else (issue,))
-    wait = {"Retry-After": "1"} if problem in (TOO_MANY_CONNECTIONS, DRAINING) else {}
-    headers = {**PROBLEM_HEADERS, **wait, "Connection": "close"}
-    return Response(orjson.dumps(content), problem.status, headers, MEDIA_TYPE)
+    content = problems.problem_document(
+        problem, () if problem is problems.INTERNAL_ERROR else (issue,)
+    )
+    wait = (
+        {"Retry-After": "1"}
+        if problem in (problems.TOO_MANY_CONNECTIONS, problems.DRAINING)
+        else {}
+    )
+    headers = {**problems.PROBLEM_HEADERS, **wait, "Connection": "close"}
+    return Response(orjson.dumps(content), problem.status, headers, problems.MEDIA_TYPE)
 
 
-def with_last_answer(app: ASGIApp, settings: Settings, refused: Callable[[str], None]) -> ASGIApp:
+def with_last_answer(app: ASGIApp, settings: Settings, refused: Report) -> ASGIApp:
     """An application that answers where this one fails without an answer, or is cancelled.
 
     uvicorn cancels the requests that are left when `SURFACE_DRAIN_TIMEOUT` is over.
@@ -63,12 +59,12 @@ def with_last_answer(app: ASGIApp, settings: Settings, refused: Callable[[str], 
         try:
             await app(scope, receive, send)
         except (asyncio.CancelledError, Exception) as error:
-            problem = INTERNAL_ERROR if isinstance(error, Exception) else DRAINING
+            problem = problems.INTERNAL_ERROR if isinstance(error, Exception) else problems.DRAINING
             if scope["type"] == "http":
                 with suppress(RuntimeError):  # an answer has begun
                     await refusal(problem, settings)(scope, receive, send)
                     refused(problem.code)
-            if problem is INTERNAL_ERROR:
+            if problem is problems.INTERNAL_ERROR:
                 raise  # for uvicorn's log
 
     return answer
@@ -77,7 +73,7 @@ def with_last_answer(app: ASGIApp, settings: Settings, refused: Callable[[str], 
 class Refused(Exception):
     """Stops the parser, for a problem or because too many requests wait."""
 
-    def __init__(self, problem: Problem = MALFORMED_REQUEST) -> None:
+    def __init__(self, problem: Problem = problems.MALFORMED_REQUEST) -> None:
         self.problem = problem
 
 
@@ -85,12 +81,9 @@ class BoundedProtocol(HttpToolsProtocol):
     """A connection: its heads have a size limit and a deadline, its answers a deadline.
 
     Every answer is the last of the connection once `ready` of the application's `state` is false.
-    `refused` takes the code of each problem that the connection answers by itself.
     """
 
-    def __init__(
-        self, settings: Settings, state: Any, refused: Callable[[str], None], **uvicorn: Any
-    ) -> None:
+    def __init__(self, settings: Settings, state: Any, refused: Report, **uvicorn: Any) -> None:
         super().__init__(**uvicorn)
         self._settings, self._state, self._refused = settings, state, refused
         self._running: RequestResponseCycle | None = None
@@ -102,11 +95,8 @@ class BoundedProtocol(HttpToolsProtocol):
         super().connection_made(transport)
         self.write, self.is_closing = transport.write, transport.is_closing
         self._head_due = self.loop.time() + self._settings.head_timeout
-        excess = len(self.connections) - self._settings.max_connections
-        if excess > REFUSED_AT_ONCE:
-            transport.abort()
-        elif excess > 0:
-            self._refuse(TOO_MANY_CONNECTIONS)
+        if len(self.connections) > self._settings.max_connections:
+            self._refuse(problems.TOO_MANY_CONNECTIONS)
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._disconnect()
@@ -121,18 +111,19 @@ class BoundedProtocol(HttpToolsProtocol):
         try:
             self.parser.feed_data(data)
             if self._unread > self._settings.max_head_bytes:
-                self._refuse(HEAD_TOO_LARGE)
+                self._refuse(problems.HEAD_TOO_LARGE)
         except httptools.HttpParserUpgrade as offer:
             self._unread = 0
             self.data_received(without_offer(self) + data[offer.args[0] :])
         except httptools.HttpParserError as error:
             if not self._is_deaf:
-                self._refuse(getattr(error.__context__, "problem", MALFORMED_REQUEST))
-        if self._unread and self._is_idle() and self._head_due == inf:
+                self._refuse(getattr(error.__context__, "problem", problems.MALFORMED_REQUEST))
+        is_idle = self._running is None or self._running.response_complete
+        if self._unread and is_idle and self._head_due == inf:
             self._head_due = self.loop.time() + self._settings.head_timeout
 
     def on_headers_complete(self) -> None:
-        if len(self.pipeline) >= PIPELINED:
+        if len(self.pipeline) >= PIPELINED and not self._is_deaf:
             self._is_deaf, self.cycle.keep_alive = True, False
             raise Refused
         check_head(self, self._settings.max_head_bytes)
@@ -170,17 +161,17 @@ class BoundedProtocol(HttpToolsProtocol):
         if now > self._answer_due:
             self.transport.abort()
         elif now > self._head_due:
-            self._refuse(HEAD_TOO_SLOW) if self._unread else self.transport.close()
+            self._refuse(problems.HEAD_TOO_SLOW) if self._unread else self.transport.close()
 
     def close(self) -> None:
         """Closes after the last answer, by half: the client is read until it closes, too.
 
-        The system would reset a connection whose client still sends, and might lose the answer
-        (RFC 9112, section 9.6).
+        Otherwise the system resets a client that still sends, before it sees the answer.
         """
         self._disconnect()
         self._is_deaf, self._head_due = True, inf
-        if self.transport.is_closing() or not self._state.ready:
+        is_crowded = len(self.connections) > self._settings.max_connections
+        if self.transport.is_closing() or is_crowded or not self._state.ready:
             self.transport.close()
         else:
             self.flow.resume_reading()
@@ -198,11 +189,9 @@ class BoundedProtocol(HttpToolsProtocol):
             self._disconnect()
             self.cycle = None  # type: ignore[assignment]
         # uvicorn gives this answer in its turn, to a request that the client has not made.
-        self.app = refusal(problem, self._settings)
+        self.app, self._is_deaf = refusal(problem, self._settings), True
         self.parser = httptools.HttpRequestParser(self)
-        with suppress(httptools.HttpParserError):  # too many requests wait already
-            self.parser.feed_data(b"GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
-        self._is_deaf = True
+        self.parser.feed_data(b"GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
 
     def _disconnect(self) -> None:
         """Tells the application that no answer to the request under way is wanted."""
@@ -215,28 +204,24 @@ class BoundedProtocol(HttpToolsProtocol):
         parts = 1 + self.transport.get_write_buffer_size() // MIB
         return self.loop.time() + self._settings.send_timeout * parts
 
-    def _is_idle(self) -> bool:
-        return self._running is None or self._running.response_complete
-
 
 def check_head(connection: HttpToolsProtocol, most: int) -> None:
     """Refuses a head that is too long, or that a proxy may read in another way.
 
     httptools has refused most of these (RFC 9112, section 11.2).
     """
-    headers, version = connection.headers, connection.parser.get_http_version()
-    if len(connection.url) + sum(len(name) + len(value) for name, value in headers) > most:
-        raise Refused(HEAD_TOO_LARGE)
-    hosts = sum(name == b"host" for name, _ in headers)
-    codings = [value.lower() for name, value in headers if name == b"transfer-encoding"]
-    if (
-        version not in ("1.0", "1.1")
-        or hosts > 1
-        or (version == "1.1" and hosts == 0)
-        or (codings and (version == "1.0" or codings != [b"chunked"]))
-        or connection.parser.get_method() == b"CONNECT"
-    ):
-        raise Refused(MALFORMED_REQUEST)
+    method, version = connection.parser.get_method(), connection.parser.get_http_version()
+    size, hosts = len(connection.url), 0
+    is_clear = method != b"CONNECT" and version in ("1.0", "1.1")
+    for name, value in connection.headers:
+        size += len(name) + len(value)
+        hosts += name == b"host"
+        if name == b"transfer-encoding":
+            is_clear = is_clear and version == "1.1" and value.lower() == b"chunked"
+    if size > most:
+        raise Refused(problems.HEAD_TOO_LARGE)
+    if not is_clear or (hosts != 1 and (hosts or version == "1.1")):
+        raise Refused(problems.MALFORMED_REQUEST)
 
 
 def without_offer(connection: HttpToolsProtocol) -> bytes:

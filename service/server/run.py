@@ -15,6 +15,7 @@ import socket
 import sys
 import time
 from contextlib import suppress
+from contextvars import Context
 from functools import partial
 from types import FrameType, SimpleNamespace
 from typing import Any, NoReturn
@@ -29,12 +30,6 @@ from service.settings.values import Settings
 if sys.platform != "win32":  # where the number of open files has no such limit
     import resource
 
-OTHER_FILES = 128
-"""File descriptors beside those of connections: the log, the store, libraries."""
-
-LAST_WORDS = 1.0
-"""Seconds in which requests that were cut off are answered."""
-
 _log = logging.getLogger(__name__)
 
 
@@ -45,7 +40,6 @@ class Server(uvicorn.Server):
         super().__init__(config)
         self._settings, self._state = settings, state
         self._ends_at = 0.0
-        self._news = ""  # which a signal must not write, since it may interrupt the log
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """Takes a signal; uvicorn would end the process by it, once all is answered."""
@@ -53,10 +47,13 @@ class Server(uvicorn.Server):
         if self.should_exit:
             os._exit(128 + sig)
         delay = self._settings.drain_delay if sig == signal.SIGTERM else 0.0
-        self._news = f"Told to stop by {signal.Signals(sig).name}; answers for another {delay:g} s"
         self._ends_at = time.monotonic() + delay
         self._state.ready = False
         self.should_exit = True
+        # In no context, since the log shall not name a request that the signal interrupts.
+        told = "Told to stop by %s; answers for another %g s", signal.Signals(sig).name, delay
+        Context().run(_log.info, *told)
+        notify("STOPPING=1")
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Starts the application and accepts connections."""
@@ -69,10 +66,6 @@ class Server(uvicorn.Server):
         for connection in list(self.server_state.connections):
             if isinstance(connection, BoundedProtocol):
                 connection.end_if_late(now)
-        if self._news:
-            _log.info(self._news)
-            notify("STOPPING=1")
-            self._news = ""
         return await super().on_tick(counter) and time.monotonic() >= self._ends_at
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
@@ -80,7 +73,7 @@ class Server(uvicorn.Server):
         self._state.ready = False
         await super().shutdown(sockets)
         if self.server_state.tasks:
-            await asyncio.wait(self.server_state.tasks, timeout=LAST_WORDS)
+            await asyncio.wait(self.server_state.tasks, timeout=1.0)
 
 
 def notify(state: str) -> None:
@@ -135,7 +128,7 @@ def serve(app: ASGIApp, settings: Settings, state: Any) -> NoReturn:
         milliseconds = max(1, round(settings.send_timeout * 1000))
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, milliseconds)
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 15)
-    raise_file_limit(settings.max_connections + OTHER_FILES)
+    raise_file_limit(settings.max_connections + 128)  # of the log, the store, libraries
     collect_rarely()
     with asyncio.Runner(loop_factory=server.config.get_loop_factory()) as runner:
         runner.run(server.serve([sock]))

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 import pytest
 
 from service.api.observing.record import NO_ROUTE, RequestRecord, current_record
-from service.server.logs import MESSAGE, TEXT, JsonRecords, Lines, TextRecords
+from service.server.logs import MESSAGE, TEXT, Lines, Records
 
 HOSTILE = "a\nERROR:    forged\r\x1b[31m\x9b31m\u2028\u202e\x00\ud800"
 
@@ -32,7 +32,7 @@ def failing() -> logging.LogRecord:
 
 
 def test_a_record_is_one_object_in_one_line() -> None:
-    line = JsonRecords().format(failing())
+    line = Records("json").format(failing())
     assert line.isprintable()
     told = json.loads(line)
     assert (told["level"], told["logger"], told["message"]) == ("error", "service.x", "it failed")
@@ -48,22 +48,22 @@ def test_a_record_is_one_object_in_one_line() -> None:
 
 def test_text_cannot_be_forged() -> None:
     record = logging.LogRecord("x", logging.WARNING, "x.py", 1, "%s", (HOSTILE * 1000,), None)
-    text = TextRecords().format(record)
+    text = Records("text").format(record)
     assert text.startswith("WARNING:  a\\nERROR:")
     assert text.isprintable()
     assert len(text) < 8 * MESSAGE
-    _, *below = TextRecords().format(failing()).split("\n")
+    _, *below = Records("text").format(failing()).split("\n")
     assert len(below) == 4
     assert all(line.startswith("    ") and line.isprintable() for line in below)
 
 
 def test_records_tell_of_the_request_that_is_under_way() -> None:
     record = logging.LogRecord("x", logging.WARNING, "x.py", 1, "it", None, None)
-    assert "request_id" not in json.loads(JsonRecords().format(record))
+    assert "request_id" not in json.loads(Records("json").format(record))
     token = current_record.set(RequestRecord("GET", NO_ROUTE, "mine", "1" * 32, "2" * 16))
     try:
-        told = json.loads(JsonRecords().format(record))
-        assert TextRecords().format(record) == "WARNING:  it (id mine)"
+        told = json.loads(Records("json").format(record))
+        assert Records("text").format(record) == "WARNING:  it (id mine)"
     finally:
         current_record.reset(token)
     ids = told["request_id"], told["trace_id"], told["span_id"]
@@ -139,9 +139,10 @@ def pipe() -> Iterator[tuple[int, int]]:
                 continue
 
 
-def is_written(log: Lines) -> bool:
-    log.flush()
-    return log.lines.unfinished_tasks == 0
+def is_written(log: Lines, seconds: float = 10) -> bool:
+    written = threading.Event()
+    log.lines.put(written)
+    return written.wait(seconds)
 
 
 def test_lines_come_whole_and_in_order() -> None:
@@ -164,7 +165,7 @@ def test_a_pipe_that_nobody_reads_blocks_nobody() -> None:
         for _ in range(500):
             log.write(line)
         assert log.dropped > 0
-        assert log.lines.unfinished_tasks
+        assert not is_written(log, 0.2)
         done = threading.Event()
 
         def drain() -> None:
