@@ -113,8 +113,9 @@ class BoundedProtocol(HttpToolsProtocol):
             if self._unread > self._settings.max_head_bytes:
                 self._refuse(problems.HEAD_TOO_LARGE)
         except httptools.HttpParserUpgrade as offer:
-            self._unread = 0
-            self.data_received(without_offer(self) + data[offer.args[0] :])
+            again = without_offer(self) + data[offer.args[0] :]
+            self._unread, self.parser = 0, httptools.HttpRequestParser(self)
+            self.data_received(again)
         except httptools.HttpParserError as error:
             if not self._is_deaf:
                 self._refuse(getattr(error.__context__, "problem", problems.MALFORMED_REQUEST))

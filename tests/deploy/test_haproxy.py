@@ -41,6 +41,10 @@ def test_connections_are_fewer_than_an_instance_takes() -> None:
     assert DEFAULTS.max_connections > 1000
 
 
+def test_one_address_cannot_take_all_connections() -> None:
+    assert 4 * number("sc0_conn_cur gt") <= number("maxconn")
+
+
 def test_not_ready_is_known_before_the_listener_closes() -> None:
     """A service that drains answers at once."""
     known = seconds("inter") + (number("fall") - 1) * seconds("fastinter")

@@ -2,9 +2,10 @@
 
 A service in a process of its own, with its default settings but a quota that can be reached, is
 attacked in every way that is known, one after the other, and by the worst of them at once. All the
-while a client that behaves asks for small things and compares every byte. Attackers are nice'd
-and bounded in what they do at a time, as they share two processors with the service and the client:
-what is looked for are limits, not bandwidth.
+while a client that behaves asks for small things and compares every byte. What only HAProxy can
+withstand is tried behind the HAProxy that is shipped. Attackers are nice'd and bounded in what they
+do at a time, as they share two processors with the service and the client: what is looked for are
+limits, not bandwidth.
 
 It fails if the service ever held more memory than it may, if the client waited too long or got
 anything but its answers, if an answer to an attack is not one of those that are documented, or if
@@ -19,7 +20,8 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from threading import Thread
 
@@ -28,9 +30,10 @@ import httpx
 from tests.process import ROOT, Service, service_process
 from tools.attack.attack import Attack
 from tools.attack.bodies import BODIES
-from tools.attack.connections import CONNECTIONS, HALF_BODIES, SLOW_BODIES, WORST
+from tools.attack.connections import CONNECTIONS, HALF_BODIES, PROXIED, SLOW_BODIES, WORST
 from tools.attack.heads import HEADS, SLOW_HEADS
 from tools.attack.work import WORK
+from tools.deploy.processes import Proxy
 
 MOST_RESIDENT = 600e6
 """Bytes that the process may hold at the default limits."""
@@ -102,29 +105,51 @@ def percentile(seen: list[Seen], part: int) -> float:
     return statistics.quantiles((s.seconds for s in seen), n=100, method="inclusive")[part - 1]
 
 
-async def attacked(service: Service, chosen: list[str]) -> list[Row]:
-    """Every attack in its turn, but for those that last."""
+async def attacked(
+    service: Service,
+    port: int,
+    first: Sequence[Attack],
+    *,
+    lasting: Sequence[Attack] = (),
+    beside: Sequence[Attack] = (),
+    last: Sequence[Attack] = (),
+) -> list[Row]:
+    """The rows of attacks in their turn, but for those that last, which others run beside."""
     rows: list[Row] = []
 
     async def one(attack: Attack) -> None:
         service.forget_most()
         start = time.monotonic()
-        answers = await attack.run(service.port)
+        answers = await attack.run(port)
         rows.append(Row(attack, answers, start, time.monotonic(), service.most_resident()))
         print(f"  {attack.name}: {dict(answers)}", file=sys.stderr, flush=True)
 
-    def meant(attack: Attack) -> bool:
-        return not chosen or any(word in attack.name for word in chosen)
-
     async def in_turn(attacks: Iterable[Attack]) -> None:
-        for attack in filter(meant, attacks):
+        for attack in attacks:
             await one(attack)
             await asyncio.sleep(0.3)
 
-    await in_turn(FIRST)
-    await asyncio.gather(*map(one, filter(meant, LASTING)), in_turn(BESIDE))
-    await in_turn(LAST)
+    await in_turn(first)
+    await asyncio.gather(*map(one, lasting), in_turn(beside))
+    await in_turn(last)
     return rows
+
+
+@contextmanager
+def client(port: int) -> Iterator[list[Seen]]:
+    """What a client that behaves sees at a port, until the block ends."""
+    command = [sys.executable, "-m", "tools.attack.client", str(port)]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    seen: list[Seen] = []
+    reading = Thread(target=read_client, args=(process, seen))
+    reading.start()
+    try:
+        time.sleep(QUIET + 1)
+        yield seen
+    finally:
+        process.terminate()
+        process.wait()
+        reading.join()
 
 
 def read_client(process: "subprocess.Popen[str]", seen: list[Seen]) -> None:
@@ -172,29 +197,37 @@ def leases(service: Service) -> list[str]:
 
 def main(chosen: list[str]) -> bool:
     """Whether the service withstood it all."""
+
+    def meant(attacks: Sequence[Attack]) -> list[Attack]:
+        return [each for each in attacks if not chosen or any(word in each.name for word in chosen)]
+
     shutil.rmtree(FOLDER, ignore_errors=True)
     settings = {"SURFACE_STORE": str(FOLDER / "store"), "SURFACE_STORE_QUOTA": "4MiB"}
+    rows: list[Row] = []
     with service_process(FOLDER, settings) as service:
-        command = [sys.executable, "-m", "tools.attack.client", str(service.port)]
-        client = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
-        os.nice(10)  # whoever attacks gets what is left of the processors
-        seen: list[Seen] = []
-        reading = Thread(target=read_client, args=(client, seen))
-        reading.start()
-        try:
-            time.sleep(QUIET + 1)
+        if meant(PROXIED):
+            proxy = Proxy(FOLDER, service.port, service.port)
+            with client(proxy.port) as seen:
+                rows += asyncio.run(attacked(service, proxy.port, meant(PROXIED)))
+            proxy.stop()
+            assign(rows, seen)
+        with client(service.port) as seen:
+            os.nice(10)  # whoever attacks gets what is left of the processors
             files, begin = service.files(), time.monotonic()
-            rows = asyncio.run(attacked(service, chosen))
+            rest = {"lasting": meant(LASTING), "beside": meant(BESIDE), "last": meant(LAST)}
+            direct = asyncio.run(attacked(service, service.port, meant(FIRST), **rest))
             end = time.monotonic()
-        finally:
-            client.terminate()
-            client.wait()
-            reading.join()
+        assign(direct, seen)
         left = left_over(service, files)
         traces = service.log.read_text(encoding="utf-8").count("Traceback")
+    before = [s for s in seen if s.time < begin]
+    return report(rows + direct, before, left, traces, end - begin)
+
+
+def assign(rows: list[Row], seen: list[Seen]) -> None:
+    """Gives each row what the client saw while it lasted."""
     for row in rows:
         row.seen = [s for s in seen if row.start <= s.time <= row.end]
-    return report(rows, [s for s in seen if s.time < begin], left, traces, end - begin)
 
 
 def report(

@@ -9,6 +9,7 @@ from contextlib import suppress
 from tools.attack.attack import BUSY, Attack
 from tools.attack.bodies import PIECE
 from tools.attack.wire import (
+    HOST,
     PATIENCE,
     Pieces,
     ask,
@@ -31,9 +32,9 @@ async def idle(port: int) -> Counter[str]:
     return Counter(answers)
 
 
-async def _idle(port: int, asks: bool) -> str:
+async def _idle(port: int, asks: bool, source: str = HOST) -> str:
     try:
-        async with connected(port) as (reader, writer):
+        async with connected(port, source) as (reader, writer):
             if asks:
                 writer.write(b"GET /health HTTP/1.1\r\nHost: x\r\n\r\n")
                 await reader.readuntil(b"}")
@@ -45,6 +46,12 @@ async def _idle(port: int, asks: bool) -> str:
             return in_short(seen, len(seen))
     except (OSError, asyncio.IncompleteReadError):
         return "closed"
+
+
+async def one_address(port: int) -> Counter[str]:
+    """A thousand connections of one address, which is not that of the client that behaves."""
+    answers = await asyncio.gather(*(_idle(port, k % 2 == 0, "127.0.0.2") for k in range(IDLE)))
+    return Counter(answers)
 
 
 async def slow_bodies(port: int) -> Counter[str]:
@@ -211,6 +218,11 @@ CONNECTIONS = (
     Attack("half closed", half_closed, "200|closed|400 malformed_request|408 .*"),
     Attack("slow readers of large answers", slow_readers, rf"200|closed|{BUSY}"),
 )
+
+PROXIED = (
+    Attack("1000 connections of one address", one_address, "open|closed|408 request_timeout"),
+)
+"""Attacks that only HAProxy withstands, as it is shipped: it counts connections by address."""
 
 SLOW_BODIES = Attack(
     "slow bodies: 100 connections",

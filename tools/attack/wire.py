@@ -38,10 +38,12 @@ def post_head(address: str, *headers: str, media_type: str = "application/x-npy"
 
 @asynccontextmanager
 async def connected(
-    port: int,
+    port: int, source: str = HOST
 ) -> AsyncIterator[tuple[asyncio.StreamReader, asyncio.StreamWriter]]:
-    """A connection, which is cut at the end."""
-    reader, writer = await asyncio.open_connection(HOST, port, limit=1 << 16)
+    """A connection from an address of this machine, which is cut at the end."""
+    reader, writer = await asyncio.open_connection(
+        HOST, port, limit=1 << 16, local_addr=(source, 0)
+    )
     try:
         yield reader, writer
     finally:

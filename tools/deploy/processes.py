@@ -110,17 +110,17 @@ class Instance:
 class Proxy:
     """The HAProxy of `deploy/`, its file as it is shipped, addresses from the environment."""
 
-    def __init__(self, folder: Path, instances: tuple[Instance, Instance]) -> None:
+    def __init__(self, folder: Path, *ports: int) -> None:
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self._log = (folder / "haproxy.log").open("ab")
-        one, two = instances
+        one, two = ports
         self.numbers = free_port()
         self.process = subprocess.Popen(
             [program("haproxy"), "-db", "-f", HAPROXY],
             env={
-                "SURFACE_1": f"127.0.0.1:{one.port}",
-                "SURFACE_2": f"127.0.0.1:{two.port}",
+                "SURFACE_1": f"127.0.0.1:{one}",
+                "SURFACE_2": f"127.0.0.1:{two}",
                 "SURFACE_PROXY_BIND": f"127.0.0.1:{self.port}",
                 "SURFACE_PROXY_NUMBERS": f"127.0.0.1:{self.numbers}",
             },

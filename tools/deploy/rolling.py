@@ -66,7 +66,7 @@ def two_behind_haproxy(folder: Path) -> Iterator[tuple[Proxy, tuple[Instance, In
             each.start()
         for each in instances:
             each.wait_until_ready()
-        proxy = Proxy(folder, instances)
+        proxy = Proxy(folder, *(each.port for each in instances))
         yield proxy, instances
     finally:
         if proxy is not None:
