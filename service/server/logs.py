@@ -38,10 +38,7 @@ _UNSAFE = re.compile(
 
 
 def start_logs(settings: Settings) -> tuple["Lines", "Lines"]:
-    """Makes all of `logging`, and Python's warnings, lines on standard error.
-
-    Returns what takes lines about requests, for standard output, and what takes all others.
-    """
+    """Sends `logging` and warnings to standard error; returns lines of requests, and of others."""
     requests, others = Lines(1 if sys.stdout else -1), Lines(2 if sys.stderr else -1)
     others.setFormatter(Records(settings.log_format))
     root = logging.getLogger()
@@ -99,10 +96,7 @@ class Lines(QueueHandler):
 
 
 class Records(logging.Formatter):
-    """`WARNING:  message`, as uvicorn writes it, and an exception below; or one JSON object.
-
-    Either has the ids of the request that is under way.
-    """
+    """`WARNING:  message`, as uvicorn writes it, an exception below it; or one JSON object."""
 
     def __init__(self, form: Literal["text", "json"]) -> None:
         super().__init__()
@@ -138,10 +132,7 @@ def escape(text: str, most: int) -> str:
 
 
 def trace(record: logging.LogRecord) -> list[str]:
-    """The exception of a record and its causes, the last raised at the end; empty without one.
-
-    It shows files, lines and names, but no code, and of the texts only the beginnings.
-    """
+    """The exception of a record and its causes: files, lines, names, beginnings of texts."""
     lines: list[str] = []
     error = record.exc_info[1] if record.exc_info else None
     at = TracebackException.from_exception(error, limit=-FRAMES) if error is not None else None

@@ -1,13 +1,9 @@
-"""HTTP/1.1 as uvicorn speaks it, with what uvicorn lacks: deadlines, limits, answers as problems.
-
-The server's own answers are problems, too (RFC 9457), and each is the last of its connection.
-"""
+"""HTTP/1.1 by uvicorn, with what uvicorn lacks: deadlines, limits, refusals as problems."""
 
 import asyncio
-from collections.abc import Callable
 from contextlib import suppress
 from math import inf
-from typing import Any, TypeAlias
+from typing import Any
 
 import httptools
 import orjson
@@ -23,37 +19,25 @@ from service.settings.values import Settings
 PIPELINED = 16
 """Requests that may wait for the answer to an earlier one on their connection."""
 
-MIB = 1 << 20
-
-Report: TypeAlias = Callable[[str], None]
-"""Takes the code of each problem that the server answers."""
-
 
 def refusal(problem: Problem, settings: Settings) -> Response:
-    """The answer that a problem is."""
+    """The answer that a problem is, the last of its connection."""
     needed = {
         problems.HEAD_TOO_LARGE.code: f"at most {settings.max_head_bytes} bytes",
         problems.HEAD_TOO_SLOW.code: f"all of it within {settings.head_timeout:g} s",
         problems.TOO_MANY_CONNECTIONS.code: f"at most {settings.max_connections} connections",
     }
     issue = Issue(problem.code, problem.about, needed=needed.get(problem.code, ""))
-    content = problems.problem_document(
-        problem, () if problem is problems.INTERNAL_ERROR else (issue,)
-    )
-    wait = (
-        {"Retry-After": "1"}
-        if problem in (problems.TOO_MANY_CONNECTIONS, problems.DRAINING)
-        else {}
-    )
-    headers = {**problems.PROBLEM_HEADERS, **wait, "Connection": "close"}
-    return Response(orjson.dumps(content), problem.status, headers, problems.MEDIA_TYPE)
+    issues = () if problem is problems.INTERNAL_ERROR else (issue,)
+    headers = {**problems.PROBLEM_HEADERS, "Connection": "close"}
+    if problem.status == 503:
+        headers["Retry-After"] = "1"
+    content = orjson.dumps(problems.problem_document(problem, issues))
+    return Response(content, problem.status, headers, problems.MEDIA_TYPE)
 
 
-def with_last_answer(app: ASGIApp, settings: Settings, refused: Report) -> ASGIApp:
-    """An application that answers where this one fails without an answer, or is cancelled.
-
-    uvicorn cancels the requests that are left when `SURFACE_DRAIN_TIMEOUT` is over.
-    """
+def with_last_answer(app: ASGIApp, settings: Settings, state: Any) -> ASGIApp:
+    """An application that answers where this one fails, or uvicorn cancels it at the end."""
 
     async def answer(scope: Scope, receive: Receive, send: Send) -> None:
         try:
@@ -63,7 +47,7 @@ def with_last_answer(app: ASGIApp, settings: Settings, refused: Report) -> ASGIA
             if scope["type"] == "http":
                 with suppress(RuntimeError):  # an answer has begun
                     await refusal(problem, settings)(scope, receive, send)
-                    refused(problem.code)
+                    state.refused(problem.code)
             if problem is problems.INTERNAL_ERROR:
                 raise  # for uvicorn's log
 
@@ -78,14 +62,11 @@ class Refused(Exception):
 
 
 class BoundedProtocol(HttpToolsProtocol):
-    """A connection: its heads have a size limit and a deadline, its answers a deadline.
+    """A connection: its heads have a size limit and a deadline, its answers a deadline."""
 
-    Every answer is the last of the connection once `ready` of the application's `state` is false.
-    """
-
-    def __init__(self, settings: Settings, state: Any, refused: Report, **uvicorn: Any) -> None:
+    def __init__(self, settings: Settings, state: Any, **uvicorn: Any) -> None:
         super().__init__(**uvicorn)
-        self._settings, self._state, self._refused = settings, state, refused
+        self._settings, self._state = settings, state
         self._running: RequestResponseCycle | None = None
         self._head_due = self._answer_due = inf  # on the clock of the event loop
         self._unread = 0  # bytes since a head, a piece of a body or a message ended
@@ -165,10 +146,7 @@ class BoundedProtocol(HttpToolsProtocol):
             self._refuse(problems.HEAD_TOO_SLOW) if self._unread else self.transport.close()
 
     def close(self) -> None:
-        """Closes after the last answer, by half: the client is read until it closes, too.
-
-        Otherwise the system resets a client that still sends, before it sees the answer.
-        """
+        """Closes by half after the last answer: the system resets a client that still sends."""
         self._disconnect()
         self._is_deaf, self._head_due = True, inf
         is_crowded = len(self.connections) > self._settings.max_connections
@@ -181,7 +159,7 @@ class BoundedProtocol(HttpToolsProtocol):
 
     def _refuse(self, problem: Problem) -> None:
         """Answers with a problem, after the answers to earlier requests, and closes."""
-        self._refused(problem.code)
+        self._state.refused(problem.code)
         if self._in_body and self.pipeline:
             self.pipeline.popleft()
         elif self._in_body and self.cycle.response_started:
@@ -195,22 +173,18 @@ class BoundedProtocol(HttpToolsProtocol):
         self.parser.feed_data(b"GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
 
     def _disconnect(self) -> None:
-        """Tells the application that no answer to the request under way is wanted."""
         self.pipeline.clear()
         if self._running is not None and not self._running.response_complete:
             self._running.disconnected, self._running.waiting_for_100_continue = True, False
             self._running.message_event.set()
 
     def _time_to_take(self) -> float:
-        parts = 1 + self.transport.get_write_buffer_size() // MIB
-        return self.loop.time() + self._settings.send_timeout * parts
+        mebibytes = 1 + (self.transport.get_write_buffer_size() >> 20)
+        return self.loop.time() + self._settings.send_timeout * mebibytes
 
 
 def check_head(connection: HttpToolsProtocol, most: int) -> None:
-    """Refuses a head that is too long, or that a proxy may read in another way.
-
-    httptools has refused most of these (RFC 9112, section 11.2).
-    """
+    """Refuses a head that is too long, or could be read in two ways, where httptools does not."""
     method, version = connection.parser.get_method(), connection.parser.get_http_version()
     size, hosts = len(connection.url), 0
     is_clear = method != b"CONNECT" and version in ("1.0", "1.1")

@@ -41,18 +41,16 @@ class Server(uvicorn.Server):
         self._settings, self._state = settings, state
         self._ends_at = 0.0
 
-    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+    def handle_exit(self, sig: int, _: FrameType | None) -> None:
         """Takes a signal; uvicorn would end the process by it, once all is answered."""
-        del frame
         if self.should_exit:
             os._exit(128 + sig)
         delay = self._settings.drain_delay if sig == signal.SIGTERM else 0.0
         self._ends_at = time.monotonic() + delay
         self._state.ready = False
         self.should_exit = True
-        # In no context, since the log shall not name a request that the signal interrupts.
-        told = "Told to stop by %s; answers for another %g s", signal.Signals(sig).name, delay
-        Context().run(_log.info, *told)
+        text = f"Told to stop by {signal.Signals(sig).name}; answers for another {delay:g} s"
+        Context().run(_log.info, text)  # whose line names no request that the signal interrupts
         notify("STOPPING=1")
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
@@ -87,11 +85,11 @@ def notify(state: str) -> None:
 def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: Any) -> Server:
     """The server of an application with this state; `other` are uvicorn's settings."""
     state = SimpleNamespace(ready=True) if state is None else state
-    refused = state.observed.refused if hasattr(state, "observed") else lambda _: None
+    state.refused = state.observed.refused if hasattr(state, "observed") else lambda _: None
     options: dict[str, Any] = {
         "host": settings.host,
         "port": settings.port,
-        "http": partial(BoundedProtocol, settings, state, refused),
+        "http": partial(BoundedProtocol, settings, state),
         "ws": "none",
         "timeout_keep_alive": settings.keep_alive,
         "timeout_graceful_shutdown": settings.drain_timeout,
@@ -103,7 +101,7 @@ def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: An
         "server_header": False,
         "proxy_headers": False,
     }
-    app = with_last_answer(app, settings, refused)
+    app = with_last_answer(app, settings, state)
     server = Server(uvicorn.Config(app, **options | other), settings, state)
     state.connections = server.server_state.connections
     return server

@@ -8,11 +8,11 @@ from collections.abc import Callable
 import pytest
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from service.server.protocol import MIB
 from service.settings.values import Settings
 from tests.live import running_service
 from tests.server.wire import Server, play, settle
 
+MIB = 1 << 20
 GET = b"GET / HTTP/1.1\r\nHost: x\r\n\r\n"
 
 
