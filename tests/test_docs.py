@@ -1,12 +1,20 @@
 """The pages of docs/ show what there is."""
 
 from pathlib import Path
+from typing import get_args
+
+import numpy as np
 
 from service.api.openapi.curve import REQUESTS
+from service.engine.evaluation.forward_difference import MAX_DEGREE
+from service.engine.options import Method
+from service.pipeline.limits import Limits
+from service.schemas.options import MeshOptionFields
 from service.surface.examples import EXAMPLES
 from tools.picture import listing
 
 DOCS = Path(__file__).parents[1] / "docs"
+METHODS = (DOCS / "methods.md").read_text(encoding="utf-8")
 
 
 def test_the_page_of_the_examples_lists_them_all() -> None:
@@ -18,3 +26,21 @@ def test_every_example_has_its_picture_and_no_picture_is_of_nothing() -> None:
         pictures = [path.read_bytes()[:4] for path in (DOCS / folder).iterdir()]
         assert pictures == [b"\x89PNG"] * len(names)
         assert {path.stem for path in (DOCS / folder).iterdir()} == set(names)
+
+
+def test_every_method_is_told_of() -> None:
+    first = METHODS.split("\n## ")[0]
+    assert [row.split("`")[1] for row in first.splitlines() if row.startswith("| `")] == [
+        "method",
+        *get_args(Method),
+    ]
+
+
+def test_limits_are_those_of_the_code() -> None:
+    single, double = MAX_DEGREE[np.float32], MAX_DEGREE[np.float64]
+    assert f"Beyond degree {single} there, and beyond degree {double}" in " ".join(METHODS.split())
+    assert Limits().max_multiplications == 5 * 10**9
+    assert "5 · 10⁹ multiplications" in METHODS
+    description = MeshOptionFields.model_fields["method"].description or ""
+    assert f"degrees up to {single} ({double} where the format stores float64)" in description
+    assert "docs/methods.md" in description

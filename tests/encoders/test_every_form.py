@@ -1,4 +1,4 @@
-"""Every form of a surface in files: programs of others read what was meant."""
+"""Every form of a surface, and every example, in files: programs of others read what was meant."""
 
 from io import BytesIO
 from pathlib import Path
@@ -9,18 +9,25 @@ import trimesh
 from scipy.spatial import KDTree
 from trimesh.visual import TextureVisuals
 
+from service.encoders.format import EncodeOptions, OoglForm
 from service.encoders.registry import BY_NAME
 from service.engine.build import build
 from service.engine.curvatures.stretches import with_stretches
 from service.engine.mesh import Mesh
-from service.errors import UnsupportedByFormat
+from service.engine.options import Faces, MeshOptions, OverlayName
+from service.errors import InvalidRequest, UnsupportedByFormat
 from service.pipeline.mesh import render
 from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
+from service.surface.batches import TrianglePatches
+from service.surface.examples import EXAMPLES
+from service.surface.lowered import GroupModel
+from service.surface.sweep_model import SweepModel
 from tests.clients.geomview import read_oogl
 from tests.clients.gltf_validator import issues
 from tests.forms import REQUESTS
 
+OVERLAYS: tuple[OverlayName, ...] = ("control_net", "boundary")
 LINES_ALONE = "isocurves as lines alone"
 
 each_form = pytest.mark.parametrize("form", REQUESTS)
@@ -111,3 +118,44 @@ def test_trimesh_finds_what_is_closed(form: str, name: str) -> None:
     corners = mesh.positions[mesh.triangles]
     assert loaded.volume == pytest.approx(np.linalg.det(corners).sum() / 6, rel=1e-5)
     assert loaded.volume > 0
+
+
+each_example = pytest.mark.parametrize("example", EXAMPLES)
+
+
+@each_example
+@pytest.mark.parametrize("suffix", ["glb", "gltf"])
+def test_the_validator_has_nothing_to_say_of_examples(
+    example: str, suffix: str, tmp_path: Path
+) -> None:
+    options = MeshOptions(resolution=(7, 5), uvs=True, overlays=OVERLAYS)
+    content = render(EXAMPLES[example].surface(), options, BY_NAME[suffix])
+    assert issues(content, tmp_path / f"model.{suffix}") == []
+
+
+@each_example
+@pytest.mark.parametrize(
+    ("form", "faces"),
+    [
+        ("mesh", "quads"),
+        ("off", "triangles"),
+        ("bez", "quads"),
+    ],
+)
+def test_geomview_has_nothing_to_say_of_examples(
+    example: str, form: OoglForm, faces: Faces, tmp_path: Path
+) -> None:
+    options = MeshOptions(resolution=(7, 5), faces=faces, overlays=OVERLAYS)
+    surface, oogl = EXAMPLES[example].surface(), BY_NAME["oogl"]
+    model = surface.lower()
+    if form == "bez" and isinstance(model, SweepModel):
+        with pytest.raises(InvalidRequest, match="not made of Bézier patches"):
+            render(surface, options, oogl, EncodeOptions(form))
+        return
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    kinds = {type(b) for m in models if not isinstance(m, SweepModel) for b in m.batches}
+    if form == "mesh" and TrianglePatches in kinds:
+        with pytest.raises(UnsupportedByFormat):
+            render(surface, options, oogl, EncodeOptions(form))
+        return
+    assert read_oogl(render(surface, options, oogl, EncodeOptions(form)), tmp_path).faces

@@ -1,13 +1,17 @@
 """The table of formats keeps its promises."""
 
+import gc
 from dataclasses import replace
 
 import pytest
 
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import FORMATS
+from service.engine.options import MeshOptions
 from service.errors import UnsupportedByFormat
+from service.pipeline.mesh import render
 from service.surface.batches import ChannelKind
+from service.surface.examples import find
 from tests.meshes import carrying, silo, with_overlays, without_faces
 
 each_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.name)
@@ -72,3 +76,19 @@ def test_strided_arrays_will_do(known: Format) -> None:
 @pytest.mark.parametrize("known", [f for f in FORMATS if f.name != "oogl"], ids=lambda f: f.name)
 def test_a_mesh_without_faces_is_still_a_file(known: Format) -> None:
     assert known.encode(without_faces(silo()), EncodeOptions())
+
+
+@each_format
+def test_memory_is_free_at_once(known: Format) -> None:
+    """Arrays in a cycle would wait for the garbage collector, which may not come for minutes."""
+    surface, options = find("saddle").surface(), MeshOptions(resolution=(4, 4))
+    render(surface, options, known)  # what is kept once for all is made now
+    gc.collect()
+    gc.disable()
+    gc.freeze()  # whatever else there is need not be looked through
+    try:
+        render(surface, options, known)
+        assert gc.collect() == 0
+    finally:
+        gc.unfreeze()
+        gc.enable()
