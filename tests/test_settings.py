@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_info
 
 from service.errors import InvalidSettings
 from service.settings.environment import from_environment, values, with_flags
+from service.settings.memory import half_of_memory
 from service.settings.process import collect_rarely, pin_blas
 from service.settings.values import Settings
 from tools.settings_page import PAGE, page
@@ -225,3 +226,28 @@ def test_garbage_is_sought_seldom_and_not_among_what_is_there() -> None:
     finally:
         gc.unfreeze()
         gc.set_threshold(*before)
+
+
+@pytest.mark.parametrize(
+    ("group", "files"),
+    [
+        ("0::/a/b", {"a/memory.max": "536870912\n", "a/b/memory.max": "max\n"}),
+        ("0::/of/the/host", {"memory.max": "536870912\n"}),
+        ("5:cpu,memory:/a\n0::/", {"memory/a/memory.limit_in_bytes": "536870912\n"}),
+    ],
+)
+def test_half_of_the_memory_is_that_of_the_control_group(
+    group: str, files: dict[str, str], tmp_path: Path
+) -> None:
+    """Of its own or of one above it, version 2 and version 1."""
+    process = tmp_path / "proc" / "self"
+    process.mkdir(parents=True)
+    (process / "cgroup").write_text(f"9:pids:/\n{group}\n", encoding="ascii")
+    for name, text in files.items():
+        place = tmp_path / "sys" / "fs" / "cgroup" / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(text, encoding="ascii")
+    assert half_of_memory(tmp_path) == 1 << 28
+    (process / "cgroup").unlink()
+    assert half_of_memory(tmp_path) > 1 << 28
+    assert Settings().memory_bytes == half_of_memory()

@@ -83,9 +83,10 @@ class Cost:
     work: float
 
 
-def lowering_memory(size: SurfaceSize) -> int:
-    """Bytes of lowering a surface to patches, and of finding their shared edges."""
-    return LEAST + max(size.peak, _patch_memory(size))
+def lowering_memory(size: SurfaceSize, other: int = 0) -> int:
+    """Bytes of patches and of finding their shared edges, with others that stand beside them."""
+    patches = size.arrays + SEAMS * size.patches + 4 * size.sides
+    return LEAST + max(size.peak, patches + other)
 
 
 def compression_cost(length: int) -> Cost:
@@ -145,7 +146,7 @@ def estimate_cost(size: SurfaceSize, options: MeshOptions, formats: int, limits:
     """Of an estimate: what is counted where patches fold takes most."""
     most = mesh_counts(size, options)
     counted = 0 if options.accuracy or most.vertices > limits.max_vertices else most.vertices
-    memory = _with_scratch(lowering_memory(size) + VERTEX * counted)
+    memory = _with_scratch(lowering_memory(size) + VERTEX // 2 * counted)
     work = 1e-3 + 2e-4 * formats + _lowering_work(size) + 1e-3 * (size.members - 1)
     if options.accuracy is not None:
         work += 1e-4 * size.patches + 5e-3
@@ -170,12 +171,13 @@ def mesh_cost(
     if options.method != "matrix":
         work *= 10 * degree
     faces = mesh.triangles + 2 * mesh.quads
+    lines = LINE * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
     if encode.exact and fmt.encode_exact is not None:
-        memory = 96 * mesh.control_points + LINE * _lines(mesh) + 2 * file + min(TEXT, 8 * file)
-        return Cost(0, 0, file, _with_patches(size, memory), work)
+        memory = 96 * mesh.control_points + lines + 2 * file + min(TEXT, 8 * file)
+        return Cost(0, 0, file, lowering_memory(size, memory), work)
     flat = size.members > 1 and fmt.encode_scene is None
     row = _row(size, options, fmt, double=flat or not fmt.single)
-    own = (row + 8) * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + LINE * _lines(mesh)
+    own = (row + 8) * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + lines
     ru, rv = options.resolution
     rims = RIM * min(faces, 8 * (ru + rv) * mesh.patches)
     # Samples become vertices, and these faces; normals and curvatures that are limits are computed
@@ -187,7 +189,7 @@ def mesh_cost(
     if size.curves or options.solid_wires:
         built += STATION * (mesh.vertices + mesh.patches)
     memory = max(built, own + _written(mesh, file, fmt, encode))
-    return Cost(mesh.vertices, faces, file, _with_patches(size, memory), work)
+    return Cost(mesh.vertices, faces, file, lowering_memory(size, memory), work)
 
 
 def adaptive_cost(
@@ -197,20 +199,15 @@ def adaptive_cost(
     form: tuple[Format, EncodeOptions],
     limits: Limits,
 ) -> Cost:
-    """Of a mesh by tolerance: it may have as many triangles as limits, budget and memory allow.
-
-    Raises
-    ------
-    TooLarge
-        If there is no memory for any.
-    """
+    """Of a mesh by tolerance: as many triangles as limits, budget and memory allow."""
     (fmt, encode), accuracy = form, options.accuracy or Accuracy()
     empty, some = (adaptive_size(mesh, options, k) for k in (0, 1 << 16))
     least = fmt.byte_bound(empty, encode)
     each = -(-(fmt.byte_bound(some, encode) - least) >> 16) + 1
     # While a budget is sought, the nearest file so far is kept, and the coarsest.
     files = 4 if accuracy.budgeted else 2
-    fixed = lowering_memory(size) + CELLS + files * least + LINE * _lines(mesh)
+    lines = LINE * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
+    fixed = lowering_memory(size) + CELLS + files * least + lines
     limits.check_memory(fixed, "The mesh", stated(accuracy), "a smaller surface")
     one = CERTIFIED + 8 * size.width + files * each
     most = adaptive_triangles(accuracy, limits, size.patches)
@@ -331,10 +328,6 @@ def _row(size: SurfaceSize, options: MeshOptions, fmt: Format, *, double: bool) 
     return (8 if double else 4) * (numbers + 2 * options.uvs + 2 * options.curvatures)
 
 
-def _lines(mesh: MeshSize) -> int:
-    return mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells
-
-
 def _written(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) -> int:
     """Bytes of a file, and of what leads to it."""
     faces = 12 * (mesh.triangles + 2 * mesh.quads)
@@ -345,16 +338,6 @@ def _written(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) -> i
         memory += WRITTEN * mesh.vertices + faces + min(TEXT, 8 * file)
         memory += LINE * (mesh.patches + mesh.overlay_cells)
     return memory
-
-
-def _with_patches(size: SurfaceSize, other: int) -> int:
-    """Bytes of something together with the patches, once these are there."""
-    return LEAST + max(size.peak, _patch_memory(size) + other)
-
-
-def _patch_memory(size: SurfaceSize) -> int:
-    """Bytes of the patches, and of finding their shared edges."""
-    return size.arrays + SEAMS * size.patches + 4 * size.sides
 
 
 def _lowering_work(size: SurfaceSize) -> float:

@@ -231,13 +231,8 @@ def _predict(
     if size.vertices > limits.max_vertices:
         return _Prediction(most, most, exact=False)
     found = [count(own, options) if options.surface else Counts(0, 0, 0) for own in patches]
-    certain = not options.curvatures or _affords_poles(patches, size.vertices)
+    certain = not options.curvatures or surely_affordable(patches, size.vertices)
     return _Prediction(*sum_counts(model, found), exact=True, certain=certain)
-
-
-def _affords_poles(models: Sequence[PatchModel], vertices: int) -> bool:
-    """Whether curvatures are found even if every vertex is a pole."""
-    return all(surely_affordable(own, vertices) for own in models)
 
 
 def _by_tolerance(
@@ -271,7 +266,7 @@ def _by_tolerance(
         and copies.vertices + pieces <= limits.max_vertices
         and copies.triangles * effort <= EFFORT * limits.max_multiplications
         and _is_clear_of_rounding(model, accuracy, moved)
-        and (not options.curvatures or _affords_poles(patches, copies.vertices))
+        and (not options.curvatures or surely_affordable(patches, copies.vertices))
     )
 
     def clipped(most: MostTriangles) -> Counts:

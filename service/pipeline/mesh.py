@@ -158,8 +158,9 @@ def plan_mesh(
     InvalidRequest, TooLarge, UnsupportedByFormat
     """
     whole = surface.size()
-    once = stored_size(surface, options, fmt, encode)
-    check_surface(surface.stored_size(), limits)
+    different = whole if whole.members == 1 else surface.stored_size()
+    once = different if shares(fmt, encode) and not options.curvatures else whole
+    check_surface(different, limits)
     check_options(whole, options, fmt, encode)
     size = mesh_size(whole, options, fmt)
     stored = size if once is whole else mesh_size(once, options, fmt)

@@ -1,5 +1,6 @@
 """Curvatures where formulas do not do: at poles, cusps and beside them, one by one."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,6 +75,6 @@ def each(patches: Patches) -> int:
     return (SERIES + 100 * size) * (1 if patches.weights is None else 2)
 
 
-def surely_affordable(model: PatchModel, samples: int) -> bool:
+def surely_affordable(models: Sequence[PatchModel], samples: int) -> bool:
     """Whether so many samples are not too many, even if every one of them is a pole."""
-    return samples * max(map(each, model.batches)) <= MOST
+    return samples * max(each(batch) for own in models for batch in own.batches) <= MOST

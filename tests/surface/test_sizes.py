@@ -1,0 +1,60 @@
+"""Every kind of surface tells how large it becomes, and it is what comes out, or no less."""
+
+from abc import ABC
+from typing import get_args
+
+import pytest
+
+from service.surface import Surface
+from service.surface.batches import TrianglePatches
+from service.surface.examples import EXAMPLES, find
+from service.surface.group import GroupSurface
+from service.surface.lowered import GroupModel, Model, PatchModel
+from service.surface.sizes import SurfaceKind
+from service.surface.sweep_model import SweepModel
+
+
+def test_every_kind_answers_for_itself() -> None:
+    kinds = get_args(Surface)
+    assert len(kinds) > 6
+    for kind in kinds:
+        assert issubclass(kind, SurfaceKind)
+        assert {"size", "lower"} <= vars(kind).keys()
+
+
+def test_a_kind_that_does_not_answer_cannot_be_made() -> None:
+    assert issubclass(SurfaceKind, ABC)
+    silent = type("Silent", (SurfaceKind,), {"lower": lambda _: None})
+    with pytest.raises(TypeError, match="size"):
+        silent()
+
+
+def models_of(model: Model) -> list[PatchModel | SweepModel]:
+    """All copies."""
+    if isinstance(model, GroupModel):
+        return [model.models[member.model] for member in model.members]
+    return [model]
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_sizes_are_those_of_what_a_surface_is_lowered_to(example: str) -> None:
+    surface = find(example).surface()
+    size, models = surface.size(), models_of(surface.lower())
+    batches = [b for own in models if isinstance(own, PatchModel) for b in own.batches]
+    triangles = [batch.count for batch in batches if isinstance(batch, TrianglePatches)]
+    assert size.patches == sum(batch.count for batch in batches)
+    assert size.triangles == sum(triangles)
+    assert size.control_points >= sum(batch.points.size // 3 for batch in batches)
+    assert size.members == len(models)
+    assert size.curves == sum(own.pieces.count for own in models if isinstance(own, SweepModel))
+    drawn = [net.points.size // 3 for o in models if isinstance(o, PatchModel) for net in o.nets]
+    assert size.net_points >= sum(drawn)
+    parts = [part.name for own in models if isinstance(own, PatchModel) for part in own.parts]
+    assert size.parts >= len(parts)
+    assert size.name_bytes >= sum(len(name.encode()) for name in parts)
+    for batch in batches:
+        assert max(batch.side_degrees) <= max(size.degree)
+        width = sum(channel.dimension for channel in batch.channels)
+        assert width <= surface.stored_size().width
+    if not isinstance(surface, GroupSurface):
+        assert surface.stored_size() == size
