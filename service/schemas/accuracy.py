@@ -1,6 +1,6 @@
 """How near a mesh must be to its surface, as a document, a query or a command line says it."""
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from math import pi
 from typing import Annotated, Any
 
@@ -80,10 +80,6 @@ def refuse_conflict(options: BaseModel) -> None:
     """Refuses a resolution that is written out beside an accuracy: only one of them can hold."""
     others = list(stated(options))
     if "resolution" in options.model_fields_set and others:
-        issue = Issue(
-            "conflicting_options",
-            "A mesh is divided as finely as its resolution says, or as its accuracy needs.",
-            got=f"a resolution and {' and '.join(others)}",
-            needed="one of the two",
-        )
-        raise invalid(replace(issue, pointer="/resolution"))
+        message = "A mesh is divided as finely as its resolution says, or as its accuracy needs."
+        got, needed = f"a resolution and {' and '.join(others)}", "one of the two"
+        raise invalid(Issue("conflicting_options", message, "/resolution", got, needed))

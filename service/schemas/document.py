@@ -104,24 +104,18 @@ class Budget:
         self.values += chunk.count(b",") + chunk.count(b"[") + objects
         self.quotes += chunk.count(b'"')
         if self.values > self.limits.max_values:
-            raise InvalidRequest(
-                Issue(
-                    "too_many_values",
-                    "The document has more values than this service reads as JSON. A larger net "
-                    "can be sent as a .npy file.",
-                    got=f"more than {self.limits.max_values} commas and brackets",
-                    needed=f"at most {self.limits.max_values}, or a .npy file",
-                )
+            message = (
+                "The document has more values than this service reads as JSON. A larger net can be "
+                "sent as a .npy file."
             )
+            most = self.limits.max_values
+            got, needed = f"more than {most} commas and brackets", f"at most {most}, or a .npy file"
+            raise InvalidRequest(Issue("too_many_values", message, "", got, needed))
         if max(self.quotes // 2, self.objects) > MAX_STRINGS:
-            raise InvalidRequest(
-                Issue(
-                    "too_many_strings",
-                    "The document has more strings or objects than any request needs.",
-                    got=f"more than {MAX_STRINGS} strings or objects",
-                    needed=f"at most {MAX_STRINGS} of each, keys included",
-                )
-            )
+            message = "The document has more strings or objects than any request needs."
+            got = f"more than {MAX_STRINGS} strings or objects"
+            needed = f"at most {MAX_STRINGS} of each, keys included"
+            raise InvalidRequest(Issue("too_many_strings", message, "", got, needed))
 
     @property
     def memory(self) -> int:
@@ -218,14 +212,9 @@ def _count_keys(value: object) -> int:
 
 
 def _too_deep(most: int) -> InvalidRequest:
-    return InvalidRequest(
-        Issue(
-            "too_deep",
-            "The brackets of the document are nested more deeply than this service reads.",
-            got=f"more than {most} levels",
-            needed=f"at most {most}; no request needs as many",
-        )
-    )
+    message = "The brackets of the document are nested more deeply than this service reads."
+    got, needed = f"more than {most} levels", f"at most {most}; no request needs as many"
+    return InvalidRequest(Issue("too_deep", message, "", got, needed))
 
 
 def _refuse_repeated_key(body: bytes) -> None:
@@ -234,15 +223,8 @@ def _refuse_repeated_key(body: bytes) -> None:
         return
     offset, key = found
     where = pointer_at(body, offset) + pointer([shortened(key)]) if offset <= MAX_PREFIX else ""
-    raise InvalidRequest(
-        Issue(
-            "repeated_key",
-            "An object has this key more than once.",
-            where,
-            "the key again",
-            "each key once",
-        )
-    )
+    message = "An object has this key more than once."
+    raise InvalidRequest(Issue("repeated_key", message, where, "the key again", "each key once"))
 
 
 def _refusal(error: orjson.JSONDecodeError, body: bytes) -> Exception:
@@ -255,24 +237,13 @@ def _refusal(error: orjson.JSONDecodeError, body: bytes) -> Exception:
         where = pointer_at(body, len(error.doc[: error.pos].encode()))
     start = error.pos - (error.doc[error.pos - 1 : error.pos] in ("-", "+"))
     if "infinity" in error.msg or _NOT_FINITE.match(error.doc, start):
-        return InvalidRequest(
-            Issue(
-                "not_finite",
-                f"Every number must be finite (line {error.lineno}, column {error.colno}).",
-                where,
-                "NaN, Infinity or a number beyond double precision",
-                "a finite number",
-            )
-        )
-    return MalformedJson(
-        Issue(
-            "malformed_json",
-            f"The text is not JSON at line {error.lineno}, column {error.colno}.",
-            where,
-            _found(error.msg),
-            _NEEDED,
-        )
-    )
+        message = f"Every number must be finite (line {error.lineno}, column {error.colno})."
+        got = "NaN, Infinity or a number beyond double precision"
+        return InvalidRequest(Issue("not_finite", message, where, got, "a finite number"))
+    message = f"The text is not JSON at line {error.lineno}, column {error.colno}."
+    fitting = (words for part, words in _FOUND if part in error.msg)
+    got = next(fitting, "a character that cannot stand here")
+    return MalformedJson(Issue("malformed_json", message, where, got, _NEEDED))
 
 
 def _not_utf8(body: bytes) -> Issue | None:
@@ -285,9 +256,3 @@ def _not_utf8(body: bytes) -> Issue | None:
         message = f"The text is not in UTF-8 (byte {error.start + 1})."
         return Issue("malformed_json", message, "", "bytes that are no UTF-8", _NEEDED)
     return None
-
-
-def _found(message: str) -> str:
-    """Our words for the parser's."""
-    fitting = (words for part, words in _FOUND if part in message)
-    return next(fitting, "a character that cannot stand here")

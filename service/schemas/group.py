@@ -131,14 +131,9 @@ class GroupDefinition(StrictModel):
         limits = limits_of(info)
         total = sum(_control_points(member.surface) for member in self.members)
         if total > limits.max_control_points:
-            issue = Issue(
-                "too_many_control_points",
-                "The group has more control points than this service takes.",
-                "/members",
-                f"{total} control points",
-                f"at most {limits.max_control_points}",
-            )
-            raise invalid(issue)
+            message = "The group has more control points than this service takes."
+            got, needed = f"{total} control points", f"at most {limits.max_control_points}"
+            raise invalid(Issue("too_many_control_points", message, "/members", got, needed))
         return self
 
     def to_surface(self) -> GroupSurface:
@@ -155,20 +150,12 @@ class GroupDefinition(StrictModel):
 
 def define(surface: GroupSurface, inner: Callable[["Surface"], dict[str, Any]]) -> dict[str, Any]:
     """The group in the language of requests; `inner` writes the surfaces of its members."""
-    return {
-        "type": "group",
-        "members": [
-            {"surface": inner(member.surface)}
-            | {
-                key: value
-                for key in ("name", "color", "matrix")
-                if (value := getattr(member, key)) is not None
-            }
-            for member in surface.members
-        ],
-        "up": surface.up,
-        "name": surface.name,
-    }
+    members: list[dict[str, Any]] = []
+    for member in surface.members:
+        given = {"name": member.name, "color": member.color, "matrix": member.matrix}
+        given = {name: value for name, value in given.items() if value is not None}
+        members.append({"surface": inner(member.surface)} | given)
+    return {"type": "group", "members": members, "up": surface.up, "name": surface.name}
 
 
 def _control_points(definition: "SurfaceDefinition") -> int:

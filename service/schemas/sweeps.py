@@ -113,25 +113,13 @@ class RibbonDefinition(StrictModel):
 
 def define_tube(surface: TubeSurface) -> dict[str, Any]:
     """The tube in the language of requests, its arrays as they are."""
-    return {
-        "type": "tube",
-        "curve": define_curve(surface.curve),
-        "radius": surface.radius,
-        "sides": surface.sides,
-        "caps": surface.caps,
-        "up": surface.up,
-        "name": surface.name,
-    }
+    content = {"type": "tube", "curve": define_curve(surface.curve)}
+    names = ("radius", "sides", "caps", "up", "name")
+    return content | {name: getattr(surface, name) for name in names}
 
 
 def define_ribbon(surface: RibbonSurface) -> dict[str, Any]:
     """The ribbon in the language of requests, its arrays as they are."""
     towards = "facing" if surface.camera is None else "camera"
-    return {
-        "type": "ribbon",
-        "curve": define_curve(surface.curve),
-        "width": surface.width,
-        towards: getattr(surface, towards),
-        "up": surface.up,
-        "name": surface.name,
-    }
+    content = {"type": "ribbon", "curve": define_curve(surface.curve)}
+    return content | {name: getattr(surface, name) for name in ("width", towards, "up", "name")}
