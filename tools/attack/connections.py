@@ -220,7 +220,7 @@ CONNECTIONS = (
 )
 
 PROXIED = (
-    Attack("1000 connections of one address", one_address, "open|closed|408 request_timeout"),
+    Attack("1000 connections of one address", one_address, "open|closed|408"),
 )
 """Attacks that only HAProxy withstands, as it is shipped: it counts connections by address."""
 
