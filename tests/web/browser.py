@@ -146,6 +146,7 @@ def open_page(browser: Browser) -> Stage:
     """A blank page of its own."""
     complaints: list[str] = []
     page = browser.new_page(viewport={"width": 1200, "height": 800})
+    page.set_default_timeout(120_000)  # model-viewer's light takes long where others compute, too
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.on(
         "console",
