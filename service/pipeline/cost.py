@@ -161,7 +161,7 @@ def mesh_cost(
     file: int,
     form: tuple[Format, EncodeOptions],
 ) -> Cost:
-    """Of a mesh of so many vertices and faces, and of its file of so many bytes."""
+    """Of a mesh of this size and its file; a group in one mesh is built apart first."""
     fmt, encode = form
     degree = max(size.degree)
     work = 4e-4 + _lowering_work(size) + mesh.vertices * 6e-7 + file * 1e-8
@@ -180,12 +180,13 @@ def mesh_cost(
     own = (row + 8) * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + lines
     ru, rv = options.resolution
     rims = RIM * min(faces, 8 * (ru + rv) * mesh.patches)
-    # Samples become vertices, and these faces; normals and curvatures that are limits are computed
-    # some at a time. A group in one mesh is built apart first.
+    # Normals and curvatures that are limits are computed some at a time, before there are faces.
     beside = VERTEX * mesh.vertices + max(FACE * faces, rims)
     limits = min(SCRATCH, 2000 * size.control_points)
     limits += min(SCRATCH, 1000 * mesh.vertices) * options.curvatures
     built = (2 + 2 * flat) * own + max(beside, limits)
+    if options.method == "de_casteljau":  # nets of 64 samples at least, in some levels
+        built += max(4 << 20, 10_000 * (degree + 1) ** 2)
     if size.curves or options.solid_wires:
         built += STATION * (mesh.vertices + mesh.patches)
     memory = max(built, own + _written(mesh, file, fmt, encode))
@@ -275,10 +276,7 @@ def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:
 def mesh_size(
     size: SurfaceSize, options: MeshOptions, fmt: Format, counts: Counts | None = None
 ) -> MeshSize:
-    """Counts of a mesh and of what a format writes beside it, at most.
-
-    `counts`, if they are known better, are those of the surface without its wires.
-    """
+    """Counts of a mesh and what is written beside it; `counts` of the surface may be known better."""
     counts = counts or mesh_counts(size, options)
     vertices, triangles, quads = counts.vertices, counts.triangles, counts.quads
     points = segments = cells = 0

@@ -12,6 +12,7 @@ from service.errors import TooLarge
 from service.pipeline.cost import lowering_memory
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import plan_mesh
+from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
 from service.surface.sizes import SurfaceKind
@@ -39,6 +40,12 @@ CASES: dict[str, tuple[SurfaceKind, MeshOptions, EncodeOptions, str]] = {
     "curved": (TORUS, MeshOptions((20, 20), curvatures=True), EncodeOptions(), "ply"),
     "folded": (TORUS, MeshOptions((1, 200)), EncodeOptions(), "glb"),
     "exact": (hills(40), MeshOptions(), EncodeOptions(oogl="bez"), "oogl"),
+    "de Casteljau": (
+        BezierSurface(np.random.default_rng(5).normal(size=(40, 40, 3))),
+        MeshOptions((40, 40), method="de_casteljau"),
+        EncodeOptions(),
+        "glb",
+    ),
     "tolerance": (
         TEAPOT,
         MeshOptions(accuracy=Accuracy(relative_tolerance=0.003)),
