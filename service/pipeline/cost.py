@@ -276,7 +276,7 @@ def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:
 def mesh_size(
     size: SurfaceSize, options: MeshOptions, fmt: Format, counts: Counts | None = None
 ) -> MeshSize:
-    """Counts of a mesh and what is written beside it; `counts` of the surface may be known better."""
+    """Counts of a mesh and of what is beside it; `counts` of the surface may be known better."""
     counts = counts or mesh_counts(size, options)
     vertices, triangles, quads = counts.vertices, counts.triangles, counts.quads
     points = segments = cells = 0
