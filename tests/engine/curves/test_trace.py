@@ -15,7 +15,7 @@ from service.engine.curves.evaluation import Samples, positions, tangents
 from service.engine.curves.options import CurveOptions
 from service.engine.curves.polyline import Polyline
 from service.engine.curves.trace import choose_samples, trace
-from service.errors import InvalidRequest
+from service.errors import InvalidRequest, TooLarge
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
 from service.surface.curve_pieces import CurvePieces
 from tests.oracles.curves import bezier_length, bezier_point, bezier_tangent, bspline_point
@@ -209,6 +209,11 @@ def test_a_tolerance_below_the_rounding_is_refused() -> None:
         with pytest.raises(InvalidRequest) as caught:
             traced(QUARTER, CurveOptions(tolerance=tolerance), single=single)
         assert caught.value.issues[0].code == "tolerance_too_small"
+
+
+def test_a_tolerance_that_needs_too_many_points_is_refused() -> None:
+    with pytest.raises(TooLarge):
+        choose_samples(QUARTER.lower(), CurveOptions(tolerance=1e-8), 100)
 
 
 def test_every_tolerance_that_is_taken_ends() -> None:

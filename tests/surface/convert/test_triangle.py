@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from service.bases.triangle import size
 from service.errors import SurfaceError
 from service.surface import Surface
+from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
+from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import (
     Elevate,
     Half,
@@ -236,3 +238,18 @@ def test_refusals_of_grids_and_triangles(operation: Operation, code: str, pointe
         convert(mixed(1, False), [operation])
     (issue,) = caught.value.issues
     assert (issue.code, issue.pointer) == (code, f"/operations/0{pointer}")
+
+
+def test_too_much_is_refused_before_it_is_made() -> None:
+    surface = random_triangle(3, 1, False)
+    for operation in (Elevate((9, 9)), Split(at=(0.5, 0.25, 0.25))):
+        with pytest.raises(SurfaceError) as caught:
+            convert(surface, [operation], Allowed(29))
+        assert caught.value.issues[0].code == "too_many_control_points"
+    large = BezierSurface(np.random.default_rng(1).uniform(-1, 1, (40, 40, 3)))
+    with pytest.raises(SurfaceError) as caught:
+        convert(large, [ToTriangle("lower")])
+    assert caught.value.issues[0].code == "degree_too_high"
+    with pytest.raises(SurfaceError) as caught:
+        convert(mixed(1, False), [Elevate((5, 5))], Allowed(56))
+    assert caught.value.issues[0].code == "too_many_control_points"

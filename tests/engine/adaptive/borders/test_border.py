@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from service.engine.adaptive.faces import SPAN
 from service.engine.adaptive.goal import Goal, View
-from service.errors import InvalidRequest
+from service.errors import InvalidRequest, TooLarge
 from service.surface.bspline import BsplineSurface
 from service.surface.knots import Knots
 from tests.engine.adaptive.bordering import bordered, check_border
@@ -235,3 +235,12 @@ def test_a_side_that_is_shared_in_part_is_divided_edge_by_edge() -> None:
         assert at == [k * SPAN for k in range(5)]
     assert sides[0][1][:3] == sides[1][1][:3]
     assert not set(sides[0][1][3:]) & set(sides[1][1][3:])
+
+
+def test_too_many_triangles_are_refused_as_soon_as_sides_need_them() -> None:
+    """And what is allowed is never refused because of its sides."""
+    with pytest.raises(TooLarge) as refused:
+        bordered(patches_of("utah-teapot"), Goal(1e-9), 1000)
+    assert refused.value.issues[0].code == "too_many_triangles"
+    square = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
+    assert len(bordered([square], Goal(1e-9), 2).border.points) == 4
