@@ -2,9 +2,9 @@
 
 import json
 import threading
-import time
 from collections.abc import Callable, Iterator
 from http.server import BaseHTTPRequestHandler, HTTPServer
+from types import SimpleNamespace
 
 import pytest
 
@@ -58,7 +58,7 @@ def waits(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """The seconds that would be waited."""
     found: list[float] = []
     wait: Callable[[float], None] = found.append
-    monkeypatch.setattr(time, "sleep", wait)
+    monkeypatch.setattr("service.remote.time", SimpleNamespace(sleep=wait))
     return found
 
 
