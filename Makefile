@@ -62,7 +62,7 @@ format: $(VENV)/.dev ## Format the code
 	$(BIN)/ruff format .
 
 openapi: $(VENV)/.runtime ## Write openapi/openapi.json anew
-	$(BIN)/surface openapi > openapi/openapi.json.new
+	$(BIN)/surface openapi --all > openapi/openapi.json.new
 	mv openapi/openapi.json.new openapi/openapi.json
 
 types: openapi tests/web/node_modules/.package-lock.json ## Write openapi/ and its TypeScript types anew

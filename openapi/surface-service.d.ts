@@ -13,7 +13,11 @@ export interface paths {
         put?: never;
         /**
          * The mesh of a surface
-         * @description Evaluates the surface and answers in the format that `Accept` prefers, or that `format` names; JSON if neither says anything. The body is a JSON document with the options in it, or a file of control points with the options in the query.
+         * @description Evaluates the surface and answers its mesh.
+         *
+         *     The answer is in the format that `Accept` prefers, or that `format` names; JSON if neither says
+         *     anything. The body is a JSON document with the options in it, or a file of control points with
+         *     the options in the query.
          */
         post: operations["createMesh"];
         delete?: never;
@@ -33,7 +37,11 @@ export interface paths {
         put?: never;
         /**
          * What a mesh would be, before it is made
-         * @description Takes the body of `POST /v1/mesh` and answers how many vertices and faces the mesh would have, how many bytes in each format, and whether the request would be refused, at a small part of the cost of the mesh. What is wrong with the body itself is refused here as well.
+         * @description Takes the body of `POST /v1/mesh` and answers how large the mesh would be.
+         *
+         *     That is how many vertices and faces it would have, how many bytes in each format, and whether
+         *     the request would be refused, at a small part of the cost of the mesh. What is wrong with the
+         *     body itself is refused here as well.
          */
         post: operations["estimateMesh"];
         delete?: never;
@@ -53,7 +61,11 @@ export interface paths {
         put?: never;
         /**
          * Points of a surface, with derivatives and curvatures
-         * @description Evaluates the surface at the parameters given, in float64, and answers in columns: row k of each belongs to place k of `uv` or `barycentric`. Partials are those with respect to the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have none (`not_parametric`).
+         * @description Evaluates the surface at the parameters given, in float64, and answers in columns.
+         *
+         *     Row k of each belongs to place k of `uv` or `barycentric`. Partials are those with respect to
+         *     the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have none
+         *     (`not_parametric`).
          */
         post: operations["queryPoints"];
         delete?: never;
@@ -73,7 +85,10 @@ export interface paths {
         put?: never;
         /**
          * A surface in another form, with the same points
-         * @description Does the operations one after the other and answers the surface that comes out, as a body for the other calls. Corner points keep their digits, and patches that shared an edge share it afterwards. Colours, texture coordinates and attributes come along.
+         * @description Does the operations one after the other and answers the surface that comes out.
+         *
+         *     The answer is a body for the other calls. Corner points keep their digits, and patches that
+         *     shared an edge share it afterwards. Colours, texture coordinates and attributes come along.
          */
         post: operations["convertSurface"];
         delete?: never;
@@ -93,7 +108,10 @@ export interface paths {
         put?: never;
         /**
          * A curve as points, tangents and lengths, or as lines
-         * @description Samples the curve and answers in the format that `Accept` prefers, or that `format` names; JSON if neither says anything. In glTF, OOGL and OBJ a curve in the plane lies at z = 0.
+         * @description Samples the curve.
+         *
+         *     The answer is in the format that `Accept` prefers, or that `format` names; JSON if neither says
+         *     anything. In glTF, OOGL and OBJ a curve in the plane lies at z = 0.
          */
         post: operations["createCurve"];
         delete?: never;
@@ -109,17 +127,21 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The built-in surfaces */
+        /**
+         * The built-in surfaces
+         * @description Lists the built-in surfaces, with the addresses of their meshes.
+         */
         get: operations["listSurfaces"];
         put?: never;
         /**
          * Stores a surface
-         * @description Stores the surface under the SHA-256 of its content, which is its id from then on: 201 where it is
-         *     new, 200 where it was there. All ways to write a surface down have one id: the order of keys, the
-         *     spelling of numbers (`1`, `1.0`, `1e0`, −0), what a default says and whether it is said make no
-         *     difference; any other number does. A file of control points is the surface that JSON would say, with
-         *     what it does not hold in the query. Its meshes have addresses, which `links` names, and may be kept
-         *     for ever by whoever fetches them.
+         * @description Stores the surface under the SHA-256 of its content, which is its id from then on.
+         *
+         *     The status is 201 where it is new, 200 where it was there. All ways to write a surface down have
+         *     one id: the order of keys, the spelling of numbers (`1`, `1.0`, `1e0`, −0), what a default says
+         *     and whether it is said make no difference; any other number does. A file of control points is
+         *     the surface that JSON would say, with what it does not hold in the query. Its meshes have
+         *     addresses, which `links` names, and may be kept for ever by whoever fetches them.
          */
         post: operations["storeSurface"];
         delete?: never;
@@ -137,17 +159,19 @@ export interface paths {
         };
         /**
          * The definition of a surface
-         * @description The definition of a built-in or a stored surface, as a body for the other calls. Under an id that is
-         *     a hash it never changes; its `ETag` is the hash of the content, in quotes.
+         * @description The definition of a built-in or a stored surface, as a body for the other calls.
+         *
+         *     Under an id that is a hash it never changes; its `ETag` is the hash of the content, in quotes.
          */
         get: operations["getSurface"];
         put?: never;
         post?: never;
         /**
          * Removes a stored surface
-         * @description Removes a stored surface, where the service is set up to allow it (`SURFACE_ALLOW_DELETE`); else,
-         *     and for built-in surfaces, 405. What others have kept of its meshes is theirs: addresses that may be
-         *     kept for ever are not called back. Storing the surface again brings back the same id.
+         * @description Removes a stored surface, where the service is set up to allow it (`SURFACE_ALLOW_DELETE`).
+         *
+         *     Built-in surfaces stay: 405. What others have kept of its meshes is theirs: addresses that may
+         *     be kept for ever are not called back. Storing the surface again brings back the same id.
          */
         delete: operations["deleteSurface"];
         options?: never;
@@ -164,42 +188,21 @@ export interface paths {
         };
         /**
          * The mesh of a surface, by URL
-         * @description For browsers, and for everything between them and this service that keeps answers. An address is a
-         *     pure function of its parts: the same mesh comes from every service with the same version of the
-         *     numbers. Processors and libraries of another kind may round the last digit of a number differently;
-         *     then the tag is another, too. `Link` names the canonical spelling of the address: options in one
-         *     order, without defaults, `engine` at the end. Under that address the mesh of a surface whose id is a
-         *     hash may be kept for ever; all others for an hour, after which `ETag` tells whether they changed.
+         * @description For browsers, and for everything between them and this service that keeps answers.
          *
-         *     Equal requests that come together are computed once. Answers are kept in memory, compressed as well.
+         *     An address is a pure function of its parts: the same mesh comes from every service with the same
+         *     version of the numbers. Processors and libraries of another kind may round the last digit of a
+         *     number differently; then the tag is another, too. `Link` names the canonical spelling of the
+         *     address: options in one order, without defaults, `engine` at the end. Under that address the
+         *     mesh of a surface whose id is a hash may be kept for ever; all others for an hour, after which
+         *     `ETag` tells whether they changed.
+         *
+         *     Equal requests that come together are computed once. Answers are kept in memory, compressed as
+         *     well.
          */
         get: operations["getSurfaceMesh"];
         put?: never;
         post?: never;
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
-    "/v1/sign": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Signs an address of a private surface
-         * @description Where surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`), an address with a signature
-         *     may be read without a key by whoever has it, until it expires: by a viewer on a page, say. The
-         *     signature holds for that path and those parameters, in any order, for `GET` and `HEAD`. Nothing is
-         *     looked up or computed. Only addresses of this service can be signed, for seven days at most; and
-         *     only where it is set up for that (`SURFACE_SIGNING_KEYS`), else there is no such call.
-         */
-        post: operations["signAddress"];
         delete?: never;
         options?: never;
         head?: never;
@@ -213,7 +216,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** The formats written here */
+        /**
+         * The formats written here
+         * @description Lists the formats that meshes are written in, and what each can hold.
+         */
         get: operations["listFormats"];
         put?: never;
         post?: never;
@@ -230,7 +236,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** State and versions, for people */
+        /**
+         * State and versions, for people
+         * @description Versions of the service and of its numbers.
+         */
         get: operations["getHealth"];
         put?: never;
         post?: never;
@@ -247,7 +256,10 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** 200 as long as the process works */
+        /**
+         * 200 as long as the process works
+         * @description Nothing is computed, and nothing else is asked.
+         */
         get: operations["getLiveness"];
         put?: never;
         post?: never;
@@ -271,6 +283,32 @@ export interface paths {
         get: operations["getReadiness"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/sign": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Signs an address of a private surface
+         * @description Makes an address that may be read without a key by whoever has it, until it expires.
+         *
+         *     That is for services where surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`):
+         *     for a viewer on a page, say. The signature holds for that path and those parameters, in any
+         *     order, for `GET` and `HEAD`. Nothing is looked up or computed. Only addresses of this service
+         *     can be signed, for seven days at most; and only where it is set up for that
+         *     (`SURFACE_SIGNING_KEYS`), else there is no such call.
+         */
+        post: operations["signAddress"];
         delete?: never;
         options?: never;
         head?: never;
@@ -577,6 +615,30 @@ export interface components {
              * @example sail
              */
             name?: string;
+        };
+        /**
+         * Bounds
+         * @description Of the vertices as stored.
+         */
+        Bounds: {
+            /**
+             * Min
+             * @description Least x, y and z.
+             */
+            min: [
+                number,
+                number,
+                number
+            ];
+            /**
+             * Max
+             * @description Greatest x, y and z.
+             */
+            max: [
+                number,
+                number,
+                number
+            ];
         };
         /**
          * BsplineCurveDefinition
@@ -1001,10 +1063,7 @@ export interface components {
          * @description A surface, and the operations that it shall go through, one after the other.
          */
         ConvertRequest: {
-            /**
-             * Surface
-             * @description The surface, by its control points.
-             */
+            /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
             /**
              * Operations
@@ -1024,6 +1083,111 @@ export interface components {
              *     ]
              */
             operations: components["schemas"]["OperationDefinition"][];
+        };
+        /**
+         * CurvatureRange
+         * @description Least and greatest curvature of the vertices.
+         */
+        CurvatureRange: {
+            /**
+             * Gaussian
+             * @description Per square of the model unit.
+             */
+            gaussian: [
+                number,
+                number
+            ];
+            /**
+             * Mean
+             * @description Per model unit.
+             */
+            mean: [
+                number,
+                number
+            ];
+        };
+        /**
+         * Curve
+         * @description A sampled curve as JSON: columns of float64, row k of each for point k.
+         */
+        Curve: {
+            /**
+             * Points
+             * @description Points with as many coordinates as the control points have.
+             */
+            points: number[][];
+            /**
+             * Tangents
+             * @description Unit tangents; left out if `tangents` is false. At a corner or a cusp, that of what
+             *     follows.
+             */
+            tangents?: number[][];
+            /**
+             * Parameters
+             * @description Parameters in the domain of the curve.
+             */
+            parameters: number[];
+            /**
+             * Arc Lengths
+             * @description Length of the curve up to each point; left out if `arc_lengths` is false.
+             */
+            arc_lengths?: number[];
+            report: components["schemas"]["CurveReport"];
+        };
+        /**
+         * CurveBounds
+         * @description Of the points as stored.
+         */
+        CurveBounds: {
+            /**
+             * Min
+             * @description Least x, y and, in space, z.
+             */
+            min: number[];
+            /**
+             * Max
+             * @description Greatest x, y and, in space, z.
+             */
+            max: number[];
+        };
+        /** @description A curve: its `type` tells the kind, `bezier` if there is none. */
+        CurveDefinition: components["schemas"]["BezierCurveDefinition"] | components["schemas"]["BsplineCurveDefinition"];
+        /**
+         * CurveReport
+         * @description What is known about the curve.
+         */
+        CurveReport: {
+            /**
+             * Points
+             * @description Number of points.
+             */
+            points: number;
+            /**
+             * Pieces
+             * @description Number of Bézier pieces.
+             */
+            pieces: number;
+            /**
+             * Length
+             * @description Length of the curve itself, to about twelve digits.
+             */
+            length: number;
+            /**
+             * Closed
+             * @description Whether it ends where it begins; the last point is then the first.
+             */
+            closed: boolean;
+            /**
+             * Deviation Bound
+             * @description No point of the curve is further from the lines between the points, as they are written.
+             */
+            deviation_bound: number;
+            bounds: components["schemas"]["CurveBounds"];
+            /**
+             * Engine
+             * @description Version of the numbers.
+             */
+            engine: number;
         };
         /**
          * CurveRequest
@@ -1055,10 +1219,7 @@ export interface components {
              * @default true
              */
             arc_lengths?: boolean;
-            /**
-             * Curve
-             * @description The curve, by its control points.
-             */
+            /** @description The curve, by its control points. */
             curve: components["schemas"]["CurveDefinition"];
         };
         /**
@@ -1088,6 +1249,181 @@ export interface components {
                 number,
                 number
             ];
+        };
+        /**
+         * Estimate
+         * @description What a mesh would be.
+         */
+        Estimate: {
+            /**
+             * Vertices
+             * @description Positions, as in the report: one with several normals counts once.
+             */
+            vertices: number;
+            /**
+             * Triangles
+             * @description Triangles.
+             */
+            triangles: number;
+            /**
+             * Quads
+             * @description Quads.
+             */
+            quads: number;
+            /**
+             * Exact
+             * @description Whether these three are those of the report. Else they are upper bounds: under a tolerance,
+             *     usually some ten times what comes out, or a budget; of what is swept along a curve; of wires
+             *     with faces; of what is refused for its vertices.
+             */
+            exact: boolean;
+            /**
+             * Bytes
+             * @description Bytes of the answer in every format that has a place for the mesh: upper bounds, but for
+             *     `exact_bytes`. Numbers written as text count as long as they can be.
+             */
+            bytes: {
+                /** @description Bytes as glb. */
+                glb?: number;
+                /** @description Bytes as gltf. */
+                gltf?: number;
+                /** @description Bytes as json. */
+                json?: number;
+                /** @description Bytes as oogl. */
+                oogl?: number;
+                /** @description Bytes as stl. */
+                stl?: number;
+                /** @description Bytes as obj. */
+                obj?: number;
+                /** @description Bytes as ply. */
+                ply?: number;
+                /** @description Bytes as off. */
+                off?: number;
+            };
+            /**
+             * Exact Bytes
+             * @description The formats whose number of bytes is exact.
+             */
+            exact_bytes: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off")[];
+            /**
+             * Memory
+             * @description Bytes of memory that making the answer takes at most, in the formats in which there would be
+             *     one. What takes more than the service has for one request is refused, `too_much_memory`; what
+             *     takes much may have to wait.
+             */
+            memory: {
+                /** @description Bytes of memory for the mesh as glb. */
+                glb?: number;
+                /** @description Bytes of memory for the mesh as gltf. */
+                gltf?: number;
+                /** @description Bytes of memory for the mesh as json. */
+                json?: number;
+                /** @description Bytes of memory for the mesh as oogl. */
+                oogl?: number;
+                /** @description Bytes of memory for the mesh as stl. */
+                stl?: number;
+                /** @description Bytes of memory for the mesh as obj. */
+                obj?: number;
+                /** @description Bytes of memory for the mesh as ply. */
+                ply?: number;
+                /** @description Bytes of memory for the mesh as off. */
+                off?: number;
+            };
+            /**
+             * Accepted
+             * @description Whether `POST /v1/mesh` would answer this body in one of the formats.
+             */
+            accepted: boolean;
+            /**
+             * Certain
+             * @description Whether nothing else can be refused. Under a tolerance it is so if the bounds above are
+             *     within all limits; else, and under a budget, a mesh may turn out to be too large, or the
+             *     tolerance too small, when it is made.
+             */
+            certain: boolean;
+            /**
+             * Refused
+             * @description Why it would not, in the formats in which it would not.
+             */
+            refused: components["schemas"]["Refusal"][];
+        };
+        /**
+         * Format
+         * @description A format that meshes are written in.
+         */
+        Format: {
+            /**
+             * Name
+             * @description Name for `?format=`.
+             */
+            name: string;
+            /**
+             * Title
+             * @description What it is.
+             */
+            title: string;
+            /**
+             * Media Type
+             * @description Media type for `Accept`.
+             */
+            media_type: string;
+            /**
+             * Suffix
+             * @description Suffix of files and of mesh URLs.
+             */
+            suffix: string;
+            /**
+             * Quads
+             * @description Whether it can hold quads.
+             */
+            quads: boolean;
+            /**
+             * Overlays
+             * @description Whether it can hold lines.
+             */
+            overlays: boolean;
+            /**
+             * Uvs
+             * @description Whether it can hold texture coordinates.
+             */
+            uvs: boolean;
+            /**
+             * Colors
+             * @description Whether it can hold colours of vertices.
+             */
+            colors: boolean;
+            /**
+             * Attributes
+             * @description Whether it can hold attributes.
+             */
+            attributes: boolean;
+            /**
+             * Precision
+             * @description Precision of positions.
+             * @enum {string}
+             */
+            precision: "float32" | "float64";
+            /**
+             * Quantize
+             * @description Whether it takes `quantize`.
+             */
+            quantize: boolean;
+            /**
+             * Compression
+             * @description The kinds of `compression` that it takes here, beside `none`.
+             */
+            compression: "meshopt"[];
+        };
+        /**
+         * FormatList
+         * @description The formats of meshes.
+         */
+        FormatList: {
+            /**
+             * Formats
+             * @description One entry a format.
+             */
+            formats: components["schemas"]["Format"][];
         };
         /**
          * GroupDefinition
@@ -1164,12 +1500,45 @@ export interface components {
             name?: string;
         };
         /**
+         * Health
+         * @description How the service is.
+         */
+        Health: {
+            /**
+             * Status
+             * @description State of the service.
+             * @enum {string}
+             */
+            status: "live" | "ready" | "unready" | "draining";
+            /**
+             * Computing
+             * @description Whether meshes come out right.
+             * @enum {string}
+             */
+            computing?: "ready" | "unavailable";
+            /**
+             * Store
+             * @description Whether surfaces can be kept.
+             * @enum {string}
+             */
+            store?: "ready" | "unavailable";
+            /**
+             * Version
+             * @description Version of the service.
+             */
+            version?: string;
+            /**
+             * Engine
+             * @description Version of the numbers.
+             */
+            engine?: number;
+        };
+        /**
          * MemberDefinition
          * @description One surface of a group: what it is, what it is called, how it looks, where it stands.
          */
         MemberDefinition: {
             /**
-             * Surface
              * @description The surface, of any kind but `group`.
              * @example {
              *       "control_net": [
@@ -1248,11 +1617,261 @@ export interface components {
              *     ]
              */
             matrix?: [
-                number[],
-                number[],
-                number[],
-                number[]
+                [
+                    number,
+                    number,
+                    number,
+                    number
+                ],
+                [
+                    number,
+                    number,
+                    number,
+                    number
+                ],
+                [
+                    number,
+                    number,
+                    number,
+                    number
+                ],
+                [
+                    number,
+                    number,
+                    number,
+                    number
+                ]
             ];
+        };
+        /** @description A surface in a group: any but a group. */
+        MemberSurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"];
+        /**
+         * Mesh
+         * @description A mesh as JSON.
+         */
+        Mesh: {
+            /**
+             * Vertices
+             * @description Positions [x, y, z], welded ones once; float64, shortest digits that round-trip.
+             */
+            vertices: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Faces
+             * @description Rows of `vertices` for each corner of each face, counter-clockwise seen from the normal's
+             *     tip; part by part, the quads of a part before its triangles.
+             */
+            faces: number[][];
+            /**
+             * Normals
+             * @description Unit normals, float32; left out if `normals` is false. Row by row those of `vertices`, unless
+             *     there are `attribute_faces`.
+             */
+            normals?: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Uvs
+             * @description Texture coordinates of the surface, or if it has none and `uvs` is true, parameters (u, v);
+             *     float32. In the rows of `normals`.
+             */
+            uvs?: [
+                number,
+                number
+            ][];
+            /**
+             * Colors
+             * @description Colours of the surface, if it has any: sRGB, or sRGB and opacity, from 0 to 1; float32. In
+             *     the rows of `normals`.
+             */
+            colors?: number[][];
+            /**
+             * Attributes
+             * @description Values of the surface's attributes by name, float64. In the rows of `normals`.
+             */
+            attributes?: {
+                [key: string]: number[][];
+            };
+            /**
+             * Attribute Faces
+             * @description There if a position has several normals, colours or the like, as at a crease: in the shape
+             *     of `faces`, the rows of `normals`, `uvs`, `colors` and `attributes` for each corner of each
+             *     face.
+             */
+            attribute_faces?: number[][];
+            /**
+             * Parts
+             * @description Named runs [first, last) of `faces`.
+             */
+            parts: components["schemas"]["MeshPart"][];
+            /**
+             * Lines
+             * @description Overlays, if any were asked for.
+             */
+            lines?: components["schemas"]["MeshLines"][];
+            report: components["schemas"]["MeshReport"];
+        };
+        /**
+         * MeshLines
+         * @description An overlay.
+         */
+        MeshLines: {
+            /**
+             * Name
+             * @description Name of the overlay.
+             */
+            name: string;
+            /**
+             * Vertices
+             * @description Positions of its own.
+             */
+            vertices: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Segments
+             * @description Pairs of rows of its `vertices`.
+             */
+            segments: [
+                number,
+                number
+            ][];
+        };
+        /**
+         * MeshPart
+         * @description A named run of faces.
+         */
+        MeshPart: {
+            /**
+             * Name
+             * @description Name of the part.
+             */
+            name: string;
+            /**
+             * Faces
+             * @description First face, and the one after the last.
+             */
+            faces: [
+                number,
+                number
+            ];
+            /**
+             * Color
+             * @description Base colour [r, g, b, a], sRGB, where one was told.
+             */
+            color?: [
+                number,
+                number,
+                number,
+                number
+            ];
+        };
+        /**
+         * MeshReport
+         * @description What is known about a mesh.
+         */
+        MeshReport: {
+            /**
+             * Vertices
+             * @description Number of positions: one with several normals counts once.
+             */
+            vertices: number;
+            /**
+             * Triangles
+             * @description Number of triangles.
+             */
+            triangles: number;
+            /**
+             * Quads
+             * @description Number of quads.
+             */
+            quads: number;
+            /**
+             * Patches
+             * @description Number of Bézier patches; tubes and ribbons have none.
+             */
+            patches: number;
+            bounds: components["schemas"]["Bounds"];
+            /**
+             * Watertight
+             * @description Whether every edge is used by exactly two faces.
+             */
+            watertight: boolean;
+            /**
+             * Boundary Edges
+             * @description Edges that only one face uses.
+             */
+            boundary_edges: number;
+            /**
+             * Poles Repaired
+             * @description Samples whose normal is a limit, since du × dv vanishes there.
+             */
+            poles_repaired: number;
+            /**
+             * Closed U
+             * @description Whether the surface closes along u: its last line is its first one. Left out, as the next
+             *     three, for several patches that are not one surface.
+             */
+            closed_u?: boolean;
+            /**
+             * Closed V
+             * @description Whether it closes along v.
+             */
+            closed_v?: boolean;
+            /**
+             * Continuity U
+             * @description There if it closes along u: whether it does so with one partial du (C1), with one tangent
+             *     plane (G1), or with neither (C0).
+             * @enum {string}
+             */
+            continuity_u?: "C0" | "G1" | "C1";
+            /**
+             * Continuity V
+             * @description There if it closes along v: whether with one partial dv, as above.
+             * @enum {string}
+             */
+            continuity_v?: "C0" | "G1" | "C1";
+            /**
+             * Deviation Bound
+             * @description Proved, in model units: no point of the surface is further than this from the faces as they
+             *     are written, their rounding included. Never above a tolerance that was asked for; left out where
+             *     there are no faces of a parametric surface.
+             */
+            deviation_bound?: number;
+            /**
+             * Mesh Deviation Bound
+             * @description There if it was asked for (`two_sided`), and proved as well: no point of the faces is further
+             *     than this from the surface.
+             */
+            mesh_deviation_bound?: number;
+            /**
+             * Normal Angle
+             * @description There if it was asked for (`angle_tolerance`): radians, the largest measured between the
+             *     normals at two vertices that an edge joins.
+             */
+            normal_angle?: number;
+            /**
+             * Curvature
+             * @description There if it was asked for (`curvatures`): least and greatest curvature of the vertices.
+             */
+            curvature?: components["schemas"]["CurvatureRange"];
+            /**
+             * Parts
+             * @description The bound of every part by itself, in the order of the parts.
+             */
+            parts?: components["schemas"]["PartReport"][];
+            /**
+             * Engine
+             * @description Version of the numbers.
+             */
+            engine: number;
         };
         /**
          * MeshRequest
@@ -1427,10 +2046,7 @@ export interface components {
              * @enum {string}
              */
             compression?: "none" | "meshopt";
-            /**
-             * Surface
-             * @description The surface, by its control points.
-             */
+            /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
             /**
              * @description From where the mesh will be seen; with `pixel_tolerance`, which must be there. In bodies only, not in queries.
@@ -1451,6 +2067,24 @@ export interface components {
              * @example 0.5
              */
             pixel_tolerance?: number;
+        };
+        /** @description A step of a conversion: `op` tells the kind. */
+        OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"];
+        /**
+         * PartReport
+         * @description What is known about a part.
+         */
+        PartReport: {
+            /**
+             * Name
+             * @description Name of the part; of a group, of the member.
+             */
+            name: string;
+            /**
+             * Deviation Bound
+             * @description As that of the whole; left out of what has no parameters.
+             */
+            deviation_bound?: number;
         };
         /**
          * PatchesDefinition
@@ -1695,14 +2329,108 @@ export interface components {
             name?: string;
         };
         /**
+         * Points
+         * @description Points of a surface in columns, float64, a row for every place asked for.
+         */
+        Points: {
+            /**
+             * Positions
+             * @description The points [x, y, z].
+             */
+            positions: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Du
+             * @description First partials along u, in the parameters of the surface.
+             */
+            du?: [
+                number | null,
+                number | null,
+                number | null
+            ][];
+            /**
+             * Dv
+             * @description First partials along v.
+             */
+            dv?: [
+                number | null,
+                number | null,
+                number | null
+            ][];
+            /**
+             * Normals
+             * @description Unit normals along du × dv; where that vanishes, their limits from inside the surface.
+             */
+            normals?: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * Degenerate
+             * @description Whether du × dv vanishes, as at a pole: normals and curvatures there are limits, taken along
+             *     the line that leads straight inwards.
+             */
+            degenerate?: boolean[];
+            /**
+             * Duu
+             * @description Second partials along u.
+             */
+            duu?: [
+                number | null,
+                number | null,
+                number | null
+            ][];
+            /**
+             * Duv
+             * @description Mixed second partials.
+             */
+            duv?: [
+                number | null,
+                number | null,
+                number | null
+            ][];
+            /**
+             * Dvv
+             * @description Second partials along v.
+             */
+            dvv?: [
+                number | null,
+                number | null,
+                number | null
+            ][];
+            /**
+             * Gaussian Curvature
+             * @description Gaussian curvatures, k1 · k2; null where it grows beyond all bounds, as at the apex of a
+             *     cone, or has no limit.
+             */
+            gaussian_curvature?: (number | null)[];
+            /**
+             * Mean Curvature
+             * @description Mean curvatures, (k1 + k2)/2; positive where the surface bends towards its normal, so that a
+             *     sphere with outward normals has −1/r; null where it grows beyond all bounds, as at the apex of a
+             *     cone, or has no limit.
+             */
+            mean_curvature?: (number | null)[];
+            /**
+             * Principal Curvatures
+             * @description Principal curvatures [k1, k2], k1 ≥ k2; null where it grows beyond all bounds, as at the apex
+             *     of a cone, or has no limit.
+             */
+            principal_curvatures?: [
+                number | null,
+                number | null
+            ][];
+        };
+        /**
          * PointsRequest
          * @description Parameters at which a surface is evaluated, and what shall be told of each point.
          */
         PointsRequest: {
-            /**
-             * Surface
-             * @description The surface, by its control points.
-             */
+            /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
             /**
              * Uv
@@ -1756,6 +2484,42 @@ export interface components {
              * @example 2
              */
             derivatives?: number;
+        };
+        /**
+         * Refusal
+         * @description One thing for which `POST /v1/mesh` would refuse.
+         */
+        Refusal: {
+            /**
+             * Formats
+             * @description The formats that it holds for.
+             */
+            formats: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off")[];
+            /**
+             * Code
+             * @description As in an error of `POST /v1/mesh`.
+             */
+            code: string;
+            /**
+             * Pointer
+             * @description JSON pointer (RFC 6901) into the body.
+             */
+            pointer: string;
+            /**
+             * Detail
+             * @description What is wrong, for people.
+             */
+            detail: string;
+            /**
+             * Got
+             * @description What was found.
+             */
+            got: string;
+            /**
+             * Needed
+             * @description What would be right.
+             */
+            needed: string;
         };
         /**
          * RestrictDefinition
@@ -1834,7 +2598,6 @@ export interface components {
              */
             type: "ribbon";
             /**
-             * Curve
              * @description The curve that it runs along. Its `up` and `name` are not read: those of the surface count.
              * @example {
              *       "control_points": [
@@ -1942,6 +2705,22 @@ export interface components {
             seconds?: number;
         };
         /**
+         * SignedAddress
+         * @description An address that may be read by whoever has it.
+         */
+        SignedAddress: {
+            /**
+             * Url
+             * @description The address, with `expires` and `signature` at its end.
+             */
+            url: string;
+            /**
+             * Expires
+             * @description Until when, in Unix time.
+             */
+            expires: number;
+        };
+        /**
          * SplitDefinition
          * @description Cuts one patch or a B-spline in two or four, a triangle in three.
          *
@@ -1985,15 +2764,154 @@ export interface components {
             ];
         };
         /**
+         * StoredLinks
+         * @description Addresses, without the host.
+         */
+        StoredLinks: {
+            /**
+             * Self
+             * @description Address of the definition.
+             */
+            self: string;
+            /**
+             * Mesh
+             * @description Address of the mesh by suffix, in the numbers of today: it may be kept for ever. Options are
+             *     added in front of `engine`.
+             */
+            mesh: {
+                /** @description glTF 2.0, binary. */
+                glb: string;
+                /** @description glTF 2.0, one JSON document. */
+                gltf: string;
+                /** @description Vertices and faces as JSON. */
+                json: string;
+                /** @description OOGL, read by Geomview. */
+                oogl: string;
+                /** @description STL, binary. */
+                stl: string;
+                /** @description Wavefront OBJ. */
+                obj: string;
+                /** @description PLY, binary. */
+                ply: string;
+                /** @description OFF. */
+                off: string;
+            };
+        };
+        /**
+         * StoredSurface
+         * @description A surface that is stored.
+         */
+        StoredSurface: {
+            /**
+             * Id
+             * @description SHA-256 of the content: 64 hexadecimal digits.
+             */
+            id: string;
+            links: components["schemas"]["StoredLinks"];
+        };
+        /** @description A surface: its `type` tells the kind, `bezier` if there is none. */
+        SurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"] | components["schemas"]["GroupDefinition"];
+        /**
+         * SurfaceDocument
+         * @description A surface alone: a body for the other calls, to which options may be added.
+         */
+        SurfaceDocument: {
+            /** @description The definition, as a request would give it. */
+            surface: components["schemas"]["SurfaceDefinition"];
+        };
+        /**
+         * SurfaceLinks
+         * @description Addresses, without the host.
+         */
+        SurfaceLinks: {
+            /**
+             * Self
+             * @description Address of the definition.
+             */
+            self: string;
+            /**
+             * Mesh
+             * @description Address of the mesh by suffix; options are added as a query.
+             */
+            mesh: {
+                /** @description glTF 2.0, binary. */
+                glb: string;
+                /** @description glTF 2.0, one JSON document. */
+                gltf: string;
+                /** @description Vertices and faces as JSON. */
+                json: string;
+                /** @description OOGL, read by Geomview. */
+                oogl: string;
+                /** @description STL, binary. */
+                stl: string;
+                /** @description Wavefront OBJ. */
+                obj: string;
+                /** @description PLY, binary. */
+                ply: string;
+                /** @description OFF. */
+                off: string;
+            };
+        };
+        /**
+         * SurfaceList
+         * @description The built-in surfaces.
+         */
+        SurfaceList: {
+            /**
+             * Surfaces
+             * @description One entry a surface.
+             */
+            surfaces: components["schemas"]["SurfaceSummary"][];
+        };
+        /**
          * SurfaceRequest
          * @description A surface and nothing else: to store it.
          */
         SurfaceRequest: {
-            /**
-             * Surface
-             * @description The surface, by its control points.
-             */
+            /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
+        };
+        /**
+         * SurfaceSummary
+         * @description A built-in surface.
+         */
+        SurfaceSummary: {
+            /**
+             * Id
+             * @description The id, readable.
+             */
+            id: string;
+            /**
+             * Title
+             * @description A short title.
+             */
+            title: string;
+            /**
+             * Description
+             * @description What it is.
+             */
+            description: string;
+            /**
+             * Up
+             * @description The vertical axis.
+             * @enum {string}
+             */
+            up: "y" | "z";
+            /**
+             * Patches
+             * @description Number of Bézier patches; tubes and ribbons have none.
+             */
+            patches: number;
+            /**
+             * Degree
+             * @description Highest degree [p, q] of its patches; a triangle counts as [n, n]. Of what is swept along a
+             *     curve, that of the curve and 0.
+             */
+            degree: [
+                number,
+                number
+            ];
+            links: components["schemas"]["SurfaceLinks"];
         };
         /**
          * TransposeDefinition
@@ -2218,7 +3136,6 @@ export interface components {
              */
             type: "tube";
             /**
-             * Curve
              * @description The curve that it runs along. Its `up` and `name` are not read: those of the surface count.
              * @example {
              *       "control_points": [
@@ -2286,505 +3203,87 @@ export interface components {
              */
             name?: string;
         };
-        /** @description A mesh as JSON. */
-        Mesh: {
-            /** @description Positions [x, y, z], welded ones once; float64, shortest digits that round-trip. */
-            vertices: [
-                number,
-                number,
-                number
-            ][];
-            /** @description Rows of `vertices` for each corner of each face, counter-clockwise seen from the normal's tip; part by part, the quads of a part before its triangles. */
-            faces: number[][];
-            /** @description Unit normals, float32; left out if `normals` is false. Row by row those of `vertices`, unless there are `attribute_faces`. */
-            normals?: [
-                number,
-                number,
-                number
-            ][];
-            /** @description Texture coordinates of the surface, or if it has none and `uvs` is true, parameters (u, v); float32. In the rows of `normals`. */
-            uvs?: [
-                number,
-                number
-            ][];
-            /** @description Colours of the surface, if it has any: sRGB, or sRGB and opacity, from 0 to 1; float32. In the rows of `normals`. */
-            colors?: number[][];
-            /** @description Values of the surface's attributes by name, float64. In the rows of `normals`. */
-            attributes?: {
-                [key: string]: number[][];
-            };
-            /** @description There if a position has several normals, colours or the like, as at a crease: in the shape of `faces`, the rows of `normals`, `uvs`, `colors` and `attributes` for each corner of each face. */
-            attribute_faces?: number[][];
-            /** @description Named runs [first, last) of `faces`. */
-            parts: {
-                /** @description Name of the part. */
-                name: string;
-                /** @description First face, and the one after the last. */
-                faces: [
-                    number,
-                    number
-                ];
-                /** @description Base colour [r, g, b, a], sRGB, where one was told. */
-                color?: [
-                    number,
-                    number,
-                    number,
-                    number
-                ];
-            }[];
-            /** @description Overlays, if any were asked for. */
-            lines?: {
-                /** @description Name of the overlay. */
-                name: string;
-                /** @description Positions of its own. */
-                vertices: [
-                    number,
-                    number,
-                    number
-                ][];
-                /** @description Pairs of rows of its `vertices`. */
-                segments: [
-                    number,
-                    number
-                ][];
-            }[];
-            report: components["schemas"]["MeshReport"];
-        };
-        /** @description What is known about a mesh. */
-        MeshReport: {
-            /** @description Number of positions: one with several normals counts once. */
-            vertices: number;
-            /** @description Number of triangles. */
-            triangles: number;
-            /** @description Number of quads. */
-            quads: number;
-            /** @description Number of Bézier patches; tubes and ribbons have none. */
-            patches: number;
-            /** @description Of the vertices as stored. */
-            bounds: {
-                /** @description Least x, y and z. */
-                min: [
-                    number,
-                    number,
-                    number
-                ];
-                /** @description Greatest x, y and z. */
-                max: [
-                    number,
-                    number,
-                    number
-                ];
-            };
-            /** @description Whether every edge is used by exactly two faces. */
-            watertight: boolean;
-            /** @description Edges that only one face uses. */
-            boundary_edges: number;
-            /** @description Samples whose normal is a limit, since du × dv vanishes there. */
-            poles_repaired: number;
-            /** @description Whether the surface closes along u: its last line is its first one. Left out, as the next three, for several patches that are not one surface. */
-            closed_u?: boolean;
-            /** @description The same along v. */
-            closed_v?: boolean;
+        /**
+         * Issue
+         * @description One thing that is wrong, and where: a pointer, a parameter or a header.
+         */
+        Issue: {
             /**
-             * @description There if it closes along u: whether it does so with one partial du (C1), with one tangent plane (G1), or with neither (C0).
-             * @enum {string}
+             * Code
+             * @description What is wrong, stable, for programs; the list stands at the head of this document. There may
+             *     be more of them in later versions.
+             * @example ragged
              */
-            continuity_u?: "C0" | "G1" | "C1";
+            code: string;
             /**
-             * @description The same along v.
-             * @enum {string}
+             * Pointer
+             * @description JSON pointer (RFC 6901) into the body; empty for the whole of it.
              */
-            continuity_v?: "C0" | "G1" | "C1";
-            /** @description Proved, in model units: no point of the surface is further than this from the faces as they are written, their rounding included. Never above a tolerance that was asked for; left out where there are no faces of a parametric surface. */
-            deviation_bound?: number;
-            /** @description There if it was asked for (`two_sided`), and proved as well: no point of the faces is further than this from the surface. */
-            mesh_deviation_bound?: number;
-            /** @description There if it was asked for (`angle_tolerance`): radians, the largest measured between the normals at two vertices that an edge joins. */
-            normal_angle?: number;
-            /** @description There if it was asked for (`curvatures`): least and greatest curvature of the vertices. */
-            curvature?: {
-                /** @description Per square of the model unit. */
-                gaussian: [
-                    number,
-                    number
-                ];
-                /** @description Per model unit. */
-                mean: [
-                    number,
-                    number
-                ];
-            };
-            /** @description The bound of every part by itself, in the order of the parts. */
-            parts?: {
-                /** @description Name of the part; of a group, of the member. */
-                name: string;
-                /** @description As that of the whole; left out of what has no parameters. */
-                deviation_bound?: number;
-            }[];
-            /** @description Version of the numbers. */
-            engine: number;
+            pointer?: string;
+            /**
+             * Parameter
+             * @description Name of the path or query parameter, instead of a pointer.
+             */
+            parameter?: string;
+            /**
+             * Header
+             * @description Name of the header, instead of a pointer.
+             */
+            header?: string;
+            /**
+             * Detail
+             * @description What is wrong, for people.
+             */
+            detail: string;
+            /**
+             * Got
+             * @description What was found, described and not repeated.
+             */
+            got?: string;
+            /**
+             * Needed
+             * @description What would have been right.
+             */
+            needed?: string;
         };
-        /** @description An error answer (RFC 9457). */
+        /**
+         * Problem
+         * @description An error answer (RFC 9457).
+         */
         Problem: {
             /**
+             * Type
              * @description Always `about:blank`; `code` tells more.
              * @constant
              */
             type: "about:blank";
-            /** @description The phrase of the status. */
+            /**
+             * Title
+             * @description The phrase of the status.
+             */
             title: string;
-            /** @description The status again. */
+            /**
+             * Status
+             * @description The status again.
+             */
             status: number;
             /**
+             * Code
              * @description Kind of problem, stable, for programs.
              * @enum {string}
              */
             code: "body_too_large" | "body_too_slow" | "busy" | "damaged_object" | "engine_gone" | "internal_error" | "invalid_request" | "key_needed" | "key_unknown" | "malformed_body" | "malformed_json" | "method_not_allowed" | "not_acceptable" | "not_found" | "out_of_time" | "rate_limited" | "result_too_large" | "signature_expired" | "signature_invalid" | "store_full" | "store_unavailable" | "unknown_suffix" | "unknown_surface" | "unsupported_by_format" | "unsupported_media_type";
-            /** @description Kind of problem, for people. */
+            /**
+             * Detail
+             * @description Kind of problem, for people.
+             */
             detail: string;
-            /** @description What is wrong, place by place; at most 20 of them. */
+            /**
+             * Errors
+             * @description What is wrong, place by place; at most 20 of them.
+             */
             errors: components["schemas"]["Issue"][];
         };
-        /** @description One thing that is wrong, and where: a pointer, a parameter or a header. */
-        Issue: {
-            /**
-             * @description What is wrong, stable, for programs; the list stands at the head of this document. There may be more of them in later versions.
-             * @example ragged
-             */
-            code: string;
-            /** @description JSON pointer (RFC 6901) into the body; empty for the whole of it. */
-            pointer?: string;
-            /** @description Name of the path or query parameter, instead of a pointer. */
-            parameter?: string;
-            /** @description Name of the header, instead of a pointer. */
-            header?: string;
-            /** @description What is wrong, for people. */
-            detail: string;
-            /** @description What was found, described and not repeated. */
-            got?: string;
-            /** @description What would have been right. */
-            needed?: string;
-        };
-        /** @description A built-in surface. */
-        SurfaceSummary: {
-            /** @description The id, readable. */
-            id: string;
-            /** @description A short title. */
-            title: string;
-            /** @description What it is. */
-            description: string;
-            /**
-             * @description The vertical axis.
-             * @enum {string}
-             */
-            up: "y" | "z";
-            /** @description Number of Bézier patches; tubes and ribbons have none. */
-            patches: number;
-            /** @description Highest degree [p, q] of its patches; a triangle counts as [n, n]. Of what is swept along a curve, that of the curve and 0. */
-            degree: [
-                number,
-                number
-            ];
-            /** @description Addresses, without the host. */
-            links: {
-                /** @description Address of the definition. */
-                self: string;
-                /** @description Address of the mesh by suffix; options are added as a query. */
-                mesh: {
-                    /** @description glTF 2.0, binary. */
-                    glb: string;
-                    /** @description glTF 2.0, one JSON document. */
-                    gltf: string;
-                    /** @description Vertices and faces as JSON. */
-                    json: string;
-                    /** @description OOGL, read by Geomview. */
-                    oogl: string;
-                    /** @description STL, binary. */
-                    stl: string;
-                    /** @description Wavefront OBJ. */
-                    obj: string;
-                    /** @description PLY, binary. */
-                    ply: string;
-                    /** @description OFF. */
-                    off: string;
-                };
-            };
-        };
-        /** @description The built-in surfaces. */
-        SurfaceList: {
-            /** @description One entry a surface. */
-            surfaces: components["schemas"]["SurfaceSummary"][];
-        };
-        /** @description A surface alone: a body for the other calls, to which options may be added. */
-        SurfaceDocument: {
-            /** @description The definition, as a request would give it. */
-            surface: components["schemas"]["SurfaceDefinition"];
-        };
-        /** @description A format that meshes are written in. */
-        Format: {
-            /** @description Name for `?format=`. */
-            name: string;
-            /** @description What it is. */
-            title: string;
-            /** @description Media type for `Accept`. */
-            media_type: string;
-            /** @description Suffix of files and of mesh URLs. */
-            suffix: string;
-            /** @description Whether it can hold quads. */
-            quads: boolean;
-            /** @description Whether it can hold lines. */
-            overlays: boolean;
-            /** @description Whether it can hold texture coordinates. */
-            uvs: boolean;
-            /** @description Whether it can hold colours of vertices. */
-            colors: boolean;
-            /** @description Whether it can hold attributes. */
-            attributes: boolean;
-            /**
-             * @description Precision of positions.
-             * @enum {string}
-             */
-            precision: "float32" | "float64";
-            /** @description Whether it takes `quantize`. */
-            quantize: boolean;
-            /**
-             * @description The kinds of `compression` that it takes here, beside `none`.
-             * @example [
-             *       "meshopt"
-             *     ]
-             */
-            compression: "meshopt"[];
-        };
-        /** @description The formats of meshes. */
-        FormatList: {
-            /** @description One entry a format. */
-            formats: components["schemas"]["Format"][];
-        };
-        /** @description How the service is. */
-        Health: {
-            /**
-             * @description State of the service.
-             * @enum {string}
-             */
-            status: "live" | "ready" | "unready" | "draining";
-            /**
-             * @description Whether meshes come out right.
-             * @enum {string}
-             */
-            computing?: "ready" | "unavailable";
-            /**
-             * @description Whether surfaces can be kept.
-             * @enum {string}
-             */
-            store?: "ready" | "unavailable";
-            /** @description Version of the service. */
-            version?: string;
-            /** @description Version of the numbers. */
-            engine?: number;
-        };
-        /** @description Points of a surface in columns, float64, a row for every place asked for. */
-        Points: {
-            /** @description The points [x, y, z]. */
-            positions: [
-                number,
-                number,
-                number
-            ][];
-            /** @description First partials along u, in the parameters of the surface. */
-            du?: [
-                number | null,
-                number | null,
-                number | null
-            ][];
-            /** @description First partials along v. */
-            dv?: [
-                number | null,
-                number | null,
-                number | null
-            ][];
-            /** @description Unit normals along du × dv; where that vanishes, their limits from inside the surface. */
-            normals?: [
-                number,
-                number,
-                number
-            ][];
-            /** @description Whether du × dv vanishes, as at a pole: normals and curvatures there are limits, taken along the line that leads straight inwards. */
-            degenerate?: boolean[];
-            /** @description Second partials along u. */
-            duu?: [
-                number | null,
-                number | null,
-                number | null
-            ][];
-            /** @description Mixed second partials. */
-            duv?: [
-                number | null,
-                number | null,
-                number | null
-            ][];
-            /** @description Second partials along v. */
-            dvv?: [
-                number | null,
-                number | null,
-                number | null
-            ][];
-            /** @description Gaussian curvatures, k1 · k2; null where it grows beyond all bounds, as at the apex of a cone, or has no limit. */
-            gaussian_curvature?: (number | null)[];
-            /** @description Mean curvatures, (k1 + k2)/2; positive where the surface bends towards its normal, so that a sphere with outward normals has −1/r; null where it grows beyond all bounds, as at the apex of a cone, or has no limit. */
-            mean_curvature?: (number | null)[];
-            /** @description Principal curvatures [k1, k2], k1 ≥ k2; null where it grows beyond all bounds, as at the apex of a cone, or has no limit. */
-            principal_curvatures?: [
-                number | null,
-                number | null
-            ][];
-        };
-        /** @description A sampled curve as JSON: columns of float64, row k of each for point k. */
-        Curve: {
-            /** @description Points with as many coordinates as the control points have. */
-            points: number[][];
-            /** @description Unit tangents; left out if `tangents` is false. At a corner or a cusp, that of what follows. */
-            tangents?: number[][];
-            /** @description Parameters in the domain of the curve. */
-            parameters: number[];
-            /** @description Length of the curve up to each point; left out if `arc_lengths` is false. */
-            arc_lengths?: number[];
-            /** @description What is known about the curve. */
-            report: {
-                /** @description Number of points. */
-                points: number;
-                /** @description Number of Bézier pieces. */
-                pieces: number;
-                /** @description Length of the curve itself, to about twelve digits. */
-                length: number;
-                /** @description Whether it ends where it begins; the last point is then the first. */
-                closed: boolean;
-                /** @description No point of the curve is further from the lines between the points, as they are written. */
-                deviation_bound: number;
-                /** @description Of the points as stored. */
-                bounds: {
-                    /** @description Least x, y and, in space, z. */
-                    min: number[];
-                    /** @description Greatest x, y and, in space, z. */
-                    max: number[];
-                };
-                /** @description Version of the numbers. */
-                engine: number;
-            };
-        };
-        /** @description What a mesh would be. */
-        Estimate: {
-            /** @description Positions, as in the report: one with several normals counts once. */
-            vertices: number;
-            /** @description Triangles. */
-            triangles: number;
-            /** @description Quads. */
-            quads: number;
-            /** @description Whether these three are those of the report. Else they are upper bounds: under a tolerance, usually some ten times what comes out, or a budget; of what is swept along a curve; of wires with faces; of what is refused for its vertices. */
-            exact: boolean;
-            /** @description Bytes of the answer in every format that has a place for the mesh: upper bounds, but for `exact_bytes`. Numbers written as text count as long as they can be. */
-            bytes: {
-                /** @description Bytes as glb. */
-                glb?: number;
-                /** @description Bytes as gltf. */
-                gltf?: number;
-                /** @description Bytes as json. */
-                json?: number;
-                /** @description Bytes as oogl. */
-                oogl?: number;
-                /** @description Bytes as stl. */
-                stl?: number;
-                /** @description Bytes as obj. */
-                obj?: number;
-                /** @description Bytes as ply. */
-                ply?: number;
-                /** @description Bytes as off. */
-                off?: number;
-            };
-            /** @description The formats whose number of bytes is exact. */
-            exact_bytes: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off")[];
-            /** @description Bytes of memory that making the answer takes at most, in the formats in which there would be one. What takes more than the service has for one request is refused, `too_much_memory`; what takes much may have to wait. */
-            memory: {
-                /** @description Bytes of memory for the mesh as glb. */
-                glb?: number;
-                /** @description Bytes of memory for the mesh as gltf. */
-                gltf?: number;
-                /** @description Bytes of memory for the mesh as json. */
-                json?: number;
-                /** @description Bytes of memory for the mesh as oogl. */
-                oogl?: number;
-                /** @description Bytes of memory for the mesh as stl. */
-                stl?: number;
-                /** @description Bytes of memory for the mesh as obj. */
-                obj?: number;
-                /** @description Bytes of memory for the mesh as ply. */
-                ply?: number;
-                /** @description Bytes of memory for the mesh as off. */
-                off?: number;
-            };
-            /** @description Whether `POST /v1/mesh` would answer this body in one of the formats. */
-            accepted: boolean;
-            /** @description Whether nothing else can be refused. Under a tolerance it is so if the bounds above are within all limits; else, and under a budget, a mesh may turn out to be too large, or the tolerance too small, when it is made. */
-            certain: boolean;
-            /** @description Why it would not, in the formats in which it would not. */
-            refused: {
-                /** @description The formats that it holds for. */
-                formats: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off")[];
-                /** @description As in an error of `POST /v1/mesh`. */
-                code: string;
-                /** @description JSON pointer (RFC 6901) into the body. */
-                pointer: string;
-                /** @description What is wrong, for people. */
-                detail: string;
-                /** @description What was found. */
-                got: string;
-                /** @description What would be right. */
-                needed: string;
-            }[];
-        };
-        /** @description A surface that is stored. */
-        StoredSurface: {
-            /** @description SHA-256 of the content: 64 hexadecimal digits. */
-            id: string;
-            /** @description Addresses, without the host. */
-            links: {
-                /** @description Address of the definition. */
-                self: string;
-                /** @description Address of the mesh by suffix, in the numbers of today: it may be kept for ever. Options are added in front of `engine`. */
-                mesh: {
-                    /** @description glTF 2.0, binary. */
-                    glb: string;
-                    /** @description glTF 2.0, one JSON document. */
-                    gltf: string;
-                    /** @description Vertices and faces as JSON. */
-                    json: string;
-                    /** @description OOGL, read by Geomview. */
-                    oogl: string;
-                    /** @description STL, binary. */
-                    stl: string;
-                    /** @description Wavefront OBJ. */
-                    obj: string;
-                    /** @description PLY, binary. */
-                    ply: string;
-                    /** @description OFF. */
-                    off: string;
-                };
-            };
-        };
-        /** @description An address that may be read by whoever has it. */
-        SignedAddress: {
-            /** @description The address, with `expires` and `signature` at its end. */
-            url: string;
-            /** @description Until when, in Unix time. */
-            expires: number;
-        };
-        /** @description A surface: its `type` tells the kind, `bezier` if there is none. */
-        SurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"] | components["schemas"]["GroupDefinition"];
-        /** @description A surface in a group: any but a group. */
-        MemberSurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"];
-        /** @description A curve: its `type` tells the kind, `bezier` if there is none. */
-        CurveDefinition: components["schemas"]["BezierCurveDefinition"] | components["schemas"]["BsplineCurveDefinition"];
-        /** @description A step of a conversion: `op` tells the kind. */
-        OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"];
     };
     responses: {
         /** @description The body is not JSON. The body is not of the type that it is said to be. */
@@ -2832,16 +3331,6 @@ export interface components {
                 "Retry-After": number;
                 "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                 RateLimit: components["headers"]["RateLimit"];
-                "X-Request-Id": components["headers"]["RequestId"];
-                [name: string]: unknown;
-            };
-            content: {
-                "application/problem+json": components["schemas"]["Problem"];
-            };
-        };
-        /** @description There is nothing at this address. */
-        NotFound: {
-            headers: {
                 "X-Request-Id": components["headers"]["RequestId"];
                 [name: string]: unknown;
             };
@@ -3041,6 +3530,11 @@ export interface components {
     requestBodies: never;
     headers: {
         /**
+         * @description Id of the request, for the log and for whoever is asked about it: random, unless the request has such a header itself, of at most 128 letters, digits and `._:/+=@-`.
+         * @example 0af7651916cd43dd8448eb211c80319c
+         */
+        RequestId: string;
+        /**
          * @description There where requests are limited (`SURFACE_RATE_LIMIT`): `q`, how many may be made in `w` seconds with one key, or from one address (draft-ietf-httpapi-ratelimit-headers).
          * @example "requests";q=60;w=60
          */
@@ -3050,62 +3544,66 @@ export interface components {
          * @example "requests";r=57;t=3
          */
         RateLimit: string;
-        /**
-         * @description Id of the request, for the log and for whoever is asked about it: random, unless the request has such a header itself, of at most 128 letters, digits and `._:/+=@-`.
-         * @example 0af7651916cd43dd8448eb211c80319c
-         */
-        RequestId: string;
     };
     pathItems: never;
 }
 export type BezierConversion = components['schemas']['BezierConversion'];
 export type BezierCurveDefinition = components['schemas']['BezierCurveDefinition'];
 export type BezierDefinition = components['schemas']['BezierDefinition'];
+export type Bounds = components['schemas']['Bounds'];
 export type BsplineCurveDefinition = components['schemas']['BsplineCurveDefinition'];
 export type BsplineDefinition = components['schemas']['BsplineDefinition'];
 export type CameraDefinition = components['schemas']['CameraDefinition'];
 export type ConvertRequest = components['schemas']['ConvertRequest'];
+export type CurvatureRange = components['schemas']['CurvatureRange'];
+export type Curve = components['schemas']['Curve'];
+export type CurveBounds = components['schemas']['CurveBounds'];
+export type CurveDefinition = components['schemas']['CurveDefinition'];
+export type CurveReport = components['schemas']['CurveReport'];
 export type CurveRequest = components['schemas']['CurveRequest'];
 export type ElevateDefinition = components['schemas']['ElevateDefinition'];
+export type Estimate = components['schemas']['Estimate'];
+export type Format = components['schemas']['Format'];
+export type FormatList = components['schemas']['FormatList'];
 export type GroupDefinition = components['schemas']['GroupDefinition'];
+export type Health = components['schemas']['Health'];
 export type MemberDefinition = components['schemas']['MemberDefinition'];
+export type MemberSurfaceDefinition = components['schemas']['MemberSurfaceDefinition'];
+export type Mesh = components['schemas']['Mesh'];
+export type MeshLines = components['schemas']['MeshLines'];
+export type MeshPart = components['schemas']['MeshPart'];
+export type MeshReport = components['schemas']['MeshReport'];
 export type MeshRequest = components['schemas']['MeshRequest'];
+export type OperationDefinition = components['schemas']['OperationDefinition'];
+export type PartReport = components['schemas']['PartReport'];
 export type PatchesDefinition = components['schemas']['PatchesDefinition'];
+export type Points = components['schemas']['Points'];
 export type PointsRequest = components['schemas']['PointsRequest'];
+export type Refusal = components['schemas']['Refusal'];
 export type RestrictDefinition = components['schemas']['RestrictDefinition'];
 export type ReverseDefinition = components['schemas']['ReverseDefinition'];
 export type RibbonDefinition = components['schemas']['RibbonDefinition'];
 export type SignRequest = components['schemas']['SignRequest'];
+export type SignedAddress = components['schemas']['SignedAddress'];
 export type SplitDefinition = components['schemas']['SplitDefinition'];
+export type StoredLinks = components['schemas']['StoredLinks'];
+export type StoredSurface = components['schemas']['StoredSurface'];
+export type SurfaceDefinition = components['schemas']['SurfaceDefinition'];
+export type SurfaceDocument = components['schemas']['SurfaceDocument'];
+export type SurfaceLinks = components['schemas']['SurfaceLinks'];
+export type SurfaceList = components['schemas']['SurfaceList'];
 export type SurfaceRequest = components['schemas']['SurfaceRequest'];
+export type SurfaceSummary = components['schemas']['SurfaceSummary'];
 export type TransposeDefinition = components['schemas']['TransposeDefinition'];
 export type TriangleConversion = components['schemas']['TriangleConversion'];
 export type TriangleDefinition = components['schemas']['TriangleDefinition'];
 export type TubeDefinition = components['schemas']['TubeDefinition'];
-export type Mesh = components['schemas']['Mesh'];
-export type MeshReport = components['schemas']['MeshReport'];
-export type Problem = components['schemas']['Problem'];
 export type Issue = components['schemas']['Issue'];
-export type SurfaceSummary = components['schemas']['SurfaceSummary'];
-export type SurfaceList = components['schemas']['SurfaceList'];
-export type SurfaceDocument = components['schemas']['SurfaceDocument'];
-export type Format = components['schemas']['Format'];
-export type FormatList = components['schemas']['FormatList'];
-export type Health = components['schemas']['Health'];
-export type Points = components['schemas']['Points'];
-export type Curve = components['schemas']['Curve'];
-export type Estimate = components['schemas']['Estimate'];
-export type StoredSurface = components['schemas']['StoredSurface'];
-export type SignedAddress = components['schemas']['SignedAddress'];
-export type SurfaceDefinition = components['schemas']['SurfaceDefinition'];
-export type MemberSurfaceDefinition = components['schemas']['MemberSurfaceDefinition'];
-export type CurveDefinition = components['schemas']['CurveDefinition'];
-export type OperationDefinition = components['schemas']['OperationDefinition'];
+export type Problem = components['schemas']['Problem'];
 export type ResponseMalformedJson = components['responses']['MalformedJson'];
 export type ResponseKeyNeeded = components['responses']['KeyNeeded'];
 export type ResponseSignatureInvalid = components['responses']['SignatureInvalid'];
 export type ResponseTooManyRequests = components['responses']['TooManyRequests'];
-export type ResponseNotFound = components['responses']['NotFound'];
 export type ResponseUnknownSurface = components['responses']['UnknownSurface'];
 export type ResponseMethodNotAllowed = components['responses']['MethodNotAllowed'];
 export type ResponseNotAcceptable = components['responses']['NotAcceptable'];
@@ -3123,9 +3621,9 @@ export type ResponseStoreFailed = components['responses']['StoreFailed'];
 export type ResponseUnavailable = components['responses']['Unavailable'];
 export type ResponseStoreFull = components['responses']['StoreFull'];
 export type ResponseInternalError = components['responses']['InternalError'];
+export type HeaderRequestId = components['headers']['RequestId'];
 export type HeaderRateLimitPolicy = components['headers']['RateLimit-Policy'];
 export type HeaderRateLimit = components['headers']['RateLimit'];
-export type HeaderRequestId = components['headers']['RequestId'];
 export type $defs = Record<string, never>;
 export interface operations {
     createMesh: {
@@ -3213,7 +3711,15 @@ export interface operations {
             /** @description The mesh. */
             200: {
                 headers: {
-                    /** @description A name to save the file under; not with JSON. */
+                    /**
+                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    /**
+                     * @description A name to save the file under; not with JSON.
+                     * @example attachment; filename="sail.glb"
+                     */
                     "Content-Disposition"?: string;
                     /**
                      * @description Number of vertices, as in the report. Not with the exact patches.
@@ -3230,22 +3736,17 @@ export interface operations {
                      * @example 0.0005
                      */
                     "Surface-Deviation-Bound"?: number;
-                    /**
-                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
-                     */
-                    "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
+                    "application/json": components["schemas"]["Mesh"];
                     "model/gltf-binary": Blob;
                     "model/gltf+json": {
                         [key: string]: unknown;
                     };
-                    "application/json": components["schemas"]["Mesh"];
                     "model/x-oogl": string;
                     "model/stl": Blob;
                     "model/obj": string;
@@ -3479,24 +3980,27 @@ export interface operations {
             /** @description The curve. */
             200: {
                 headers: {
-                    /** @description A name to save the file under; not with JSON. */
-                    "Content-Disposition"?: string;
                     /**
                      * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    /**
+                     * @description A name to save the file under; not with JSON.
+                     * @example attachment; filename="sail.glb"
+                     */
+                    "Content-Disposition"?: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
                 content: {
+                    "application/json": components["schemas"]["Curve"];
                     "model/gltf-binary": Blob;
                     "model/gltf+json": {
                         [key: string]: unknown;
                     };
-                    "application/json": components["schemas"]["Curve"];
                     "model/x-oogl": string;
                     "model/obj": string;
                 };
@@ -3570,15 +4074,15 @@ export interface operations {
             200: {
                 headers: {
                     /**
-                     * @description Address of the definition, without the host.
-                     * @example /v1/surfaces/bb30fce7d74589bd7beb4732c9ba1488f742803c7c0db6b01033cc8a70eecd65
-                     */
-                    Location: string;
-                    /**
                      * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    /**
+                     * @description Address of the definition, without the host.
+                     * @example /v1/surfaces/412350f1bb8449e44bb5c629638f78f030401eb156e91c9a12dc48077018581e
+                     */
+                    Location: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -3592,15 +4096,15 @@ export interface operations {
             201: {
                 headers: {
                     /**
-                     * @description Address of the definition, without the host.
-                     * @example /v1/surfaces/bb30fce7d74589bd7beb4732c9ba1488f742803c7c0db6b01033cc8a70eecd65
-                     */
-                    Location: string;
-                    /**
                      * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
                      * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
+                    /**
+                     * @description Address of the definition, without the host.
+                     * @example /v1/surfaces/412350f1bb8449e44bb5c629638f78f030401eb156e91c9a12dc48077018581e
+                     */
+                    Location: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -3638,10 +4142,7 @@ export interface operations {
                 "If-None-Match"?: string;
             };
             path: {
-                /**
-                 * @description Id of a surface: the name of a built-in one, or what storing it answered.
-                 * @example utah-teapot
-                 */
+                /** @description Id of a surface: the name of a built-in one, or what storing it answered. */
                 id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | string;
             };
             cookie?: never;
@@ -3652,6 +4153,11 @@ export interface operations {
             200: {
                 headers: {
                     /**
+                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    /**
                      * @description The hash of the content, in quotes.
                      * @example "412350f1bb8449e44bb5c629638f78f030401eb156e91c9a12dc48077018581e"
                      */
@@ -3661,11 +4167,6 @@ export interface operations {
                      * @example public, max-age=31536000, immutable
                      */
                     "Cache-Control": string;
-                    /**
-                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
-                     */
-                    "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
                     RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
@@ -3709,10 +4210,7 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /**
-                 * @description Id of a stored surface: what storing it answered.
-                 * @example 412350f1bb8449e44bb5c629638f78f030401eb156e91c9a12dc48077018581e
-                 */
+                /** @description Id of a stored surface: what storing it answered. */
                 id: string;
             };
             cookie?: never;
@@ -3874,15 +4372,9 @@ export interface operations {
                 "Accept-Encoding"?: string;
             };
             path: {
-                /**
-                 * @description Id of a surface: the name of a built-in one, or what storing it answered.
-                 * @example utah-teapot
-                 */
+                /** @description Id of a surface: the name of a built-in one, or what storing it answered. */
                 id: ("utah-teapot" | "utah-teapot-original" | "bourke-1111" | "bourke-1111-colors" | "tveit" | "saddle" | "heated-panel" | "cylinder" | "cone" | "sphere" | "torus" | "monkey-saddle" | "octahedral-sphere" | "rounded-box" | "trefoil-tube" | "ribbon" | "hair" | "tea-service" | "bspline-hills" | "nurbs-goblet" | "bspline-ring") | string;
-                /**
-                 * @description Suffix of the format of the answer; `Accept` is not read.
-                 * @example glb
-                 */
+                /** @description Suffix of the format of the answer; `Accept` is not read. */
                 suffix: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
             };
             cookie?: never;
@@ -3892,6 +4384,11 @@ export interface operations {
             /** @description The mesh. */
             200: {
                 headers: {
+                    /**
+                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
                     /**
                      * @description A name to save the file under.
                      * @example inline; filename="sail.glb"
@@ -3912,11 +4409,6 @@ export interface operations {
                      * @example 0.0005
                      */
                     "Surface-Deviation-Bound"?: number;
-                    /**
-                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
-                     */
-                    "Server-Timing": string;
                     /**
                      * @description Strong tag of these very bytes, in this coding.
                      * @example "3q2-7wEAAAAAAAAAAAAAAA"
@@ -3948,11 +4440,11 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
+                    "application/json": components["schemas"]["Mesh"];
                     "model/gltf-binary": Blob;
                     "model/gltf+json": {
                         [key: string]: unknown;
                     };
-                    "application/json": components["schemas"]["Mesh"];
                     "model/x-oogl": string;
                     "model/stl": Blob;
                     "model/obj": string;
@@ -3999,43 +4491,6 @@ export interface operations {
             429: components["responses"]["Busy"];
             500: components["responses"]["DamagedObject"];
             503: components["responses"]["Unavailable"];
-        };
-    };
-    signAddress: {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["SignRequest"];
-            };
-        };
-        responses: {
-            /** @description The address. */
-            200: {
-                headers: {
-                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
-                    RateLimit: components["headers"]["RateLimit"];
-                    "X-Request-Id": components["headers"]["RequestId"];
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["SignedAddress"];
-                };
-            };
-            400: components["responses"]["MalformedJson"];
-            401: components["responses"]["KeyNeeded"];
-            404: components["responses"]["NotFound"];
-            408: components["responses"]["BodyTooSlow"];
-            413: components["responses"]["BodyTooLarge"];
-            415: components["responses"]["UnsupportedMediaType"];
-            422: components["responses"]["InvalidRequest"];
-            429: components["responses"]["Busy"];
-            500: components["responses"]["InternalError"];
-            503: components["responses"]["OutOfTime"];
         };
     };
     listFormats: {
@@ -4147,6 +4602,42 @@ export interface operations {
             };
         };
     };
+    signAddress: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SignRequest"];
+            };
+        };
+        responses: {
+            /** @description The address. */
+            200: {
+                headers: {
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SignedAddress"];
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidRequest"];
+            429: components["responses"]["Busy"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["OutOfTime"];
+        };
+    };
     getMetrics: {
         parameters: {
             query?: never;
@@ -4159,6 +4650,8 @@ export interface operations {
             /** @description Every number that is counted. */
             200: {
                 headers: {
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
                     "X-Request-Id": components["headers"]["RequestId"];
                     [name: string]: unknown;
                 };
@@ -4179,8 +4672,8 @@ export interface operations {
                 };
             };
             401: components["responses"]["KeyNeeded"];
-            404: components["responses"]["NotFound"];
             422: components["responses"]["InvalidQuery"];
+            429: components["responses"]["TooManyRequests"];
             500: components["responses"]["InternalError"];
         };
     };

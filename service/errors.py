@@ -98,3 +98,7 @@ def pointer(parts: Iterable[str | int]) -> str:
 def first_part(where: str) -> str:
     """First part of the path that a JSON pointer is, unescaped; empty for the whole document."""
     return where[1:].partition("/")[0].replace("~1", "/").replace("~0", "~")
+
+
+class Busy(SurfaceError):
+    """Other requests hold the memory or the threads that this one needs."""

@@ -24,7 +24,7 @@ SERVED_AT = "http://127.0.0.1:8000"
 
 MODELS = {
     get_args(member)[1].tag: get_args(member)[0]
-    for member in get_args(get_args(SurfaceDefinition)[0])
+    for member in get_args(get_args(SurfaceDefinition.__value__)[0])
 }
 """The model of each kind of surface."""
 

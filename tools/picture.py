@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeAlias
 
 from playwright.sync_api import Browser, Page
 
-from service.api.openapi.curve import REQUESTS
+from service.api.openapi.requests import REQUESTS
 from service.api.page import THUMBNAILS
 from service.encoders.curves.registry import CURVES_BY_NAME
 from service.pipeline.curve import render_curve
@@ -70,7 +70,7 @@ Curves have no address of their own: these are bodies for `POST /v1/curve`, or f
 
 def listing() -> str:
     """The page of the examples, Markdown."""
-    curves = [_curve(name, example) for name, example in REQUESTS.items()]
+    curves = [_curve(name, example) for name, example in REQUESTS["createCurve"].items()]
     return "\n".join([HEAD, *map(_entry, EXAMPLES.values()), CURVES, *curves])
 
 
@@ -133,7 +133,7 @@ def main(folder: Path) -> None:
     for example in EXAMPLES:
         address = f"/v1/surfaces/{example}/mesh.glb?resolution=24"
         pictures[folder / "examples" / f"{example}.png"] = (address, SMALL)
-    for name, request in REQUESTS.items():
+    for name, request in REQUESTS["createCurve"].items():
         address = _curve_address({"curve": request["value"]["curve"], "resolution": 32})
         pictures[folder / "curves" / f"{name}.png"] = (address, SMALL)
     with (

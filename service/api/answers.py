@@ -9,7 +9,9 @@ import orjson
 from starlette.responses import Response
 from starlette.types import Message, Receive, Scope, Send
 
+from service.api.workers import Job
 from service.encoders.format import FileFormat
+from service.engine.mesh import MeshReport
 
 CHUNK = 1 << 19
 """Bytes handed to the server at a time: it waits for a slow client after each. They are not copied,
@@ -87,6 +89,23 @@ def json_response(
     """A JSON document; arrays may be NumPy's."""
     body = orjson.dumps(content, option=orjson.OPT_SERIALIZE_NUMPY)
     return ChunkedResponse(body, status, headers, media_type)
+
+
+def bytes_response(content: bytes, job: Job, headers: Mapping[str, str] = HEADERS) -> Response:
+    """A JSON document that a job has written; it says where its time went."""
+    job.answered(len(content))
+    timed = {**headers, "Server-Timing": str(job.timing)}
+    return ChunkedResponse(content, 200, timed, "application/json")
+
+
+def report_headers(report: MeshReport | None) -> dict[str, str]:
+    """Counts and bound of a mesh as headers, for formats that have no place for its report."""
+    if report is None:
+        return {}
+    counts = {VERTICES_HEADER: str(report.vertices), TRIANGLES_HEADER: str(report.triangles)}
+    if report.deviation_bound is None:
+        return counts
+    return counts | {BOUND_HEADER: repr(report.deviation_bound)}
 
 
 def file_response(

@@ -5,13 +5,11 @@ from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
-import orjson
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
 
 from service.api.answers import HEADERS, PAGE_HEADERS
 from service.api.not_built import not_built
-from service.api.openapi.document import document
 from service.api.static_files import StaticFile, StaticFiles
 
 ASSETS = Path(__file__).parent / "static" / "swagger-ui"
@@ -83,13 +81,13 @@ async def page(_: Request) -> Response:
 
 async def asset(request: Request) -> Response:
     """GET /docs/{asset}: the scripts and the style of the page, by a closed list of names."""
-    static_files: StaticFiles = request.app.state.static_files
+    static_files: StaticFiles = request.app.state.services.static_files
     return await static_files.answer(request, f"docs/{request.path_params['asset']}")
 
 
 async def openapi(request: Request) -> Response:
     """GET /openapi.json: the interface as a document."""
-    static_files: StaticFiles = request.app.state.static_files
+    static_files: StaticFiles = request.app.state.services.static_files
     return await static_files.answer(request, "openapi.json")
 
 
@@ -99,7 +97,6 @@ def _read(name: str) -> bytes:
 
 FILES: Mapping[str, StaticFile] = MappingProxyType(
     {
-        "openapi.json": StaticFile(lambda: orjson.dumps(document()), "application/json"),
         "docs/start.js": StaticFile(_START.encode, "text/javascript"),
         **{
             f"docs/{name}": StaticFile(partial(_read, name), media_type)

@@ -1,5 +1,7 @@
 """Addresses of surfaces and of their meshes, below the path that the service is mounted at."""
 
+from starlette.types import Scope
+
 from service.encoders.registry import FORMATS
 from service.engine.mesh import ENGINE
 
@@ -22,3 +24,10 @@ def mesh_address(root: str, surface: str, suffix: str, query: str = f"engine={EN
 def mesh_links(root: str, surface: str) -> dict[str, str]:
     """Where its meshes are, by suffix: canonical addresses."""
     return {fmt.suffix: mesh_address(root, surface, fmt.suffix) for fmt in FORMATS}
+
+
+def route_path(scope: Scope) -> str:
+    """The path below the one that the application is mounted at."""
+    path: str = scope["path"]
+    root: str = scope.get("root_path", "")
+    return path[len(root) :] if root and path.startswith(root + "/") else path

@@ -1,17 +1,20 @@
 """Which format to answer in: `?format=`, a suffix, or `Accept` (RFC 9110, section 12.5.1)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeVar
 
 from service.api.problems import InvalidQuery, NotAcceptable, UnknownSuffix
-from service.api.weights import weighted
+from service.api.quality_values import quality_values
 from service.encoders.format import FileFormat, Format
 from service.encoders.registry import BY_NAME, BY_SUFFIX
-from service.errors import Issue
+from service.errors import InvalidRequest, Issue, pointer
+from service.schemas.query import values_from_text
+from service.schemas.scan import shortened
 
-DEFAULT = "json"
-"""Name of the format that is written where the client has no preference."""
+USUAL_HEADER = 200
+"""Characters of an Accept header whose choice is remembered."""
 
 AnyFormat = TypeVar("AnyFormat", bound=FileFormat)
 
@@ -92,34 +95,74 @@ def by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFormat:
     NotAcceptable
         If the header excludes every format.
     """
-    default = by_name(DEFAULT, formats)
-    if header is None or not header.strip():
-        return default
-    ranges = _ranges(header)
-    best, best_rank = default, (0.0, -1)
-    for candidate in (default, *formats):
-        matches = [(r.precision(candidate.media_type), r.quality) for r in ranges]
-        precision, quality = max(matches, default=(-1, 0.0))
-        rank = (quality, precision)
-        if precision >= 0 and quality > 0 and rank > best_rank:
-            best, best_rank = candidate, rank
-    if best_rank[0] == 0.0:
+    types = tuple(f.media_type for f in formats)
+    header = header or ""
+    best = _remembered(header, types) if len(header) <= USUAL_HEADER else _choose(header, types)
+    if best is None:
         raise NotAcceptable(
             Issue(
                 "not_acceptable",
                 "No format that you accept is written here.",
                 "/Accept",
                 "none of the formats written here",
-                "one of " + ", ".join(f.media_type for f in formats),
+                "one of " + ", ".join(types),
             )
         )
-    return best
+    return next(f for f in formats if f.media_type == best)
 
 
-def _ranges(header: str) -> list[_Range]:
-    """The media ranges of a header; what is malformed matches nothing."""
-    ranges: list[_Range] = []
-    for media_range, quality in weighted(header):
-        main, _, sub = media_range.partition("/")
-        ranges.append(_Range(main, sub, quality))
-    return ranges
+def _choose(header: str, types: tuple[str, ...]) -> str | None:
+    """The best of these media types for an Accept header; None if it excludes all of them."""
+    default = "application/json"
+    if not header.strip():
+        return default
+    # What is malformed matches nothing.
+    parts = [(name.partition("/"), quality) for name, quality in quality_values(header)]
+    ranges = [_Range(main, sub, quality) for (main, _, sub), quality in parts]
+    best, best_rank = default, (0.0, -1)
+    for candidate in (default, *types):
+        matches = [(r.precision(candidate), r.quality) for r in ranges]
+        precision, quality = max(matches, default=(-1, 0.0))
+        rank = (quality, precision)
+        if precision >= 0 and quality > 0 and rank > best_rank:
+            best, best_rank = candidate, rank
+    return best if best_rank[0] > 0.0 else None
+
+
+_remembered = lru_cache(maxsize=256)(_choose)
+
+
+def only_format(query: Iterable[tuple[str, str]]) -> str | None:
+    """The format that the query of a POST names, if it does; it has no other parameter.
+
+    Raises
+    ------
+    InvalidQuery
+        For any other parameter, and a repeated one.
+    """
+    try:
+        values = values_from_text(query)
+    except InvalidRequest as error:
+        raise InvalidQuery(*error.issues) from None
+    _refuse_unknown(values.keys() - {"format"}, "only `format`; options go into the body")
+    return str(values["format"]) if values else None
+
+
+def no_parameters(names: Iterable[str]) -> None:
+    """Refuses every query parameter, where there is nothing to choose."""
+    _refuse_unknown(names, "no parameters")
+
+
+def _refuse_unknown(names: Iterable[str], needed: str) -> None:
+    issues = [
+        Issue(
+            "unknown_field",
+            "There is no parameter of this name.",
+            pointer([shortened(name)]),
+            "an unknown parameter",
+            needed,
+        )
+        for name in sorted(names)
+    ]
+    if issues:
+        raise InvalidQuery(*issues)

@@ -55,13 +55,13 @@ async def home(request: Request) -> Response:
             'Nothing else depends on it; <a href="docs">the interface</a> answers as ever.',
             HEADERS | _HEADERS,
         )
-    static_files: StaticFiles = request.app.state.static_files
+    static_files: StaticFiles = request.app.state.services.static_files
     return await static_files.answer(request, "page")
 
 
 async def part(request: Request) -> Response:
     """GET /page/{file}: a module, the style, a picture or three.js, by a closed list of names."""
-    static_files: StaticFiles = request.app.state.static_files
+    static_files: StaticFiles = request.app.state.services.static_files
     return await static_files.answer(request, f"page/{request.path_params['file']}")
 
 

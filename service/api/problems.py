@@ -3,18 +3,21 @@
 The text of an exception that is not a `SurfaceError` never leaves the process.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 from fastapi import FastAPI
+from fastapi.routing import APIRoute
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
-from service.api.admission.busy import Busy
 from service.api.answers import HEADERS, json_response
+from service.api.links import route_path
 from service.api.observing.record import record_of
 from service.errors import (
+    Busy,
     DamagedObject,
     InvalidRequest,
     Issue,
@@ -30,6 +33,7 @@ from service.errors import (
 )
 from service.schemas.surface_query import FIELDS
 from service.stopping import OutOfTime
+from service.surface.examples import EXAMPLES
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -314,12 +318,34 @@ def problem_of(error: SurfaceError) -> Problem:
     return next(PROBLEMS[cls] for cls in type(error).__mro__ if cls in PROBLEMS)
 
 
-def install(app: FastAPI) -> None:
-    """Makes every error of `app` a problem."""
+def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
+    """Makes every error of `app` a problem; `routes` are those that it has."""
+
+    async def on_http_exception(request: Request, error: Exception) -> Response:
+        """The router's own refusals: no such path, no such method."""
+        assert isinstance(error, HTTPException)
+        headers = dict(error.headers or {})
+        problem = NOT_FOUND
+        if error.status_code == METHOD_NOT_ALLOWED.status:
+            problem = METHOD_NOT_ALLOWED
+            # FastAPI names the methods of the first route of the path only.
+            headers = {"Allow": allowed_methods(routes, request)}
+        record_of(request.scope).code = problem.code
+        return problem_response(problem, headers=headers)
+
     app.add_exception_handler(SurfaceError, _on_surface_error)
-    app.add_exception_handler(HTTPException, _on_http_exception)
+    app.add_exception_handler(HTTPException, on_http_exception)
     app.add_exception_handler(ClientDisconnect, _on_disconnect)
     app.add_exception_handler(Exception, _on_exception)
+
+
+def allowed_methods(routes: Sequence[APIRoute], request: Request) -> str:
+    """The methods that the path of a request answers, for the header Allow."""
+    path = route_path(request.scope)
+    methods = {m for route in routes if route.path_regex.match(path) for m in route.methods or ()}
+    if request.path_params.get("id") in EXAMPLES:
+        methods.discard("DELETE")  # built-in surfaces stay
+    return ", ".join(sorted(methods | ({"HEAD"} if "GET" in methods else set())))
 
 
 async def _on_surface_error(request: Request, error: Exception) -> Response:
@@ -335,26 +361,18 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
             place = "file"
     headers = {}
     if isinstance(error, Busy | OutOfTime):
-        headers["Retry-After"] = str(request.app.state.admission.retry_after())
+        headers["Retry-After"] = str(request.app.state.services.workers.retry_after())
     return problem_response(problem, error.issues, place, headers)
 
 
-async def _on_http_exception(request: Request, error: Exception) -> Response:
-    """The router's own refusals: no such path, no such method."""
-    assert isinstance(error, HTTPException)
-    problem = METHOD_NOT_ALLOWED if error.status_code == METHOD_NOT_ALLOWED.status else NOT_FOUND
-    record_of(request.scope).code = problem.code
-    return problem_response(problem, headers=dict(error.headers or {}))
-
-
 async def _on_disconnect(_: Request, error: Exception) -> Response:
-    """Nobody listens any more; the answer only ends the request quietly."""
+    """The client has gone away; the answer only ends the request quietly."""
     assert isinstance(error, ClientDisconnect)
     return Response(status_code=400)
 
 
 async def _on_exception(request: Request, error: Exception) -> Response:
-    """Whatever was not foreseen. The server logs the exception, which is raised again."""
+    """Any error that was not foreseen. The server logs the exception, which is raised again."""
     del error  # its text stays here
     record_of(request.scope).code = INTERNAL_ERROR.code
     return problem_response(INTERNAL_ERROR)

@@ -10,10 +10,8 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
-from service.api.admission.visits import visiting
 from service.api.answers import HEADERS, ChunkedResponse
 from service.api.caching.codings import Coding, compressed
-from service.api.caching.flights import Flights
 from service.api.caching.requested import codings_of, condition_of
 from service.api.caching.tags import entity_tag, held, is_any
 
@@ -57,7 +55,7 @@ class StaticFiles:
         """
         wanted, condition = codings_of(request), condition_of(request)
         kept = await self._read(name)
-        coding, body = await self._coded(request, kept, wanted.order[0])
+        coding, body = await self._coded(kept, wanted.order[0])
         same = held(condition, wanted.order, partial(entity_tag, kept.name))
         if condition is not None and is_any(condition):
             same = coding
@@ -86,17 +84,12 @@ class StaticFiles:
             kept = self._kept[name] = _Kept(content, sha256(content).hexdigest())
         return kept
 
-    async def _coded(self, request: Request, kept: _Kept, coding: Coding) -> tuple[Coding, bytes]:
+    async def _coded(self, kept: _Kept, coding: Coding) -> tuple[Coding, bytes]:
         """The file in a coding if that pays, else as it is."""
         if coding == "identity":
             return coding, kept.content
         if coding not in kept.codings:
-
-            async def work() -> bytes | None:
-                compress = partial(compressed, coding, kept.content)
-                return await visiting().in_thread(compress)
-
-            flights: Flights = request.app.state.flights
-            kept.codings[coding] = await flights.join((kept.name, coding), work)
+            # Requests that come together may each compress it once: the bytes are the same.
+            kept.codings[coding] = await asyncio.to_thread(compressed, coding, kept.content)
         body = kept.codings[coding]
         return ("identity", kept.content) if body is None else (coding, body)

@@ -4,17 +4,11 @@ import logging
 from dataclasses import dataclass, replace
 from functools import cache, partial
 
-from starlette.requests import Request
-
-from service.api.admission.visits import visiting
-from service.api.caching.answers import AnswerCache
-from service.api.caching.flights import Flights
-from service.api.timing import Timing
-from service.api.work import long_to_read, parsed
+from service.api.services import Services
+from service.api.workers import Job
 from service.errors import DamagedObject, InvalidRequest, Issue, UnknownSurface
-from service.schemas.canonical import canonical, restored, restored_memory, surface_id
+from service.schemas.canonical import canonical, restored, surface_id
 from service.schemas.document import DocumentLimits
-from service.settings.values import document_limits
 from service.storage.keys import is_id
 from service.storage.store import SurfaceStore
 from service.surface import Surface
@@ -22,30 +16,30 @@ from service.surface.examples import EXAMPLES, find
 
 _log = logging.getLogger(__name__)
 
+INLINE_BYTES = 1 << 16
+"""Contents up to this size are read on the event loop."""
+
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """A surface that was asked for by its id.
+    """A surface by its id.
 
     Attributes
     ----------
     id : str
-        As it stands in the path.
+        The id in the path.
     surface : Surface
     is_hash : bool
         Whether the id is the hash of its content: then it never stands for another surface.
-    is_long : bool
-        Whether it is so large that the event loop cannot spare the time to write it down.
     """
 
     id: str
     surface: Surface
     is_hash: bool
-    is_long: bool = False
 
 
-async def surface_of(request: Request, id: str) -> Stored:
-    """The surface of this id; those who work on one that is stored share it.
+async def surface_of(services: Services, job: Job, id: str) -> Stored:
+    """The surface of this id; requests that work on one that is stored share it.
 
     Raises
     ------
@@ -57,30 +51,23 @@ async def surface_of(request: Request, id: str) -> Stored:
         return Stored(id, find(id).surface(), is_hash=False)
     if not is_id(id):
         raise _unknown()
-    answers: AnswerCache = request.app.state.answers
-    flights: Flights = request.app.state.flights
-    # What was deleted since is not shared.
-    return await flights.join(("surface", id, answers.age), partial(_load, request, id))
+    # A surface that was deleted since is not shared.
+    key = ("surface", id, services.answers.age)
+    return await services.flights.join(key, partial(_load, services, id), job.until_answered)
 
 
-def forget(request: Request, id: str) -> None:
-    """Drops whatever is in memory of a surface that was deleted."""
-    request.app.state.answers.forget(id)
-
-
-async def exists(request: Request, id: str) -> bool:
-    """Whether there is a surface of this id; what is stored is not read."""
-    store: SurfaceStore = request.app.state.store
+async def exists(store: SurfaceStore, id: str) -> bool:
+    """Whether there is a surface of this id; a stored one is not read."""
     return id in EXAMPLES or await store.has(id)
 
 
 def content_id(id: str) -> str:
-    """The hash of what an id stands for: of the content of an example, or the id itself.
+    """The hash of the content of an example, or the id itself where it is such a hash.
 
     Raises
     ------
     UnknownSurface
-        For what is neither; whether something is stored under a hash is not looked up.
+        For other ids; whether a surface is stored under a hash is not looked up.
     """
     if id in EXAMPLES:
         return _hash_of_example(id)
@@ -90,7 +77,7 @@ def content_id(id: str) -> str:
 
 
 def _unknown() -> UnknownSurface:
-    """The error of a name that is no example's, and no hash."""
+    """The error of an id that is neither a name of an example nor a hash."""
     return UnknownSurface(
         Issue(
             "unknown_surface",
@@ -107,21 +94,18 @@ def _hash_of_example(name: str) -> str:
     return surface_id(canonical(find(name).surface()))
 
 
-async def _load(request: Request, id: str) -> Stored:
-    """The surface that is stored under a hash."""
-    store: SurfaceStore = request.app.state.store
-    arrival = visiting().arrival
+async def _load(services: Services, id: str, job: Job) -> Stored:
+    """The surface that is stored under a hash, by a job of its own."""
     try:
-        content = await store.get(id, arrival.claim)
+        content = await services.store.get(id, job.hold_body)
     except UnknownSurface as error:
         raise error.within("/id") from None
-    limits = document_limits(request.app.state.settings)
-    is_long = long_to_read(content)
-    arrival.claim(restored_memory(content))
-    work = partial(_restored, id, content, limits)
-    surface = await parsed(work, Timing(), is_long=is_long)
-    visiting().rest()
-    return Stored(id, surface, is_hash=True, is_long=is_long)
+    # Arrays are copied and checked; each letter of the header may become 20 bytes of objects.
+    job.hold_body(3 * len(content) + 20 * max(0, content.find(b"\n")))
+    work = partial(_restored, id, content, services.documents)
+    surface = await job.parse(work, is_long=len(content) > INLINE_BYTES)
+    job.hold_body(len(content))
+    return Stored(id, surface, is_hash=True)
 
 
 def _restored(id: str, content: bytes, limits: DocumentLimits) -> Surface:
@@ -131,5 +115,5 @@ def _restored(id: str, content: bytes, limits: DocumentLimits) -> Surface:
         _log.error("%s has its hash, but is not the content of a surface", id)
         raise
     except InvalidRequest as error:
-        # Where in the surface is of no use to somebody who sent only its id.
+        # Where in the surface is of no use to a client that sent only its id.
         raise InvalidRequest(replace(error.issues[0], pointer="/id")) from None

@@ -8,14 +8,18 @@ from service.cli.source import Commands
 
 
 def add(commands: Commands) -> None:
-    """The commands; they have no flags."""
-    for name, run, text in (
-        ("examples", _examples, "list the built-in surfaces"),
-        ("formats", _formats, "list the formats"),
-        ("openapi", _openapi, "print the OpenAPI document"),
-    ):
-        command = commands.add_parser(name, help=text)
-        command.set_defaults(run=run)
+    """The commands and their flags."""
+    examples = commands.add_parser("examples", help="list the built-in surfaces")
+    examples.set_defaults(run=_examples)
+    formats = commands.add_parser("formats", help="list the formats")
+    formats.set_defaults(run=_formats)
+    openapi = commands.add_parser("openapi", help="print the OpenAPI document")
+    openapi.add_argument(
+        "--all",
+        action="store_true",
+        help="of a service with all that can be switched on; else of one as `serve` would start it",
+    )
+    openapi.set_defaults(run=_openapi)
 
 
 def _examples(_: argparse.Namespace) -> int:
@@ -35,10 +39,12 @@ def _formats(_: argparse.Namespace) -> int:
     return OK
 
 
-def _openapi(_: argparse.Namespace) -> int:
+def _openapi(arguments: argparse.Namespace) -> int:
     import json
 
-    from service.api.openapi.document import document
+    from service.api.app import create_app
+    from service.api.openapi.document import everything
 
-    print_lines([json.dumps(document(), indent=2, ensure_ascii=False)])
+    app = create_app(everything() if arguments.all else None)
+    print_lines([json.dumps(app.openapi(), indent=2, ensure_ascii=False)])
     return OK

@@ -34,6 +34,15 @@ Array: TypeAlias = NDArray[np.float64] | NDArray[np.int64]
 _WHOLE, _NUMBER = frozenset({int}), frozenset({int, float})
 
 
+def tuple_schema(item: dict[str, Any], length: int) -> dict[str, Any]:
+    """The JSON Schema of a list of this length.
+
+    `items` and the bounds say it all; of `prefixItems`, generators of clients make a tuple.
+    """
+    bounds = {"minItems": length, "maxItems": length}
+    return {"type": "array", "items": item, "prefixItems": [item] * length, **bounds}
+
+
 @dataclass(frozen=True, slots=True)
 class NumberGrid:
     """A field that holds numbers in lists nested so many levels deep, all of equal lengths.
@@ -228,7 +237,7 @@ class NumberGrid:
                 result["maxItems"] = DEFAULT_LIMITS.max_degree + 1
             if self._is_last(level) and level not in self.degree_levels:
                 if self.width is not None:
-                    result |= {"minItems": self.width, "maxItems": self.width}
+                    result = tuple_schema(result["items"], self.width)
                 result |= self.documented
         return result
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Annotated, ClassVar, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
+from typing_extensions import TypeAliasType
 
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.fields import (
@@ -18,10 +19,8 @@ from service.schemas.fields import (
     whole_numbers,
     wrong_length,
 )
-from service.schemas.request import surface_of
-from service.schemas.surfaces import SurfaceDefinition
+from service.schemas.request import SurfaceRequest
 from service.schemas.validation import invalid
-from service.surface import Surface
 from service.surface.checks import MAX_DEGREE
 from service.surface.convert import operations as values
 
@@ -178,23 +177,26 @@ OPERATIONS = ("elevate", "split", "restrict", "transpose", "reverse", "bezier", 
 
 _UNKNOWN = Issue("unknown_operation", "There is no such operation.")
 
-OperationDefinition: TypeAlias = Annotated[
-    Annotated[ElevateDefinition, Tag("elevate")]
-    | Annotated[SplitDefinition, Tag("split")]
-    | Annotated[RestrictDefinition, Tag("restrict")]
-    | Annotated[TransposeDefinition, Tag("transpose")]
-    | Annotated[ReverseDefinition, Tag("reverse")]
-    | Annotated[BezierConversion, Tag("bezier")]
-    | Annotated[TriangleConversion, Tag("triangle")],
-    Discriminator(kind_of(OPERATIONS, "op")),
-    of_known_kind(OPERATIONS, _UNKNOWN, "op", required=True),
-]
+OperationDefinition = TypeAliasType(
+    "OperationDefinition",
+    Annotated[
+        Annotated[ElevateDefinition, Tag("elevate")]
+        | Annotated[SplitDefinition, Tag("split")]
+        | Annotated[RestrictDefinition, Tag("restrict")]
+        | Annotated[TransposeDefinition, Tag("transpose")]
+        | Annotated[ReverseDefinition, Tag("reverse")]
+        | Annotated[BezierConversion, Tag("bezier")]
+        | Annotated[TriangleConversion, Tag("triangle")],
+        Discriminator(kind_of(OPERATIONS, "op")),
+        of_known_kind(OPERATIONS, _UNKNOWN, "op", required=True),
+        Field(description="A step of a conversion: `op` tells the kind."),
+    ],
+)
 
 
-class ConvertRequest(StrictModel):
+class ConvertRequest(SurfaceRequest):
     """A surface, and the operations that it shall go through, one after the other."""
 
-    surface: SurfaceDefinition = Field(description="The surface, by its control points.")
     operations: Annotated[
         tuple[OperationDefinition, ...],
         Field(strict=False),
@@ -204,10 +206,6 @@ class ConvertRequest(StrictModel):
         examples=[[{"op": "elevate", "degree": [3, 3]}, {"op": "split", "u": 0.5}]],
         json_schema_extra={"minItems": 1, "maxItems": values.MAX_OPERATIONS},
     )
-
-    def to_surface(self) -> Surface:
-        """The surface itself; raises `InvalidRequest` with pointers into the whole request."""
-        return surface_of(self.surface)
 
     def to_operations(self) -> tuple[values.Operation, ...]:
         """The operations; raises `InvalidRequest` with pointers into the whole request."""

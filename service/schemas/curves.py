@@ -1,7 +1,8 @@
 """Curves as a document says them: a model for each kind, one union, and the request for one."""
 
 from dataclasses import replace
-from typing import Annotated, Any, Literal, TypeAlias
+from functools import cached_property
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     Discriminator,
@@ -10,6 +11,7 @@ from pydantic import (
     ValidationInfo,
     model_validator,
 )
+from typing_extensions import TypeAliasType
 
 from service.bases.arrays import FloatArray
 from service.engine.curves.options import CurveOptions
@@ -20,6 +22,7 @@ from service.schemas.bspline import KnotVector, check_degrees
 from service.schemas.fields import (
     NameField,
     Omittable,
+    RequestModel,
     StrictModel,
     UpField,
     conflict,
@@ -110,12 +113,16 @@ class BsplineCurveDefinition(StrictModel):
 
 _UNKNOWN = Issue("unknown_type", "There is no such kind of curve.")
 
-CurveDefinition: TypeAlias = Annotated[
-    Annotated[BezierCurveDefinition, Tag("bezier")]
-    | Annotated[BsplineCurveDefinition, Tag("bspline")],
-    Discriminator(kind_of(CURVE_KINDS)),
-    of_known_kind(CURVE_KINDS, _UNKNOWN),
-]
+CurveDefinition = TypeAliasType(
+    "CurveDefinition",
+    Annotated[
+        Annotated[BezierCurveDefinition, Tag("bezier")]
+        | Annotated[BsplineCurveDefinition, Tag("bspline")],
+        Discriminator(kind_of(CURVE_KINDS)),
+        of_known_kind(CURVE_KINDS, _UNKNOWN),
+        Field(description="A curve: its `type` tells the kind, `bezier` if there is none."),
+    ],
+)
 
 
 _DEFAULTS = CurveOptions()
@@ -158,19 +165,27 @@ class CurveOptionFields(StrictModel):
         return CurveOptions(self.resolution, self.tolerance, self.tangents, self.arc_lengths)
 
 
-class CurveRequest(CurveOptionFields):
+class CurveRequest(RequestModel, CurveOptionFields):
     """A curve to sample, and how."""
 
     curve: CurveDefinition = Field(description="The curve, by its control points.")
 
+    def build(self) -> None:
+        """Builds the curve, which `to_curve` answers from then on."""
+        self.to_curve()
+
     def to_curve(self) -> Curve:
-        """The curve itself.
+        """The curve itself, which is built once.
 
         Raises
         ------
         InvalidRequest
             With pointers into the whole request.
         """
+        return self._built
+
+    @cached_property
+    def _built(self) -> Curve:
         return curve_of(self.curve)
 
 

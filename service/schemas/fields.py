@@ -20,7 +20,7 @@ from pydantic_core import core_schema
 
 from service.engine.options import MAX_ISOCURVES, MAX_RESOLUTION, OverlayName
 from service.errors import Issue
-from service.schemas.arrays import Array, NumberGrid
+from service.schemas.arrays import Array, NumberGrid, tuple_schema
 from service.schemas.validation import invalid, wrong_type
 from service.surface.checks import Up
 
@@ -33,6 +33,19 @@ class StrictModel(BaseModel):
     model_config: ClassVar[ConfigDict] = ConfigDict(
         strict=True, extra="forbid", frozen=True, arbitrary_types_allowed=True
     )
+
+
+class RequestModel(StrictModel):
+    """A whole request."""
+
+    def build(self) -> None:
+        """Builds the surface or the curve of the request, which is kept in it.
+
+        Raises
+        ------
+        InvalidRequest
+            With pointers into the whole request.
+        """
 
 
 class Omittable:
@@ -97,8 +110,7 @@ def whole_numbers(
 
 def one_or_two(one: dict[str, Any], each: dict[str, Any] | None = None) -> WithJsonSchema:
     """The JSON Schema of one value for both, or of a list of two, each by itself."""
-    two = {"type": "array", "items": each or one, "minItems": 2, "maxItems": 2}
-    return WithJsonSchema({"oneOf": [one, two]})
+    return WithJsonSchema({"oneOf": [one, tuple_schema(each or one, 2)]})
 
 
 # One of several kinds of object, told by a field of its own, `type` or `op`.

@@ -4,47 +4,23 @@ from collections.abc import Callable
 from math import prod
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
-from pydantic import (
-    Field,
-    GetCoreSchemaHandler,
-    GetJsonSchemaHandler,
-    ValidationInfo,
-    model_validator,
-)
-from pydantic_core import core_schema
+from pydantic import Field, ValidationInfo, model_validator
 
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, pointer
-from service.schemas.arrays import MATRIX, NumberGrid
+from service.schemas.arrays import MATRIX, NumberGrid, tuple_schema
 from service.schemas.fields import Name, Omittable, StrictModel, UpField
 from service.schemas.validation import invalid, limits_of
 from service.stopping import checkpoint
 from service.surface.group import MAX_MEMBERS, GroupSurface, Member, nested
 
 if TYPE_CHECKING:
-    from service.schemas.surfaces import SurfaceDefinition
+    from service.schemas.surfaces import MemberSurfaceDefinition
     from service.surface import Surface
 
 
-class NoGroup:
-    """Marks a surface that must not be a group, so that nothing can be nested deeply."""
-
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> core_schema.CoreSchema:
-        """The schema of all surfaces behind a refusal of groups, before these are read."""
-        return core_schema.no_info_before_validator_function(_refuse_group, handler(source))
-
-    def __get_pydantic_json_schema__(
-        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        """All members of the union but the group."""
-        union = handler(schema)
-        kinds = [kind for kind in union["oneOf"] if "GroupDefinition" not in kind["$ref"]]
-        return union | {"oneOf": kinds}
-
-
-def _refuse_group(value: object) -> object:
+def refuse_group(value: object) -> object:
+    """Refuses a group within a group before its members are read."""
     if isinstance(value, dict) and value.get("type") == "group":
         raise invalid(nested("/type"))
     return value
@@ -60,7 +36,7 @@ Color: TypeAlias = Annotated[
 class MemberDefinition(StrictModel):
     """One surface of a group: what it is, what it is called, how it looks, where it stands."""
 
-    surface: Annotated["SurfaceDefinition", NoGroup()] = Field(
+    surface: "MemberSurfaceDefinition" = Field(
         description="The surface, of any kind but `group`.",
         examples=[{"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]}],
     )
@@ -82,7 +58,7 @@ class MemberDefinition(StrictModel):
         "(x, y, z, 1). Its last row is 0, 0, 0, 1; it may mirror, but must not flatten. Left out, "
         "the surface stands where its control points are.",
         examples=[[[1, 0, 0, 2], [0, 1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]],
-        json_schema_extra={"minItems": 4, "maxItems": 4},
+        json_schema_extra=tuple_schema(tuple_schema({"type": "number"}, 4), 4),
     )
 
     def to_member(self) -> Member:
@@ -158,7 +134,7 @@ def define(surface: GroupSurface, inner: Callable[["Surface"], dict[str, Any]]) 
     return {"type": "group", "members": members, "up": surface.up, "name": surface.name}
 
 
-def _control_points(definition: "SurfaceDefinition") -> int:
+def _control_points(definition: "MemberSurfaceDefinition") -> int:
     """Control points of one surface or its curve, as its own arrays were counted."""
     definition = getattr(definition, "curve", definition)
     return max(

@@ -9,11 +9,9 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 from service.bases.arrays import FloatArray, Ints
 from service.engine.points.places import Query
 from service.schemas.arrays import NumberGrid
-from service.schemas.fields import StrictModel, conflict
-from service.schemas.request import surface_of
-from service.schemas.surfaces import SurfaceDefinition
+from service.schemas.fields import conflict
+from service.schemas.request import SurfaceRequest
 from service.schemas.validation import MAX_INDEX, index_too_large, invalid, wrong_type
-from service.surface import Surface
 
 UV = NumberGrid(
     ("points", "parameters"), width=2, width_rule="A point of a surface has two parameters [u, v]."
@@ -47,10 +45,9 @@ PatchChoice = Annotated[
 ]
 
 
-class PointsRequest(StrictModel):
+class PointsRequest(SurfaceRequest):
     """Parameters at which a surface is evaluated, and what shall be told of each point."""
 
-    surface: SurfaceDefinition = Field(description="The surface, by its control points.")
     uv: Annotated[FloatArray | None, UV] = Field(
         default=None,
         description="Parameters [u, v], one pair a point, within the surface's own domain: from 0 "
@@ -91,7 +88,3 @@ class PointsRequest(StrictModel):
         if places is None:
             raise ValueError("a request without places was not validated")
         return Query(places, self.patch, self.derivatives)
-
-    def to_surface(self) -> Surface:
-        """The surface itself; raises `InvalidRequest` with pointers into the whole request."""
-        return surface_of(self.surface)

@@ -1,12 +1,13 @@
 """Requests for one surface: to store it, to mesh it with options, to sign its address."""
 
+from functools import cached_property
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
 from service.errors import InvalidRequest
 from service.schemas.accuracy import MAX_PIXELS, CameraDefinition
-from service.schemas.fields import Omittable, StrictModel, conflict
+from service.schemas.fields import Omittable, RequestModel, conflict
 from service.schemas.options import MeshOptionFields
 from service.schemas.surfaces import SurfaceDefinition
 from service.schemas.validation import invalid
@@ -20,22 +21,36 @@ MAX_MOMENT = 10**12 - 1
 MAX_URL = 8000
 
 
-class SurfaceRequest(StrictModel):
+class SurfaceRequest(RequestModel):
     """A surface and nothing else: to store it."""
 
     surface: SurfaceDefinition = Field(description="The surface, by its control points.")
 
+    def build(self) -> None:
+        """Builds the surface, which `to_surface` answers from then on."""
+        self.to_surface()
+
     def to_surface(self) -> Surface:
-        """The surface itself; raises `InvalidRequest` with pointers into the whole request."""
-        return surface_of(self.surface)
+        """The surface itself, which is built once.
+
+        Raises
+        ------
+        InvalidRequest
+            With pointers into the whole request.
+        """
+        return self._built
+
+    @cached_property
+    def _built(self) -> Surface:
+        try:
+            return self.surface.to_surface()
+        except InvalidRequest as error:
+            raise error.within("/surface") from None
 
 
-class MeshRequest(MeshOptionFields):
+class MeshRequest(SurfaceRequest, MeshOptionFields):
     """A surface to mesh, and how."""
 
-    surface: SurfaceDefinition = Field(
-        description="The surface, by its control points.",
-    )
     camera: Annotated[CameraDefinition | None, Omittable()] = Field(
         default=None,
         description="From where the mesh will be seen; with `pixel_tolerance`, which must be "
@@ -50,18 +65,8 @@ class MeshRequest(MeshOptionFields):
         examples=[0.5],
     )
 
-    def to_surface(self) -> Surface:
-        """The surface itself.
 
-        Raises
-        ------
-        InvalidRequest
-            With pointers into the whole request.
-        """
-        return surface_of(self.surface)
-
-
-class SignRequest(StrictModel):
+class SignRequest(RequestModel):
     """An address that shall be readable by whoever has it, until a moment."""
 
     url: Annotated[str, Field(max_length=MAX_URL)] = Field(
@@ -86,17 +91,3 @@ class SignRequest(StrictModel):
             issue = conflict("expires", "expires", message, is_neither=self.expires is None)
             raise invalid(issue)
         return self
-
-
-def surface_of(definition: SurfaceDefinition) -> Surface:
-    """The surface that stands at `/surface` of a request.
-
-    Raises
-    ------
-    InvalidRequest
-        With pointers into the whole request.
-    """
-    try:
-        return definition.to_surface()
-    except InvalidRequest as error:
-        raise error.within("/surface") from None

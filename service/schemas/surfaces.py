@@ -2,7 +2,7 @@
 
 To add a kind: a module with its model (a `type` of its own and a `to_surface`) and its `define`;
 here its line in `DEFINE` (and in `WITH_ROWS`, if it has nets over triangles), its name in `KINDS`
-and its line in `SurfaceDefinition`.
+and its line in `_Single`.
 """
 
 from collections.abc import Callable, Mapping
@@ -10,7 +10,8 @@ from functools import partial
 from types import MappingProxyType
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import Discriminator, Tag
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+from typing_extensions import TypeAliasType
 
 from service.errors import Issue
 from service.schemas import bezier, bspline, group, patches, sweeps, triangle
@@ -45,20 +46,39 @@ KINDS = ("bezier", "bspline", "triangle", "patches", "tube", "ribbon", "group")
 
 _UNKNOWN = Issue("unknown_type", "There is no such kind of surface.")
 
-SurfaceDefinition: TypeAlias = Annotated[
+_Single: TypeAlias = (
     Annotated[bezier.BezierDefinition, Tag("bezier")]
     | Annotated[bspline.BsplineDefinition, Tag("bspline")]
     | Annotated[patches.PatchesDefinition, Tag("patches")]
     | Annotated[triangle.TriangleDefinition, Tag("triangle")]
     | Annotated[sweeps.TubeDefinition, Tag("tube")]
     | Annotated[sweeps.RibbonDefinition, Tag("ribbon")]
-    | Annotated[group.GroupDefinition, Tag("group")],
-    Discriminator(kind_of(KINDS)),
-    of_known_kind(KINDS, _UNKNOWN),
-]
+)
 
-# Its members are surfaces as well, of a union that exists only now.
-group.MemberDefinition.model_rebuild(_types_namespace={"SurfaceDefinition": SurfaceDefinition})
+SurfaceDefinition = TypeAliasType(
+    "SurfaceDefinition",
+    Annotated[
+        _Single | Annotated[group.GroupDefinition, Tag("group")],
+        Discriminator(kind_of(KINDS)),
+        of_known_kind(KINDS, _UNKNOWN),
+        Field(description="A surface: its `type` tells the kind, `bezier` if there is none."),
+    ],
+)
+
+MemberSurfaceDefinition = TypeAliasType(
+    "MemberSurfaceDefinition",
+    Annotated[
+        _Single,
+        Discriminator(kind_of(KINDS)),
+        of_known_kind(KINDS, _UNKNOWN),
+        BeforeValidator(group.refuse_group),
+        Field(description="A surface in a group: any but a group."),
+    ],
+)
+
+group.MemberDefinition.model_rebuild(
+    _types_namespace={"MemberSurfaceDefinition": MemberSurfaceDefinition}
+)
 group.GroupDefinition.model_rebuild()
 
 

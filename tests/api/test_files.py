@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from service.api.app import create_app
-from service.api.posted import Posting
+from service.api.body import is_long_body
 from service.decoders.registry import BY_NAME
-from service.encoders.format import Format
 from service.settings.values import Settings
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
@@ -152,12 +151,10 @@ def test_what_is_stored_has_no_options(client: Client) -> None:
 
 
 def test_large_files_are_read_off_the_event_loop() -> None:
-    npy: Posting[Format] = Posting(BY_NAME["npy"], None)
-    oogl: Posting[Format] = Posting(BY_NAME["oogl"], None)
-    json: Posting[Format] = Posting(None, None)
-    assert [npy.is_long(b"{" * size) for size in (1 << 18, (1 << 18) + 1)] == [False, True]
-    assert [oogl.is_long(b" " * size) for size in (1 << 14, (1 << 14) + 1)] == [False, True]
-    assert [json.is_long(b"{" * size) for size in (32, 33)] == [False, True]
+    npy, oogl = BY_NAME["npy"], BY_NAME["oogl"]
+    assert [is_long_body(b"{" * (1 << 18) + more, npy) for more in (b"", b"{")] == [False, True]
+    assert [is_long_body(b" " * (1 << 14) + more, oogl) for more in (b"", b" ")] == [False, True]
+    assert [is_long_body(b"{" * size, None) for size in (32, 33)] == [False, True]
 
 
 TEXTS = {

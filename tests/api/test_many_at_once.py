@@ -1,18 +1,17 @@
-"""Many who ask for something large: what waits takes little memory."""
+"""Many requests for something large at the same time: what waits takes little memory."""
 
 import threading
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import pytest
 from fastapi import FastAPI
-from starlette.requests import Request
 
-from service.api import mesh, mesh_by_url, stored
-from service.api.admission.visits import Visit
+from service.api import stored
 from service.api.app import create_app
-from service.api.posted import Posting
+from service.api.routes import meshes_by_url
+from service.api.services import Services
 from service.api.stored import Stored
+from service.api.workers import Job
 from service.pipeline.mesh import Answer, MeshWork
 from service.settings.values import Settings
 from service.storage.store import SurfaceStore
@@ -39,31 +38,22 @@ def client(app: FastAPI) -> Iterator[Client]:
 class Watch:
     """How many surfaces are patches at the same time; the first waits until all have come."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, place: Any, name: str) -> None:
-        self.now = self.most = self.come = 0
-        self.all_came = threading.Event()
-        plan: Callable[..., MeshWork] = getattr(place, name)
-        answer = MeshWork.run
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now = self.most = 0
+        self.came = threading.Semaphore(0)
+        run = MeshWork.run
 
-        def planned(*arguments: Any) -> MeshWork:
-            assert self.all_came.wait(60)
+        def watched(work: MeshWork) -> Answer:
+            if not self.most:
+                for _ in range(COUNT):
+                    assert self.came.acquire(timeout=60)
             self.now += 1
             self.most = max(self.most, self.now)
-            return plan(*arguments)
-
-        def answered(work: MeshWork) -> Answer:
-            made = answer(work)
+            answer = run(work)
             self.now -= 1
-            return made
+            return answer
 
-        monkeypatch.setattr(place, name, planned)
-        monkeypatch.setattr(MeshWork, "run", answered)
-
-    def comes(self) -> None:
-        """One more request has got as far as it gets without a thread."""
-        self.come += 1
-        if self.come == COUNT:
-            self.all_came.set()
+        monkeypatch.setattr(MeshWork, "run", watched)
 
 
 def together(ask: Callable[[int], int]) -> list[int]:
@@ -83,22 +73,22 @@ def together(ask: Callable[[int], int]) -> list[int]:
 def test_meshes_of_one_surface_share_it_and_wait_as_control_points(
     client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    watch = Watch(monkeypatch, mesh, "planned")
+    watch = Watch(monkeypatch)
     address = client.post("/v1/surfaces", LARGE).json()["links"]["mesh"]["stl"]
     find, get = stored.surface_of, SurfaceStore.get
     seen: list[Stored] = []
     reads: list[str] = []
 
-    async def found(request: Request, id: str) -> Stored:
-        seen.append(await find(request, id))
-        watch.comes()
+    async def found(services: Services, job: Job, id: str) -> Stored:
+        seen.append(await find(services, job, id))
+        watch.came.release()
         return seen[-1]
 
     async def read(store: SurfaceStore, id: str, announced: Callable[[int], None]) -> bytes:
         reads.append(id)
         return await get(store, id, announced)
 
-    monkeypatch.setattr(mesh_by_url, "surface_of", found)
+    monkeypatch.setattr(meshes_by_url, "surface_of", found)
     monkeypatch.setattr(SurfaceStore, "get", read)
     statuses = together(lambda each: client.get(f"{address}&resolution={each + 1}").status_code)
     assert statuses == [200] * COUNT
@@ -107,34 +97,13 @@ def test_meshes_of_one_surface_share_it_and_wait_as_control_points(
     assert watch.most == 1
 
 
-def test_bodies_wait_as_bytes(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
-    watch = Watch(monkeypatch, mesh, "planned")
-    read = Posting.read
-
-    async def body(posting: Any, request: Request, settings: Settings) -> bytes:
-        content = await read(posting, request, settings)
-        watch.comes()
-        return content
-
-    monkeypatch.setattr(Posting, "read", body)
-    large = {**LARGE, "resolution": 1}
-    statuses = together(lambda _: client.post("/v1/mesh?format=stl", large).status_code)
-    assert statuses == [200] * COUNT
-    assert watch.most == 1
-
-
 def test_what_was_deleted_is_not_shared(client: Client, app: FastAPI) -> None:
+    services: Services = app.state.services
     address = client.post("/v1/surfaces", LARGE).json()["links"]["self"]
     id = address.rpartition("/")[2]
-    kept: list[Stored] = []
-
-    async def keep() -> None:
-        scope = {"type": "http", "app": app, "headers": []}
-        with Visit(app.state.admission).current():  # which does not end
-            kept.append(await stored.surface_of(Request(scope), id))
-
-    client.call(keep)
+    job = Job(services.workers)  # which does not end
+    kept = client.call(stored.surface_of, services, job, id)
     assert client.get(address).status_code == 200
     assert client.request("DELETE", address).status_code == 204
     assert client.get(address).status_code == 404
-    assert kept[0].id == id
+    assert kept.id == id

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.api.admission.admission import Admission
 from service.api.app import create_app
+from service.api.workers import Workers
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.mesh import ENGINE
@@ -134,14 +134,12 @@ def test_report_headers(client: Client) -> None:
 
 def test_server_timing_names_steps_and_hits(fresh: Client) -> None:
     first = fresh.get(SADDLE).headers["server-timing"]
-    steps = ("surface", "wait", "plan", "mesh", "compress")
+    steps = ("surface", "mesh", "compress")
     assert re.fullmatch(", ".join(["cache;desc=miss", *map(STEP.format, steps)]), first)
     assert fresh.get(SADDLE).headers["server-timing"] == "cache;desc=hit"
     posted = fresh.post("/v1/mesh", fresh.get("/v1/surfaces/saddle").json())
     timing = posted.headers["server-timing"]
-    assert re.fullmatch(
-        ", ".join(map(STEP.format, ("read", "parse", "wait", "plan", "mesh"))), timing
-    )
+    assert re.fullmatch(", ".join(map(STEP.format, ("read", "parse", "mesh"))), timing)
 
 
 def test_codings_hold_the_same_bytes_and_have_tags_of_their_own(fresh: Client) -> None:
@@ -181,7 +179,7 @@ def test_what_would_wait_for_memory_is_sent_as_it_is(
 ) -> None:
     address, coded = "/v1/surfaces/torus/mesh.json?resolution=8", {"Accept-Encoding": "gzip"}
     with monkeypatch.context() as full:
-        full.setattr(Admission, "has_room", lambda *_: False)
+        full.setattr(Workers, "waiting", 1)
         plain = fresh.raw(address, coded)
         assert "content-encoding" not in plain.headers
         forced = fresh.raw(address, {"Accept-Encoding": "gzip, identity;q=0"})
@@ -216,7 +214,7 @@ def test_what_the_client_has_is_not_sent_again(coding: str, known: bool) -> None
             assert answer.headers["server-timing"] == "cache;desc=hit"
             assert answer.headers["access-control-allow-origin"] == "*"
             assert "content-length" not in answer.headers
-        assert len(app.state.answers) == known, "answered without computing"
+        assert len(app.state.services.answers) == known, "answered without computing"
         changed = client.raw(address, {**headers, "If-None-Match": '"other"'})
         assert changed.status_code == 200
         other = client.raw(f"{address}&uvs=true", {**headers, "If-None-Match": tag})
@@ -263,8 +261,8 @@ def test_nothing_is_kept_where_there_is_no_memory_for_it() -> None:
         one, two = client.get(SADDLE), client.get(SADDLE)
     assert one.content == two.content
     assert two.headers["server-timing"].startswith("cache;desc=miss")
-    assert (len(app.state.answers), app.state.answers.bytes) == (0, 0)
-    assert app.state.answers.counts.misses == 2
+    assert (len(app.state.services.answers), app.state.services.answers.bytes) == (0, 0)
+    assert app.state.services.answers.counts.misses == 2
 
 
 def test_failures_are_not_kept(fresh: Client) -> None:

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from hashlib import sha256
 from io import BytesIO
 from random import Random
@@ -251,7 +252,7 @@ def test_a_file_is_the_surface_that_json_would_say(client: Client) -> None:
 def test_a_surface_of_wider_limits_is_refused() -> None:
     """With a reason, and as what was asked for: the id."""
     wide, narrow = create_app(Settings()), create_app(Settings(max_control_points=5))
-    narrow.state.store = wide.state.store
+    narrow.state.services = replace(narrow.state.services, store=wide.state.services.store)
     with client_of(wide) as client:
         address = stored(client, PATCH)
     with client_of(narrow) as client:
@@ -263,7 +264,7 @@ def test_a_surface_of_wider_limits_is_refused() -> None:
 
 def test_a_definition_that_would_be_too_long_is_refused() -> None:
     wide, narrow = create_app(Settings()), create_app(Settings(max_response_bytes=1024))
-    narrow.state.store = wide.state.store
+    narrow.state.services = replace(narrow.state.services, store=wide.state.services.store)
     with client_of(wide) as client:
         address = stored(client, SURFACES["bspline"])
     with client_of(narrow) as client:
@@ -279,7 +280,7 @@ def test_whole_objects_that_are_no_surfaces(caplog: pytest.LogCaptureFixture) ->
     id = surface_id(content)
     app = create_app(Settings())
     with client_of(app) as client, caplog.at_level(logging.ERROR):
-        client.call(app.state.store.put, id, content)
+        client.call(app.state.services.store.put, id, content)
         answer = client.get(f"/v1/surfaces/{id}")
     assert answer.status_code == 500
     assert answer.json()["code"] == "damaged_object"
@@ -298,7 +299,7 @@ def test_a_store_that_does_not_work(
     async def fails(*_: object) -> bool:
         raise error()
 
-    monkeypatch.setattr(app.state.store, "put", fails)
+    monkeypatch.setattr(app.state.services.store, "put", fails)
     with client_of(app) as client:
         answer = client.post("/v1/surfaces", {"surface": PATCH})
     assert answer.status_code == status

@@ -9,9 +9,9 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from service.api import mesh_by_url
 from service.api.app import create_app
 from service.api.caching.codings import Coding, compressed
+from service.api.routes import meshes_by_url
 from service.engine.mesh import ENGINE
 from service.errors import InvalidRequest, Issue
 from service.pipeline.mesh import Answer, MeshWork
@@ -167,7 +167,7 @@ def test_what_is_compressed_is_compressed_once(
         codings.append(coding)
         return compressed(coding, content)
 
-    monkeypatch.setattr(mesh_by_url, "compressed", counted)
+    monkeypatch.setattr(meshes_by_url, "compressed", counted)
     answers = asyncio.run(crowd(server, [f"{TEAPOT}?resolution=12"], spy, coding="zstd"))
     (body,) = {body for _, body in answers}
     assert unpacked_zstd(body)[:4] == b"glTF"
@@ -233,4 +233,4 @@ def test_a_cancelled_request_leaves_the_work_to_the_others(
 
     assert asyncio.run(scenario()) == [200]
     assert spy.calls == 1
-    assert len(app.state.flights) == 0
+    assert len(app.state.services.flights) == 0

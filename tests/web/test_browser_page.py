@@ -13,8 +13,10 @@ import pytest
 from playwright.sync_api import Browser
 
 from service.api.cors import EXPOSED
+from service.api.openapi.document import everything
 from service.settings.environment import with_flags
 from service.settings.values import Settings
+from tests.live import running_service
 from tests.programs import node_package, program
 from tests.test_readme import run_shell
 from tests.web.browser import FOLDER, Stage
@@ -126,12 +128,15 @@ def test_the_client_in_typescript_compiles_and_runs(opened: Any, tmp_path: Path)
     assert stage.complaints == []
 
 
-def test_types_made_from_a_server_are_those_of_the_project(server: str, tmp_path: Path) -> None:
-    """But for files, which openapi-typescript takes for texts unless it is told."""
+def test_types_made_from_a_server_are_those_of_the_project(tmp_path: Path) -> None:
+    """Where all is switched on; but for files, which openapi-typescript takes for texts unless it
+    is told.
+    """
     (command,) = (block for block in blocks("sh") if block.startswith("npx "))
     maker = node_package("openapi-typescript") / "bin" / "cli.js"
     command = command.replace("npx openapi-typescript", f"{program('node')} {maker}")
-    run_shell(command.replace(SERVED_AT, server), tmp_path)
+    with running_service(everything()) as server:
+        run_shell(command.replace(SERVED_AT, server), tmp_path)
     made = (tmp_path / TYPES.name).read_text(encoding="utf-8")
     ours = TYPES.read_text(encoding="utf-8").replace(": Blob;", ": string;")
     assert made.split("\n\n", 1)[1] == ours.split("\n\n", 1)[1]

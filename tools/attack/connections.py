@@ -219,9 +219,7 @@ CONNECTIONS = (
     Attack("slow readers of large answers", slow_readers, rf"200|closed|{BUSY}"),
 )
 
-PROXIED = (
-    Attack("1000 connections of one address", one_address, "open|closed|408"),
-)
+PROXIED = (Attack("1000 connections of one address", one_address, "open|closed|408"),)
 """Attacks that only HAProxy withstands, as it is shipped: it counts connections by address."""
 
 SLOW_BODIES = Attack(

@@ -127,13 +127,14 @@ class AnswerCache:
 
     @property
     def fixed(self) -> int:
-        """Bytes of what is being sent: they cannot be given up right now."""
-        return sum(entry.size for entry in self._read)
+        """Bytes of entries that are being sent: the cache cannot give them up right now."""
+        return sum(entry.size for entry in self._read) if self._read else 0
 
     def resize(self, room: int) -> None:
-        """Keeps to so much room from now on, or to less if that is the bound; `fixed` aside."""
+        """Keeps at most `room` bytes from now on, or the bound if that is less; `fixed` aside."""
         self.allowed = min(self.max_bytes, room)
-        self._has_room(0)
+        if self._entries or self._read:
+            self._has_room(0)
 
     @contextmanager
     def reading(self, entry: Entry) -> Iterator[None]:
@@ -165,7 +166,7 @@ class AnswerCache:
         """Makes room for so much by giving up others than this one; whether that succeeds."""
         if size and self.fixed + size > self.allowed:
             return False
-        gone = sum(entry.size for entry in self._read if not self.holds(entry))
+        gone = sum(e.size for e in self._read if not self.holds(e)) if self._read else 0
         while self.bytes + gone + size > self.allowed:
             unread = (e for e in self._entries.values() if e not in self._read and e is not but)
             first = next(unread, None)

@@ -14,7 +14,7 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
-from service.api.weights import weighted
+from service.api.quality_values import quality_values
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -95,7 +95,7 @@ _USUAL = 200
 
 def _parsed(header: bytes) -> Accepted:
     given: dict[str, float] = {}
-    for item, weight in weighted(header.decode("latin-1")):
+    for item, weight in quality_values(header.decode("latin-1")):
         name = item.removeprefix("x-")
         given[name] = max(weight, given.get(name, 0.0))
     others = given.get("*", 0.0)

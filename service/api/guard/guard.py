@@ -19,6 +19,7 @@ from service.api.guard.proxies import Proxies
 from service.api.guard.rates import Rates, caller
 from service.api.guard.refusals import key_needed, key_unknown, rate_limited, refusal
 from service.api.guard.signatures import Signer, is_signed
+from service.api.links import route_path
 from service.api.observing.record import record_of
 from service.errors import SurfaceError
 
@@ -131,13 +132,6 @@ class Guard:
         if not taken.allowed:
             found.wait = taken.wait
             raise rate_limited(rates.limit, taken.wait)
-
-
-def route_path(scope: Scope) -> str:
-    """The path below the one that the application is mounted at."""
-    path: str = scope["path"]
-    root: str = scope.get("root_path", "")
-    return path[len(root) :] if root and path.startswith(root + "/") else path
 
 
 def _is_preflight(scope: Scope) -> bool:

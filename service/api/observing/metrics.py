@@ -30,11 +30,11 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service import __version__
-from service.api.admission.admission import Admission
 from service.api.answers import HEADERS, ChunkedResponse
+from service.api.negotiation import no_parameters
 from service.api.observing.health import is_ready
 from service.api.observing.record import RequestRecord
-from service.api.parameters import no_parameters
+from service.api.workers import Workers
 from service.engine.mesh import ENGINE, MeshReport
 from service.storage.store import SurfaceStore
 
@@ -143,7 +143,8 @@ class StateCollector(Collector):
 
     def collect(self) -> Iterator[Metric]:
         """The families of all rooms."""
-        state, answers, counts = self._state, self._state.answers, self._state.answers.counts
+        state, answers = self._state, self._state.services.answers
+        counts = answers.counts
         ready, limit = is_ready(state), state.settings.max_connections
         dropped = state.observed.dropped()
         yield _gauge("ready", "Whether new requests are welcome, as was last found.", ready)
@@ -156,30 +157,23 @@ class StateCollector(Collector):
         yield _gauge("cache_bytes", "Memory of kept answers.", answers.bytes)
         yield _gauge("cache_limit_bytes", "Memory that kept answers may take.", answers.max_bytes)
         yield _gauge("cache_entries", "Kept answers.", len(answers))
-        yield from _workers(state.admission)
+        yield from _workers(state.services.workers)
         yield from _store(state.store)
 
 
-def _workers(admission: Admission) -> Iterator[Metric]:
-    large, small, parsing = admission.large, admission.small, admission.parsing
-    threads = {"large": large.threads, "small": small.threads, "parsing": parsing}
-    memory = {"large": large.memory, "small": small.memory, "arriving": admission.arriving}
-    waiting = {"large": large.waiting, "small": small.waiting, "parsing": parsing.waiting}
-    waited = {name: pool.seconds for name, pool in threads.items()}
-    waited["large"] += large.memory.seconds
-    waited["small"] += small.memory.seconds
-    busy = {name: pool.used for name, pool in threads.items()}
-    most = {name: pool.capacity for name, pool in threads.items()}
-    lent = {name: pool.used for name, pool in memory.items()}
-    room = {name: pool.capacity for name, pool in memory.items()}
+def _workers(workers: Workers) -> Iterator[Metric]:
+    busy = {"work": workers.computing, "parsing": workers.parsing.locked()}
+    threads = {"work": workers.threads, "parsing": 1}
+    held = {"work": workers.used - workers.body_bytes, "bodies": workers.body_bytes}
+    limits = {"work": workers.capacity - workers.max_body, "bodies": workers.max_body}
     about = "Requests that wait for a thread or for memory."
-    yield _gauge("queue_length", about, waiting, "lane")
+    yield _gauge("queue_length", about, {"work": workers.waiting}, "lane")
     yield _gauge("threads_busy", "Threads that compute, or are about to.", busy, "lane")
-    yield _gauge("threads", "Threads that may compute.", most, "lane")
-    about = "What all requests together have waited."
+    yield _gauge("threads", "Threads that may compute.", threads, "lane")
+    about, waited = "What all requests together have waited.", {"work": workers.seconds_waited}
     yield _counter("queue_wait_seconds", about, waited, "lane")
-    yield _gauge("memory_bytes", "Memory that is lent, by prediction.", lent, "pool")
-    yield _gauge("memory_limit_bytes", "Memory that may be lent.", room, "pool")
+    yield _gauge("memory_bytes", "Memory that is lent, by prediction.", held, "pool")
+    yield _gauge("memory_limit_bytes", "Memory that may be lent.", limits, "pool")
 
 
 def _store(store: SurfaceStore) -> Iterator[Metric]:

@@ -1,31 +1,27 @@
-"""The OpenAPI document: every call, every media type, every error, with examples that are true.
+"""The OpenAPI document of a service as it is set up.
 
-Routes read the raw request, so nothing could be derived from their signatures. The language comes
-from the pydantic models, formats and ids from their registries, and the examples of meshes and
-errors from the code that makes them.
+FastAPI makes it from the routes, which are those that are switched on. Added here is what they do
+not know: what the middleware in front of them answers and adds, and computed examples.
 """
 
-from functools import cache
+from collections.abc import Sequence, Set
 
-from service import __version__
-from service.api.openapi import surfaces
-from service.api.openapi.access import SECURITY_SCHEMES, guarded
-from service.api.openapi.answers import ANSWERS
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+from pydantic import SecretStr
+
+from service.api.guard.keys import entry_line, new_key
+from service.api.guard.policy import EXEMPT, Policy
+from service.api.guard.signatures import MIN_SECRET
+from service.api.models import Problem
+from service.api.observing.middleware import ID_HEADER
 from service.api.openapi.codes import code_list
-from service.api.openapi.convert import post_convert
-from service.api.openapi.curve import curve_schema, post_curve
-from service.api.openapi.estimate import estimate_schema, post_estimate
-from service.api.openapi.examples import meshes
-from service.api.openapi.headers import RATE_HEADERS
-from service.api.openapi.mesh import get_mesh, post_mesh
-from service.api.openapi.observing import add_ids, metrics_operation, ready_operation
-from service.api.openapi.operations import get_operation
-from service.api.openapi.points import points_schema, post_points
-from service.api.openapi.problems import responses
-from service.api.openapi.references import Json
-from service.api.openapi.requests import request_schemas
-from service.api.openapi.shapes import with_named_unions, with_tuples
-from service.api.openapi.sign import post_sign, signed_schema
+from service.api.openapi.examples import ANSWERS
+from service.api.openapi.parameters import SIGNED
+from service.api.openapi.problems import error_answers
+from service.api.openapi.requests import Json
+from service.api.openapi.responses import error, header
+from service.settings.values import Settings
 
 _DESCRIPTION = """\
 Parametric surfaces in, meshes out: post a control net, get vertices and faces.
@@ -52,76 +48,144 @@ The `code` of a problem tells its kind; the `code` of each of its `errors` is on
 
 """
 
-_TAGS = [
-    {"name": "meshes", "description": "Surfaces to meshes."},
-    {"name": "points", "description": "Points of surfaces, one by one."},
-    {"name": "surfaces", "description": "Surfaces with an address, and in another form."},
-    {"name": "curves", "description": "Curves to points and lines."},
-    {"name": "catalogue", "description": "What there is to ask for."},
-    {"name": "operations", "description": "Whether the service is well."},
-]
+_TAGS = {
+    "meshes": "Surfaces to meshes.",
+    "points": "Points of surfaces, one by one.",
+    "surfaces": "Surfaces with an address, and in another form.",
+    "curves": "Curves to points and lines.",
+    "catalogue": "What there is to ask for.",
+    "operations": "Whether the service is well.",
+}
+
+_SECURITY_SCHEME = {
+    "type": "http",
+    "scheme": "bearer",
+    "bearerFormat": "sfk_ and 64 hexadecimal digits",
+    "description": "A key of the operator's, for whatever computes or stores (`SURFACE_API_KEYS`), "
+    "and with `SURFACE_PUBLIC_READS=false` for surfaces and meshes by URL too. Never in an "
+    "address.",
+}
+
+_RATES: Json = {
+    "RateLimit-Policy": header(
+        "There where requests are limited (`SURFACE_RATE_LIMIT`): `q`, how many may be made in "
+        "`w` seconds with one key, or from one address (draft-ietf-httpapi-ratelimit-headers).",
+        '"requests";q=60;w=60',
+        always=False,
+    ),
+    "RateLimit": header(
+        "There with `RateLimit-Policy`: `r`, how many could follow at once, and `t`, after how "
+        "many seconds all could again.",
+        '"requests";r=57;t=3',
+        always=False,
+    ),
+}
+
+_ID: Json = {
+    "RequestId": header(
+        "Id of the request, for the log and for whoever is asked about it: random, unless the "
+        "request has such a header itself, of at most 128 letters, digits and `._:/+=@-`.",
+        "0af7651916cd43dd8448eb211c80319c",
+        minLength=1,
+        maxLength=128,
+    )
+}
+
+_RATE_REFERENCES: Json = {name: {"$ref": f"#/components/headers/{name}"} for name in _RATES}
+_ID_REFERENCE: Json = {ID_HEADER: {"$ref": "#/components/headers/RequestId"}}
+_LIMITED = frozenset({"Busy", "TooManyRequests"})
+"""Error answers only of addresses where requests are counted."""
 
 
-@cache
-def document() -> Json:
-    """The whole document, OpenAPI 3.1."""
-    whole: Json = {
-        "openapi": "3.1.0",
-        "info": {
-            "title": "Surface Service",
-            "version": __version__,
-            "description": _DESCRIPTION + code_list(),
-        },
-        "tags": _TAGS,
-        "paths": guarded(_paths()),
-        "components": {
-            "schemas": with_named_unions(
-                request_schemas()
-                | ANSWERS
-                | {
-                    "Points": points_schema(),
-                    "Curve": curve_schema(),
-                    "Estimate": estimate_schema(),
-                    "StoredSurface": surfaces.stored_schema(),
-                    "SignedAddress": signed_schema(),
-                }
-            ),
-            "responses": responses(),
-            "headers": RATE_HEADERS,
-            "securitySchemes": SECURITY_SCHEMES,
-            "examples": meshes(),
-        },
-    }
-    add_ids(whole)
-    return whole | {key: with_tuples(whole[key]) for key in ("paths", "components")}
+def everything() -> Settings:
+    """Settings with which all that can be switched on is on."""
+    return Settings(
+        api_keys=(entry_line("all", new_key()),),
+        signing_keys=(SecretStr("-" * MIN_SECRET),),
+        public_reads=False,
+        allow_delete=True,
+        rate_limit=60,
+        metrics="key",
+    )
 
 
-def _paths() -> Json:
-    return {
-        "/v1/mesh": {"post": post_mesh()},
-        "/v1/estimate": {"post": post_estimate()},
-        "/v1/points": {"post": post_points()},
-        "/v1/convert": {"post": post_convert()},
-        "/v1/curve": {"post": post_curve()},
-        "/v1/surfaces": surfaces.collection(),
-        "/v1/surfaces/{id}": surfaces.item(),
-        "/v1/surfaces/{id}/mesh.{suffix}": {"get": get_mesh()},
-        "/v1/sign": {"post": post_sign()},
-        "/v1/formats": {
-            "get": get_operation(
-                "listFormats", "catalogue", "The formats written here", "FormatList", "InvalidQuery"
-            )
-        },
-        "/health": {
-            "get": get_operation(
-                "getHealth", "operations", "State and versions, for people", "Health"
-            )
-        },
-        "/health/live": {
-            "get": get_operation(
-                "getLiveness", "operations", "200 as long as the process works", "Health"
-            )
-        },
-        "/health/ready": {"get": ready_operation()},
-        "/metrics": {"get": metrics_operation()},
-    }
+def describe(app: FastAPI, settings: Settings) -> Json:
+    """The document of an application with these settings."""
+    document = get_openapi(
+        title=app.title,
+        version=app.version,
+        description=_DESCRIPTION + code_list(),
+        routes=app.routes,
+        tags=[{"name": name, "description": text} for name, text in _TAGS.items()],
+        separate_input_output_schemas=False,
+    )
+    for path, item in document["paths"].items():
+        for method, operation in item.items():
+            _add_guard(operation, method, path, settings)
+    operations = [each for item in document["paths"].values() for each in item.values()]
+    ids = {operation["operationId"] for operation in operations}
+    for operation in operations:
+        for status, answer in operation["responses"].items():
+            operation["responses"][status] = _finished(answer, operation["operationId"], ids)
+    components = document["components"]
+    components["schemas"] |= _problem_schemas()
+    components["headers"] = _ID | (_RATES if settings.rate_limit else {})
+    components["responses"] = _error_answers(operations, settings)
+    if Policy(settings).has_keys:
+        components["securitySchemes"] = {"key": _SECURITY_SCHEME}
+    return document
+
+
+def _add_guard(operation: Json, method: str, path: str, settings: Settings) -> None:
+    """What the guard asks for, and what it answers in place of the route."""
+    policy = Policy(settings)
+    need = policy.need(method.upper(), path)
+    responses = operation["responses"]
+    if need != "nothing":
+        responses["401"] = error("KeyNeeded")
+        if policy.has_keys:
+            # A signature in the address stands for a key.
+            operation["security"] = [{"key": []}, *([{}] if need == "key or signature" else [])]
+    if settings.signing_keys and need != "key" and path.startswith("/v1/surfaces/"):
+        responses["403"] = error("SignatureInvalid")
+        operation["parameters"] = operation["parameters"] + SIGNED
+    if settings.rate_limit and (need != "nothing" or path not in EXEMPT):
+        responses.setdefault("429", error("TooManyRequests"))
+        for answer in responses.values():
+            answer["headers"] = answer.get("headers", {}) | _RATE_REFERENCES
+    operation["responses"] = dict(sorted(responses.items()))
+
+
+def _finished(answer: Json, operation: str, operations: Set[str]) -> Json:
+    """An answer with its examples, its id, and those of its links that lead somewhere."""
+    if "$ref" in answer:
+        # FastAPI adds a description, which would stand for that of the component.
+        return {"$ref": answer["$ref"]}
+    content = answer.get("content", {})
+    if operation in ANSWERS and "application/json" in content:
+        content["application/json"]["examples"] = ANSWERS[operation]()
+    links = answer.get("links", {})
+    for name in [name for name in links if links[name]["operationId"] not in operations]:
+        del links[name]
+    return answer | {"headers": answer.get("headers", {}) | _ID_REFERENCE}
+
+
+def _error_answers(operations: Sequence[Json], settings: Settings) -> Json:
+    """The error answers that operations refer to, with the headers of all answers."""
+    answers = [each for operation in operations for each in operation["responses"].values()]
+    names = {each["$ref"].rpartition("/")[2] for each in answers if "$ref" in each}
+    errors = {name: each for name, each in error_answers(settings).items() if name in names}
+    for name, each in errors.items():
+        rates = _RATE_REFERENCES if settings.rate_limit and name in _LIMITED else {}
+        each["headers"] = each.get("headers", {}) | rates | _ID_REFERENCE
+    return errors
+
+
+def _problem_schemas() -> Json:
+    """The schemas of errors, which no route answers by itself."""
+    template = "#/components/schemas/{model}"
+    schema = Problem.model_json_schema(ref_template=template)
+    schemas: Json = schema.pop("$defs") | {"Problem": schema}
+    for field in schemas["Issue"]["properties"].values():
+        field.pop("default", None)  # null: the field is left out
+    return schemas

@@ -1,258 +1,122 @@
-"""Examples of requests, and of the meshes that they give: computed, hence true."""
+"""Examples of answers in the OpenAPI document: computed from those of requests, hence true."""
 
+from collections.abc import Callable, Mapping
 from functools import cache
-from typing import Any
+from types import MappingProxyType
+from typing import TypeVar
 
 import orjson
+from pydantic import BaseModel
 
-from service.api.openapi.references import Json
+from service.api.guard.moments import signed_address
+from service.api.guard.signatures import MIN_SECRET, Signer
+from service.api.links import mesh_links, surface_address
+from service.api.openapi.requests import REQUESTS, Json
+from service.encoders.curves.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
-from service.pipeline.mesh import render
-from service.schemas.request import MeshRequest
+from service.encoders.text import json_text
+from service.pipeline.conversion import plan_conversion
+from service.pipeline.curve import plan_curve
+from service.pipeline.definition import plan_content
+from service.pipeline.encoding import encode_options
+from service.pipeline.estimate import estimate_object, plan_estimate
+from service.pipeline.mesh import plan_mesh
+from service.pipeline.points import plan_points
+from service.schemas.convert import ConvertRequest
+from service.schemas.curves import CurveRequest
+from service.schemas.points import PointsRequest
+from service.schemas.request import MeshRequest, SignRequest, SurfaceRequest
 from service.schemas.validation import validate_document
+from service.surface.convert.nets import Allowed
 
-_STRIP = [[[0, 1], [2, 3]], [[2, 3], [4, 5]]]
-"""Two patches of degree (1, 1) over six vertices; they share the edge of the two in the middle."""
+Model = TypeVar("Model", bound=BaseModel)
 
-_WING = {"control_net": [[[0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 1, 0.5]]]}
-
-_WAVE = {
-    "control_net": [[[i, j, (i % 2) * (j % 3)] for j in range(4)] for i in range(4)],
+_SQUARE = {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}
+_RAMP: Json = {
+    "type": "patches",
+    "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 1], [2, 1, 1]],
+    "patches": [[[0, 1], [2, 3]], [[2, 3], [4, 5]]],
+    "name": "ramp",
 }
-"""A bicubic patch that bends more along v than along u."""
-
-_CIRCLE = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
-
-REQUESTS: Json = {
-    "patch": {
-        "summary": "One patch of degree (1, 2)",
-        "value": {
-            "surface": {
-                "type": "bezier",
-                "control_net": [
-                    [[0, 0, 0], [0, 1, 1], [0, 2, 0]],
-                    [[1, 0, 1], [1, 1, 2], [1, 2, 1]],
-                ],
-            },
-            "resolution": [16, 32],
-        },
+_MESHES: Json = {
+    "MeshOfPatch": {
+        "summary": "A patch: row k of the normals belongs to row k of the vertices",
+        "value": {"surface": _SQUARE, "resolution": 1},
     },
-    "rational": {
-        "summary": "A quarter of a cylinder, exactly",
-        "value": {
-            "surface": {
-                "control_net": [
-                    [[1, 0, 0], [1, 1, 0], [0, 1, 0]],
-                    [[1, 0, 1], [1, 1, 1], [0, 1, 1]],
-                ],
-                "weights": [[1, 0.7071067811865476, 1], [1, 0.7071067811865476, 1]],
-                "up": "z",
-                "name": "quarter",
-            },
-            "resolution": 8,
-        },
-    },
-    "nurbs": {
-        "summary": "A NURBS surface that closes: a full circle of nine points, drawn up",
-        "value": {
-            "surface": {
-                "type": "bspline",
-                "control_net": [[[x, y, 0], [2 * x, 2 * y, 1], [x, y, 2]] for x, y in _CIRCLE],
-                "degree": [2, 2],
-                "knots": [[0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4], "clamped"],
-                "weights": [
-                    [1, 1, 1] if x * y == 0 else [0.7071067811865476] * 3 for x, y in _CIRCLE
-                ],
-                "up": "z",
-                "name": "drum",
-            },
-            "resolution": 8,
-        },
-    },
-    "colors": {
-        "summary": "A patch with colours, texture coordinates and a temperature",
-        "value": {
-            "surface": {
-                "control_net": [
-                    [[0, 0, 0], [0, 1, 1], [0, 2, 0]],
-                    [[1, 0, 1], [1, 1, 2], [1, 2, 1]],
-                ],
-                "colors": [[[0.1, 0.2, 0.8], [0.9, 0.3, 0.1]]],
-                "uvs": [[[0, 0], [0, 1]], [[1, 0], [1, 1]]],
-                "attributes": {"temperature": [[[20], [95], [20]]]},
-            },
-            "resolution": 8,
-        },
-    },
-    "patches": {
-        "summary": "Two patches that share an edge, with their boundary",
-        "value": {
-            "surface": {
-                "type": "patches",
-                "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1], [2, 0, 0], [2, 1, 0]],
-                "patches": _STRIP,
-                "parts": {"left": [0], "right": [1]},
-            },
-            "faces": "quads",
-            "overlays": ["boundary"],
-        },
-    },
-    "group": {
-        "summary": "A patch and its mirror image, in two colours",
-        "value": {
-            "surface": {
-                "type": "group",
-                "members": [
-                    {"surface": _WING, "name": "right", "color": [0.2, 0.4, 0.8]},
-                    {
-                        "surface": _WING,
-                        "name": "left",
-                        "color": [0.8, 0.2, 0.2, 0.5],
-                        "matrix": [[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
-                    },
-                ],
-            },
-        },
-    },
-    "tube": {
-        "summary": "A wire that tapers along a closed B-spline",
-        "value": {
-            "surface": {
-                "type": "tube",
-                "curve": {
-                    "type": "bspline",
-                    "control_points": [[2, 0, 0], [0, 2, 1], [-2, 0, 0], [0, -2, 1]],
-                    "knots": "periodic",
-                },
-                "radius": [0.3, 0.1, 0.1, 0.3],
-                "sides": 12,
-                "up": "z",
-                "name": "ring",
-            },
-            "resolution": 8,
-        },
-    },
-    "triangle": {
-        "summary": "A triangular patch of degree 2, with parameters and curvatures, no normals",
-        "value": {
-            "surface": {
-                "type": "triangle",
-                "control_net": [
-                    [[0, 0, 0], [2, 0, 2], [4, 0, 0]],
-                    [[0, 2, 2], [2, 2, 0]],
-                    [[0, 4, 0]],
-                ],
-            },
-            "normals": False,
-            "uvs": True,
-            "curvatures": True,
-        },
-    },
-    "ribbon": {
-        "summary": "A ribbon, widest in the middle, that faces a point",
-        "value": {
-            "surface": {
-                "type": "ribbon",
-                "curve": {"control_points": [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]},
-                "width": [0, 0.5, 0],
-                "camera": [2, 1, 9],
-            },
-            "resolution": 24,
-        },
-    },
-    "wireframe": {
-        "summary": "Two patches as tubes along their isoparametric curves, without faces",
-        "value": {
-            "surface": {
-                "type": "patches",
-                "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1], [2, 0, 0], [2, 1, 0]],
-                "patches": _STRIP,
-            },
-            "faces": "none",
-            "isocurves": [2, 4],
-            "wires": "tubes",
-            "wire_width": 0.02,
-            "wire_sides": 6,
-        },
-    },
-    "tolerance": {
-        "summary": "No further from its mesh than a thousandth of its size, nor the mesh from it",
-        "value": {
-            "surface": _WAVE,
-            "relative_tolerance": 0.001,
-            "angle_tolerance": 0.3,
-            "two_sided": True,
-        },
-    },
-    "limits": {
-        "summary": "Within a hundredth of a unit, or refused if that takes more than is allowed",
-        "value": {
-            "surface": _WAVE,
-            "tolerance": 0.01,
-            "max_triangles": 5000,
-            "max_bytes": 1_000_000,
-        },
-    },
-    "camera": {
-        "summary": "Within half a pixel of a picture that is taken from a point",
-        "value": {
-            "surface": _WAVE,
-            "camera": {"position": [1.5, -4, 3], "field_of_view": 0.8, "height": 1080},
-            "pixel_tolerance": 0.5,
-        },
-    },
-    "samples": {
-        "summary": "By de Casteljau's algorithm, every sample of every patch a vertex of its own; "
-        "or, as OOGL, the exact patches",
-        "value": {
-            "surface": {
-                "type": "patches",
-                "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1], [2, 0, 0], [2, 1, 0]],
-                "patches": _STRIP,
-            },
-            "method": "de_casteljau",
-            "weld": False,
-            "crease_angle": 0.5,
-            "oogl": "bez",
-        },
-    },
-    "compact": {
-        "summary": "As small as glTF can be: whole numbers, compressed; with `format=glb`",
-        "value": {"surface": _WAVE, "quantize": True, "compression": "meshopt"},
+    "MeshWithCrease": {
+        "summary": "Two patches that meet at an angle: `attribute_faces` name the normals",
+        "value": {"surface": _RAMP, "faces": "quads", "resolution": 1},
     },
 }
+_NOW = 1_799_996_400
+"""An hour before the moment in the examples of addresses."""
 
 
-_MESHES: dict[str, tuple[str, Json]] = {
-    "MeshOfPatch": (
-        "A patch: row k of the normals belongs to row k of the vertices",
-        {"surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}},
-    ),
-    "MeshWithCrease": (
-        "Two patches that meet at an angle: `attribute_faces` name the normals",
-        {
-            "surface": {
-                "type": "patches",
-                "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 1], [2, 1, 1]],
-                "patches": _STRIP,
-                "name": "ramp",
-            },
-            "faces": "quads",
-        },
-    ),
-}
+def _mesh(wanted: MeshRequest) -> bytes:
+    return plan_mesh(wanted.to_surface(), wanted.mesh_options(), BY_NAME["json"]).run().content
 
 
-@cache
-def meshes() -> Json:
-    """Examples of the JSON mesh by name: patches of one division."""
-    return {
-        name: {"summary": summary, "value": _mesh(request | {"resolution": 1})}
-        for name, (summary, request) in _MESHES.items()
+def _estimate(wanted: MeshRequest) -> bytes:
+    options, encode = wanted.mesh_options(), encode_options(wanted)
+    return json_text(estimate_object(plan_estimate(wanted.to_surface(), options, encode).run()))
+
+
+def _points(wanted: PointsRequest) -> bytes:
+    return plan_points(wanted.to_surface(), wanted.to_query()).run()
+
+
+def _conversion(wanted: ConvertRequest) -> bytes:
+    return plan_conversion(wanted.to_surface(), wanted.to_operations(), Allowed()).run()
+
+
+def _curve(wanted: CurveRequest) -> bytes:
+    fmt = CURVES_BY_NAME["json"]
+    return plan_curve(wanted.to_curve(), wanted.curve_options(), fmt).run()
+
+
+def _stored(wanted: SurfaceRequest) -> bytes:
+    id, _ = plan_content(wanted.to_surface()).run()
+    links = {"self": surface_address("", id), "mesh": mesh_links("", id)}
+    return orjson.dumps({"id": id, "links": links})
+
+
+def _signed(wanted: SignRequest) -> bytes:
+    """Signed with a secret that nobody should use."""
+    url, expires = signed_address(Signer(["-" * MIN_SECRET]), wanted, "", _NOW)
+    return orjson.dumps({"url": url, "expires": expires})
+
+
+def _computed(
+    examples: Json, model: type[Model], answer: Callable[[Model], bytes]
+) -> Callable[[], Json]:
+    def compute() -> Json:
+        return {
+            name: {
+                "summary": example["summary"],
+                "value": orjson.loads(answer(validate_document(model, example["value"]))),
+            }
+            for name, example in examples.items()
+        }
+
+    return cache(compute)
+
+
+def _only(operation: str, name: str) -> Json:
+    return {name: REQUESTS[operation][name]}
+
+
+_mesh_examples = _computed(_MESHES, MeshRequest, _mesh)
+
+ANSWERS: Mapping[str, Callable[[], Json]] = MappingProxyType(
+    {
+        "createMesh": _mesh_examples,
+        "getSurfaceMesh": _mesh_examples,
+        "estimateMesh": _computed(REQUESTS["estimateMesh"], MeshRequest, _estimate),
+        "queryPoints": _computed(_only("queryPoints", "patch"), PointsRequest, _points),
+        "convertSurface": _computed(REQUESTS["convertSurface"], ConvertRequest, _conversion),
+        "createCurve": _computed(_only("createCurve", "quarter"), CurveRequest, _curve),
+        "storeSurface": _computed(REQUESTS["storeSurface"], SurfaceRequest, _stored),
+        "signAddress": _computed(REQUESTS["signAddress"], SignRequest, _signed),
     }
-
-
-def _mesh(request: Json) -> Any:
-    wanted = validate_document(MeshRequest, request)
-    mesh = render(wanted.to_surface(), wanted.mesh_options(), BY_NAME["json"])
-    return orjson.loads(mesh)
+)
+"""What makes the examples of answers as JSON, by the id of the operation."""

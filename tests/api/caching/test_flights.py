@@ -10,9 +10,10 @@ from contextlib import closing
 
 import pytest
 
-from service.api.admission.admission import Admission
-from service.api.admission.visits import Visit, visiting
+from service.api.caching.answers import AnswerCache
 from service.api.caching.flights import Flights
+from service.api.workers import Job, Workers
+from service.pipeline.cost import Cost
 from service.settings.values import Settings
 from service.stopping import Stopped, checkpoint
 
@@ -21,14 +22,13 @@ class Airport(Flights):
     """Flights that requests join, each for as long as it takes."""
 
     def __init__(self) -> None:
-        self.admission = Admission(Settings(threads=2))
-        super().__init__(self.admission)
+        self.workers = Workers(Settings(threads=2, memory_bytes=1 << 24), AnswerCache(0))
+        super().__init__(self.workers)
 
-    async def asked(self, key: str, work: Callable[[], Awaitable[object]]) -> object:
+    async def asked(self, key: str, work: Callable[[Job], Awaitable[object]]) -> object:
         """What one request gets, which ends as soon as it has that."""
-        visit = Visit(self.admission)
-        with closing(visit), visit.current():
-            return await self.join(key, work)
+        with closing(Job(self.workers)) as job:
+            return await self.join(key, work, job.until_answered)
 
 
 class Work:
@@ -39,7 +39,7 @@ class Work:
         self.gate = asyncio.Event()
         self.result = result
 
-    async def __call__(self) -> object:
+    async def __call__(self, _: Job) -> object:
         self.calls += 1
         await self.gate.wait()
         if isinstance(self.result, Exception):
@@ -106,19 +106,17 @@ def test_the_work_stops_when_everybody_went_away_and_begins_anew_for_whoever_com
     asyncio.run(scenario())
 
 
-def test_a_result_is_shared_as_long_as_somebody_uses_it() -> None:
+def test_a_result_is_shared_as_long_as_a_request_uses_it() -> None:
     async def scenario() -> None:
         flights, work = Airport(), Work()
         work.gate.set()
-        first, second = Visit(flights.admission), Visit(flights.admission)
-        with first.current():
-            await flights.join("key", work)
-        first.worked(0)
+        first, second = Job(flights.workers), Job(flights.workers)
+        await flights.join("key", work, first.until_answered)
+        first.answered(0)
         assert len(flights) == 0, "what was computed from it is there"
-        for visit in (first, second):
-            with visit.current():
-                await flights.join("key", work, sent=True)
-            visit.worked(0)
+        for job in (first, second):
+            await flights.join("key", work, job.until_end)
+            job.answered(0)
         assert (work.calls, len(flights)) == (2, 1)
         first.close()
         assert len(flights) == 1
@@ -141,28 +139,29 @@ def test_a_thread_that_nobody_waits_for_is_told_and_keeps_its_memory_until_it_en
             assert let_go.wait(10)
             raise
 
-    async def work() -> None:
-        visit = visiting()
-        await visit.thread(visit.admission.large)
-        await visit.room(visit.admission.large, 1000)
-        await visit.in_thread(compute)
+    class Computing:
+        cost = Cost(0, 0, 0, 1000, 1.0)
+        run = staticmethod(compute)
+
+    async def work(job: Job) -> None:
+        await job.run(Computing(), "x")
 
     async def scenario() -> None:
         flights = Airport()
-        lane = flights.admission.large
+        workers = flights.workers
         asking = [asyncio.create_task(flights.asked("key", work)) for _ in range(2)]
-        while not lane.memory.used:
+        while not workers.computing:
             await asyncio.sleep(0.001)
         for task in asking:
             task.cancel()
         await asyncio.wait(asking)
         assert len(flights) == 0
-        assert (lane.memory.used, lane.threads.used) == (1000, 1)
+        assert (workers.used, workers.computing) == (1000, 1)
         let_go.set()
-        while lane.memory.used:
+        while workers.used:
             await asyncio.sleep(0.001)
         assert told.is_set()
-        assert lane.threads.used == 0
+        assert workers.computing == 0
 
     asyncio.run(scenario())
 
@@ -211,10 +210,11 @@ def test_different_keys_are_different_work() -> None:
 
 
 def test_work_that_fails_leaves_nothing() -> None:
-    left: list[weakref.ref[Visit]] = []
+    left: list[weakref.ref[Job]] = []
 
-    async def fails() -> object:
-        left.append(weakref.ref(visiting()))
+    async def fails(job: Job) -> object:
+        left.append(weakref.ref(job))
+        del job
         await asyncio.sleep(0)
         raise ArithmeticError
 
@@ -229,6 +229,6 @@ def test_work_that_fails_leaves_nothing() -> None:
     gc.disable()
     try:
         asyncio.run(scenario())
-        assert [visit() for visit in left] == [None, None]
+        assert [job() for job in left] == [None, None]
     finally:
         gc.enable()

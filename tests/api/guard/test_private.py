@@ -106,8 +106,8 @@ def test_signed_and_unsigned_addresses_are_one_kept_answer() -> None:
             assert answer.headers["server-timing"] == "cache;desc=hit"
             assert "signature" not in answer.headers["link"]
             assert client.get(url).headers["server-timing"] == "cache;desc=hit"
-    assert len(app.state.answers) == 1
-    assert app.state.answers.counts.misses == 1
+    assert len(app.state.services.answers) == 1
+    assert app.state.services.answers.counts.misses == 1
 
 
 def test_a_kept_answer_is_not_changed_by_who_got_it() -> None:

@@ -151,12 +151,11 @@ def test_pools_queues_and_the_store(own: Client) -> None:
     assert sample(own, count, operation="get", **done) == 1
     assert sample(own, "surface_store_quota_bytes") == Settings().store_quota
     assert 0 < sample(own, "surface_store_bytes") < 10_000
-    for lane in ("large", "small"):
-        assert sample(own, "surface_queue_length", lane=lane) == 0
-        assert sample(own, "surface_threads", lane=lane) == Settings().workers
+    assert sample(own, "surface_queue_length", lane="work") == 0
+    assert sample(own, "surface_threads", lane="work") == Settings().workers
     assert sample(own, "surface_threads", lane="parsing") == 1
     assert sample(own, "surface_threads_busy", lane="parsing") == 0
-    pools = ("large", "small", "arriving")
+    pools = ("work", "bodies")
     limits = [sample(own, "surface_memory_limit_bytes", pool=pool) for pool in pools]
     assert sum(limits) == Settings().memory_bytes
     assert all(sample(own, "surface_memory_bytes", pool=pool) == 0 for pool in pools)

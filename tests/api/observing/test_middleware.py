@@ -224,7 +224,7 @@ def test_methods_that_http_does_not_define_have_one_name() -> None:
         ("/v1/convert", TURNED, "read parse convert"),
         ("/v1/curve", {"curve": {"control_points": [[0, 0], [1, 1]]}}, "read parse curve"),
         ("/v1/estimate", {"surface": {"control_net": NET}}, "read parse estimate"),
-        ("/v1/surfaces", {"surface": {"control_net": NET}}, "read parse store"),
+        ("/v1/surfaces", {"surface": {"control_net": NET}}, "read parse content store"),
         ("/v1/surfaces/saddle", None, "surface definition"),
     ],
 )

@@ -124,7 +124,7 @@ def test_our_fault_is_an_error(
     def fails(*_: object) -> None:
         raise ZeroDivisionError("hush")
 
-    monkeypatch.setattr("service.api.catalogue.formats", fails)
+    monkeypatch.setattr("service.api.routes.operations.formats", fails)
     assert traced.get("/v1/formats").status_code == 500
     span = server_span(spans)
     assert span.status.status_code is StatusCode.ERROR

@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from service.api.admission.admission import Admission
+from service.api.workers import Workers
 from service.errors import InvalidRequest, Issue
 from service.pipeline.mesh import Answer, MeshWork
 from service.settings.values import Settings
@@ -35,11 +35,11 @@ class Looping:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.calls = self.stopped = 0
         self.gate = threading.Event()
-        answer = MeshWork.run
+        run = MeshWork.run
 
         def looping(work: MeshWork) -> Answer:
             if work.size.vertices < SIDE**2:
-                return answer(work)
+                return run(work)
             self.calls += 1
             try:
                 while not self.gate.is_set():
@@ -48,7 +48,7 @@ class Looping:
             except Exception:
                 self.stopped += 1
                 raise
-            return answer(work)
+            return run(work)
 
         monkeypatch.setattr(MeshWork, "run", looping)
 
@@ -63,10 +63,10 @@ def looping(monkeypatch: pytest.MonkeyPatch) -> Iterator[Looping]:
 class Service:
     """A service with one thread, its clients, and what it has lent."""
 
-    def __init__(self, url: str, admission: Admission, clients: ExitStack) -> None:
+    def __init__(self, url: str, workers: Workers, clients: ExitStack) -> None:
         where = urlsplit(url)
         self.where = (str(where.hostname), int(where.port or 0))
-        self.admission = admission
+        self.workers = workers
         self._clients = clients
 
     def connected(self) -> "Client":
@@ -83,8 +83,7 @@ class Service:
         return client
 
     def given_back(self) -> bool:
-        lent = [lane.threads.used + lane.planning.used for lane in self.admission.lanes]
-        return self.admission.used == 0 and not any(lent)
+        return self.workers.used == self.workers.computing == 0
 
 
 class Client:
@@ -129,7 +128,7 @@ def serving(**chosen: Any) -> Iterator[Service]:
 
     settings = Settings(**{"threads": 1, "memory_bytes": ROOM, "cache_bytes": 0, **chosen})
     with running_service(settings, kept) as url, ExitStack() as clients:
-        yield Service(url, apps[0].state.admission, clients)
+        yield Service(url, apps[0].state.services.workers, clients)
 
 
 def until(condition: Callable[[], bool]) -> None:
@@ -144,7 +143,7 @@ def test_who_goes_away_is_not_computed_for(looping: Looping) -> None:
     with serving() as service:
         client = service.posted(LONG)
         until(lambda: looping.calls == 1)
-        assert service.admission.large.memory.used > 0
+        assert service.workers.used > 0
         client.leave()
         until(service.given_back)
         assert looping.stopped == 1
@@ -155,9 +154,9 @@ def test_who_goes_away_leaves_the_queue(looping: Looping) -> None:
         computed = service.posted(LONG)
         until(lambda: looping.calls == 1)
         leaving, staying = service.posted(LONG), service.posted(LONG)
-        until(lambda: service.admission.waiting == 2)
+        until(lambda: service.workers.waiting == 2)
         leaving.leave()
-        until(lambda: service.admission.waiting == 1)
+        until(lambda: service.workers.waiting == 1)
         looping.gate.set()
         assert [client.answer()[0] for client in (computed, staying)] == [200, 200]
         until(service.given_back)
@@ -168,7 +167,7 @@ def test_the_last_who_waits_for_a_mesh_takes_the_work_along(looping: Looping) ->
     with serving() as service:
         first, second = service.got(SADDLE), service.got(SADDLE)
         other = service.got(SADDLE.replace("glb", "stl"))
-        until(lambda: looping.calls == 1 and service.admission.waiting == 1)
+        until(lambda: looping.calls == 1 and service.workers.waiting == 1)
         first.leave()
         until(lambda: service.got("/health/live").answer()[0] == 200)
         assert looping.stopped == 0
@@ -186,10 +185,10 @@ def test_too_many_are_told_when_to_come_again(looping: Looping) -> None:
         computed = service.posted(LONG)
         until(lambda: looping.calls == 1)
         waiting = [service.posted(LONG), service.got(SADDLE)]
-        until(lambda: service.admission.waiting == 2)
+        until(lambda: service.workers.waiting == 2)
         for refused in (service.posted(LONG), service.got(SADDLE.replace("glb", "stl"))):
             assert refused.refusal() == (429, "busy", 3)
-        assert service.admission.refused == 2
+        assert service.workers.refused == 2
         assert service.posted(SHORT).answer()[0] == 200
         looping.gate.set()
         assert [client.answer()[0] for client in (computed, *waiting)] == [200] * 3
@@ -211,12 +210,10 @@ def test_small_requests_pass_by_large_ones(looping: Looping) -> None:
         computed = service.posted(LONG)
         until(lambda: looping.calls == 1)
         waiting = service.posted(LONG)
-        until(lambda: service.admission.waiting == 1)
-        pool = service.admission.large.memory
-        assert pool.used > 0
+        until(lambda: service.workers.waiting == 1)
         assert service.posted(SHORT).answer()[0] == 200
         assert service.posted(SHORT, "/v1/estimate").answer()[0] == 200
-        for small in ("/v1/surfaces/utah-teapot/mesh.glb?resolution=16", "/v1/surfaces/saddle"):
+        for small in ("/v1/surfaces/saddle/mesh.glb?resolution=4", "/v1/surfaces/saddle"):
             assert service.got(small).answer()[0] == 200
         looping.gate.set()
         assert [client.answer()[0] for client in (computed, waiting)] == [200, 200]
@@ -228,8 +225,8 @@ def test_slow_readers_hold_their_answer_and_nothing_else() -> None:
     with serving() as service:
         for leaves in (False, True):
             client = service.posted(long, "/v1/mesh?format=stl")
-            until(lambda: service.admission.large.threads.used == 0 < service.admission.used)
-            until(lambda: service.admission.used == 84 + 50 * 2 * 400**2)
+            until(lambda: service.workers.computing == 0 < service.workers.used)
+            until(lambda: service.workers.used == 84 + 50 * 2 * 400**2)
             if leaves:
                 client.leave()
             else:
@@ -253,17 +250,17 @@ def test_what_fails_gives_back_what_it_had(
 
 def test_bodies_that_do_not_fit_are_refused_and_small_ones_do_fit() -> None:
     with serving(memory_bytes=64 << 20) as service:
-        begun = b'{"surface": {"control_net": [[[0, 0, 0' + b", 0" * 500_000
+        begun = b'{"surface": {"control_net": [[[0, 0, 0' + b", 0" * 100_000
         first, second = service.connected(), service.connected()
         first.post(begun, "/v1/mesh", length=10**7)
-        until(lambda: service.admission.used > 33_000_000)
+        until(lambda: service.workers.used > 10_000_000)
         second.post(begun, "/v1/mesh", length=10**7)
         assert second.refusal() == (429, "busy", 1)
         assert service.posted(SHORT).answer()[0] == 200
         first.leave()
         until(service.given_back)
         third = service.connected()
-        third.post(begun + b", 0" * 500_000, "/v1/mesh", length=10**7)
+        third.post(begun + b", 0" * 100_000, "/v1/mesh", length=10**7)
         status, _, body = third.answer()
         assert (status, json.loads(body)["errors"][0]["code"]) == (422, "too_much_memory")
         until(service.given_back)
@@ -297,4 +294,4 @@ def test_nothing_holds_on_to_itself(looping: Looping) -> None:
             if before:
                 gc.enable()
     kinds = {type(thing).__qualname__ for thing in kept}
-    assert kinds.isdisjoint({"BoundedProtocol", "Cycle", "Visit", "MeshWork", "ndarray", "frame"})
+    assert kinds.isdisjoint({"BoundedProtocol", "Cycle", "Job", "MeshWork", "ndarray", "frame"})

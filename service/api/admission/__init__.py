@@ -1,1 +1,0 @@
-"""Who gets memory and a thread, when, and until when."""

@@ -1,0 +1,104 @@
+"""Points of surfaces, surfaces in another form, and curves."""
+
+from fastapi import APIRouter, Request, Response
+
+from service.api.answers import POST_HEADERS, bytes_response, file_response
+from service.api.body import BodyRoute
+from service.api.models import Curve, Points, SurfaceDocument
+from service.api.openapi.parameters import format_parameter, json_body
+from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, answer, error
+from service.api.services import JobDep, ServicesDep
+from service.encoders.curves.format import CurveFormat
+from service.encoders.curves.registry import CURVE_FORMATS
+from service.pipeline.conversion import plan_conversion
+from service.pipeline.curve import plan_curve
+from service.pipeline.points import plan_points
+from service.schemas.convert import ConvertRequest
+from service.schemas.curves import CurveRequest
+from service.schemas.points import PointsRequest
+from service.surface.convert.nets import Allowed
+
+
+class CurveRoute(BodyRoute):
+    """A route that answers in a format of curves."""
+
+    formats = CURVE_FORMATS
+
+
+points = APIRouter(route_class=BodyRoute)
+conversions = APIRouter(route_class=BodyRoute)
+curves = APIRouter(route_class=CurveRoute)
+
+
+@points.post(
+    "/v1/points",
+    operation_id="queryPoints",
+    tags=["points"],
+    summary="Points of a surface, with derivatives and curvatures",
+    response_model=Points,
+    response_description="The points.",
+    responses={200: answer(), **POST_ERRORS},
+    openapi_extra=json_body("queryPoints"),
+)
+async def query_points(wanted: PointsRequest, services: ServicesDep, job: JobDep) -> Response:
+    """Evaluates the surface at the parameters given, in float64, and answers in columns.
+
+    Row k of each belongs to place k of `uv` or `barycentric`. Partials are those with respect to
+    the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have none
+    (`not_parametric`).
+    """
+    work = plan_points(wanted.to_surface(), wanted.to_query(), services.limits)
+    return bytes_response(await job.run(work, "points"), job)
+
+
+@conversions.post(
+    "/v1/convert",
+    operation_id="convertSurface",
+    tags=["surfaces"],
+    summary="A surface in another form, with the same points",
+    response_model=SurfaceDocument,
+    response_description="The surface.",
+    responses={200: answer(), **POST_ERRORS},
+    openapi_extra=json_body("convertSurface"),
+)
+async def convert_surface(wanted: ConvertRequest, services: ServicesDep, job: JobDep) -> Response:
+    """Does the operations one after the other and answers the surface that comes out.
+
+    The answer is a body for the other calls. Corner points keep their digits, and patches that
+    shared an edge share it afterwards. Colours, texture coordinates and attributes come along.
+    """
+    settings = services.settings
+    allowed = Allowed(settings.max_control_points, settings.max_degree)
+    operations = wanted.to_operations()
+    work = plan_conversion(wanted.to_surface(), operations, allowed, services.limits)
+    return bytes_response(await job.run(work, "convert"), job)
+
+
+@curves.post(
+    "/v1/curve",
+    operation_id="createCurve",
+    tags=["curves"],
+    summary="A curve as points, tangents and lengths, or as lines",
+    response_model=Curve,
+    response_description="The curve.",
+    responses={
+        200: answer(FILE_HEADERS, CURVE_FORMATS),
+        406: error("NotAcceptable"),
+        **POST_ERRORS,
+    },
+    openapi_extra=json_body("createCurve", format_parameter(CURVE_FORMATS)),
+)
+async def create_curve(
+    wanted: CurveRequest, request: Request, services: ServicesDep, job: JobDep
+) -> Response:
+    """Samples the curve.
+
+    The answer is in the format that `Accept` prefers, or that `format` names; JSON if neither says
+    anything. In glTF, OOGL and OBJ a curve in the plane lies at z = 0.
+    """
+    fmt: CurveFormat = request.state.format
+    work = plan_curve(wanted.to_curve(), wanted.curve_options(), fmt, services.limits)
+    content = await job.run(work, "curve")
+    job.answered(len(content))
+    headers = POST_HEADERS | {"Server-Timing": str(job.timing)}
+    return file_response(content, fmt, wanted.to_curve().name, headers)

@@ -1,0 +1,96 @@
+"""Meshes of surfaces that are posted, and estimates of them."""
+
+from collections.abc import Sequence
+
+from fastapi import APIRouter, Request, Response
+
+from service.api.answers import POST_HEADERS, bytes_response, file_response, report_headers
+from service.api.body import BodyRoute
+from service.api.models import Estimate, Mesh
+from service.api.openapi.parameters import format_parameter, surface_body
+from service.api.openapi.responses import MESH_HEADERS, POST_ERRORS, answer, error
+from service.api.services import JobDep, ServicesDep
+from service.decoders.registry import DECODERS
+from service.encoders.format import Format
+from service.encoders.registry import FORMATS
+from service.encoders.text import json_text
+from service.pipeline.encoding import encode_options
+from service.pipeline.estimate import estimate_object, plan_estimate
+from service.pipeline.mesh import plan_mesh
+from service.schemas.request import MeshRequest
+
+
+class MeshRoute(BodyRoute):
+    """A route that takes a surface as JSON or as a file, and answers in a format of meshes."""
+
+    formats = FORMATS
+    decoders = DECODERS
+
+
+class EstimateRoute(MeshRoute):
+    """A route that takes the same bodies; only the query names a format."""
+
+    accepts_any = False
+
+
+meshes = APIRouter(route_class=MeshRoute)
+estimates = APIRouter(route_class=EstimateRoute)
+
+
+@meshes.post(
+    "/v1/mesh",
+    operation_id="createMesh",
+    tags=["meshes"],
+    summary="The mesh of a surface",
+    response_model=Mesh,
+    response_description="The mesh.",
+    responses={200: answer(MESH_HEADERS, FORMATS), 406: error("NotAcceptable"), **POST_ERRORS},
+    openapi_extra=surface_body("createMesh", format_parameter(FORMATS)),
+)
+async def create_mesh(
+    wanted: MeshRequest, request: Request, services: ServicesDep, job: JobDep
+) -> Response:
+    """Evaluates the surface and answers its mesh.
+
+    The answer is in the format that `Accept` prefers, or that `format` names; JSON if neither says
+    anything. The body is a JSON document with the options in it, or a file of control points with
+    the options in the query.
+    """
+    fmt: Format = request.state.format
+    options, encode = wanted.mesh_options(), encode_options(wanted)
+    work = plan_mesh(wanted.to_surface(), options, fmt, encode, services.limits)
+    answer = await job.run(work, "mesh")
+    job.answered(len(answer.content))
+    request.app.state.observed.made(answer.report)
+    headers = POST_HEADERS | report_headers(answer.report) | {"Server-Timing": str(job.timing)}
+    return file_response(answer.content, fmt, answer.name, headers)
+
+
+@estimates.post(
+    "/v1/estimate",
+    operation_id="estimateMesh",
+    tags=["meshes"],
+    summary="What a mesh would be, before it is made",
+    response_model=Estimate,
+    response_description="The estimate.",
+    responses={200: answer(), **POST_ERRORS},
+    openapi_extra=surface_body(
+        "estimateMesh",
+        format_parameter(FORMATS, "The one format to estimate for; all of them if left out."),
+    ),
+)
+async def estimate_mesh(
+    wanted: MeshRequest, request: Request, services: ServicesDep, job: JobDep
+) -> Response:
+    """Takes the body of `POST /v1/mesh` and answers how large the mesh would be.
+
+    That is how many vertices and faces it would have, how many bytes in each format, and whether
+    the request would be refused, at a small part of the cost of the mesh. What is wrong with the
+    body itself is refused here as well.
+    """
+    named: Format | None = request.state.format
+    formats: Sequence[Format] = FORMATS if named is None else (named,)
+    options, encode = wanted.mesh_options(), encode_options(wanted)
+    work = plan_estimate(wanted.to_surface(), options, encode, services.limits, formats)
+    found = await job.run(work, "estimate")
+    return bytes_response(json_text(estimate_object(found)), job)

@@ -1,0 +1,232 @@
+"""Meshes by URL: what browsers fetch, and caches between them and the service may keep."""
+
+from functools import partial
+from typing import NamedTuple
+from urllib.parse import parse_qsl
+
+from fastapi import APIRouter, Request, Response
+
+from service.api.answers import ChunkedResponse, disposition, report_headers
+from service.api.caching.codings import COMPRESS, Accepted, Coding, compressed
+from service.api.caching.entries import Entry, RawHeaders, Subject, Variant
+from service.api.caching.requested import codings_of, condition_of
+from service.api.caching.tags import held, is_any
+from service.api.links import mesh_address
+from service.api.models import Mesh
+from service.api.negotiation import by_suffix
+from service.api.observing.metrics import RequestCounters
+from service.api.observing.record import record_of
+from service.api.openapi.parameters import (
+    ACCEPT_ENCODING,
+    IF_NONE_MATCH,
+    Suffix,
+    SurfaceId,
+    option_parameters,
+)
+from service.api.openapi.responses import UNCHANGED_MESH, URL_HEADERS, answer, error
+from service.api.problems import EngineGone
+from service.api.services import JobDep, Services, ServicesDep
+from service.api.stored import content_id, exists, surface_of
+from service.api.timing import Timing
+from service.api.workers import Job
+from service.encoders.format import Format
+from service.encoders.registry import FORMATS
+from service.engine.mesh import ENGINE
+from service.errors import Issue
+from service.pipeline.cost import Cost, compression_cost
+from service.pipeline.encoding import encode_options, written_by
+from service.pipeline.mesh import plan_mesh
+from service.schemas.query import canonical_query, mesh_query
+
+by_url = APIRouter()
+
+
+class Asked(NamedTuple):
+    """What an address asks for; `query` is its canonical query."""
+
+    subject: Subject
+    fmt: Format
+    query: str
+
+
+class Made(NamedTuple):
+    """An answer, and where the time went that making it took."""
+
+    entry: Entry
+    timing: Timing
+
+
+class Compression(NamedTuple):
+    """A body that is to be compressed; `forced` where the client takes it in no other coding."""
+
+    body: bytes
+    coding: Coding
+    forced: bool
+
+    @property
+    def cost(self) -> Cost:
+        """Time and memory that it takes."""
+        return compression_cost(len(self.body))
+
+    def run(self) -> bytes | None:
+        """The body in its coding; None where that does not pay."""
+        if self.forced:
+            return COMPRESS[self.coding](self.body)
+        return compressed(self.coding, self.body)
+
+
+@by_url.get(
+    "/v1/surfaces/{id}/mesh.{suffix}",
+    operation_id="getSurfaceMesh",
+    tags=["meshes"],
+    summary="The mesh of a surface, by URL",
+    response_model=Mesh,
+    response_description="The mesh.",
+    responses={
+        200: answer(URL_HEADERS, FORMATS),
+        304: UNCHANGED_MESH,
+        404: error("UnknownSurface"),
+        406: error("CodingNotAcceptable"),
+        410: error("EngineGone"),
+        422: error("InvalidQuery"),
+        429: error("Busy"),
+        500: error("DamagedObject"),
+        503: error("Unavailable"),
+    },
+    openapi_extra={"parameters": [*option_parameters(), IF_NONE_MATCH, ACCEPT_ENCODING]},
+)
+async def get_surface_mesh(
+    id: SurfaceId, suffix: Suffix, request: Request, services: ServicesDep, job: JobDep
+) -> Response:
+    """For browsers, and for everything between them and this service that keeps answers.
+
+    An address is a pure function of its parts: the same mesh comes from every service with the same
+    version of the numbers. Processors and libraries of another kind may round the last digit of a
+    number differently; then the tag is another, too. `Link` names the canonical spelling of the
+    address: options in one order, without defaults, `engine` at the end. Under that address the
+    mesh of a surface whose id is a hash may be kept for ever; all others for an hour, after which
+    `ETag` tells whether they changed.
+
+    Equal requests that come together are computed once. Answers are kept in memory, compressed as
+    well.
+    """
+    fmt = by_suffix(suffix)
+    asked = mesh_query(request.query_params.multi_items())
+    check_engine(asked.engine)
+    pinned = asked.engine is not None
+    wanted, condition = codings_of(request), condition_of(request)
+    query = canonical_query(asked, fmt.ignored)
+    content = content_id(id)
+    subject = Subject(
+        address=mesh_address(request.scope.get("root_path", ""), id, fmt.suffix, query),
+        surface=id,
+        # The name of the bytes: the surface, what is done with it, and what computes it.
+        content=f"{content} {fmt.suffix} {query} {written_by(asked)}",
+        for_ever=id == content,
+    )
+    answers, record = services.answers, record_of(request.scope)
+    entry = answers.get(subject.address)
+    known = held(condition, wanted.order, subject.tag)
+    async with job.attended():
+        if known is not None and (entry is not None or await exists(services.store, id)):
+            return _unchanged(subject.unchanged(known, pinned=pinned))
+        if entry is not None:
+            answers.counts.hits += 1
+            record.cache = "hit"
+            timing = Timing("cache;desc=hit")
+            job.until_end.enter_context(answers.reading(entry))
+        else:
+            answers.counts.misses += 1
+            record.cache = "miss"
+            counters: RequestCounters = request.app.state.observed
+            make = partial(_make, services, counters, Asked(subject, fmt, query))
+            made = await services.flights.join((subject.address, answers.age), make, job.until_end)
+            entry, timing = made.entry, Timing("cache;desc=miss", made.timing)
+        variant = await _coded(services, job, entry, wanted, timing)
+    answers.alias(entry, request.scope["path"], request.scope["query_string"], pinned=pinned)
+    if condition is not None and is_any(condition):
+        return _unchanged(subject.unchanged(variant.coding, pinned=pinned))
+    headers = entry.headers(variant, pinned=pinned, timing=str(timing).encode())
+    return _with_headers(ChunkedResponse(variant.body), headers)
+
+
+def check_engine(engine: int | None) -> None:
+    """Refuses another version of the numbers than ours.
+
+    Raises
+    ------
+    EngineGone
+        They cannot be computed here, now or later.
+    """
+    if engine not in (None, ENGINE):
+        raise EngineGone(
+            Issue(
+                "engine_gone",
+                "These numbers are not computed here any more, or not yet.",
+                "/engine",
+                "another version of the numbers",
+                f"engine={ENGINE}, or no engine",
+            )
+        )
+
+
+async def _make(services: Services, counters: RequestCounters, asked: Asked, job: Job) -> Made:
+    """The answer computed from the canonical query; kept if it is not too large."""
+    subject, fmt, query = asked
+    answers = services.answers
+    age = answers.age
+    with job.timing.step("surface"):
+        stored = await surface_of(services, job, subject.surface)
+    options = mesh_query(parse_qsl(query))
+    encode = encode_options(options)
+    work = plan_mesh(stored.surface, options.mesh_options(), fmt, encode, services.limits)
+    answer = await job.run(work, "mesh")
+    job.answered(len(answer.content))
+    counters.made(answer.report)
+    described = {
+        "Content-Type": fmt.media_type,
+        "Content-Disposition": disposition(
+            "inline", answer.name if stored.is_hash else stored.id, fmt
+        ),
+        **report_headers(answer.report),
+    }
+    entry = Entry(subject, answer.content, described, services.origins.always)
+    answers.put(entry, age)
+    return Made(entry, job.timing)
+
+
+async def _coded(
+    services: Services, job: Job, entry: Entry, wanted: Accepted, timing: Timing
+) -> Variant:
+    """The answer in the coding that the client likes best.
+
+    An answer that is not kept, or that would have to wait for memory to be compressed, goes as it
+    is: the request holds memory for which others wait.
+    """
+    answers, workers = services.answers, services.workers
+    coding = wanted.order[0]
+    variant = entry.variants.get(coding)
+    if variant is not None and (wanted.plain or variant.coding == coding):
+        return variant
+    work = Compression(entry.plain, coding, forced=not wanted.plain)
+    has_room = answers.holds(entry) and not workers.waiting and workers.has(work.cost.memory)
+    if wanted.plain and not has_room:
+        return entry.variants["identity"]
+
+    async def compress(job: Job) -> Variant:
+        body = await job.run(work, "compress")
+        job.answered(0 if body is None else len(body))
+        return answers.add(entry, coding, body)
+
+    key = (entry.subject.address, answers.age, coding, wanted.plain)
+    with timing.step("compress"):
+        return await services.flights.join(key, compress, job.until_end)
+
+
+def _unchanged(headers: RawHeaders) -> Response:
+    return _with_headers(Response(status_code=304), headers)
+
+
+def _with_headers(response: Response, headers: RawHeaders) -> Response:
+    response.raw_headers = list(headers)
+    return response

@@ -1,0 +1,141 @@
+"""What there is to ask for, and whether the service is well."""
+
+from typing import Any
+
+from fastapi import APIRouter, Request, Response
+from fastapi.responses import PlainTextResponse
+
+from service.api.answers import json_response
+from service.api.models import FormatList, Health
+from service.api.negotiation import no_parameters
+from service.api.observing import health as service_health
+from service.api.observing import metrics as service_metrics
+from service.api.openapi.requests import Json
+from service.api.openapi.responses import error
+from service.encoders.compression import compressions
+from service.encoders.registry import FORMATS
+
+catalogue = APIRouter()
+
+
+@catalogue.get(
+    "/v1/formats",
+    operation_id="listFormats",
+    tags=["catalogue"],
+    summary="The formats written here",
+    response_model=FormatList,
+    response_description="The formats written here.",
+    responses={422: error("InvalidQuery"), 500: error("InternalError")},
+)
+async def list_formats(request: Request) -> Response:
+    """Lists the formats that meshes are written in, and what each can hold."""
+    no_parameters(request.query_params)
+    return json_response({"formats": formats()})
+
+
+def formats() -> list[dict[str, Any]]:
+    """The formats as they are listed."""
+    return [
+        {
+            "name": f.name,
+            "title": f.title,
+            "media_type": f.media_type,
+            "suffix": f.suffix,
+            "quads": f.quads,
+            "overlays": f.overlays,
+            "uvs": "uvs" in f.carries,
+            "colors": "colors" in f.carries,
+            "attributes": "attribute" in f.carries,
+            "precision": "float32" if f.single else "float64",
+            "quantize": f.compact,
+            "compression": compressions() if f.compact else (),
+        }
+        for f in FORMATS
+    ]
+
+
+_READY: Json = {
+    "content": {
+        "application/json": {
+            "example": {"status": "ready", "computing": "ready", "store": "ready"},
+        }
+    }
+}
+_FAILING = {"status": "unready", "computing": "ready", "store": "unavailable"}
+_UNREADY: Json = {
+    "description": "No new requests should come here, for what does not work, or since the service "
+    "is about to stop.",
+    "content": {
+        "application/json": {
+            "examples": {
+                "store": {"value": _FAILING},
+                "draining": {"value": {"status": "draining"}},
+            }
+        }
+    },
+}
+
+health = APIRouter()
+health.get(
+    "/health",
+    operation_id="getHealth",
+    tags=["operations"],
+    summary="State and versions, for people",
+    description="Versions of the service and of its numbers.",
+    response_model=Health,
+    response_description="State and versions, for people.",
+    responses={500: error("InternalError")},
+)(service_health.health)
+health.get(
+    "/health/live",
+    operation_id="getLiveness",
+    tags=["operations"],
+    summary="200 as long as the process works",
+    description="Nothing is computed, and nothing else is asked.",
+    response_model=Health,
+    response_description="200 as long as the process works.",
+    responses={500: error("InternalError")},
+)(service_health.live)
+health.get(
+    "/health/ready",
+    operation_id="getReadiness",
+    tags=["operations"],
+    summary="200 as long as new requests are welcome",
+    description="Ready means that a tiny mesh, made every few seconds at most, came out right, "
+    "that the place where surfaces are kept has answered in the last seconds, and that the service "
+    "is not about to stop.",
+    response_model=Health,
+    response_description="200 as long as new requests are welcome.",
+    responses={200: _READY, 500: error("InternalError"), 503: _UNREADY | {"model": Health}},
+)(service_health.ready)
+
+_COUNTER = """\
+# HELP surface_cache_hits_total Answers sent again.
+# TYPE surface_cache_hits_total counter
+surface_cache_hits_total 1204.0
+"""
+_OPEN_COUNTER = """\
+# HELP surface_cache_hits Answers sent again.
+# TYPE surface_cache_hits counter
+surface_cache_hits_total 1204.0
+# EOF
+"""
+_METRICS: Json = {
+    "content": {
+        "text/plain": {"example": _COUNTER},
+        "application/openmetrics-text": {"schema": {"type": "string"}, "example": _OPEN_COUNTER},
+    }
+}
+
+metrics = APIRouter()
+metrics.get(
+    "/metrics",
+    operation_id="getMetrics",
+    tags=["operations"],
+    summary="Numbers of what the service does, as Prometheus reads them",
+    description="In the text format of Prometheus, or as OpenMetrics where `Accept` names it. "
+    "Whether it is there, and open, is for the operator to say.",
+    response_class=PlainTextResponse,
+    response_description="Every number that is counted.",
+    responses={200: _METRICS, 422: error("InvalidQuery"), 500: error("InternalError")},
+)(service_metrics.metrics)

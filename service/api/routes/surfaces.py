@@ -1,0 +1,217 @@
+"""Surfaces with an address: stored under the hash of their content, given back, and deleted."""
+
+from functools import cache
+from typing import Any
+
+from fastapi import APIRouter, HTTPException, Request, Response
+
+from service.api.answers import HEADERS, bytes_response, json_response
+from service.api.body import BodyRoute
+from service.api.caching.entries import FOR_AN_HOUR, FOR_EVER
+from service.api.caching.requested import condition_of
+from service.api.caching.tags import is_any, listed
+from service.api.links import mesh_links, mesh_path, surface_address
+from service.api.models import StoredSurface, SurfaceDocument, SurfaceList
+from service.api.negotiation import no_parameters
+from service.api.openapi.parameters import IF_NONE_MATCH, StoredId, SurfaceId, surface_body
+from service.api.openapi.responses import (
+    DEFINITION_HEADERS,
+    LOCATION,
+    POST_ERRORS,
+    TIMED,
+    UNCHANGED_DEFINITION,
+    answer,
+    error,
+    links,
+)
+from service.api.services import JobDep, ServicesDep
+from service.api.stored import content_id, exists, surface_of
+from service.decoders.registry import DECODERS
+from service.encoders.registry import FORMATS
+from service.errors import Issue, UnknownSurface
+from service.pipeline.definition import plan_content, plan_definition
+from service.schemas.request import SurfaceRequest
+from service.surface.examples import EXAMPLES, Example
+from service.surface.lowered import GroupModel, Model
+from service.surface.sweep_model import SweepModel
+
+
+class SurfaceRoute(BodyRoute):
+    """A route that takes a surface as JSON or as a file."""
+
+    decoders = DECODERS
+
+
+storing = APIRouter(route_class=SurfaceRoute)
+reading = APIRouter()
+deleting = APIRouter()
+
+
+_STORED = answer(
+    TIMED | LOCATION, links=links("$response.body#/id", "Definition", "Mesh", "Removal")
+)
+
+
+@storing.post(
+    "/v1/surfaces",
+    operation_id="storeSurface",
+    tags=["surfaces"],
+    summary="Stores a surface",
+    response_model=StoredSurface,
+    response_description="It was stored already.",
+    responses={
+        200: _STORED,
+        201: _STORED | {"description": "It is stored.", "model": StoredSurface},
+        **POST_ERRORS,
+        503: error("Unavailable"),
+        507: error("StoreFull"),
+    },
+    openapi_extra=surface_body("storeSurface", has_options=False),
+)
+async def store_surface(
+    wanted: SurfaceRequest, request: Request, services: ServicesDep, job: JobDep
+) -> Response:
+    """Stores the surface under the SHA-256 of its content, which is its id from then on.
+
+    The status is 201 where it is new, 200 where it was there. All ways to write a surface down have
+    one id: the order of keys, the spelling of numbers (`1`, `1.0`, `1e0`, −0), what a default says
+    and whether it is said make no difference; any other number does. A file of control points is
+    the surface that JSON would say, with what it does not hold in the query. Its meshes have
+    addresses, which `links` names, and may be kept for ever by whoever fetches them.
+    """
+    id, content = await job.run(plan_content(wanted.to_surface()), "content")
+    async with job.attended():
+        with job.timing.step("store"):
+            is_new = await services.store.put(id, content)
+    root = request.scope.get("root_path", "")
+    address = surface_address(root, id)
+    links = {"self": address, "mesh": mesh_links(root, id)}
+    headers = HEADERS | {"Location": address, "Server-Timing": str(job.timing)}
+    return json_response({"id": id, "links": links}, 201 if is_new else 200, headers)
+
+
+@reading.get(
+    "/v1/surfaces",
+    operation_id="listSurfaces",
+    tags=["catalogue"],
+    summary="The built-in surfaces",
+    response_model=SurfaceList,
+    response_description="The built-in surfaces.",
+    responses={
+        200: answer({}, links=links("$response.body#/surfaces/0/id", "Definition", "Mesh")),
+        422: error("InvalidQuery"),
+        500: error("InternalError"),
+    },
+)
+async def list_surfaces(request: Request) -> Response:
+    """Lists the built-in surfaces, with the addresses of their meshes."""
+    no_parameters(request.query_params)
+    root = request.scope.get("root_path", "")
+    return json_response({"surfaces": [_summary(e, root) for e in EXAMPLES.values()]})
+
+
+@reading.get(
+    "/v1/surfaces/{id}",
+    operation_id="getSurface",
+    tags=["surfaces"],
+    summary="The definition of a surface",
+    response_model=SurfaceDocument,
+    response_description="The definition of a surface.",
+    responses={
+        200: answer(TIMED | DEFINITION_HEADERS, links=links("$request.path.id", "Mesh")),
+        304: UNCHANGED_DEFINITION,
+        404: error("UnknownSurface"),
+        422: error("InvalidQuery"),
+        429: error("Busy"),
+        500: error("DamagedObject"),
+        503: error("Unavailable"),
+    },
+    openapi_extra={"parameters": [IF_NONE_MATCH]},
+)
+async def get_surface(
+    id: SurfaceId, request: Request, services: ServicesDep, job: JobDep
+) -> Response:
+    """The definition of a built-in or a stored surface, as a body for the other calls.
+
+    Under an id that is a hash it never changes; its `ETag` is the hash of the content, in quotes.
+    """
+    no_parameters(request.query_params)
+    tag = f'"{content_id(id)}"'
+    headers = {"ETag": tag, "Cache-Control": FOR_AN_HOUR if id in EXAMPLES else FOR_EVER}
+    async with job.attended():
+        condition = condition_of(request) or b""
+        is_held = is_any(condition) or tag.encode() in listed(condition)
+        if is_held and await exists(services.store, id):
+            return Response(status_code=304, headers=HEADERS | headers)
+        with job.timing.step("surface"):
+            stored = await surface_of(services, job, id)
+        content = await job.run(plan_definition(stored.surface, services.limits), "definition")
+    return bytes_response(content, job, HEADERS | headers)
+
+
+@deleting.delete(
+    "/v1/surfaces/{id}",
+    operation_id="deleteSurface",
+    tags=["surfaces"],
+    summary="Removes a stored surface",
+    status_code=204,
+    response_description="It is gone.",
+    responses={
+        404: error("UnknownSurface"),
+        405: error("MethodNotAllowed"),
+        422: error("InvalidQuery"),
+        500: error("InternalError"),
+        503: error("StoreFailed"),
+    },
+)
+async def delete_surface(id: StoredId, request: Request, services: ServicesDep) -> Response:
+    """Removes a stored surface, where the service is set up to allow it (`SURFACE_ALLOW_DELETE`).
+
+    Built-in surfaces stay: 405. What others have kept of its meshes is theirs: addresses that may
+    be kept for ever are not called back. Storing the surface again brings back the same id.
+    """
+    no_parameters(request.query_params)
+    if id in EXAMPLES:
+        raise HTTPException(405, headers={"Allow": "GET, HEAD"})
+    if not await services.store.delete(content_id(id)):
+        issue = Issue("unknown_surface", "No surface is kept under this id.", "/id")
+        raise UnknownSurface(issue)
+    services.answers.forget(id)
+    return Response(status_code=204, headers=HEADERS)
+
+
+def _summary(example: Example, root: str) -> dict[str, Any]:
+    return {
+        **_facts(example),
+        "links": {
+            "self": surface_address(root, example.id),
+            "mesh": {f.suffix: mesh_path(root, example.id, f.suffix) for f in FORMATS},
+        },
+    }
+
+
+@cache
+def _facts(example: Example) -> dict[str, Any]:
+    surface = example.surface()
+    model = surface.lower()
+    return {
+        "id": example.id,
+        "title": example.title,
+        "description": example.description,
+        "up": surface.up,
+        "patches": model.patch_count,
+        "degree": _degree(model),
+    }
+
+
+def _degree(model: Model) -> list[int]:
+    """The highest degree along u and along v of any patch; of a sweep, that of its curve and 0."""
+    degrees = [(0, 0)]
+    for each in model.models if isinstance(model, GroupModel) else (model,):
+        if isinstance(each, SweepModel):
+            degrees.append((each.pieces.degree, 0))
+            continue
+        sides = [batch.side_degrees for batch in each.batches]
+        degrees += [(of[2], of[0]) for of in sides]
+    u, v = zip(*degrees, strict=True)
+    return [max(u), max(v)]

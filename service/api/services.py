@@ -1,0 +1,49 @@
+"""What the routes work with, made once for an application and handed to them by dependencies."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import Depends, Request
+
+from service.api.caching.answers import AnswerCache
+from service.api.caching.flights import Flights
+from service.api.cors import Origins
+from service.api.guard.signatures import Signer
+from service.api.static_files import StaticFiles
+from service.api.workers import Job, Workers
+from service.pipeline.limits import Limits
+from service.schemas.document import DocumentLimits
+from service.settings.values import Settings
+from service.storage.store import SurfaceStore
+
+
+@dataclass(frozen=True, slots=True)
+class Services:
+    """The parts of one application."""
+
+    settings: Settings
+    documents: DocumentLimits
+    limits: Limits
+    store: SurfaceStore
+    workers: Workers
+    answers: AnswerCache
+    flights: Flights
+    origins: Origins
+    signer: Signer | None
+    static_files: StaticFiles
+
+
+async def services_of(request: Request) -> Services:
+    """The parts of the application that answers this request."""
+    services: Services = request.app.state.services
+    return services
+
+
+async def job_of(request: Request) -> Job:
+    """What this request holds of the workers."""
+    job: Job = request.state.job
+    return job
+
+
+ServicesDep = Annotated[Services, Depends(services_of)]
+JobDep = Annotated[Job, Depends(job_of)]

@@ -1,0 +1,370 @@
+"""Who computes, where, and with how much memory: this module is all there is of admission.
+
+Small work runs on the event loop. Other work waits, in order of arrival, until there is a thread
+for it and enough of one budget of memory. The queue has a bounded length: beyond it a request is
+refused with 429 and `Retry-After`. A request ends at its deadline, or when its client goes away;
+its work in a thread then stops at the next checkpoint.
+
+Why requests cannot wait for each other in a circle: bodies hold at most 1/4 of the memory and never
+wait for it; 1/16 is for work on the event loop; a request may ask for the other 11/16 to work in,
+and asks once. So the first request in the queue is served when those that compute have ended.
+"""
+
+import asyncio
+import math
+import time
+from collections import deque
+from collections.abc import AsyncIterator, Callable
+from contextlib import ExitStack, asynccontextmanager, suppress
+from traceback import clear_frames
+from typing import Any, Protocol, TypeVar, cast
+
+from anyio import CancelScope, CapacityLimiter, current_time, to_thread
+from starlette.requests import ClientDisconnect
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from service.api.caching.answers import AnswerCache
+from service.api.timing import Timing
+from service.errors import Busy, Issue, TooLarge
+from service.pipeline.cost import Cost
+from service.settings.process import give_back
+from service.settings.values import Settings
+from service.stopping import OutOfTime, Stop, Stopped, stopped_by
+
+INLINE_SECONDS = 0.003
+"""Work that the event loop has time for: a thread would add as much, as Python's threads take turns
+of 5 ms."""
+
+TRIM_BYTES, TRIM_PAUSE = 4 << 20, 0.25
+"""Requests of this size leave memory behind that is worth handing back to the system, this many
+seconds after their end."""
+
+MAX_RETRY_AFTER = 60
+"""Seconds."""
+
+Result = TypeVar("Result")
+Result_co = TypeVar("Result_co", covariant=True)
+
+
+class Work(Protocol[Result_co]):
+    """What a request asks for: its cost, and the function that computes it."""
+
+    @property
+    def cost(self) -> Cost: ...  # noqa: D102
+
+    def run(self) -> Result_co: ...  # noqa: D102
+
+
+class Workers:
+    """The threads and the memory that all requests share.
+
+    Of the `capacity` in bytes, `used` are held by requests, `body_bytes` of these by bodies. Bodies
+    may hold `max_body` bytes together; one request may work in `max_memory` bytes. Of the `threads`
+    for long work some are `computing`. Since the start `refused` requests did not fit, and all
+    together have waited `seconds_waited`. Short work takes turns, so that the event loop looks at
+    other connections in between; one thread parses long bodies, as parsing keeps Python's lock.
+    """
+
+    def __init__(self, settings: Settings, cache: AnswerCache) -> None:
+        self.capacity = settings.memory_bytes
+        self.max_body, self.max_memory = self.capacity // 4, self.capacity * 11 // 16
+        self.threads = settings.workers
+        self.request_timeout = settings.request_timeout
+        self.used = self.body_bytes = self.computing = self.refused = 0
+        self.seconds_waited = 0.0
+        self.turn, self.parsing = asyncio.Lock(), asyncio.Lock()
+        self.limiter = CapacityLimiter(2 * self.threads + 2)
+        self._max_queue = settings.max_queue
+        self._queue: deque[tuple[int, asyncio.Future[None]]] = deque()
+        self._trimming: asyncio.Task[None] | None = None
+        self._cache = cache
+        cache.freed = self.settle
+        self.hold(0)
+
+    @property
+    def waiting(self) -> int:
+        """Requests that wait for a thread or for memory."""
+        return len(self._queue)
+
+    def retry_after(self) -> int:
+        """Seconds after which a client may ask again: 1 for each round of requests that wait."""
+        return min(1 + math.ceil(self.waiting / self.threads), MAX_RETRY_AFTER)
+
+    def refuse(self) -> Busy:
+        """The error of a request that does not fit now; counts it."""
+        self.refused += 1
+        return Busy()
+
+    def has(self, amount: int, *, is_small: bool = False) -> bool:
+        """Whether `amount` bytes are free; 1/16 of the memory is for small work alone."""
+        room = self.capacity if is_small else self.capacity * 15 // 16
+        return self.used + self._cache.fixed + amount <= room
+
+    def hold(self, amount: int) -> None:
+        """Takes memory, or gives it back where `amount` is negative; the cache may use the rest."""
+        self.used += amount
+        self._cache.resize(self.capacity - self.used)
+        if amount < 0 and self._queue:
+            self.settle()
+
+    async def acquire(self, amount: int) -> None:
+        """Waits for a thread and `amount` bytes of memory, behind requests that came earlier.
+
+        Raises `Busy` if the queue is full.
+        """
+        if not self._queue and self._fits(amount):
+            self._grant(amount)
+            return
+        if len(self._queue) >= self._max_queue:
+            raise self.refuse()
+        granted = asyncio.get_running_loop().create_future()
+        self._queue.append(entry := (amount, granted))
+        since = time.monotonic()
+        try:
+            await granted
+        except asyncio.CancelledError:
+            if granted.cancelled():
+                with suppress(ValueError):  # another request left first, and settled
+                    self._queue.remove(entry)
+                self.settle()  # the next one may fit
+            else:
+                self.release_thread()
+                self.hold(-amount)
+            raise
+        finally:
+            self.seconds_waited += time.monotonic() - since
+
+    def release_thread(self) -> None:
+        """Gives a thread back."""
+        self.computing -= 1
+        self.settle()
+
+    def settle(self) -> None:
+        """Serves the requests that have waited longest, as far as there is room."""
+        while self._queue:
+            amount, granted = self._queue[0]
+            if not granted.done():
+                if not self._fits(amount):
+                    return
+                self._grant(amount)
+                granted.set_result(None)
+            self._queue.popleft()
+
+    def trim(self) -> None:
+        """Hands unused memory back to the system, once for all requests that end together."""
+
+        async def trim_soon() -> None:
+            await asyncio.sleep(TRIM_PAUSE)
+            self._trimming = None  # for requests that end from now on this call may be too early
+            await to_thread.run_sync(give_back, limiter=self.limiter)
+
+        self._trimming = self._trimming or asyncio.get_running_loop().create_task(trim_soon())
+
+    def _fits(self, amount: int) -> bool:
+        return self.computing < self.threads and self.has(amount)
+
+    def _grant(self, amount: int) -> None:
+        self.computing += 1
+        self.hold(amount)
+
+
+class Job:
+    """What one request holds, or one computation that several requests share.
+
+    All is given back at its end; what a thread still uses, when the thread has ended: it may take
+    half a second to notice that it shall stop. `receive` tells when the client has gone away; a
+    shared computation has none, its users end it.
+    """
+
+    def __init__(self, workers: Workers, receive: Receive | None = None) -> None:
+        self.workers = workers
+        self.stop = Stop()
+        self.until_answered, self.until_end = ExitStack(), ExitStack()
+        """Callbacks: when the answer is there; when it has been sent or the client is gone."""
+        self.timing = Timing()
+        self._receive = receive
+        self._deadline = math.inf
+        self._body = self._memory = self._most = 0
+        self._running: set[asyncio.Task[Any]] = set()
+        self._had_turn = self._is_over = False
+
+    def hold_body(self, size: int) -> None:
+        """Sets how much memory the body takes: more as it arrives, less when it is parsed.
+
+        Raises `TooLarge` if it would not fit alone, `Busy` if it does not fit now.
+        """
+        more, workers = size - self._body, self.workers
+        if size > workers.max_body:
+            raise TooLarge(
+                Issue(
+                    "too_much_memory",
+                    "The body would take more memory than this service has for one.",
+                    got=f"{size} bytes, and maybe more",
+                    needed=f"at most {workers.max_body}; a smaller surface",
+                )
+            )
+        if more > 0 and not (
+            workers.body_bytes + more <= workers.max_body and workers.has(more, is_small=True)
+        ):
+            raise workers.refuse()
+        self._most = max(self._most, size)
+        self._body = size
+        workers.body_bytes += more
+        workers.hold(more)
+
+    async def parse(self, call: Callable[[], Result], *, is_long: bool) -> Result:
+        """What `call` makes of a body: on the event loop, or in the thread for long bodies."""
+        if not is_long:
+            with self.timing.step("parse"):
+                return await self._in_turn(call)
+        async with self.attended():
+            with self.timing.step("wait"):
+                await self.workers.parsing.acquire()
+            with self.timing.step("parse"):
+                return await self._in_thread(call, self.workers.parsing.release)
+
+    async def run(self, work: Work[Result], name: str) -> Result:
+        """The result of `work`: computed on the event loop if that is quick, else in a thread.
+
+        Raises `Busy`, `OutOfTime`, `ClientDisconnect` or the error of the work.
+        """
+        cost, workers = work.cost, self.workers
+        if cost.work <= INLINE_SECONDS and workers.has(cost.memory, is_small=True):
+            self._hold(cost.memory)
+            with self.timing.step(name):
+                return await self._in_turn(work.run)
+        amount = min(cost.memory, workers.max_memory)
+        async with self.attended():
+            with self.timing.step("wait"):
+                await workers.acquire(amount)
+            self._memory += amount
+            with self.timing.step(name):
+                return await self._in_thread(work.run, workers.release_thread)
+
+    def answered(self, size: int) -> None:
+        """The answer is there, of `size` bytes: all other memory is given back."""
+        self.until_answered.close()
+        self._most = max(self._most, self._body + self._memory)
+        if self._body:
+            self.hold_body(0)
+        if size < self._memory:
+            self._hold(size - self._memory)
+
+    def close(self) -> None:
+        """Ends the job; what computes for it is told to stop."""
+        self.stop.tell()
+        self.until_end.close()
+        self.until_answered.close()
+        self._is_over = True
+        self._end()
+
+    @asynccontextmanager
+    async def attended(self) -> AsyncIterator[None]:
+        """What runs within ends at the deadline of the request, or when its client goes away.
+
+        Raises `OutOfTime` or `ClientDisconnect`.
+        """
+        receive, self._receive = self._receive, None
+        if receive is None:  # a shared computation, or within another such context
+            yield
+            return
+        if self._deadline == math.inf:
+            self._deadline = current_time() + self.workers.request_timeout
+            self.stop.deadline = time.monotonic() + self.workers.request_timeout
+        is_gone = False
+
+        async def watch() -> None:
+            nonlocal is_gone
+            while (await receive())["type"] != "http.disconnect":
+                await asyncio.sleep(0)  # the rest of a body that the request does not need
+            is_gone = True
+            scope.cancel()
+
+        with CancelScope(deadline=self._deadline) as scope:
+            watching = asyncio.create_task(watch())
+            try:
+                yield
+            except Stopped:
+                raise ClientDisconnect from None
+            finally:
+                self._receive = receive
+                watching.cancel()
+        if scope.cancelled_caught:
+            raise ClientDisconnect if is_gone else OutOfTime
+
+    async def _in_turn(self, call: Callable[[], Result]) -> Result:
+        """What `call` returns; a request has one turn for its short work."""
+        if not self._had_turn:
+            self._had_turn = True
+            await self.workers.turn.acquire()
+            asyncio.get_running_loop().call_soon(self.workers.turn.release)  # in the next round
+        return call()
+
+    async def _in_thread(self, call: Callable[[], Result], release: Callable[[], None]) -> Result:
+        """What `call` returns; `release` is called when the thread has ended, whoever waits."""
+        run = to_thread.run_sync(_settled, call, limiter=self.workers.limiter)
+        with stopped_by(self.stop):  # the task inherits this context and hands it to the thread
+            task = asyncio.create_task(run)
+        self._running.add(task)
+
+        def ended(task: asyncio.Task[Any]) -> None:
+            self._running.discard(task)
+            if not task.cancelled():
+                task.exception()  # retrieved, also if no request waits for it any more
+            release()
+            if self._is_over:
+                self._end()
+
+        task.add_done_callback(ended)
+        result, error = await asyncio.shield(task)
+        if error is not None:
+            try:
+                raise error
+            finally:
+                del error, task  # they refer to this frame
+        return cast(Result, result)
+
+    def _hold(self, amount: int) -> None:
+        self._memory += amount
+        self.workers.hold(amount)
+
+    def _end(self) -> None:
+        if not self._running:
+            if self._body or self._memory:
+                self.answered(0)
+            if self._most >= TRIM_BYTES:
+                self.workers.trim()
+
+
+def _settled(call: Callable[[], Result]) -> tuple[Result | None, Exception | None]:
+    """What `call` returns, or the error that it raises, without its frames' local variables.
+
+    An error that is handed between threads is part of a reference cycle: its frames would keep
+    arrays as large as a mesh until the garbage collector runs.
+    """
+    try:
+        return call(), None
+    except Exception as error:
+        clear_frames(error.__traceback__)  # but this frame, which runs
+        del call
+        return None, error
+
+
+class JobMiddleware:
+    """Gives every request its job, as `request.state.job`; ends it after the answer was sent."""
+
+    def __init__(self, app: ASGIApp, workers: Workers) -> None:
+        self._app = app
+        self._workers = workers
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """One request."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        job = scope.setdefault("state", {})["job"] = Job(self._workers, receive)
+        try:
+            await self._app(scope, receive, send)
+        finally:
+            del scope["state"]["job"]
+            job.close()

@@ -1,0 +1,316 @@
+"""Threads and memory: granted in order, bounded, given back whatever happens."""
+
+import asyncio
+import gc
+import threading
+import time
+import weakref
+from collections.abc import Awaitable, Callable
+from traceback import extract_tb
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from starlette.requests import ClientDisconnect
+
+from service.api import workers as module
+from service.api.caching.answers import AnswerCache
+from service.api.caching.entries import Entry, Subject
+from service.api.workers import INLINE_SECONDS, TRIM_BYTES, Job, Workers
+from service.errors import Busy, TooLarge
+from service.pipeline.cost import Cost
+from service.settings.process import give_back
+from service.settings.values import Settings
+from service.stopping import OutOfTime, checkpoint
+
+CAPACITY = 1 << 24
+LARGEST = CAPACITY * 11 // 16
+
+
+def workers_of(cache_bytes: int = 0, **chosen: Any) -> Workers:
+    defaults = {"threads": 1, "memory_bytes": CAPACITY}
+    return Workers(Settings(**(defaults | chosen)), AnswerCache(cache_bytes))
+
+
+class Work:
+    """Work of some cost; what it computes is a function's business."""
+
+    def __init__(
+        self, memory: int = 1000, call: Any = lambda: "done", *, long: bool = True
+    ) -> None:
+        self.cost = Cost(0, 0, 0, memory, 10.0 if long else INLINE_SECONDS)
+        self.run = call
+
+
+async def rest() -> None:
+    """Lets all tasks go on until they wait."""
+    for _ in range(10):
+        await asyncio.sleep(0)
+
+
+def play(scenario: Callable[[Workers], Awaitable[None]], **chosen: Any) -> None:
+    """Runs a scenario, after which nothing is held."""
+
+    async def played() -> None:
+        workers = workers_of(**chosen)
+        await scenario(workers)
+        await rest()
+        assert (workers.used, workers.body_bytes, workers.computing, workers.waiting) == (0,) * 4
+
+    asyncio.run(played())
+
+
+def test_short_work_runs_at_once_and_long_work_in_a_thread() -> None:
+    async def scenario(workers: Workers) -> None:
+        job = Job(workers)
+        names = []
+        for long in (False, True):
+            work = Work(
+                1000, lambda: threading.current_thread() is not threading.main_thread(), long=long
+            )
+            names.append(await job.run(work, "mesh"))
+            assert workers.used == 1000
+            job.answered(10)
+            assert workers.used == 10
+            job.answered(0)
+        assert names == [False, True]
+        assert "mesh;dur=" in str(job.timing)
+        assert "wait;dur=" in str(job.timing)
+        job.close()
+
+    play(scenario)
+
+
+def test_short_works_take_turns_on_the_event_loop() -> None:
+    """Between any two of them the event loop looks at what else is ready."""
+
+    async def scenario(workers: Workers) -> None:
+        rounds: list[int] = []
+        now = 0
+
+        async def count_rounds() -> None:
+            nonlocal now
+            while len(rounds) < 5:
+                now += 1
+                await asyncio.sleep(0)
+
+        jobs = [Job(workers) for _ in range(5)]
+        works = [job.run(Work(10, lambda: rounds.append(now), long=False), "x") for job in jobs]
+        await asyncio.gather(count_rounds(), *works)
+        assert len(set(rounds)) == 5
+        for job in jobs:
+            job.close()
+
+    play(scenario)
+
+
+def test_requests_are_served_in_order_of_arrival() -> None:
+    async def scenario(workers: Workers) -> None:
+        order: list[str] = []
+
+        async def hold(name: str, amount: int) -> None:
+            await workers.acquire(amount)
+            order.append(name)
+            await asyncio.sleep(0)
+            workers.release_thread()
+            workers.hold(-amount)
+
+        sizes = {"first": LARGEST, "large": LARGEST, "small": 10, "last": 10}
+        await asyncio.gather(*(hold(name, size) for name, size in sizes.items()))
+        assert order == list(sizes)
+        assert workers.seconds_waited > 0
+
+    play(scenario, threads=3)
+
+
+def test_a_full_queue_refuses_and_says_when_to_come_again() -> None:
+    async def scenario(workers: Workers) -> None:
+        assert workers.retry_after() == 1
+        await workers.acquire(10)
+        waiting = [asyncio.create_task(workers.acquire(10)) for _ in range(4)]
+        await rest()
+        assert (workers.waiting, workers.retry_after()) == (4, 5)
+        with pytest.raises(Busy):
+            await workers.acquire(10)
+        assert workers.refused == 1
+        for task in waiting:
+            workers.release_thread()
+            workers.hold(-10)
+            await task
+        workers.release_thread()
+        workers.hold(-10)
+
+    play(scenario, max_queue=4)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, LARGEST), st.integers(0, 3)), max_size=12))
+def test_cancelled_requests_give_back_what_they_got(asks: list[tuple[int, int]]) -> None:
+    """Whoever is cancelled, before, while or after it is granted, leaves nothing behind."""
+
+    async def scenario(workers: Workers) -> None:
+        async def hold(amount: int) -> None:
+            await workers.acquire(amount)
+            try:
+                await asyncio.sleep(0)
+            finally:
+                workers.release_thread()
+                workers.hold(-amount)
+
+        tasks = [asyncio.create_task(hold(amount)) for amount, _ in asks]
+        for at in range(4):
+            await asyncio.sleep(0)
+            for task, (_, rounds) in zip(tasks, asks, strict=True):
+                if rounds == at and rounds:
+                    task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    play(scenario, threads=2)
+
+
+def test_bodies_have_a_quarter_and_never_wait() -> None:
+    async def scenario(workers: Workers) -> None:
+        first, second = Job(workers), Job(workers)
+        with pytest.raises(TooLarge) as refused:
+            first.hold_body(workers.max_body + 1)
+        assert refused.value.issues[0].code == "too_much_memory"
+        first.hold_body(workers.max_body - 100)
+        with pytest.raises(Busy):
+            second.hold_body(101)
+        second.hold_body(100)
+        # The largest work still fits beside them, and small work beside that.
+        await workers.acquire(workers.max_memory)
+        third = Job(workers)
+        assert await third.run(Work(1000, long=False), "x") == "done"
+        workers.release_thread()
+        workers.hold(-workers.max_memory)
+        first.hold_body(10)
+        assert workers.body_bytes == 110
+        for job in (first, second, third):
+            job.close()
+
+    play(scenario)
+
+
+def entry(name: str, size: int) -> Entry:
+    return Entry(Subject(name, name, name, for_ever=True), bytes(size), {})
+
+
+def test_kept_answers_give_way_unless_they_are_being_sent() -> None:
+    async def scenario(workers: Workers) -> None:
+        answers: AnswerCache = workers._cache
+        read, *unread = (entry(name, CAPACITY // 8) for name in "abc")
+        for each in (read, *unread):
+            assert answers.put(each, answers.age)
+        with answers.reading(read):
+            first = asyncio.create_task(workers.acquire(workers.max_memory))
+            second = asyncio.create_task(workers.acquire(CAPACITY * 3 // 16))
+            await rest()
+            assert first.done()
+            assert not second.done()
+            assert answers.holds(read)
+            assert not all(answers.holds(each) for each in unread)
+            workers.release_thread()
+            await rest()
+            assert not second.done(), "a thread is free, memory is not"
+        await second
+        assert not answers.holds(read)
+        workers.release_thread()
+        workers.hold(-workers.max_memory - CAPACITY * 3 // 16)
+
+    play(scenario, cache_bytes=CAPACITY, threads=2, memory_bytes=CAPACITY)
+
+
+@pytest.mark.parametrize("leaves", [True, False])
+def test_a_thread_without_a_client_keeps_its_memory_until_it_ends(leaves: bool) -> None:
+    """The client goes away, or the deadline passes; the thread ends at its next checkpoint."""
+
+    async def scenario(workers: Workers) -> None:
+        gone = asyncio.Event()
+
+        async def receive() -> dict[str, str]:
+            await gone.wait()
+            return {"type": "http.disconnect"}
+
+        def compute() -> None:
+            while True:
+                time.sleep(0.001)
+                checkpoint()
+
+        job = Job(workers, receive)
+        task = asyncio.create_task(job.run(Work(1000, compute), "x"))
+        while not workers.computing:
+            await asyncio.sleep(0.001)
+        if leaves:
+            gone.set()
+        with pytest.raises(ClientDisconnect if leaves else OutOfTime):
+            await task
+        job.close()
+        while workers.computing:
+            assert workers.used == 1000
+            await asyncio.sleep(0.001)
+
+    play(scenario, request_timeout=0.2)
+
+
+def test_large_requests_that_end_together_hand_memory_back_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    calls: list[int] = []
+    monkeypatch.setattr(module, "give_back", lambda: calls.append(1))
+    monkeypatch.setattr(module, "TRIM_PAUSE", 0.01)
+    counts = []
+
+    async def scenario(workers: Workers) -> None:
+        for sizes in ((TRIM_BYTES - 1,), (TRIM_BYTES, TRIM_BYTES), (TRIM_BYTES,)):
+            for size in sizes:
+                job = Job(workers)
+                await job.run(Work(size, long=False), "x")
+                job.close()
+            await asyncio.sleep(0.1)
+            counts.append(len(calls))
+
+    play(scenario)
+    assert counts == [0, 1, 2]
+    give_back()
+
+
+class _Large:
+    """A value that work refers to."""
+
+
+def test_failed_work_keeps_no_local_variables() -> None:
+    held: list[weakref.ref[_Large]] = []
+
+    def first() -> None:
+        large = _Large()
+        held.append(weakref.ref(large))
+        raise KeyError
+
+    def work() -> None:
+        large = _Large()
+        held.append(weakref.ref(large))
+        try:
+            first()
+        except KeyError:
+            raise ArithmeticError from None  # it refers to the other, and to all of its frames
+
+    async def scenario(workers: Workers) -> None:
+        job = Job(workers)
+        with pytest.raises(ArithmeticError) as failed:
+            await job.run(Work(1000, work), "x")
+        assert extract_tb(failed.value.__traceback__)[-1].name == "work"
+        del failed
+        job.close()
+
+    gc.collect()
+    gc.disable()
+    try:
+        play(scenario)
+        end = time.monotonic() + 10
+        while any(large() for large in held) and time.monotonic() < end:
+            time.sleep(0.001)  # the thread itself lets go of it a moment later
+        assert [large() for large in held] == [None, None]
+    finally:
+        gc.enable()
