@@ -139,8 +139,6 @@ def test_probed_paths_are_routes(overlay: str) -> None:
     assert paths == ["/health/live", "/health/live", "/health/ready"]
     routes = {route.path for route in iter_route_contexts(create_app(Settings()).routes)}
     assert set(paths) <= routes
-        route.path for route in iter_route_contexts(create_app(Settings()).routes)
-    }
 
 
 @overlays
