@@ -48,10 +48,7 @@ class CurveWork:
 
 
 def plan_curve(
-    curve: Curve,
-    options: CurveOptions,
-    fmt: CurveFormat,
-    limits: Limits = DEFAULT_LIMITS,
+    curve: Curve, options: CurveOptions, fmt: CurveFormat, limits: Limits = DEFAULT_LIMITS
 ) -> CurveWork:
     """What is to be computed of a curve, after it was found affordable from the shapes alone.
 
@@ -81,10 +78,7 @@ def plan_curve(
 
 
 def render_curve(
-    curve: Curve,
-    options: CurveOptions,
-    fmt: CurveFormat,
-    limits: Limits = DEFAULT_LIMITS,
+    curve: Curve, options: CurveOptions, fmt: CurveFormat, limits: Limits = DEFAULT_LIMITS
 ) -> bytes:
     """The curve as a file of this format; raises what `plan_curve` and the work raise."""
     return plan_curve(curve, options, fmt, limits).run()

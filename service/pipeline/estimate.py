@@ -8,14 +8,7 @@ import numpy as np
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.registry import FORMATS
 from service.engine.adaptive.accuracy import Accuracy
-from service.engine.adaptive.aims import (
-    box,
-    each_alone,
-    goal_of,
-    goals_of_models,
-    stated,
-    without,
-)
+from service.engine.adaptive.aims import box, each_alone, goal_of, goals_of_models, stated, without
 from service.engine.adaptive.size_bound import MostTriangles, most_triangles
 from service.engine.count import Counts, count
 from service.engine.curvatures.care import surely_affordable
@@ -24,13 +17,7 @@ from service.engine.gridded import grid_error
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
 from service.pipeline.checks import check_surface, count_models, sum_counts
-from service.pipeline.cost import (
-    EFFORT,
-    Cost,
-    adaptive_triangles,
-    estimate_cost,
-    mesh_size,
-)
+from service.pipeline.cost import EFFORT, Cost, adaptive_triangles, estimate_cost, mesh_size
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.mesh import PLAIN, carried, plan_mesh, shares, stored_size
 from service.surface.lowered import GroupModel, Model, PatchModel

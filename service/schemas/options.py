@@ -137,9 +137,7 @@ class MeshOptionFields(StrictModel):
         examples=[0.02],
     )
     wire_sides: Annotated[int, Field(ge=MIN_SIDES, le=MAX_SIDES)] = Field(
-        default=_DEFAULTS.wire_sides,
-        description="Sides of a tube.",
-        examples=[12],
+        default=_DEFAULTS.wire_sides, description="Sides of a tube.", examples=[12]
     )
     method: Method = Field(
         default=_DEFAULTS.method,

@@ -68,12 +68,7 @@ _TRANSLATED = {
         "{kind}",
         "only the documented names",
     ),
-    "literal_error": (
-        "wrong_value",
-        "The value is none of those allowed.",
-        "{kind}",
-        "{expected}",
-    ),
+    "literal_error": ("wrong_value", "The value is none of those allowed.", "{kind}", "{expected}"),
     "greater_than_equal": (*_SMALL, "at least {ge}"),
     "greater_than": (*_SMALL, "above {gt}"),
     "less_than": (*_LARGE, "below {lt:.6g}"),

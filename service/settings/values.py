@@ -44,8 +44,7 @@ class Settings(BaseSettings):
         "`X-Forwarded-Proto`, is believed.",
     )
     cors_origins: Texts = Field(
-        default=("*",),
-        description="Origins whose pages may read answers; none switches CORS off.",
+        default=("*",), description="Origins whose pages may read answers; none switches CORS off."
     )
 
     # How large
@@ -90,10 +89,7 @@ class Settings(BaseSettings):
         description="Brackets that may be open at once in a document.",
     )
     max_patches: int = Field(
-        default=1_000_000,
-        ge=1,
-        le=100_000_000,
-        description="Bézier patches of a surface.",
+        default=1_000_000, ge=1, le=100_000_000, description="Bézier patches of a surface."
     )
     max_vertices: int = Field(
         default=Limits().max_vertices, ge=4, le=1 << 32, description="Vertices of a mesh."
@@ -199,8 +195,7 @@ class Settings(BaseSettings):
         "`name:hash`. With none, and no file of them, everybody may.",
     )
     api_keys_file: str = Field(
-        default="",
-        description="A file with one such key a line. It is read again when it changes.",
+        default="", description="A file with one such key a line. It is read again when it changes."
     )
     public_reads: bool = Field(
         default=True,
