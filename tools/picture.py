@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, Page
 from service.api.openapi.requests import REQUESTS
 from service.api.page import THUMBNAILS
 from service.encoders.curves.registry import CURVES_BY_NAME
-from service.pipeline.curve import render_curve
+from service.pipeline.curve import plan_curve
 from service.schemas.curves import CurveRequest
 from service.schemas.validation import validate_document
 from service.surface.examples import EXAMPLES, Example
@@ -93,7 +93,7 @@ def _curve_address(request: dict[str, Any]) -> str:
     """A curve as glTF, which is a line, in an address that holds the file itself."""
     wanted = validate_document(CurveRequest, request)
     glb = CURVES_BY_NAME["glb"]
-    content = render_curve(wanted.to_curve(), wanted.curve_options(), glb)
+    content = plan_curve(wanted.to_curve(), wanted.curve_options(), glb).run()
     return f"data:{glb.media_type};base64,{b64encode(content).decode()}"
 
 

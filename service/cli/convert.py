@@ -91,7 +91,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 def _local(document: dict[str, Any]) -> bytes:
     """The new surface, computed in this process."""
-    from service.pipeline.conversion import converted
+    from service.pipeline.documents import plan_conversion
     from service.schemas.convert import ConvertRequest
     from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
@@ -104,7 +104,7 @@ def _local(document: dict[str, Any]) -> bytes:
     request = validate_document(ConvertRequest, document, document_limits(settings))
     surface, operations = request.to_surface(), request.to_operations()
     allowed = Allowed(settings.max_control_points, settings.max_degree)
-    return converted(surface, operations, allowed, result_limits(settings))
+    return plan_conversion(surface, operations, allowed, result_limits(settings)).run()
 
 
 def _operation_line(issue: Issue, flags: Sequence[str], fields: Mapping[str, str]) -> str:

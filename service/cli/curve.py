@@ -69,7 +69,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 def _local(source: dict[str, Any], chosen: Mapping[str, str], fmt: "CurveFormat") -> bytes:
     """The file of a curve, computed in this process."""
-    from service.pipeline.curve import render_curve
+    from service.pipeline.curve import plan_curve
     from service.schemas.curves import CurveRequest
     from service.schemas.query import values_from_text
     from service.schemas.validation import validate_document
@@ -82,4 +82,4 @@ def _local(source: dict[str, Any], chosen: Mapping[str, str], fmt: "CurveFormat"
     wanted = validate_document(
         CurveRequest, source | values_from_text(chosen.items()), document_limits(settings)
     )
-    return render_curve(wanted.to_curve(), wanted.curve_options(), fmt, result_limits(settings))
+    return plan_curve(wanted.to_curve(), wanted.curve_options(), fmt, result_limits(settings)).run()

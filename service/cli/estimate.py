@@ -59,7 +59,7 @@ def _local(document: dict[str, Any], formats: "Sequence[Format]") -> bytes:
     """The estimate, computed in this process."""
     from service.encoders.text import json_text
     from service.pipeline.encoding import encode_options
-    from service.pipeline.estimate import estimate, estimate_object
+    from service.pipeline.estimate import estimate_object, plan_estimate
     from service.schemas.request import MeshRequest
     from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
@@ -69,11 +69,11 @@ def _local(document: dict[str, Any], formats: "Sequence[Format]") -> bytes:
     pin_blas()
     settings = for_one_command()
     wanted = validate_document(MeshRequest, document, document_limits(settings))
-    found = estimate(
+    found = plan_estimate(
         wanted.to_surface(),
         wanted.mesh_options(),
         encode_options(wanted),
         result_limits(settings),
         formats,
-    )
+    ).run()
     return json_text(estimate_object(found))

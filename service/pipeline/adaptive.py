@@ -20,7 +20,6 @@ from service.errors import InvalidRequest, Issue, TooLarge
 from service.measuring import measured
 from service.pipeline.checks import check_bytes, check_vertices
 from service.pipeline.cost import EFFORT, LEAST_BYTES, SHARE, TRIANGLE, adaptive_triangles
-from service.pipeline.limits import Limits
 from service.surface.lowered import Model
 from service.surface.sweep_model import SweepModel
 
@@ -83,7 +82,7 @@ class AdaptiveMesher:
         most, limit = adaptive_triangles(Accuracy(), work.limits), stated(accuracy)
         if accuracy.max_triangles is not None and accuracy.max_triangles < most:
             most, limit = accuracy.max_triangles, "/max_triangles"
-        is_scarce = work.cost.triangles < most
+        memory = work.limits.max_memory // SHARE if work.cost.triangles < most else None
         most = min(most, work.cost.triangles)
         goal = goal_of(accuracy, self._model)
         if tolerance is not None:
@@ -92,9 +91,7 @@ class AdaptiveMesher:
             with measured("adaptive"):
                 mesh = self._meshing.made(goal, most, self._effort)
         except TooLarge as error:
-            issues = [_limited(issue, limit, most) for issue in error.issues]
-            if is_scarce:
-                issues = [_scarce(issue, work.limits, accuracy, most) for issue in issues]
+            issues = (_explain(issue, limit, most, accuracy, memory) for issue in error.issues)
             raise TooLarge(*issues) from None
         except InvalidRequest as error:
             invalid = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
@@ -193,28 +190,21 @@ def counted(mesh: AnyMesh, size: MeshSize) -> MeshSize:
     )
 
 
-def _limited(issue: Issue, limit: str, most: int) -> Issue:
-    """What was too large, where the limit was set; of a group, the limit of the whole."""
-    if issue.code != "too_many_triangles":
-        return replace(issue, pointer=limit)
-    got, needed = f"more than {most} triangles", f"at most {most}; a greater tolerance needs fewer"
-    return replace(issue, pointer=limit, got=got, needed=needed)
+def _explain(issue: Issue, where: str, most: int, accuracy: Accuracy, memory: int | None) -> Issue:
+    """What was too large, where the limit was set; of a group, the limit of the whole.
 
-
-def _scarce(issue: Issue, limits: Limits, accuracy: Accuracy, triangles: int) -> Issue:
-    """What was too large for the memory that it may take, or for the bytes of its file."""
+    `memory` are the bytes that a mesh may take, where these allow no more than `most` triangles.
+    """
     if issue.code != "too_many_triangles":
-        return issue
-    if accuracy.max_bytes is not None and LEAST_BYTES * triangles > accuracy.max_bytes:
+        return replace(issue, pointer=where)
+    if memory is None:
+        needed = f"at most {most}; a greater tolerance needs fewer"
+        return replace(issue, pointer=where, got=f"more than {most} triangles", needed=needed)
+    if accuracy.max_bytes is not None and LEAST_BYTES * most > accuracy.max_bytes:
         return _too_many_bytes(f"more than {accuracy.max_bytes} bytes", accuracy.max_bytes)
-    most = limits.max_memory // SHARE
-    return Issue(
-        "too_much_memory",
-        "The mesh would take more memory than this service has for one by tolerance.",
-        issue.pointer,
-        f"more than {most} bytes",
-        f"at most {most}; a greater tolerance, or another format, takes less",
-    )
+    message = "The mesh would take more memory than this service has for one by tolerance."
+    needed = f"at most {memory}; a greater tolerance, or another format, takes less"
+    return Issue("too_much_memory", message, where, f"more than {memory} bytes", needed)
 
 
 def _too_many_bytes(got: str, most: int) -> Issue:
@@ -231,12 +221,6 @@ def _budget_share(mesh: AnyMesh, content: bytes, budget: Accuracy) -> float:
 def _check_budget(where: str, unit: str, least: int, most: int | None) -> None:
     """Refuses a budget that not even the coarsest mesh keeps to."""
     if most is not None and least > most:
-        raise InvalidRequest(
-            Issue(
-                "budget_too_small",
-                "No mesh of the surface is so small.",
-                where,
-                f"{most} {unit}",
-                f"at least {least} {unit}",
-            )
-        )
+        code, message = "budget_too_small", "No mesh of the surface is so small."
+        got, needed = f"{most} {unit}", f"at least {least} {unit}"
+        raise InvalidRequest(Issue(code, message, where, got, needed))

@@ -19,9 +19,9 @@ from service.engine.options import MeshOptions
 from service.engine.sweeps import sweep
 from service.engine.sweeps.sweep import predicted_sweep
 from service.engine.tessellate import predicted_size
-from service.errors import InvalidRequest, Issue, TooLarge, UnsupportedByFormat
+from service.errors import InvalidRequest, Issue, UnsupportedByFormat
 from service.pipeline.cost import lowering_memory
-from service.pipeline.limits import Limits
+from service.pipeline.limits import Limits, check_count
 from service.surface.checks import MAX_COORDINATE
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceSize
@@ -38,16 +38,9 @@ NOT_PARAMETRIC = Issue(
 
 def check_surface(size: SurfaceSize, limits: Limits) -> None:
     """Refuses a surface of too many patches, or one that takes too much memory as patches."""
-    if size.patches > limits.max_patches:
-        raise TooLarge(
-            Issue(
-                "too_many_patches",
-                "The surface has too many Bézier patches: one for every span of its knots.",
-                "/surface",
-                f"{size.patches} patches",
-                f"at most {limits.max_patches}",
-            )
-        )
+    message = "The surface has too many Bézier patches: one for every span of its knots."
+    issue = Issue("too_many_patches", message, "/surface")
+    check_count(size.patches, limits.max_patches, "patches", issue)
     what, instead = "As patches the surface", "a smaller surface"
     limits.check_memory(lowering_memory(size), what, "/surface", instead)
 
@@ -64,15 +57,9 @@ def check_options(
     degree = max(size.degree)
     most = forward_difference.MAX_DEGREE[np.float32 if fmt.single else np.float64]
     if options.method == "forward_difference" and degree > most:
-        raise InvalidRequest(
-            Issue(
-                "degree_too_high",
-                "Forward differences of so high a degree lose the digits that the format stores.",
-                "/method",
-                f"degree {degree}",
-                f"degrees up to {most}, or another method",
-            )
-        )
+        message = "Forward differences of so high a degree lose the digits that the format stores."
+        got, needed = f"degree {degree}", f"degrees up to {most}, or another method"
+        raise InvalidRequest(Issue("degree_too_high", message, "/method", got, needed))
 
 
 def _check_swept(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
@@ -83,15 +70,10 @@ def _check_swept(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> No
     elif options.accuracy is not None:
         where = stated(options.accuracy)
     elif options.wired or not options.surface:
-        raise InvalidRequest(
-            Issue(
-                "not_parametric",
-                "Tubes and ribbons have no isoparametric curves; they are made of their faces.",
-                "/isocurves" if options.wired else "/faces",
-                "a tube or a ribbon",
-                "no isoparametric curves, and faces",
-            )
-        )
+        message = "Tubes and ribbons have no isoparametric curves; they are made of their faces."
+        where = "/isocurves" if options.wired else "/faces"
+        got, needed = "a tube or a ribbon", "no isoparametric curves, and faces"
+        raise InvalidRequest(Issue("not_parametric", message, where, got, needed))
     elif options.curvatures and "attribute" in fmt.carries:
         where = "/curvatures"
     elif options.method != "matrix":
@@ -130,29 +112,19 @@ def _check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> N
     if options.wired and not options.solid_wires and not fmt.overlays:
         got, needed = "isoparametric curves as lines", "tubes or ribbons, or another format"
         raise _unsupported(no_lines, "/wires", got, needed)
-    for name, is_asked in (
-        ("quantize", encode.quantize),
-        ("compression", encode.compression != "none"),
-    ):
-        if is_asked and not fmt.compact:
-            message = f"The format {fmt.name} has no compact form."
-            needed = "nothing here, or one of the formats glb and gltf"
-            raise _unsupported(message, f"/{name}", name, needed)
+    if not fmt.compact and (encode.quantize or encode.compression != "none"):
+        name = "quantize" if encode.quantize else "compression"
+        message = f"The format {fmt.name} has no compact form."
+        needed = "nothing here, or one of the formats glb and gltf"
+        raise _unsupported(message, f"/{name}", name, needed)
     if encode.compression not in ("none", *compressions()):
-        raise UnsupportedByFormat(
-            Issue(
-                "compression_unavailable",
-                "This service was installed without the library that compresses.",
-                "/compression",
-                encode.compression,
-                "none, or a service with the extra named meshopt",
-            )
-        )
+        message = "This service was installed without the library that compresses."
+        needed = "none, or a service with the extra named meshopt"
+        code, where = "compression_unavailable", "/compression"
+        raise UnsupportedByFormat(Issue(code, message, where, encode.compression, needed))
     if encode.exact and (options.solid_wires or not options.surface):
-        got, needed = (
-            "wires that have faces, or no surface",
-            "the surface, its curves as lines, or another form",
-        )
+        got = "wires that have faces, or no surface"
+        needed = "the surface, its curves as lines, or another form"
         raise _unsupported("The exact form holds patches, and lines.", "/oogl", got, needed)
 
 
@@ -162,16 +134,8 @@ def _unsupported(message: str, where: str, got: str, needed: str) -> Unsupported
 
 def check_vertices(vertices: int, limits: Limits, where: str = "/resolution") -> None:
     """Refuses a mesh of so many vertices, points of lines included; `where` asked for it."""
-    if vertices > limits.max_vertices:
-        raise TooLarge(
-            Issue(
-                "too_many_vertices",
-                "The mesh would have too many vertices.",
-                where,
-                f"{vertices} vertices",
-                f"at most {limits.max_vertices}",
-            )
-        )
+    issue = Issue("too_many_vertices", "The mesh would have too many vertices.", where)
+    check_count(vertices, limits.max_vertices, "vertices", issue)
 
 
 def check_bytes(most: int, fmt: Format, limits: Limits, where: str = "/resolution") -> None:
@@ -182,16 +146,11 @@ def check_bytes(most: int, fmt: Format, limits: Limits, where: str = "/resolutio
 def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
     """Refuses what only the patches tell: places, names and multiplications."""
     if options.solid_wires and (furthest := reach(model, options)) > MAX_COORDINATE:
-        raise InvalidRequest(
-            Issue(
-                "coordinate_too_large",
-                "Coordinates are stored in single precision.",
-                "/wire_width",
-                f"wires that reach as far as {furthest:.6g}",
-                f"at most {MAX_COORDINATE:.7g}",
-            )
-        )
-    for own in model.models if isinstance(model, GroupModel) else (model,):
+        code, message = "coordinate_too_large", "Coordinates are stored in single precision."
+        got, needed = f"wires that reach as far as {furthest:.6g}", f"at most {MAX_COORDINATE:.7g}"
+        raise InvalidRequest(Issue(code, message, "/wire_width", got, needed))
+    models = model.models if isinstance(model, GroupModel) else (model,)
+    for own in models:
         if isinstance(own, SweepModel):
             message = "Curves of so high a degree take long to be measured: with the square of it."
             count = sweep.effort(own, options)
@@ -199,16 +158,10 @@ def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
         elif options.curvatures:
             _check_names(own)
     if options.method == "de_casteljau":
-        message = (
-            "De Casteljau's algorithm would take too long: it grows with the third power of the "
-            "degree."
-        )
-        patches = model.models if isinstance(model, GroupModel) else (model,)
-        count = sum(
-            de_casteljau.effort(own, options.resolution)
-            for own in patches
-            if isinstance(own, PatchModel)
-        )
+        why = "it grows with the third power of the degree."
+        message = f"De Casteljau's algorithm would take too long: {why}"
+        patches = [own for own in models if isinstance(own, PatchModel)]
+        count = sum(de_casteljau.effort(own, options.resolution) for own in patches)
         limits.check_effort(count, message, "/method", "fewer divisions, or another method")
 
 
@@ -216,15 +169,10 @@ def _check_names(model: PatchModel) -> None:
     """Refuses an attribute of the name that a curvature gets."""
     channels = model.batches[0].channels
     if any(c.kind == "attribute" and c.name.lower() in NAMES for c in channels):
-        raise InvalidRequest(
-            Issue(
-                "name_clash",
-                "The surface has an attribute of the name that its curvature would get.",
-                "/curvatures",
-                "attributes and curvatures of one name",
-                f"other names than {' and '.join(NAMES)}, or no curvatures",
-            )
-        )
+        message = "The surface has an attribute of the name that its curvature would get."
+        got = "attributes and curvatures of one name"
+        needed = f"other names than {' and '.join(NAMES)}, or no curvatures"
+        raise InvalidRequest(Issue("name_clash", message, "/curvatures", got, needed))
 
 
 def count_models(model: Model, options: MeshOptions) -> tuple[Counts, Counts]:
@@ -254,13 +202,7 @@ def sum_counts(model: Model, counts: Sequence[Counts]) -> tuple[Counts, Counts]:
 
 
 def parametric(model: Model) -> PatchModel:
-    """A model that has points at parameters, and patches that can be converted.
-
-    Raises
-    ------
-    InvalidRequest
-        `not_parametric`, pointing into the request.
-    """
+    """A model that has points at parameters; raises `InvalidRequest`: `not_parametric`."""
     if isinstance(model, GroupModel):
         raise InvalidRequest(NOT_PARAMETRIC)
     return patches_of(model)

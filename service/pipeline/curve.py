@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from service.encoders.curves.format import CurveFormat, CurveSize
 from service.engine.curves.options import CurveOptions
 from service.engine.curves.trace import choose_samples, trace
-from service.errors import Issue, TooLarge
+from service.errors import Issue
 from service.measuring import measured
 from service.pipeline.cost import POINT, SCRATCH, SHARE, Cost, curve_cost
-from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
 from service.surface.curve import Curve
 
 EASY_DEGREE = 8
@@ -77,26 +77,11 @@ def plan_curve(
     return work
 
 
-def render_curve(
-    curve: Curve, options: CurveOptions, fmt: CurveFormat, limits: Limits = DEFAULT_LIMITS
-) -> bytes:
-    """The curve as a file of this format; raises what `plan_curve` and the work raise."""
-    return plan_curve(curve, options, fmt, limits).run()
-
-
 def _check_curve(work: CurveWork, points: int) -> None:
     """Refuses more points than are allowed, or more bytes."""
     where = "/resolution" if work.options.tolerance is None else "/tolerance"
-    if points > work.most:
-        raise TooLarge(
-            Issue(
-                "too_many_vertices",
-                "The polyline would have too many points.",
-                where,
-                f"{points} points",
-                f"at most {work.most}",
-            )
-        )
+    issue = Issue("too_many_vertices", "The polyline would have too many points.", where)
+    check_count(points, work.most, "points", issue)
     most = _file(work.curve, work.fmt, points)
     message = f"The answer as {work.fmt.name} could become too large."
     work.limits.check_bytes(most, message, where)

@@ -1,7 +1,8 @@
 """Surface and options in, what a mesh would be and whether it would be made out."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from math import inf
 
 import numpy as np
 
@@ -38,6 +39,12 @@ class Refusal:
     formats: tuple[str, ...]
     issue: Issue
 
+    def to_object(self) -> dict[str, object]:
+        """The refusal as a JSON object."""
+        issue = self.issue
+        what = {"code": issue.code, "pointer": issue.pointer, "detail": issue.message}
+        return {"formats": list(self.formats), **what, "got": issue.got, "needed": issue.needed}
+
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
@@ -53,6 +60,7 @@ class Estimate:
     memory : tuple of (name of a format, bytes)
         What the work would take at most, in the formats in which the mesh would be answered.
     refusals : tuple of Refusal
+        Each thing that is refused once, with the formats for which it is.
     accepted : bool
         Whether there is a format in which the mesh would be answered.
     certain : bool
@@ -127,7 +135,7 @@ class EstimateWork:
             model = with_stretches(model)
         bounds = count_models(model, options)
         whole = mesh_size(surface.size(), options, self.formats[0], bounds[1])
-        expected = _predict(model, options, whole, limits, encode)
+        expected = self._predict(model, whole)
         sizes: list[tuple[str, int, bool]] = []
         memory: list[tuple[str, int]] = []
         refused: dict[Issue, list[str]] = {}
@@ -154,15 +162,70 @@ class EstimateWork:
                 certain &= most <= limits.max_bytes
                 most = min(most, limits.max_bytes, options.accuracy.max_bytes or most)
             sizes.append((fmt.name, most, expected.exact and fmt.fixed))
-        return Estimate(
-            expected.copies,
-            expected.exact,
-            tuple(sizes),
-            tuple(memory),
-            tuple(Refusal(tuple(names), issue) for issue, names in refused.items()),
-            accepted,
-            certain or not accepted,
+        refusals = tuple(Refusal(tuple(names), issue) for issue, names in refused.items())
+        counts, exact, certain = expected.copies, expected.exact, certain or not accepted
+        return Estimate(counts, exact, tuple(sizes), tuple(memory), refusals, accepted, certain)
+
+    def _predict(self, model: Model, size: MeshSize) -> _Prediction:
+        """What will come of a model that has at most this size.
+
+        Exact at a resolution, but for what is swept along curves and for wires with faces, since
+        how often these bend is seen only when they are made, and for what is too large anyway.
+
+        Raises
+        ------
+        InvalidRequest
+            `tolerance_too_small`, as the mesh itself.
+        """
+        options, models = self.options, model.models if isinstance(model, GroupModel) else (model,)
+        patches = [own for own in models if isinstance(own, PatchModel)]
+        most = Counts(size.vertices, size.triangles, size.quads)
+        if len(patches) < len(models) or options.solid_wires or isinstance(model, SweepModel):
+            return _Prediction(most, most, exact=False)
+        if options.accuracy is not None:
+            return self._by_tolerance(model, patches, options.accuracy)
+        if size.vertices > self.limits.max_vertices:
+            return _Prediction(most, most, exact=False)
+        found = [count(own, options) if options.surface else Counts(0, 0, 0) for own in patches]
+        certain = not options.curvatures or surely_affordable(patches, size.vertices)
+        return _Prediction(*sum_counts(model, found), exact=True, certain=certain)
+
+    def _by_tolerance(
+        self, model: PatchModel | GroupModel, patches: list[PatchModel], accuracy: Accuracy
+    ) -> _Prediction:
+        """Upper bounds of a mesh by tolerance; none is answered that is larger than is allowed."""
+        options, limits = self.options, self.limits
+        moved = grid_error(model, options) if self.encode.quantize else 0.0
+        try:
+            once, copies = _most_of(model, accuracy, moved)
+        except InvalidRequest as error:
+            issues = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
+            raise InvalidRequest(*issues) from None
+        pieces = copies.pieces if "boundary" in options.overlays else 0
+        if not options.surface:
+            nothing = Counts(0, 0, 0)
+            return _Prediction(nothing, nothing, exact=True, pieces=pieces)
+        allowed = adaptive_triangles(accuracy, limits)
+        # What a budget or an angle leads to has no other bound.
+        bounded = not accuracy.budgeted and accuracy.angle_tolerance is None
+        degree = max(max(batch.side_degrees) for own in patches for batch in own.batches)
+        effort = 16 * (degree + 1) ** 2 * (2 * degree)
+        certain = (
+            bounded
+            and copies.triangles <= allowed
+            and copies.vertices + pieces <= limits.max_vertices
+            and copies.triangles * effort <= EFFORT * limits.max_multiplications
+            and _is_clear_of_rounding(model, accuracy, moved)
+            and (not options.curvatures or surely_affordable(patches, copies.vertices))
         )
+
+        def clipped(most: MostTriangles) -> Counts:
+            triangles = min(most.triangles, allowed) if bounded else allowed
+            # A face of T triangles has T + 2 vertices at most.
+            vertices = min(limits.max_vertices, triangles + 2 * model.patch_count)
+            return Counts(min(vertices, most.vertices) if bounded else vertices, triangles, 0)
+
+        return _Prediction(clipped(once), clipped(copies), False, certain, pieces)
 
 
 def plan_estimate(
@@ -182,87 +245,6 @@ def plan_estimate(
     check_surface(size, limits)
     cost = estimate_cost(surface.size(), options, len(formats), limits)
     return EstimateWork(surface, options, encode, limits, formats, cost)
-
-
-def estimate(
-    surface: SurfaceKind,
-    options: MeshOptions,
-    encode: EncodeOptions = PLAIN,
-    limits: Limits = DEFAULT_LIMITS,
-    formats: Sequence[Format] = FORMATS,
-) -> Estimate:
-    """The estimate; raises what `plan_estimate` and the work raise."""
-    return plan_estimate(surface, options, encode, limits, formats).run()
-
-
-def _predict(
-    model: Model, options: MeshOptions, size: MeshSize, limits: Limits, encode: EncodeOptions
-) -> _Prediction:
-    """What will come of a model that has at most this size.
-
-    Exact at a resolution, but for what is swept along curves and for wires with faces, since how
-    often these bend is seen only when they are made, and for what is too large to be made anyway.
-
-    Raises
-    ------
-    InvalidRequest
-        `tolerance_too_small`, as the mesh itself.
-    """
-    models = model.models if isinstance(model, GroupModel) else (model,)
-    patches = [own for own in models if isinstance(own, PatchModel)]
-    most = Counts(size.vertices, size.triangles, size.quads)
-    if len(patches) < len(models) or options.solid_wires or isinstance(model, SweepModel):
-        return _Prediction(most, most, exact=False)
-    if options.accuracy is not None:
-        return _by_tolerance(model, options, options.accuracy, limits, encode)
-    if size.vertices > limits.max_vertices:
-        return _Prediction(most, most, exact=False)
-    found = [count(own, options) if options.surface else Counts(0, 0, 0) for own in patches]
-    certain = not options.curvatures or surely_affordable(patches, size.vertices)
-    return _Prediction(*sum_counts(model, found), exact=True, certain=certain)
-
-
-def _by_tolerance(
-    model: PatchModel | GroupModel,
-    options: MeshOptions,
-    accuracy: Accuracy,
-    limits: Limits,
-    encode: EncodeOptions,
-) -> _Prediction:
-    """Upper bounds of a mesh by tolerance; none is answered that is larger than is allowed."""
-    moved = grid_error(model, options) if encode.quantize else 0.0
-    try:
-        once, copies = _most_of(model, accuracy, moved)
-    except InvalidRequest as error:
-        issues = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
-        raise InvalidRequest(*issues) from None
-    pieces = copies.pieces if "boundary" in options.overlays else 0
-    if not options.surface:
-        nothing = Counts(0, 0, 0)
-        return _Prediction(nothing, nothing, exact=True, pieces=pieces)
-    allowed = adaptive_triangles(accuracy, limits)
-    # What a budget or an angle leads to has no other bound.
-    bounded = not accuracy.budgeted and accuracy.angle_tolerance is None
-    models = model.models if isinstance(model, GroupModel) else (model,)
-    patches = [own for own in models if isinstance(own, PatchModel)]
-    degree = max(max(batch.side_degrees) for own in patches for batch in own.batches)
-    effort = 16 * (degree + 1) ** 2 * (2 * degree)
-    certain = (
-        bounded
-        and copies.triangles <= allowed
-        and copies.vertices + pieces <= limits.max_vertices
-        and copies.triangles * effort <= EFFORT * limits.max_multiplications
-        and _is_clear_of_rounding(model, accuracy, moved)
-        and (not options.curvatures or surely_affordable(patches, copies.vertices))
-    )
-
-    def clipped(most: MostTriangles) -> Counts:
-        triangles = min(most.triangles, allowed) if bounded else allowed
-        # A face of T triangles has T + 2 vertices at most.
-        vertices = min(limits.max_vertices, triangles + 2 * model.patch_count)
-        return Counts(min(vertices, most.vertices) if bounded else vertices, triangles, 0)
-
-    return _Prediction(clipped(once), clipped(copies), False, certain, pieces)
 
 
 def _most_of(
@@ -296,35 +278,20 @@ def _sum(bounds: Iterable[MostTriangles]) -> MostTriangles:
 def _is_clear_of_rounding(model: PatchModel | GroupModel, accuracy: Accuracy, moved: float) -> bool:
     """Whether no format rounds so much that the tolerance could be too small."""
     goal = goal_of(accuracy, model)
-    least = (
-        goal.tolerance
-        if goal.view is None
-        else min(goal.tolerance, goal.view.rate * goal.view.near)
-    )
+    seen = inf if goal.view is None else goal.view.rate * goal.view.near
+    least = min(goal.tolerance, seen)
     return least >= SURE * float(np.abs(box(model)).max()) + GRID_SHARE * moved
 
 
 def estimate_object(found: Estimate) -> dict[str, object]:
     """The estimate as a JSON object."""
     return {
-        "vertices": found.counts.vertices,
-        "triangles": found.counts.triangles,
-        "quads": found.counts.quads,
+        **asdict(found.counts),
         "exact": found.exact,
         "bytes": {name: size for name, size, _ in found.sizes},
         "exact_bytes": [name for name, _, exact in found.sizes if exact],
         "memory": dict(found.memory),
         "accepted": found.accepted,
         "certain": found.certain,
-        "refused": [
-            {
-                "formats": list(refusal.formats),
-                "code": refusal.issue.code,
-                "pointer": refusal.issue.pointer,
-                "detail": refusal.issue.message,
-                "got": refusal.issue.got,
-                "needed": refusal.issue.needed,
-            }
-            for refusal in found.refusals
-        ],
+        "refused": [refusal.to_object() for refusal in found.refusals],
     }

@@ -1,7 +1,7 @@
 """How large, and how long, a result may become."""
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from service.errors import Issue, TooLarge
 
@@ -45,3 +45,9 @@ class Limits:
 
 
 DEFAULT_LIMITS = Limits()
+
+
+def check_count(count: int, most: int, unit: str, issue: Issue) -> None:
+    """Refuses a count above `most`, as the issue says; it gets what was got and needed."""
+    if count > most:
+        raise TooLarge(replace(issue, got=f"{count} {unit}", needed=f"at most {most}"))

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from service.encoders import json_points
 from service.engine.points.answer import effort, points
 from service.engine.points.places import Query, locate
-from service.errors import Issue, TooLarge
+from service.errors import Issue
 from service.measuring import measured
 from service.pipeline.checks import check_surface, parametric
 from service.pipeline.cost import Cost, points_cost
-from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
 from service.surface.sizes import SurfaceKind
 
 
@@ -52,27 +52,13 @@ def plan_points(surface: SurfaceKind, query: Query, limits: Limits = DEFAULT_LIM
     ------
     TooLarge
     """
-    _check_points(query, limits)
+    where, count = f"/{query.field}", len(query.places)
+    message = "The query has more points than this service computes at once."
+    check_count(count, limits.max_points, "points", Issue("too_many_points", message, where))
+    most = json_points.byte_bound(count, query.order)
+    limits.check_bytes(most, "The answer could become too large.", where)
     size = surface.stored_size()
     check_surface(size, limits)
-    cost = points_cost(size, len(query.places), query.order)
-    where = f"/{query.field}"
+    cost = points_cost(size, count, query.order)
     limits.check_memory(cost.memory, "The answer", where, "fewer points at once")
     return PointsWork(surface, query, limits, cost)
-
-
-def _check_points(query: Query, limits: Limits) -> None:
-    """Refuses queries of too many points."""
-    count = len(query.places)
-    if count > limits.max_points:
-        raise TooLarge(
-            Issue(
-                "too_many_points",
-                "The query has more points than this service computes at once.",
-                f"/{query.field}",
-                f"{count} points",
-                f"at most {limits.max_points}",
-            )
-        )
-    most = json_points.byte_bound(count, query.order)
-    limits.check_bytes(most, "The answer could become too large.", f"/{query.field}")

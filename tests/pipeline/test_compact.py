@@ -15,7 +15,7 @@ from service.engine.adaptive.accuracy import Accuracy
 from service.engine.gridded import grid_error
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, UnsupportedByFormat
-from service.pipeline.estimate import estimate
+from service.pipeline.estimate import plan_estimate
 from service.pipeline.mesh import plan_mesh, render
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find
@@ -198,7 +198,7 @@ def test_without_the_library_compression_is_refused(monkeypatch: pytest.MonkeyPa
 )
 def test_an_estimate_is_an_upper_bound(encode: EncodeOptions, options: MeshOptions) -> None:
     surface = find("saddle").surface()
-    found = estimate(surface, options, encode)
+    found = plan_estimate(surface, options, encode).run()
     assert {name for name, _, _ in found.sizes} == {"glb", "gltf"}
     assert [refusal.formats for refusal in found.refusals] == [
         ("json",), ("oogl",), ("stl",), ("obj",), ("ply",), ("off",)
@@ -212,10 +212,10 @@ def test_an_estimate_knows_that_a_grid_may_be_too_coarse() -> None:
     moved = grid_error(surface.lower(), MeshOptions())
     fine, coarse = by(tolerance=2.5 * moved), by(tolerance=100 * moved)
     glb = (GLB,)
-    assert estimate(surface, fine, EncodeOptions(), formats=glb).certain
-    assert not estimate(surface, fine, QUANTIZED, formats=glb).certain
-    assert estimate(surface, coarse, QUANTIZED, formats=glb).certain
-    most = estimate(surface, fine, QUANTIZED, formats=glb).counts
+    assert plan_estimate(surface, fine, EncodeOptions(), formats=glb).run().certain
+    assert not plan_estimate(surface, fine, QUANTIZED, formats=glb).run().certain
+    assert plan_estimate(surface, coarse, QUANTIZED, formats=glb).run().certain
+    most = plan_estimate(surface, fine, QUANTIZED, formats=glb).run().counts
     report = plan_mesh(surface, fine, GLB, QUANTIZED).run().report
     assert report is not None
     assert report.triangles <= most.triangles

@@ -12,7 +12,7 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.adaptive.accuracy import Accuracy, Camera
 from service.engine.options import MeshOptions
 from service.errors import Issue, SurfaceError
-from service.pipeline.estimate import Estimate, estimate, estimate_object
+from service.pipeline.estimate import Estimate, estimate_object, plan_estimate
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import PLAIN, render
 from service.surface.bspline import BsplineSurface
@@ -36,7 +36,7 @@ def check(
 ) -> Estimate:
     """Compares the estimate with the files of all formats."""
     limits = limits or Limits()
-    found = estimate(surface, options, encode, limits)
+    found = plan_estimate(surface, options, encode, limits).run()
     sizes = {name: (size, exact) for name, size, exact in found.sizes}
     answered = 0
     for fmt in FORMATS:
@@ -105,8 +105,8 @@ def test_copies_that_are_bent_in_different_ways_are_stored_apart(accuracy: Any) 
     hills = BsplineSurface(net, (2, 2))
     members = (Member(hills), *(Member(hills, matrix=np.diag([k, 1, 1, 1.0])) for k in (2, 3)))
     options = MeshOptions((2, 2), curvatures=True, accuracy=accuracy)
-    found = estimate(GroupSurface(members), options)
-    plain = estimate(GroupSurface(members), replace(options, curvatures=False))
+    found = plan_estimate(GroupSurface(members), options).run()
+    plain = plan_estimate(GroupSurface(members), replace(options, curvatures=False)).run()
     for (name, size, _), (_, before, _) in zip(found.sizes, plain.sizes, strict=True):
         content, issues = rendered(GroupSurface(members), options, BY_NAME[name])
         assert not issues
@@ -143,7 +143,7 @@ TOLERANCES = [
 def test_tolerances_and_budgets_are_bounded(accuracy: Accuracy) -> None:
     for example in ("sphere", "torus"):
         surface, options = find(example).surface(), MeshOptions(accuracy=accuracy)
-        found = estimate(surface, options)
+        found = plan_estimate(surface, options).run()
         assert not found.exact
         assert found.accepted
         sizes = {name: size for name, size, _ in found.sizes}
@@ -165,7 +165,7 @@ def vars_of(accuracy: Accuracy) -> dict[str, Any]:
 def test_no_family_of_surfaces_needs_more_than_was_foreseen(name: str) -> None:
     surface = FAMILIES[name].surface(1)
     options = MeshOptions(accuracy=Accuracy(relative_tolerance=0.01), normals=False)
-    found = estimate(surface, options)
+    found = plan_estimate(surface, options).run()
     content, issues = rendered(surface, options, BY_NAME["json"])
     if issues:
         assert not found.certain
@@ -179,7 +179,7 @@ def test_what_is_certain_and_what_is_not() -> None:
     surface = find("sphere").surface()
 
     def told(**accuracy: Any) -> Estimate:
-        return estimate(surface, MeshOptions(accuracy=Accuracy(**accuracy)))
+        return plan_estimate(surface, MeshOptions(accuracy=Accuracy(**accuracy))).run()
 
     assert told(tolerance=0.01).certain
     assert not told(tolerance=1e-9).certain
@@ -193,8 +193,8 @@ def test_what_is_certain_and_what_is_not() -> None:
     for divisions, certain in ((16, True), (200, False)):
         for curvatures in (True, False):
             options = MeshOptions((divisions, divisions), curvatures=curvatures)
-            assert estimate(surface, options).certain == (certain or not curvatures)
-    assert estimate(surface, MeshOptions((200, 200), curvatures=True)).exact
+            assert plan_estimate(surface, options).run().certain == (certain or not curvatures)
+    assert plan_estimate(surface, MeshOptions((200, 200), curvatures=True)).run().exact
 
 
 def sized(found: Estimate) -> list[tuple[str, int]]:
@@ -213,7 +213,7 @@ def test_what_no_mesh_by_tolerance_can_have_is_refused_here_too() -> None:
 def test_copies_in_a_group_are_counted_each_and_stored_once() -> None:
     teapot = find("utah-teapot").surface()
     group = GroupSurface(tuple(Member(teapot, f"{k}", None, None) for k in range(5)))
-    one, five = (estimate(s, MeshOptions((8, 8))) for s in (teapot, group))
+    one, five = (plan_estimate(s, MeshOptions((8, 8))).run() for s in (teapot, group))
     assert five.counts.triangles == 5 * one.counts.triangles
     sizes = [{name: size for name, size, _ in found.sizes} for found in (one, five)]
     assert sizes[1]["glb"] < 2 * sizes[0]["glb"]
@@ -233,7 +233,7 @@ def test_limits_are_those_of_the_mesh() -> None:
 
 
 def test_what_is_refused_for_its_size_is_still_counted() -> None:
-    found = estimate(find("saddle").surface(), MeshOptions((60_000, 60_000)))
+    found = plan_estimate(find("saddle").surface(), MeshOptions((60_000, 60_000))).run()
     assert not found.accepted
     assert not found.exact
     assert found.counts.vertices == 60_001**2
@@ -246,7 +246,7 @@ def test_what_is_refused_for_its_size_is_still_counted() -> None:
 def test_as_json_it_names_formats_with_their_bytes_and_what_is_wrong() -> None:
     surface, options = find("saddle").surface(), MeshOptions((2, 2), faces="quads")
     formats = [BY_NAME["stl"], BY_NAME["off"]]
-    found: dict[str, Any] = estimate_object(estimate(surface, options, formats=formats))
+    found: dict[str, Any] = estimate_object(plan_estimate(surface, options, formats=formats).run())
     assert found["bytes"] == {"off": found["bytes"]["off"]}
     assert (found["vertices"], found["triangles"], found["quads"]) == (9, 0, 4)
     assert (found["exact"], found["exact_bytes"], found["accepted"]) == (True, [], True)

@@ -9,7 +9,7 @@ from service.encoders.curves.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
 from service.engine.curves.options import CurveOptions
 from service.engine.options import MeshOptions
-from service.pipeline.curve import render_curve
+from service.pipeline.curve import plan_curve
 from service.pipeline.mesh import render
 from service.schemas.curves import CurveRequest
 from service.schemas.document import DocumentLimits
@@ -73,5 +73,5 @@ def test_curves_are_those_of_usual_weights(kind: str, power: int, options: Curve
     for w in (1.0, float(np.ldexp(1.0, power))):
         curve = {"type": kind, "control_points": POLYGON, "weights": [w, 2 * w, w, 8 * w]}
         wanted = validate_document(CurveRequest, {"curve": curve}, LIMITS)
-        answers.append(render_curve(wanted.to_curve(), options, CURVES_BY_NAME["json"]))
+        answers.append(plan_curve(wanted.to_curve(), options, CURVES_BY_NAME["json"]).run())
     assert answers[0] == answers[1]

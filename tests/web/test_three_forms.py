@@ -12,7 +12,7 @@ from service.encoders.curves.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
 from service.engine.build import build
 from service.engine.curvatures.stretches import with_stretches
-from service.pipeline.curve import render_curve
+from service.pipeline.curve import plan_curve
 from service.pipeline.mesh import render
 from service.schemas.curves import CurveRequest
 from service.schemas.request import MeshRequest
@@ -80,11 +80,11 @@ def test_every_form_is_drawn_where_it_is(stage: Stage, form: str) -> None:
 def test_every_curve_is_drawn_where_it_is(stage: Stage, name: str) -> None:
     request = validate_document(CurveRequest, {"curve": CURVES[name], "resolution": 5})
     curve, options = request.to_curve(), request.curve_options()
-    stage.show(render_curve(curve, options, CURVES_BY_NAME["glb"]))
+    stage.show(plan_curve(curve, options, CURVES_BY_NAME["glb"]).run())
     (line,) = stage.lines()
     assert line["type"] == "Line"
     assert {"_arc_length", "_parameter", "_tangent", "position"} == set(line["attributes"])
     assert stage.page.evaluate("window.viewer.measure()")["coverage"] > 0
-    told = json.loads(render_curve(curve, options, CURVES_BY_NAME["json"]))
+    told = json.loads(plan_curve(curve, options, CURVES_BY_NAME["json"]).run())
     points = in_space(np.array(told["points"]))
     np.testing.assert_allclose(line["positions"], rows(curve.up, points), atol=1e-6)

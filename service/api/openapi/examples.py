@@ -15,9 +15,8 @@ from service.api.openapi.requests import REQUESTS, Json
 from service.encoders.curves.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
 from service.encoders.text import json_text
-from service.pipeline.conversion import plan_conversion
 from service.pipeline.curve import plan_curve
-from service.pipeline.definition import plan_content
+from service.pipeline.documents import plan_content, plan_conversion
 from service.pipeline.encoding import encode_options
 from service.pipeline.estimate import estimate_object, plan_estimate
 from service.pipeline.mesh import plan_mesh

@@ -24,7 +24,7 @@ from service.engine.mesh import ENGINE
 from service.engine.options import MeshOptions
 from service.engine.points.places import Query
 from service.errors import Busy, DamagedObject, StoreFailed, SurfaceError
-from service.pipeline.conversion import converted
+from service.pipeline.documents import plan_conversion
 from service.pipeline.mesh import render
 from service.pipeline.points import plan_points
 from service.schemas.document import DEFAULT_LIMITS
@@ -99,7 +99,9 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
             "points": lambda: plan_points(find("saddle").surface(), _OUTSIDE).run(),
             "knots": _post(_KNOTS),
             "parameters": lambda: plan_points(find("trefoil-tube").surface(), _PLACE).run(),
-            "conversion": lambda: converted(find("sphere").surface(), (Split(u=0.5),), Allowed()),
+            "conversion": lambda: plan_conversion(
+                find("sphere").surface(), (Split(u=0.5),), Allowed()
+            ).run(),
         },
         "InvalidQuery": {
             "options": lambda: mesh_query([("resolution", "0"), ("weld", "1")]),

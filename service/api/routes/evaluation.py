@@ -10,8 +10,8 @@ from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, answer, err
 from service.api.services import JobDep, ServicesDep
 from service.encoders.curves.format import CurveFormat
 from service.encoders.curves.registry import CURVE_FORMATS
-from service.pipeline.conversion import plan_conversion
 from service.pipeline.curve import plan_curve
+from service.pipeline.documents import plan_conversion
 from service.pipeline.points import plan_points
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest

@@ -1,4 +1,4 @@
-"""Surface and operations in, the surface in another form out."""
+"""A surface in, a document out: as JSON, converted or as it is, or in the form that is stored."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,8 +7,15 @@ from service.encoders.text import json_bound, json_document
 from service.engine.models import NOT_PATCHES
 from service.errors import InvalidRequest
 from service.pipeline.checks import NOT_PARAMETRIC
-from service.pipeline.cost import Cost, conversion_cost, conversion_points, convertible
+from service.pipeline.cost import (
+    Cost,
+    conversion_cost,
+    conversion_points,
+    convertible,
+    definition_cost,
+)
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.schemas.canonical import canonical, surface_id
 from service.schemas.surfaces import definition
 from service.surface import Surface
 from service.surface.convert.nets import Allowed
@@ -35,10 +42,8 @@ class ConversionWork:
         InvalidRequest, TooLarge
             With pointers into the request for it, `/operations/…`.
         """
-        document = {"surface": definition(convert(self.surface, self.operations, self.allowed))}
-        message = "The surface could become too large as JSON."
-        self.limits.check_bytes(json_bound(document), message, "/operations")
-        return json_document(document)
+        converted = convert(self.surface, self.operations, self.allowed)
+        return _write(converted, self.limits, "/operations")
 
 
 def plan_conversion(
@@ -66,11 +71,50 @@ def plan_conversion(
     return ConversionWork(surface, operations, allowed, limits, cost)
 
 
-def converted(
-    surface: Surface,
-    operations: Sequence[Operation],
-    allowed: Allowed,
-    limits: Limits = DEFAULT_LIMITS,
-) -> bytes:
-    """The surface after the operations; raises what `plan_conversion` and the work raise."""
-    return plan_conversion(surface, operations, allowed, limits).run()
+@dataclass(frozen=True, eq=False, slots=True)
+class DefinitionWork:
+    """A surface that is to be written down."""
+
+    surface: Surface
+    limits: Limits
+    cost: Cost
+
+    def run(self) -> bytes:
+        """The document.
+
+        Raises
+        ------
+        TooLarge
+        """
+        return _write(self.surface, self.limits, "/id")
+
+
+def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> DefinitionWork:
+    """What writing a surface down costs."""
+    return DefinitionWork(surface, limits, definition_cost(surface.stored_size(), limits))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ContentWork:
+    """A surface that is to be stored."""
+
+    surface: Surface
+    cost: Cost
+
+    def run(self) -> tuple[str, bytes]:
+        """The id of the surface, and its canonical content."""
+        content = canonical(self.surface)
+        return surface_id(content), content
+
+
+def plan_content(surface: Surface) -> ContentWork:
+    """What the canonical content of a surface costs."""
+    return ContentWork(surface, definition_cost(surface.stored_size(), DEFAULT_LIMITS))
+
+
+def _write(surface: Surface, limits: Limits, where: str) -> bytes:
+    """The surface as a JSON document; raises `TooLarge`, pointing at `where`."""
+    document = {"surface": definition(surface)}
+    message = "The surface could become too large as JSON."
+    limits.check_bytes(json_bound(document), message, where)
+    return json_document(document)
