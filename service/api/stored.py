@@ -7,8 +7,8 @@ from functools import cache, partial
 from service.api.services import Services
 from service.api.workers import Job
 from service.errors import DamagedObject, InvalidRequest, Issue, UnknownSurface
-from service.schemas.canonical import canonical, restored, surface_id
 from service.schemas.document import DocumentLimits
+from service.storage.canonical import canonical, restored, surface_id
 from service.storage.keys import is_id
 from service.storage.store import SurfaceStore
 from service.surface import Surface

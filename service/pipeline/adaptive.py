@@ -221,6 +221,5 @@ def _budget_share(mesh: AnyMesh, content: bytes, budget: Accuracy) -> float:
 def _check_budget(where: str, unit: str, least: int, most: int | None) -> None:
     """Refuses a budget that not even the coarsest mesh keeps to."""
     if most is not None and least > most:
-        code, message = "budget_too_small", "No mesh of the surface is so small."
-        got, needed = f"{most} {unit}", f"at least {least} {unit}"
-        raise InvalidRequest(Issue(code, message, where, got, needed))
+        message, needed = "No mesh of the surface is so small.", f"at least {least} {unit}"
+        raise InvalidRequest(Issue("budget_too_small", message, where, f"{most} {unit}", needed))

@@ -119,9 +119,9 @@ def _check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> N
         raise _unsupported(message, f"/{name}", name, needed)
     if encode.compression not in ("none", *compressions()):
         message = "This service was installed without the library that compresses."
-        needed = "none, or a service with the extra named meshopt"
-        code, where = "compression_unavailable", "/compression"
-        raise UnsupportedByFormat(Issue(code, message, where, encode.compression, needed))
+        got, needed = encode.compression, "none, or a service with the extra named meshopt"
+        issue = Issue("compression_unavailable", message, "/compression", got, needed)
+        raise UnsupportedByFormat(issue)
     if encode.exact and (options.solid_wires or not options.surface):
         got = "wires that have faces, or no surface"
         needed = "the surface, its curves as lines, or another form"
@@ -146,9 +146,9 @@ def check_bytes(most: int, fmt: Format, limits: Limits, where: str = "/resolutio
 def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
     """Refuses what only the patches tell: places, names and multiplications."""
     if options.solid_wires and (furthest := reach(model, options)) > MAX_COORDINATE:
-        code, message = "coordinate_too_large", "Coordinates are stored in single precision."
+        message = "Coordinates are stored in single precision."
         got, needed = f"wires that reach as far as {furthest:.6g}", f"at most {MAX_COORDINATE:.7g}"
-        raise InvalidRequest(Issue(code, message, "/wire_width", got, needed))
+        raise InvalidRequest(Issue("coordinate_too_large", message, "/wire_width", got, needed))
     models = model.models if isinstance(model, GroupModel) else (model,)
     for own in models:
         if isinstance(own, SweepModel):

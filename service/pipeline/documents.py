@@ -1,4 +1,4 @@
-"""A surface in, a document out: as JSON, converted or as it is, or in the form that is stored."""
+"""A surface in, a JSON document out: converted, or as it is."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +15,6 @@ from service.pipeline.cost import (
     definition_cost,
 )
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.schemas.canonical import canonical, surface_id
 from service.schemas.surfaces import definition
 from service.surface import Surface
 from service.surface.convert.nets import Allowed
@@ -92,24 +91,6 @@ class DefinitionWork:
 def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> DefinitionWork:
     """What writing a surface down costs."""
     return DefinitionWork(surface, limits, definition_cost(surface.stored_size(), limits))
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class ContentWork:
-    """A surface that is to be stored."""
-
-    surface: Surface
-    cost: Cost
-
-    def run(self) -> tuple[str, bytes]:
-        """The id of the surface, and its canonical content."""
-        content = canonical(self.surface)
-        return surface_id(content), content
-
-
-def plan_content(surface: Surface) -> ContentWork:
-    """What the canonical content of a surface costs."""
-    return ContentWork(surface, definition_cost(surface.stored_size(), DEFAULT_LIMITS))
 
 
 def _write(surface: Surface, limits: Limits, where: str) -> bytes:

@@ -8,13 +8,14 @@ something is wrong does a second pass walk through the lists to say where.
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
-from typing import Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import core_schema
 
+from service.bases.arrays import FloatArray
 from service.errors import Issue
 from service.schemas.document import DEFAULT_LIMITS, DocumentLimits
 from service.schemas.ndarrays import checked_array
@@ -107,22 +108,20 @@ class NumberGrid:
             if level == self.triangle_level:
                 rows = shape.pop()
                 each = [*range(rows, 0, -1)]
-                if list(map(len, scalars)) != each * (len(scalars) // rows):
-                    raise refusal(self._faults(value))
-                shape.append(sum(each))
-                scalars = list(chain.from_iterable(scalars))
-                continue
-            length = lengths.pop()
-            wrong_width = self._is_last(level) and self.width not in (None, length)
-            if lengths or not length or wrong_width:
+                is_right = list(map(len, scalars)) == each * (len(scalars) // rows)
+                length = sum(each)
+            else:
+                length = lengths.pop()
+                is_wide = not self._is_last(level) or self.width in (None, length)
+                is_right = not lengths and length > 0 and is_wide
+            if not is_right:
                 raise refusal(self._faults(value))
             shape.append(length)
             scalars = list(chain.from_iterable(scalars))
         if not self._all_numbers(scalars):
             raise refusal(self._faults(value))
-        if self.whole:
-            return np.fromiter(scalars, np.int64, len(scalars)).reshape(shape)
-        return np.fromiter(scalars, np.float64, len(scalars)).reshape(shape)
+        dtype = np.int64 if self.whole else np.float64
+        return np.fromiter(scalars, dtype, len(scalars)).reshape(shape)
 
     @property
     def scalar(self) -> str:
@@ -184,14 +183,9 @@ class NumberGrid:
         innermost = level + 2 == len(self.levels)
         for index, item in enumerate(value):
             # Most points are in order: they are passed over without a generator for each.
-            if (
-                innermost
-                and type(item) is list
-                and len(item) == lengths[-1]
-                and self._all_numbers(item)
-            ):
-                continue
-            yield from self._walk(item, (*path, index), lengths)
+            is_point = innermost and type(item) is list and len(item) == lengths[-1]
+            if not (is_point and self._all_numbers(item)):
+                yield from self._walk(item, (*path, index), lengths)
 
     def _scalar_fault(self, value: object, path: Path) -> Iterator[tuple[Path, Issue]]:
         if type(value) not in (_WHOLE if self.whole else _NUMBER):
@@ -213,11 +207,11 @@ class NumberGrid:
         self, source: object, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
         """The validator: null is refused like every other value that is no list."""
-        return core_schema.with_info_plain_validator_function(self._validate)
 
-    def _validate(self, value: object, info: ValidationInfo) -> Array:
-        limits = limits_of(info)
-        return self.array(value, limits)
+        def validate(value: object, info: ValidationInfo) -> Array:
+            return self.array(value, limits_of(info))
+
+        return core_schema.with_info_plain_validator_function(validate)
 
     def __get_pydantic_json_schema__(
         self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
@@ -286,3 +280,11 @@ TRIANGLES = NumberGrid(
     triangle_level=2,
 )
 MATRIX = NumberGrid(("rows", "numbers"))
+
+_OF_NET = "One positive weight for every control point, in the same rows. Left out, the surface is "
+_OF_CURVE = "One positive weight for every control point. Left out, the curve is polynomial."
+_RATIONAL = Field(description=_OF_NET + "polynomial.")
+NetWeights: TypeAlias = Annotated[FloatArray | None, NET_WEIGHTS, _RATIONAL]
+SplineWeights: TypeAlias = Annotated[FloatArray | None, SPLINE_WEIGHTS, _RATIONAL]
+TriangleWeights: TypeAlias = Annotated[FloatArray | None, TRIANGLE_WEIGHTS, _RATIONAL]
+CurveWeights: TypeAlias = Annotated[FloatArray | None, CURVE_WEIGHTS, Field(description=_OF_CURVE)]

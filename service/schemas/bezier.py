@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from service.bases.arrays import FloatArray
-from service.schemas.arrays import CONTROL_NET, NET_WEIGHTS
+from service.schemas.arrays import CONTROL_NET, NetWeights
 from service.schemas.channels import NetAttributes, NetColors, NetUvs, channels, define_surface
 from service.schemas.fields import NameField, StrictModel, UpField
 from service.surface.bezier import BezierSurface
@@ -27,11 +27,8 @@ class BezierDefinition(StrictModel):
         "precision.",
         examples=[[[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]],
     )
-    weights: Annotated[FloatArray | None, NET_WEIGHTS] = Field(
-        default=None,
-        description="One positive weight for every control point, in the same rows. Left out, the "
-        "surface is polynomial.",
-        examples=[[[1, 0.7071067811865476, 1], [1, 0.7071067811865476, 1]]],
+    weights: NetWeights = Field(
+        default=None, examples=[[[1, 0.7071067811865476, 1], [1, 0.7071067811865476, 1]]]
     )
     colors: NetColors = None
     uvs: NetUvs = None

@@ -15,7 +15,7 @@ from pydantic import (
 
 from service.bases.arrays import FloatArray
 from service.errors import Issue
-from service.schemas.arrays import KNOTS, SPLINE_NET, SPLINE_WEIGHTS
+from service.schemas.arrays import KNOTS, SPLINE_NET, SplineWeights
 from service.schemas.channels import (
     SplineAttributes,
     SplineColors,
@@ -136,11 +136,8 @@ class BsplineDefinition(StrictModel):
         "largest at least. Left out: clamped.",
         examples=[["clamped", [0, 0, 0, 0.5, 1, 1, 1]]],
     )
-    weights: Annotated[FloatArray | None, SPLINE_WEIGHTS] = Field(
-        default=None,
-        description="One positive weight for every control point, in the same rows. Left out, the "
-        "surface is polynomial.",
-        examples=[[[1, 1, 1, 1], [1, 2, 2, 1], [1, 2, 2, 1], [1, 1, 1, 1]]],
+    weights: SplineWeights = Field(
+        default=None, examples=[[[1, 1, 1, 1], [1, 2, 2, 1], [1, 2, 2, 1], [1, 1, 1, 1]]]
     )
     colors: SplineColors = None
     uvs: SplineUvs = None

@@ -11,7 +11,7 @@ from service.bases.arrays import FloatArray
 from service.engine.curves.options import CurveOptions
 from service.engine.options import MAX_RESOLUTION
 from service.errors import InvalidRequest, Issue
-from service.schemas.arrays import CURVE_POINTS, CURVE_WEIGHTS, SPLINE_POINTS
+from service.schemas.arrays import CURVE_POINTS, SPLINE_POINTS, CurveWeights
 from service.schemas.bspline import KnotVector, check_degrees
 from service.schemas.fields import (
     NameField,
@@ -45,12 +45,7 @@ class BezierCurveDefinition(StrictModel):
         description="The control polygon: points [x, y] or [x, y, z], all alike. At least two.",
         examples=[[[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]], [[1, 0], [1, 1], [0, 1]]],
     )
-    weights: Annotated[FloatArray | None, CURVE_WEIGHTS] = Field(
-        default=None,
-        description="One positive weight for every control point. Left out, the curve is "
-        "polynomial.",
-        examples=[[1, 0.7071067811865476, 1]],
-    )
+    weights: CurveWeights = Field(default=None, examples=[[1, 0.7071067811865476, 1]])
     up: UpField = "y"
     name: NameField = "curve"
 
@@ -84,12 +79,7 @@ class BsplineCurveDefinition(StrictModel):
         "the first begins at 0. Left out: clamped.",
         examples=["periodic", [0, 0, 0, 0, 0.5, 1, 1, 1, 1]],
     )
-    weights: Annotated[FloatArray | None, CURVE_WEIGHTS] = Field(
-        default=None,
-        description="One positive weight for every control point. Left out, the curve is "
-        "polynomial.",
-        examples=[[1, 2, 1, 2, 1]],
-    )
+    weights: CurveWeights = Field(default=None, examples=[[1, 2, 1, 2, 1]])
     up: UpField = "y"
     name: NameField = "curve"
 

@@ -15,7 +15,7 @@ from pydantic import Field
 from service.bases.arrays import FloatArray
 from service.bases.triangle import degree_of, degree_or_none, row_starts
 from service.errors import InvalidRequest, Issue, pointer
-from service.schemas.arrays import TRIANGLE_NET, TRIANGLE_WEIGHTS
+from service.schemas.arrays import TRIANGLE_NET, TriangleWeights
 from service.schemas.channels import (
     TriangleAttributes,
     TriangleColors,
@@ -42,10 +42,8 @@ class TriangleDefinition(StrictModel):
         "outside the rows lie one above the other and run from left to right.",
         examples=[[[[0, 0, 0], [1, 0, 1], [2, 0, 0]], [[0, 1, 1], [1, 1, 1]], [[0, 2, 0]]]],
     )
-    weights: Annotated[FloatArray | None, TRIANGLE_WEIGHTS] = Field(
+    weights: TriangleWeights = Field(
         default=None,
-        description="One positive weight for every control point, in the same rows. Left out, the "
-        "surface is polynomial.",
         examples=[[[1, 0.7071067811865476, 1], [0.7071067811865476, 0.7071067811865476], [1]]],
     )
     colors: TriangleColors = None

@@ -15,8 +15,8 @@ from service.api.app import create_app
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.errors import StoreFailed, StoreFull
-from service.schemas.canonical import canonical, surface_id
 from service.settings.values import Settings
+from service.storage.canonical import canonical, surface_id
 from service.surface.examples import EXAMPLES, find
 from tests.api.client import Client, client_of
 from tests.api.hostile import ECHO, HOSTILE, STORES, Hostile

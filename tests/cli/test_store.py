@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from service.cli.main import main
-from service.schemas.canonical import canonical, surface_id
+from service.storage.canonical import canonical, surface_id
 from service.surface.bezier import BezierSurface
 from tests.live import running_service
 

@@ -8,7 +8,7 @@ from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.errors import SurfaceError
 from service.pipeline.mesh import render
-from service.schemas.canonical import canonical
+from service.storage.canonical import canonical
 from service.surface.examples import EXAMPLES, find
 from tests.api.hostile import HOSTILE, QUERIES, STORES
 from tests.api.hostile_files import FILES, NPY, OOGL, TEAPOT, net, saved

@@ -27,7 +27,6 @@ from service.decoders.registry import BY_NAME as DECODERS
 from service.decoders.registry import DECODERS as ALL_DECODERS
 from service.encoders.registry import FORMATS
 from service.errors import SurfaceError
-from service.schemas.canonical import canonical, restored
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
 from service.schemas.document import Budget, DocumentLimits
@@ -38,6 +37,7 @@ from service.schemas.surface_query import document_from_query
 from service.schemas.validation import parse_request, validate_document
 from service.server.run import make_server
 from service.settings.values import Settings
+from service.storage.canonical import canonical, restored
 
 KEY = "sfk_" + "0123456789abcdef" * 4
 SECRET = "0123456789abcdef" * 2

@@ -16,7 +16,7 @@ from service.encoders.curves.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
 from service.encoders.text import json_text
 from service.pipeline.curve import plan_curve
-from service.pipeline.documents import plan_content, plan_conversion
+from service.pipeline.documents import plan_conversion
 from service.pipeline.encoding import encode_options
 from service.pipeline.estimate import estimate_object, plan_estimate
 from service.pipeline.mesh import plan_mesh
@@ -26,6 +26,7 @@ from service.schemas.curves import CurveRequest
 from service.schemas.points import PointsRequest
 from service.schemas.request import MeshRequest, SignRequest, SurfaceRequest
 from service.schemas.validation import validate_document
+from service.storage.canonical import plan_content
 from service.surface.convert.nets import Allowed
 
 Model = TypeVar("Model", bound=BaseModel)

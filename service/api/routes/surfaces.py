@@ -29,8 +29,9 @@ from service.api.stored import content_id, exists, surface_of
 from service.decoders.registry import DECODERS
 from service.encoders.registry import FORMATS
 from service.errors import Issue, UnknownSurface
-from service.pipeline.documents import plan_content, plan_definition
+from service.pipeline.documents import plan_definition
 from service.schemas.request import SurfaceRequest
+from service.storage.canonical import plan_content
 from service.surface.examples import EXAMPLES, Example
 from service.surface.lowered import GroupModel, Model
 from service.surface.sweep_model import SweepModel

@@ -21,11 +21,11 @@ from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions
 from service.errors import DamagedObject, InvalidRequest
 from service.pipeline.mesh import render
-from service.schemas.canonical import canonical, restored, surface_id
 from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
 from service.schemas.validation import parse_request, validate_document
+from service.storage.canonical import canonical, restored, surface_id
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.curve import BezierCurve, BsplineCurve

@@ -26,6 +26,7 @@ Another form of the content would be `"canonical": 2`, beside this one.
 
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from hashlib import sha256
 from math import prod
 from typing import Any, TypeAlias
@@ -34,6 +35,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.errors import DamagedObject
+from service.pipeline.cost import Cost, definition_cost
+from service.pipeline.limits import DEFAULT_LIMITS
 from service.schemas.document import BYTES_PER_OBJECT, BYTES_PER_VALUE, DocumentLimits
 from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
@@ -89,6 +92,24 @@ def restored_memory(content: bytes) -> int:
     header = content[: content.find(b"\n")]
     objects, values = header.count(b"{"), header.count(b",") + header.count(b"[")
     return 4 * len(content) + BYTES_PER_OBJECT * objects + BYTES_PER_VALUE * values
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ContentWork:
+    """A surface that is to be stored."""
+
+    surface: Surface
+    cost: Cost
+
+    def run(self) -> tuple[str, bytes]:
+        """The id of the surface, and its canonical content."""
+        content = canonical(self.surface)
+        return surface_id(content), content
+
+
+def plan_content(surface: Surface) -> ContentWork:
+    """What the canonical content of a surface costs."""
+    return ContentWork(surface, definition_cost(surface.stored_size(), DEFAULT_LIMITS))
 
 
 def _without_arrays(value: Any, arrays: Arrays) -> Any:
