@@ -120,8 +120,9 @@ class NumberGrid:
             scalars = list(chain.from_iterable(scalars))
         if not self._all_numbers(scalars):
             raise refusal(self._faults(value))
-        dtype = np.int64 if self.whole else np.float64
-        return np.fromiter(scalars, dtype, len(scalars)).reshape(shape)
+        if self.whole:
+            return np.fromiter(scalars, np.int64, len(scalars)).reshape(shape)
+        return np.fromiter(scalars, np.float64, len(scalars)).reshape(shape)
 
     @property
     def scalar(self) -> str:
