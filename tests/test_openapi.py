@@ -35,7 +35,8 @@ from service.schemas.validation import validate_document
 from service.settings.values import Settings
 from service.surface.examples import find
 from tests.api.client import Client, client_of
-from tests.api.hostile import HOSTILE, QUERIES
+from tests.api.hostile import HOSTILE
+from tests.api.hostile_calls import QUERIES
 
 COMMITTED = Path(__file__).parents[1] / "openapi" / "openapi.json"
 UNDOCUMENTED = {"/", "/page/{file}", "/docs", "/docs/{asset}", "/openapi.json"}

@@ -68,14 +68,6 @@ def test_what_is_no_choice_is_refused(client: Client, query: str, code: str) -> 
     assert [error["code"] for error in answer.json()["errors"]] == [code]
 
 
-@pytest.mark.parametrize("name", ["quantize", "compression"])
-def test_null_is_refused(client: Client, name: str) -> None:
-    surface = {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}
-    answer = client.post("/v1/mesh?format=glb", {"surface": surface, name: None})
-    (error,) = answer.json()["errors"]
-    assert (error["code"], error["pointer"]) == ("null_value", f"/{name}")
-
-
 def test_formats_tell(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     def told() -> dict[str, tuple[bool, list[str]]]:
         formats = client.get("/v1/formats").json()["formats"]

@@ -30,93 +30,6 @@ LOOP = {
     "up": "z",
     "name": "loop",
 }
-REFUSED: dict[str, tuple[Any, str, str]] = {
-    "no curve": ({}, "missing_field", "/curve"),
-    "null": ({"curve": None}, "null_value", "/curve"),
-    "a list": ({"curve": []}, "wrong_type", "/curve"),
-    "another kind": ({"curve": {"type": "circle"}}, "unknown_type", "/curve/type"),
-    "another field": ({"curve": {**QUARTER, "radius": 1}}, "unknown_field", "/curve/radius"),
-    "one point": (
-        {"curve": {"control_points": [[0, 0]]}},
-        "too_few_points",
-        "/curve/control_points",
-    ),
-    "no extent": (
-        {"curve": {"control_points": [[1, 2], [1, 2]]}},
-        "degenerate_curve",
-        "/curve/control_points",
-    ),
-    "ragged": (
-        {"curve": {"control_points": [[0, 0], [1, 1, 1]]}},
-        "ragged",
-        "/curve/control_points/1",
-    ),
-    "one dimension": (
-        {"curve": {"control_points": [[0], [1]]}},
-        "wrong_dimension",
-        "/curve/control_points",
-    ),
-    "four dimensions": (
-        {"curve": {"control_points": [[0, 0, 0, 1], [1, 1, 1, 1]]}},
-        "wrong_dimension",
-        "/curve/control_points",
-    ),
-    "text": (
-        {"curve": {"control_points": [[0, 0], [1, "1"]]}},
-        "wrong_type",
-        "/curve/control_points/1/1",
-    ),
-    "too large": (
-        {"curve": {"control_points": [[0, 0], [1, 1e39]]}},
-        "coordinate_too_large",
-        "/curve/control_points/1/1",
-    ),
-    "degree": (
-        {"curve": {"control_points": [[k, 0] for k in range(66)]}},
-        "degree_too_high",
-        "/curve/control_points",
-    ),
-    "weights": ({"curve": {**QUARTER, "weights": [1, 1]}}, "weights_shape", "/curve/weights"),
-    "weight": (
-        {"curve": {**QUARTER, "weights": [1, 0, 1]}},
-        "weight_not_positive",
-        "/curve/weights/1",
-    ),
-    "resolution": ({"curve": QUARTER, "resolution": 0}, "out_of_range", "/resolution"),
-    "pair": ({"curve": QUARTER, "resolution": [4, 4]}, "wrong_type", "/resolution"),
-    "tolerance": ({"curve": QUARTER, "tolerance": 0}, "out_of_range", "/tolerance"),
-    "tiny": ({"curve": QUARTER, "tolerance": 1e-300}, "tolerance_too_small", "/tolerance"),
-    "both": (
-        {"curve": QUARTER, "resolution": 4, "tolerance": 0.1},
-        "conflicting_options",
-        "/tolerance",
-    ),
-    "flag": ({"curve": QUARTER, "tangents": 1}, "wrong_type", "/tangents"),
-    "spline degree": ({"curve": {**LOOP, "degree": 0}}, "out_of_range", "/curve/degree"),
-    "knot name": ({"curve": {**LOOP, "knots": "open"}}, "wrong_value", "/curve/knots"),
-    "knot count": (
-        {"curve": {**LOOP, "knots": [0, 0, 0, 0, 1, 1, 1]}},
-        "wrong_length",
-        "/curve/knots",
-    ),
-    "knot order": (
-        {"curve": {**LOOP, "knots": [0, 0, 0, 0, 1, 1, 1, 0]}},
-        "knots_decrease",
-        "/curve/knots/7",
-    ),
-    "parted": (
-        {
-            "curve": {
-                "type": "bspline",
-                "degree": 1,
-                "control_points": [[0, 0], [1, 0], [1, 1], [2, 1]],
-                "knots": [0, 0, 1, 1, 2, 2],
-            }
-        },
-        "knot_multiplicity",
-        "/curve/knots/3",
-    ),
-}
 
 
 def body(fmt: str, client: Client, document: Any) -> bytes:
@@ -233,14 +146,6 @@ def test_formats_of_surfaces_are_refused_with_those_of_curves(client: Client, fm
     media_type = next(f.media_type for f in FORMATS if f.name == fmt)
     answer = client.post("/v1/curve", {"curve": QUARTER}, {"Accept": media_type})
     assert answer.status_code == 406
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_what_is_wrong_is_pointed_at(client: Client, name: str) -> None:
-    document, code, pointer = REFUSED[name]
-    answer = client.post("/v1/curve", document)
-    assert answer.status_code == 422, answer.text
-    assert (code, pointer) in [(e["code"], e["pointer"]) for e in answer.json()["errors"]]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ from service.api.app import create_app
 from service.encoders.registry import BY_NAME
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
-from tests.api.hostile import HOSTILE, Hostile
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]}
 JSON = {"Content-Type": "application/json"}
@@ -63,22 +62,3 @@ def test_the_verdict_is_that_of_the_mesh(options: dict[str, Any]) -> None:
                 issue = {k: v for k, v in refused[name].items() if k != "formats"}
                 assert answer.json()["errors"] == [issue]
     assert told["accepted"] == (len(refused) < len(BY_NAME))
-
-
-@pytest.mark.parametrize(
-    "case", [c for c in HOSTILE if not c.name.startswith("long")][::9], ids=lambda case: case.name
-)
-def test_hostile_bodies_are_refused_here_too_unless_only_the_mesh_is(
-    client: Client, case: Hostile
-) -> None:
-    answer = client.request("POST", "/v1/estimate", case.chunks(), JSON)
-    if answer.status_code == 200:
-        refused = answer.json()["refused"]
-        assert case.code in {issue["code"] for issue in refused}
-    else:
-        error = answer.json()["errors"][0]
-        assert (answer.status_code, error["code"], error["pointer"]) == (
-            case.status,
-            case.code,
-            case.pointer,
-        )

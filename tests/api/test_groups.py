@@ -29,36 +29,12 @@ def refused(client: Client, address: str, body: dict[str, Any]) -> tuple[str, st
     return error["code"], error["pointer"]
 
 
-@pytest.mark.parametrize(
-    ("address", "more"),
-    [
-        ("/v1/points", {"uv": [[0.5, 0.5]]}),
-        ("/v1/convert", {"operations": [{"op": "transpose"}]}),
-    ],
-)
-def test_a_group_has_no_parameters(client: Client, address: str, more: dict[str, Any]) -> None:
-    found = refused(client, address, {"surface": GROUP, **more})
-    assert found == ("not_parametric", "/surface")
-
-
 def test_control_points_of_all_members_count_together(client: Client) -> None:
     """Sixteen members of four points are as many as are allowed."""
     members = [{"surface": NET}] * 16
     body = {"surface": {"type": "group", "members": members}, "resolution": 1}
     assert client.post("/v1/mesh", body).status_code == 200
     body["surface"] = {"type": "group", "members": [*members, {"surface": NET}]}
-    found = refused(client, "/v1/mesh", body)
-    assert found == ("too_many_control_points", "/surface/members")
-
-
-def test_points_of_curves_count_as_well(client: Client) -> None:
-    """Three tubes along curves of 22 points."""
-    curve = {"control_points": [[k, k % 2, 0] for k in range(22)]}
-    tube = {"type": "tube", "curve": curve, "radius": 0.1}
-    members = [{"surface": tube}] * 3
-    body = {"surface": {"type": "group", "members": members[:2]}, "resolution": 4}
-    assert client.post("/v1/mesh", body).status_code == 200
-    body["surface"] = {"type": "group", "members": members}
     found = refused(client, "/v1/mesh", body)
     assert found == ("too_many_control_points", "/surface/members")
 

@@ -9,6 +9,7 @@ from service.errors import MAX_ISSUES
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
 from tests.api.hostile import ECHO, HOSTILE, Hostile
+from tests.api.hostile_calls import CALLS
 from tests.api.hostile_files import FILES, HostileFile
 
 JSON = {"Content-Type": "application/json"}
@@ -16,12 +17,20 @@ JSON = {"Content-Type": "application/json"}
 
 def test_there_are_two_hundred_of_them_and_no_two_alike() -> None:
     assert len(HOSTILE) >= 200
-    assert len({case.name for case in HOSTILE}) == len(HOSTILE)
+    for cases in CALLS.values():
+        assert len({case.name for case in cases}) == len(cases)
 
 
-@pytest.mark.parametrize("case", HOSTILE, ids=lambda case: case.name)
-def test_hostile_body_is_refused(client: Client, case: Hostile) -> None:
-    answer = client.request("POST", "/v1/mesh", case.chunks(), JSON)
+@pytest.mark.parametrize(
+    ("path", "case"),
+    [
+        pytest.param(path, case, id=f"{path} {case.name}")
+        for path, cases in CALLS.items()
+        for case in cases
+    ],
+)
+def test_hostile_body_is_refused(client: Client, path: str, case: Hostile) -> None:
+    answer = client.request("POST", path, case.chunks(), JSON)
     assert answer.status_code == case.status
     assert answer.headers["content-type"] == "application/problem+json"
     problem = answer.json()
@@ -37,6 +46,22 @@ def test_hostile_body_is_refused(client: Client, case: Hostile) -> None:
     without_pointers = [{**error, "pointer": ""} for error in problem["errors"]]
     assert ECHO not in str(without_pointers)
     assert len(answer.content) < 20_000
+
+
+@pytest.mark.parametrize("call", ["estimate", "points", "convert", "surfaces"])
+def test_what_is_no_surface_is_refused_by_other_calls_in_the_same_words(
+    client: Client, call: str
+) -> None:
+    more = {
+        "points": ',"uv":[[0,0]],"patch":0',
+        "convert": ',"operations":[{"op":"transpose"}]',
+    }.get(call, "")
+    for case in HOSTILE[::9]:
+        body = case.build() if not case.name.startswith("long") else b""
+        if case.pointer.startswith("/surface/") and body.endswith(b"}}") and case.status == 422:
+            content = body[:-1] + more.encode() + b"}"
+            errors = client.request("POST", f"/v1/{call}", content, JSON).json()["errors"]
+            assert (case.code, case.pointer) in [(e["code"], e["pointer"]) for e in errors]
 
 
 @pytest.mark.parametrize(

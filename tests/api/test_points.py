@@ -11,7 +11,6 @@ from service.encoders import json_points
 from service.engine.points.answer import COLUMNS
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
-from tests.api.hostile import HOSTILE, QUERIES, Hostile
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
 JSON = {"Content-Type": "application/json"}
@@ -119,25 +118,3 @@ def test_a_query_has_no_parameters(client: Client) -> None:
     answer = client.post("/v1/points?format=glb", {"surface": {"control_net": NET}, "uv": [[0, 0]]})
     assert answer.status_code == 422
     assert answer.json()["errors"][0]["parameter"] == "format"
-
-
-@pytest.mark.parametrize("case", QUERIES, ids=lambda case: case.name)
-def test_hostile_query_is_refused(client: Client, case: Hostile) -> None:
-    answer = client.request("POST", "/v1/points", case.chunks(), JSON)
-    assert answer.status_code == case.status
-    error = answer.json()["errors"][0]
-    assert (error["code"], error["pointer"]) == (case.code, case.pointer)
-    assert len(answer.content) < 20_000
-
-
-def test_what_is_no_surface_is_refused_here_as_well(client: Client) -> None:
-    """The same surfaces as at /v1/mesh, with the same words."""
-    checked = 0
-    for case in HOSTILE:
-        body = case.build() if not case.name.startswith("long") else b""
-        if case.pointer.startswith("/surface/") and body.endswith(b"}}") and case.status == 422:
-            checked += 1
-            query = body[:-1] + b',"uv":[[0,0]],"patch":0}'
-            errors = client.request("POST", "/v1/points", query, JSON).json()["errors"]
-            assert (case.code, case.pointer) in [(e["code"], e["pointer"]) for e in errors]
-    assert checked > 100

@@ -1,6 +1,7 @@
 """What mutations begin with: requests that are good, and those that tests know to be bad."""
 
 from collections.abc import Callable, Iterator
+from itertools import chain
 
 from service.api.guard.keys import entry_line
 from service.encoders.format import EncodeOptions
@@ -10,7 +11,7 @@ from service.errors import SurfaceError
 from service.pipeline.mesh import render
 from service.storage.canonical import canonical
 from service.surface.examples import EXAMPLES, find
-from tests.api.hostile import HOSTILE, QUERIES, STORES
+from tests.api.hostile_calls import CALLS
 from tests.api.hostile_files import FILES, NPY, OOGL, TEAPOT, net, saved
 
 LARGEST = 1 << 16
@@ -45,7 +46,7 @@ GOOD = (
 def bodies() -> Iterator[bytes]:
     """JSON."""
     yield from GOOD
-    for case in (*HOSTILE, *QUERIES, *STORES):
+    for case in chain.from_iterable(CALLS.values()):
         if not case.name.startswith("long"):
             yield case.build()
 

@@ -1,0 +1,226 @@
+"""Bodies that mean no good for the other calls, each with the answer that it must get."""
+
+from collections.abc import Iterator, Mapping
+
+from tests.api.hostile import (
+    ECHO,
+    GOOD,
+    HOSTILE,
+    MIB,
+    NOT_NUMBERS,
+    Hostile,
+    case,
+    documents,
+    long,
+    many,
+    many_keys,
+    net,
+    options,
+    patches,
+    wrong,
+)
+
+
+def queries() -> Iterator[Hostile]:
+    """Points of /v1/points that are none."""
+
+    def uv(text: str) -> str:
+        return options(f'"uv":{text}')
+
+    yield from wrong("parameter", uv("[[0,0],[0,?]]"), "/uv/1/1", NOT_NUMBERS)
+    faults = {
+        "null_value": "null [[0,0],null]@/1",
+        "empty_list": "[] [[]]@/0",
+        "wrong_type": "[0.5,0.5]@/0 {}",
+        "wrong_dimension": "[[0.5]]@/0 [[0,0],[0,0,0]]@/1",
+        "outside_domain": "[[0,0],[0,1.0000000000000002]]@/1/1 [[-5e-324,0]]@/0/0 [[1e308,0]]@/0/0",
+    }
+    yield from wrong("uv", uv("?"), "/uv", faults)
+    yield case("no uv", options('"derivatives":1'), "missing_field", "/uv")
+    several = patches('"patches":[[[0,1],[2,3]],[[0,1],[2,3]]]')[:-1]
+    yield case("no patch", f'{several},"uv":[[0,0]]}}', "missing_field", "/patch")
+    faults = {
+        "conflicting_options": '"uv":[[0,0]],"barycentric":[[1,0,0]]@/barycentric',
+        "wrong_parameters": '"barycentric":[[1,0,0]]@/barycentric/0',
+        "wrong_dimension": '"barycentric":[[1,0,0],[1,0]]@/barycentric/1',
+        "null_value": '"barycentric":null@/barycentric',
+        "unknown_field": '"uv":[[0,0]],"resolution":4@/resolution',
+        "unexpected_patch": '"uv":[[0,0]],"patch":0@/patch',
+    }
+    yield from wrong("query", options("?"), "", faults)
+    faults = {"out_of_range": "3 -1", "wrong_type": '1.0 true "1" [1]', "null_value": "null"}
+    yield from wrong("derivatives", uv('[[0,0]],"derivatives":?'), "/derivatives", faults)
+    faults = {
+        "null_value": "null [0,null]@/1",
+        "index_out_of_range": "2 -1 18446744073709551615 [0,2]@/1 [0,18446744073709551615]@/1",
+        "wrong_type": '1.0 true "0" {} [0,true]@/1 [[0],0]@/0',
+        "empty_list": "[]",
+        "wrong_length": "[0] [0,0,0]",
+    }
+    yield from wrong("patch", f'{several},"uv":[[0,0],[1,1]],"patch":?}}', "/patch", faults)
+    yield long("points", lambda: uv(many("[0,0]", 300_001)), "too_many_points", "/uv")
+    yield long("empty points", lambda: uv(many("[]", 3_000_001)), "too_many_values")
+    yield long("numbers", lambda: uv(f"[{many('0', 900_001)}]"), "wrong_dimension", "/uv/0")
+
+
+QUERIES: tuple[Hostile, ...] = tuple(queries())
+"""Bodies for POST /v1/points."""
+
+
+def stores() -> Iterator[Hostile]:
+    """Bodies for storing that hold something else than a surface, or something beside it."""
+    yield from documents()
+    yield case("an id", '{"surface":"saddle"}', "wrong_type", "/surface")
+    yield case("the surface alone", GOOD, "missing_field", "/surface")
+    beside = (
+        f'"id":"{"0" * 64}"@/id "name":"{ECHO}"@/name "resolution":4@/resolution "up":"z"@/up'
+        ' "camera":null@/camera "engine":2@/engine "surfaces":[]@/surfaces "links":{}@/links'
+    )
+    yield from wrong("beside it", options("?"), "", {"unknown_field": beside})
+    two = f'{{"surface":{GOOD},"surface":{GOOD}}}'
+    yield case("two surfaces", two, "repeated_key", "/surface")
+    yield case("truncated", options('"x":1')[:-1], "malformed_json", "/x")
+    at = "/surface/control_net"
+    yield case("not finite", net("[[[0,0,0],[0,1,NaN]]]"), "not_finite", f"{at}/0/1/2")
+    kept = b'{"arrays":[],"canonical":1,"surface":{}}\n'
+    yield case("a canonical content", kept, "missing_field", at)
+    tail = f'{{"surface":{GOOD}}}\n\0\0\0\0\0\0\xf0?'
+    yield case("numbers behind the document", tail, "malformed_json")
+    yield long("blanks", lambda: b" " * (3 << 20), "malformed_json")
+    yield long("very many keys", lambda: options(many_keys(60_000, "")[1:]), "too_many_strings")
+
+
+STORES: tuple[Hostile, ...] = tuple(stores())
+"""Bodies for POST /v1/surfaces."""
+
+
+def conversions() -> Iterator[Hostile]:
+    """Operations of /v1/convert that cannot be done."""
+    start = '{"surface":{"control_net":[[[0,0,0],[0,1,1],[0,2,0]],[[1,0,1],[1,1,2],[1,2,1]]]},'
+
+    def after(operation: str) -> str:
+        turn = '{"op":"transpose"}'
+        return f'{start}"operations":[{turn},{turn},{operation}]}}'
+
+    def spoiled(op: str, faults: Mapping[str, str]) -> Iterator[Hostile]:
+        """The texts stand behind the name of the operation."""
+        yield from wrong(op, after(f'{{"op":"{op}"?}}'), "/operations/2", faults)
+
+    faults = {
+        "null_value": 'null {"op":null}@/op',
+        "wrong_type": '1 [] {"op":1}@/op',
+        "missing_field": "{}@/op",
+        "unknown_operation": f'{{"op":"{ECHO}"}}@/op {{"op":"Elevate"}}@/op',
+    }
+    yield from wrong("operation", after("?"), "/operations/2", faults)
+    faults = {
+        "null_value": "null [3,null]@/1",
+        "out_of_range": "0 65 [3,65]@/1",
+        "wrong_type": '1e1 true [3,"3"]@/1',
+        "wrong_length": "[] [3] [3,3,3]",
+        "degree_too_low": "1 [3,1]@/1",
+    }
+    elevate = after('{"op":"elevate","degree":?}')
+    yield from wrong("elevate", elevate, "/operations/2/degree", faults)
+    faults = {"missing_field": "@/degree", "unknown_field": f',"degree":3,"{ECHO}":1@/{ECHO}'}
+    yield from spoiled("elevate", faults)
+    faults = {
+        "missing_field": "@",
+        "null_value": ',"u":null@/u ,"at":[0.25,null,0.25]@/at/1',
+        "wrong_type": ',"u":"0.5"@/u ,"u":true@/u',
+        "out_of_range": ',"u":0@/u ,"v":1@/v ,"v":1e300@/v ,"at":[0.25,0.25,0.25]@/at'
+        ' ,"at":[1e308,1e308,1e308]@/at',
+        "unknown_field": ',"u":0.5,"at":[0.25,0.25,0.5] ,"at":[0.25,0.25,0.5]@/at',
+        "wrong_length": ',"at":[0.25,0.75]@/at',
+        "not_finite": ',"u":NaN@/u ,"u":1e999@/u',
+    }
+    yield from spoiled("split", faults)
+    faults = {
+        "missing_field": "@",
+        "wrong_type": ',"u":0.5@/u ,"u":[0,[1]]@/u/1',
+        "wrong_length": ',"u":[0.5]@/u',
+        "out_of_range": ',"u":[0.5,0.5]@/u ,"u":[1,0]@/u ,"u":[-1,1]@/u/0 ,"v":[0,2]@/v/1'
+        ' ,"v":[0,1e308]@/v/1',
+    }
+    yield from spoiled("restrict", faults)
+    faults = {
+        "missing_field": "@/direction",
+        "wrong_value": ',"direction":"w"@/direction',
+        "null_value": ',"direction":null@/direction',
+    }
+    yield from spoiled("reverse", faults)
+    faults = {"missing_field": "@/half", "wrong_value": ',"half":"left"@/half'}
+    yield from spoiled("triangle", faults)
+    yield from spoiled("transpose", {"unknown_field": ',"u":1@/u'})
+    yield from spoiled("bezier", {"unknown_field": ',"degree":3@/degree'})
+    at, turn = "/operations", '{"op":"transpose"}'
+    faults = {"null_value": "null", "wrong_type": turn, "wrong_length": "[]"}
+    yield from wrong("operations", f'{start}"operations":?}}', at, faults)
+    yield case("no operations", f"{start[:-1]}}}", "missing_field", at)
+    faults = {
+        "unknown_field": f'"operations":[{turn}],"resolution":3@/resolution',
+        "repeated_key": f'"operations":[{turn}],"operations":[]@/operations',
+    }
+    yield from wrong("conversion", f"{start}?}}", "", faults)
+    nulls = '{"op":"elevate","degree":[null,null]}'
+    yield long("operations", lambda: after(many(nulls, 10_000)[1:-1]), "wrong_length", at)
+    yield long("nulls", lambda: after("null," * 500_000 + "null"), "wrong_length", at)
+    at = f"{at}/2/degree"
+    yield long("degrees", lambda: elevate.replace("?", many("4", 500_001)), "wrong_length", at)
+    yield long("open lists", lambda: after("[" * 2 * MIB), "too_many_values")
+
+
+CONVERSIONS: tuple[Hostile, ...] = tuple(conversions())
+"""Bodies for POST /v1/convert."""
+
+
+def curves() -> Iterator[Hostile]:
+    """Curves of /v1/curve that are none, and options that say nothing."""
+    quarter = '"control_points":[[1,0],[1,1],[0,1]]'
+    loop = '"type":"bspline","control_points":[[2,0,0],[0,2,1],[-2,0,0],[0,-2,1]]'
+    faults = {"null_value": "null", "wrong_type": "[]", "unknown_type": '{"type":"circle"}@/type'}
+    yield case("no curve", "{}", "missing_field", "/curve")
+    yield from wrong("curve", '{"curve":?}', "/curve", faults)
+    parted = '"type":"bspline","degree":1,"control_points":[[0,0],[1,0],[1,1],[2,1]]'
+    faults = {
+        "unknown_field": f'{quarter},"radius":1@/radius',
+        "weights_shape": f'{quarter},"weights":[1,1]@/weights',
+        "weight_not_positive": f'{quarter},"weights":[1,0,1]@/weights/1',
+        "out_of_range": f'{loop},"degree":0@/degree',
+        "wrong_value": f'{loop},"knots":"open"@/knots',
+        "wrong_length": f'{loop},"knots":[0,0,0,0,1,1,1]@/knots',
+        "knots_decrease": f'{loop},"knots":[0,0,0,0,1,1,1,0]@/knots/7',
+        "knot_multiplicity": f'{parted},"knots":[0,0,1,1,2,2]@/knots/3',
+    }
+    yield from wrong("field", '{"curve":{?}}', "/curve", faults)
+    faults = {
+        "too_few_points": "[[0,0]]",
+        "degenerate_curve": "[[1,2],[1,2]]",
+        "ragged": "[[0,0],[1,1,1]]@/1",
+        "wrong_dimension": "[[0],[1]] [[0,0,0,1],[1,1,1,1]]",
+        "wrong_type": '[[0,0],[1,"1"]]@/1/1',
+        "coordinate_too_large": "[[0,0],[1,1e39]]@/1/1",
+        "degree_too_high": f"[{','.join(f'[{k},0]' for k in range(66))}]",
+    }
+    at = "/curve/control_points"
+    yield from wrong("points", '{"curve":{"control_points":?}}', at, faults)
+    faults = {
+        "out_of_range": '"resolution":0@resolution "tolerance":0@tolerance',
+        "wrong_type": '"resolution":[4,4]@resolution "tangents":1@tangents',
+        "tolerance_too_small": '"tolerance":1e-300@tolerance',
+        "conflicting_options": '"resolution":4,"tolerance":0.1@tolerance',
+    }
+    yield from wrong("option", f'{{"curve":{{{quarter}}},?}}', "/", faults)
+
+
+CURVES: tuple[Hostile, ...] = tuple(curves())
+"""Bodies for POST /v1/curve."""
+
+CALLS: Mapping[str, tuple[Hostile, ...]] = {
+    "/v1/mesh": HOSTILE,
+    "/v1/points": QUERIES,
+    "/v1/surfaces": STORES,
+    "/v1/convert": CONVERSIONS,
+    "/v1/curve": CURVES,
+}
+"""The bodies for each call."""
