@@ -77,13 +77,8 @@ _TRIANGLE_TEXT = (
 _VERTEX_TEXT = " One value for every vertex, blended over the patches as the vertices are."
 
 _EACH = ("rows", "values", "numbers")
-_NET: dict[str, Any] = {
-    "levels": _EACH,
-    "point_levels": 2,
-    "degree_levels": (0, 1),
-    "least_degree": 0,
-}
 _SPLINE: dict[str, Any] = {"levels": _EACH, "point_levels": 2}
+_NET: dict[str, Any] = _SPLINE | {"degree_levels": (0, 1), "least_degree": 0}
 _TRIANGLE: dict[str, Any] = _NET | {"degree_levels": (0,), "triangle_level": 1}
 _VERTEX: dict[str, Any] = {"levels": ("values", "numbers"), "point_levels": 1}
 

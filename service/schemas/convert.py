@@ -7,15 +7,15 @@ in `OPERATIONS` and its line in `OperationDefinition`.
 from collections.abc import Callable
 from typing import Annotated, ClassVar, Literal, TypeAlias
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import BeforeValidator, Field, Tag
 from typing_extensions import TypeAliasType
 
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.fields import (
     Omittable,
     StrictModel,
-    kind_of,
-    of_known_kind,
+    one_of_kinds,
+    optional,
     whole_numbers,
     wrong_length,
 )
@@ -87,20 +87,17 @@ class SplitDefinition(_Operation):
 
     value: ClassVar = values.Split
     op: Literal["split"] = Field(description="The operation.")
-    u: Annotated[Number | None, Omittable()] = Field(
-        default=None,
-        description="Where to cut across u: inside the surface's domain.",
-        examples=[0.5],
+    u: Annotated[Number | None, Omittable()] = optional(
+        "Where to cut across u: inside the surface's domain.",
+        0.5,
     )
-    v: Annotated[Number | None, Omittable()] = Field(
-        default=None,
-        description="Where to cut across v: inside the surface's domain.",
-        examples=[0.25],
+    v: Annotated[Number | None, Omittable()] = optional(
+        "Where to cut across v: inside the surface's domain.",
+        0.25,
     )
-    at: Annotated[Barycentric | None, Omittable()] = Field(
-        default=None,
-        description="Where to cut a triangle: barycentric coordinates [r, s, t] of a point inside.",
-        examples=[[0.25, 0.25, 0.5]],
+    at: Annotated[Barycentric | None, Omittable()] = optional(
+        "Where to cut a triangle: barycentric coordinates [r, s, t] of a point inside.",
+        [0.25, 0.25, 0.5],
     )
 
 
@@ -113,15 +110,13 @@ class RestrictDefinition(_Operation):
 
     value: ClassVar = values.Restrict
     op: Literal["restrict"] = Field(description="The operation.")
-    u: Annotated[Interval | None, Omittable()] = Field(
-        default=None,
-        description="First and last u of the piece; left out, all of them.",
-        examples=[[0.25, 0.75]],
+    u: Annotated[Interval | None, Omittable()] = optional(
+        "First and last u of the piece; left out, all of them.",
+        [0.25, 0.75],
     )
-    v: Annotated[Interval | None, Omittable()] = Field(
-        default=None,
-        description="First and last v of the piece; left out, all of them.",
-        examples=[[0, 0.5]],
+    v: Annotated[Interval | None, Omittable()] = optional(
+        "First and last v of the piece; left out, all of them.",
+        [0, 0.5],
     )
 
 
@@ -187,9 +182,7 @@ OperationDefinition = TypeAliasType(
         | Annotated[ReverseDefinition, Tag("reverse")]
         | Annotated[BezierConversion, Tag("bezier")]
         | Annotated[TriangleConversion, Tag("triangle")],
-        Discriminator(kind_of(OPERATIONS, "op")),
-        of_known_kind(OPERATIONS, _UNKNOWN, "op", required=True),
-        Field(description="A step of a conversion: `op` tells the kind."),
+        *one_of_kinds(OPERATIONS, _UNKNOWN, "A step of a conversion: `op` tells the kind.", "op"),
     ],
 )
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, ValidationInfo, model_validator
+from pydantic import Field, Tag, ValidationInfo, model_validator
 from typing_extensions import TypeAliasType
 
 from service.bases.arrays import FloatArray
@@ -20,8 +20,8 @@ from service.schemas.fields import (
     StrictModel,
     UpField,
     conflict,
-    kind_of,
-    of_known_kind,
+    one_of_kinds,
+    optional,
 )
 from service.schemas.validation import invalid
 from service.surface.checks import MAX_DEGREE
@@ -102,9 +102,9 @@ CurveDefinition = TypeAliasType(
     Annotated[
         Annotated[BezierCurveDefinition, Tag("bezier")]
         | Annotated[BsplineCurveDefinition, Tag("bspline")],
-        Discriminator(kind_of(CURVE_KINDS)),
-        of_known_kind(CURVE_KINDS, _UNKNOWN),
-        Field(description="A curve: its `type` tells the kind, `bezier` if there is none."),
+        *one_of_kinds(
+            CURVE_KINDS, _UNKNOWN, "A curve: its `type` tells the kind, `bezier` if there is none."
+        ),
     ],
 )
 
@@ -121,12 +121,10 @@ class CurveOptionFields(StrictModel):
         "span of a B-spline.",
         examples=[16],
     )
-    tolerance: Annotated[float | None, Omittable(), Field(gt=0)] = Field(
-        default=None,
-        description="Instead of a resolution: the distance, in model units, within which the "
-        "curve stays from the straight lines between its points. Pieces are halved until that is "
-        "certain.",
-        examples=[0.001],
+    tolerance: Annotated[float | None, Omittable(), Field(gt=0)] = optional(
+        "Instead of a resolution: the distance, in model units, within which the curve stays from "
+        "the straight lines between its points. Pieces are halved until that is certain.",
+        0.001,
     )
     tangents: bool = Field(
         default=_DEFAULTS.tangents, description="Whether points carry unit tangents."

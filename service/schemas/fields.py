@@ -11,6 +11,7 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Discriminator,
     Field,
     GetCoreSchemaHandler,
     StringConstraints,
@@ -116,31 +117,23 @@ def one_or_two(one: dict[str, Any], each: dict[str, Any] | None = None) -> WithJ
 # One of several kinds of object, told by a field of its own, `type` or `op`.
 
 
-def kind_of(kinds: Sequence[str], key: str = "type") -> Callable[[object], str | None]:
-    """What tells the member of a union that a checked value belongs to.
+def one_of_kinds(
+    kinds: Sequence[str], unknown: Issue, description: str, key: str = "type"
+) -> tuple[Discriminator, BeforeValidator, Any]:
+    """What makes a union of models one whose member is told by the value of a key.
 
-    The first kind is meant where none is said.
+    The first kind is meant where none is said, unless the key is `op`: then it must be there. A
+    value that names no known kind is refused before the union is asked; `unknown` is the issue.
     """
+    needed, where = "one of " + ", ".join(kinds), f"/{key}"
 
     def tell(value: object) -> str | None:
         return str(value.get(key, kinds[0])) if isinstance(value, dict) else None
 
-    return tell
-
-
-def of_known_kind(
-    kinds: Sequence[str], unknown: Issue, key: str = "type", *, required: bool = False
-) -> BeforeValidator:
-    """What refuses a value that names no known kind, before the union is asked.
-
-    `unknown` is the issue of another name; unless the key is `required`, it may be left out.
-    """
-    needed, where = "one of " + ", ".join(kinds), f"/{key}"
-
     def check(value: object) -> object:
         if not isinstance(value, dict):
             raise invalid(wrong_type(value, "an object"))
-        if required and key not in value:
+        if key == "op" and key not in value:
             message = "A required field is missing."
             raise invalid(Issue("missing_field", message, where, "nothing", needed))
         name = value.get(key, kinds[0])
@@ -150,7 +143,12 @@ def of_known_kind(
             raise invalid(replace(unknown, pointer=where, got="an unknown name", needed=needed))
         return value
 
-    return BeforeValidator(check)
+    return Discriminator(tell), BeforeValidator(check), Field(description=description)
+
+
+def optional(description: str, *examples: object) -> Any:
+    """A field that may be left out, and is None then."""
+    return Field(default=None, description=description, examples=list(examples) or None)
 
 
 # Types of fields that several models have.

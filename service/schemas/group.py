@@ -9,7 +9,7 @@ from pydantic import Field, ValidationInfo, model_validator
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.arrays import MATRIX, NumberGrid, tuple_schema
-from service.schemas.fields import Name, Omittable, StrictModel, UpField
+from service.schemas.fields import Name, Omittable, StrictModel, UpField, optional
 from service.schemas.validation import invalid, limits_of
 from service.stopping import checkpoint
 from service.surface.group import MAX_MEMBERS, GroupSurface, Member, nested
@@ -40,17 +40,14 @@ class MemberDefinition(StrictModel):
         description="The surface, of any kind but `group`.",
         examples=[{"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]}],
     )
-    name: Annotated[Name | None, Omittable()] = Field(
-        default=None,
-        description="Name of its glTF node and of its part elsewhere; its surface's name if left "
-        "out.",
-        examples=["left wing"],
+    name: Annotated[Name | None, Omittable()] = optional(
+        "Name of its glTF node and of its part elsewhere; its surface's name if left out.",
+        "left wing",
     )
-    color: Annotated[Color | None, Omittable()] = Field(
-        default=None,
-        description="Base colour: red, green, blue and, if there is a fourth number, opacity; "
+    color: Annotated[Color | None, Omittable()] = optional(
+        "Base colour: red, green, blue and, if there is a fourth number, opacity; "
         "sRGB, each from 0 to 1.",
-        examples=[[0.8, 0.2, 0.1]],
+        [0.8, 0.2, 0.1],
     )
     matrix: Annotated[FloatArray | None, MATRIX] = Field(
         default=None,

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from service.engine.options import MAX_SIDES, MIN_SIDES, MeshOptions, Method, WireForm
 from service.schemas.accuracy import MAX_COUNT, accuracy_of, refuse_conflict
-from service.schemas.fields import IsoCurves, Omittable, Overlays, Resolution, StrictModel
+from service.schemas.fields import IsoCurves, Omittable, Overlays, Resolution, StrictModel, optional
 from service.surface.checks import MAX_COORDINATE
 
 OoglForm: TypeAlias = Literal["cquad", "mesh", "off", "bez"]
@@ -26,44 +26,38 @@ class MeshOptionFields(StrictModel):
         # tolerance.
         default_factory=lambda: _DEFAULTS.resolution,
         description="Divisions of every patch: one number, or [u, v]; 16 if nothing is said. A "
-        "patch has "
-        "(u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has "
-        "(n + 1)(n + 2)/2. Not beside a tolerance or a budget.",
+        "patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides "
+        "and has (n + 1)(n + 2)/2. Not beside a tolerance or a budget.",
         examples=[16, [16, 32]],
     )
-    tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = Field(
-        default=None,
-        description="Instead of a resolution: a distance in model units. No point of the surface "
+    tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = optional(
+        "Instead of a resolution: a distance in model units. No point of the surface "
         "is further than this from the mesh as it is written, which is proved and not sampled: the "
         "report has the bound. Patches are divided where the surface bends and in the direction "
         "in which it bends; shared edges by rules that depend on the edge alone. Below what the "
         "rounding of the written vertices allows it is refused (`tolerance_too_small`).",
-        examples=[0.001],
+        0.001,
     )
-    relative_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=1)] = Field(
-        default=None,
-        description="The tolerance as a share of the diagonal of the box about all control points; "
+    relative_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=1)] = optional(
+        "The tolerance as a share of the diagonal of the box about all control points; "
         "of a group, those of all members in their places. Not beside `tolerance`.",
-        examples=[0.001],
+        0.001,
     )
-    angle_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=pi)] = Field(
-        default=None,
-        description="Radians: how far apart the normals at two vertices of one edge of the mesh "
+    angle_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=pi)] = optional(
+        "Radians: how far apart the normals at two vertices of one edge of the mesh "
         "may point. Sought and not proved: the report has the largest measured, `normal_angle`. "
         "Alone, or beside a tolerance.",
-        examples=[0.2],
+        0.2,
     )
-    max_triangles: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = Field(
-        default=None,
-        description="Alone: the mesh of the least proved deviation that so many triangles allow; "
+    max_triangles: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = optional(
+        "Alone: the mesh of the least proved deviation that so many triangles allow; "
         "fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance "
         "it is a limit, and a mesh that needs more is refused (`too_many_triangles`).",
-        examples=[2000],
+        2000,
     )
-    max_bytes: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = Field(
-        default=None,
-        description="The same for the bytes of the answer in its format.",
-        examples=[100_000],
+    max_bytes: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = optional(
+        "The same for the bytes of the answer in its format.",
+        100_000,
     )
     two_sided: bool = Field(
         default=False,
@@ -130,11 +124,10 @@ class MeshOptionFields(StrictModel):
         "faces.",
         examples=["tubes"],
     )
-    wire_width: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = Field(
-        default=None,
-        description="Diameter of the tubes, width of the ribbons, in model units; a 300th of the "
+    wire_width: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = optional(
+        "Diameter of the tubes, width of the ribbons, in model units; a 300th of the "
         "diagonal of the control points if left out.",
-        examples=[0.02],
+        0.02,
     )
     wire_sides: Annotated[int, Field(ge=MIN_SIDES, le=MAX_SIDES)] = Field(
         default=_DEFAULTS.wire_sides, description="Sides of a tube.", examples=[12]
@@ -148,12 +141,11 @@ class MeshOptionFields(StrictModel):
         "accuracy that each can have; `docs/methods.md` has figures.",
         examples=["de_casteljau"],
     )
-    oogl: Annotated[OoglForm | None, Omittable()] = Field(
-        default=None,
-        description="Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` "
+    oogl: Annotated[OoglForm | None, Omittable()] = optional(
+        "Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` "
         "(the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side "
         "in a point). Other formats do not read it.",
-        examples=["bez"],
+        "bez",
     )
     quantize: bool = Field(
         default=False,

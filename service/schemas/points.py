@@ -9,7 +9,7 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 from service.bases.arrays import FloatArray, Ints
 from service.engine.points.places import Query
 from service.schemas.arrays import NumberGrid
-from service.schemas.fields import conflict
+from service.schemas.fields import conflict, optional
 from service.schemas.request import SurfaceRequest
 from service.schemas.validation import MAX_INDEX, index_too_large, invalid, wrong_type
 
@@ -48,24 +48,21 @@ PatchChoice = Annotated[
 class PointsRequest(SurfaceRequest):
     """Parameters at which a surface is evaluated, and what shall be told of each point."""
 
-    uv: Annotated[FloatArray | None, UV] = Field(
-        default=None,
-        description="Parameters [u, v], one pair a point, within the surface's own domain: from 0 "
+    uv: Annotated[FloatArray | None, UV] = optional(
+        "Parameters [u, v], one pair a point, within the surface's own domain: from 0 "
         "to 1 for a patch. At a knot the span that begins there counts, at the end the last one.",
-        examples=[[[0.5, 0.5], [0, 1]]],
+        [[0.5, 0.5], [0, 1]],
     )
-    barycentric: Annotated[FloatArray | None, BARYCENTRIC] = Field(
-        default=None,
-        description="On triangles, instead of `uv`: barycentric coordinates [r, s, t], none below "
+    barycentric: Annotated[FloatArray | None, BARYCENTRIC] = optional(
+        "On triangles, instead of `uv`: barycentric coordinates [r, s, t], none below "
         "0, with a sum of 1. `du` is then the partial along (−1, 1, 0), `dv` along (−1, 0, 1).",
-        examples=[[[0.5, 0.25, 0.25], [1, 0, 0]]],
+        [[0.5, 0.25, 0.25], [1, 0, 0]],
     )
-    patch: PatchChoice = Field(
-        default=None,
-        description="Where the surface is a list of patches, the number (from 0, in the order of "
+    patch: PatchChoice = optional(
+        "Where the surface is a list of patches, the number (from 0, in the order of "
         "the request) of the patch on which the points lie, or one number for every point. Needed "
         "where there are several patches, and only there.",
-        examples=[0],
+        0,
     )
     derivatives: Annotated[int, Field(ge=0, le=2)] = Field(
         default=1,

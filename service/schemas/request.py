@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from service.errors import InvalidRequest
 from service.schemas.accuracy import MAX_PIXELS, CameraDefinition
-from service.schemas.fields import Omittable, RequestModel, conflict
+from service.schemas.fields import Omittable, RequestModel, conflict, optional
 from service.schemas.options import MeshOptionFields
 from service.schemas.surfaces import SurfaceDefinition
 from service.schemas.validation import invalid
@@ -51,18 +51,16 @@ class SurfaceRequest(RequestModel):
 class MeshRequest(SurfaceRequest, MeshOptionFields):
     """A surface to mesh, and how."""
 
-    camera: Annotated[CameraDefinition | None, Omittable()] = Field(
-        default=None,
-        description="From where the mesh will be seen; with `pixel_tolerance`, which must be "
+    camera: Annotated[CameraDefinition | None, Omittable()] = optional(
+        "From where the mesh will be seen; with `pixel_tolerance`, which must be "
         "there. In bodies only, not in queries.",
-        examples=[{"position": [4, 3, 9], "field_of_view": 0.8, "height": 1080}],
+        {"position": [4, 3, 9], "field_of_view": 0.8, "height": 1080},
     )
-    pixel_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_PIXELS)] = Field(
-        default=None,
-        description="Pixels: how large an error may seem, seen from the `camera`, which must be "
+    pixel_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_PIXELS)] = optional(
+        "Pixels: how large an error may seem, seen from the `camera`, which must be "
         "there. What is far away is divided less; every part is as near as its least distance from "
         "the camera demands, and a `tolerance` holds beside it.",
-        examples=[0.5],
+        0.5,
     )
 
 
@@ -74,14 +72,14 @@ class SignRequest(RequestModel):
         "stored surface have it, and with any options of a mesh in its query.",
         examples=["/v1/surfaces/utah-teapot/mesh.glb?resolution=16"],
     )
-    expires: Annotated[int | None, Omittable(), Field(ge=0, le=MAX_MOMENT)] = Field(
-        default=None,
-        description="Until when, in seconds since 1970 (Unix time); at most seven days from now. "
+    expires: Annotated[int | None, Omittable(), Field(ge=0, le=MAX_MOMENT)] = optional(
+        "Until when, in seconds since 1970 (Unix time); at most seven days from now. "
         "The same moment makes the same address each time, which browsers can keep.",
-        examples=[1800000000],
+        1800000000,
     )
-    seconds: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_SECONDS)] = Field(
-        default=None, description="Instead: for how long from now.", examples=[3600]
+    seconds: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_SECONDS)] = optional(
+        "Instead: for how long from now.",
+        3600,
     )
 
     @model_validator(mode="after")

@@ -10,12 +10,12 @@ from functools import partial
 from types import MappingProxyType
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import BeforeValidator, Tag
 from typing_extensions import TypeAliasType
 
 from service.errors import Issue
 from service.schemas import bezier, bspline, group, patches, sweeps, triangle
-from service.schemas.fields import kind_of, of_known_kind
+from service.schemas.fields import one_of_kinds
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
@@ -59,9 +59,9 @@ SurfaceDefinition = TypeAliasType(
     "SurfaceDefinition",
     Annotated[
         _Single | Annotated[group.GroupDefinition, Tag("group")],
-        Discriminator(kind_of(KINDS)),
-        of_known_kind(KINDS, _UNKNOWN),
-        Field(description="A surface: its `type` tells the kind, `bezier` if there is none."),
+        *one_of_kinds(
+            KINDS, _UNKNOWN, "A surface: its `type` tells the kind, `bezier` if there is none."
+        ),
     ],
 )
 
@@ -69,10 +69,8 @@ MemberSurfaceDefinition = TypeAliasType(
     "MemberSurfaceDefinition",
     Annotated[
         _Single,
-        Discriminator(kind_of(KINDS)),
-        of_known_kind(KINDS, _UNKNOWN),
+        *one_of_kinds(KINDS, _UNKNOWN, "A surface in a group: any but a group."),
         BeforeValidator(group.refuse_group),
-        Field(description="A surface in a group: any but a group."),
     ],
 )
 

@@ -9,7 +9,7 @@ from service.bases.arrays import FloatArray
 from service.schemas.arrays import NumberGrid
 from service.schemas.curves import CurveDefinition, curve_of, define_curve
 from service.schemas.document import DocumentLimits
-from service.schemas.fields import NameField, StrictModel, UpField
+from service.schemas.fields import NameField, StrictModel, UpField, optional
 from service.schemas.validation import invalid, wrong_type
 from service.surface.checks import MAX_DEGREE
 from service.surface.sweeps import MAX_SIDES, MIN_SIDES, RibbonSurface, TubeSurface
@@ -91,16 +91,13 @@ class RibbonDefinition(StrictModel):
     type: Literal["ribbon"] = Field(description="The kind of surface.")
     curve: CurveDefinition = Field(description=_CURVE, examples=_CURVES)
     width: Spread = Field(description=f"Width. {_ALONG}", examples=[0.2, [0, 0.3, 0]])
-    facing: Annotated[FloatArray | None, _VECTOR] = Field(
-        default=None,
-        description="Direction that it faces, of any length: [0, 0, 1] if neither this nor a "
-        "camera is given.",
-        examples=[[0, 1, 0]],
+    facing: Annotated[FloatArray | None, _VECTOR] = optional(
+        "Direction that it faces, of any length: [0, 0, 1] if neither this nor a camera is given.",
+        [0, 1, 0],
     )
-    camera: Annotated[FloatArray | None, _VECTOR] = Field(
-        default=None,
-        description="Instead of a direction: a point that it faces.",
-        examples=[[0, 2, 10]],
+    camera: Annotated[FloatArray | None, _VECTOR] = optional(
+        "Instead of a direction: a point that it faces.",
+        [0, 2, 10],
     )
     up: UpField = "y"
     name: NameField = "ribbon"

@@ -4,7 +4,6 @@ A document has rows of n + 1, n, … 1 entries; arrays have one axis of (n+1)(n+
 """
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
@@ -25,6 +24,8 @@ from service.schemas.channels import (
 )
 from service.schemas.fields import NameField, StrictModel, UpField
 from service.surface.triangle import TriangleSurface
+
+_NETS = ("control_net", "weights", "colors", "uvs")
 
 
 class TriangleDefinition(StrictModel):
@@ -58,22 +59,12 @@ class TriangleDefinition(StrictModel):
             carried = channels(self.colors, self.uvs, self.attributes)
             return TriangleSurface(self.control_net, self.weights, self.up, self.name, carried)
         except InvalidRequest as error:
+            nets = {f"/{name}": getattr(self, name) for name in _NETS}
+            nets |= {pointer(("attributes", name)): net for name, net in self.attributes.items()}
             moved = error
-            for prefix, net in self._nets():
-                moved = in_rows(moved, prefix, len(net))
+            for prefix, net in nets.items():
+                moved = moved if net is None else in_rows(moved, prefix, len(net))
             raise moved from None
-
-    def _nets(self) -> Iterator[tuple[str, FloatArray]]:
-        yield "/control_net", self.control_net
-        for prefix, net in (
-            ("/weights", self.weights),
-            ("/colors", self.colors),
-            ("/uvs", self.uvs),
-        ):
-            if net is not None:
-                yield prefix, net
-        for name, net in self.attributes.items():
-            yield pointer(("attributes", name)), net
 
 
 def define(surface: TriangleSurface) -> dict[str, Any]:
@@ -83,8 +74,7 @@ def define(surface: TriangleSurface) -> dict[str, Any]:
 
 def with_rows(content: dict[str, Any]) -> dict[str, Any]:
     """The same with rows for every net, as documents write it."""
-    nets = ("control_net", "weights", "colors", "uvs")
-    rows: dict[str, Any] = {name: rows_of(content[name]) for name in nets if name in content}
+    rows: dict[str, Any] = {name: rows_of(content[name]) for name in _NETS if name in content}
     if "attributes" in content:
         rows["attributes"] = {name: rows_of(net) for name, net in content["attributes"].items()}
     return content | rows
