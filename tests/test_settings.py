@@ -14,8 +14,7 @@ from threadpoolctl import threadpool_info
 
 from service.errors import InvalidSettings
 from service.settings.environment import from_environment, values, with_flags
-from service.settings.memory import half_of_memory
-from service.settings.process import collect_rarely, pin_blas
+from service.settings.process import collect_rarely, half_of_memory, pin_blas
 from service.settings.values import Settings
 from tools.settings_page import PAGE, page
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from platformdirs import user_data_path
-from pydantic import BeforeValidator, ValidationError
+from pydantic import ByteSize, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_settings import BaseSettings, EnvSettingsSource, PydanticBaseSettingsSource
 
@@ -98,14 +98,18 @@ def variable(name: str) -> str:
     return PREFIX + name.upper()
 
 
+_NUMBERS: dict[object, str] = {
+    int: "a whole number",
+    float: "seconds",
+    ByteSize: "bytes, such as 1048576 or 64MiB,",
+}
+
+
 def values(field: FieldInfo) -> str:
     """What a setting may be, in words."""
     if field.annotation is bool:
         return "true or false"
-    if field.annotation in (int, float):
-        kind = "a whole number" if field.annotation is int else "seconds"
-        if any(isinstance(part, BeforeValidator) for part in field.metadata):
-            kind = "bytes, such as 1048576 or 64MiB,"
+    if kind := _NUMBERS.get(field.annotation):
         least = _bound(field, "ge")
         # A length of time may be short, but not nothing.
         begin = f"from {least}" if least is not None else "above 0"

@@ -4,20 +4,35 @@
 """
 
 import os
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import Field
-from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
+from pydantic import BeforeValidator, ByteSize, Field, SecretStr
+from pydantic_settings import (
+    BaseSettings,
+    NoDecode,
+    PydanticBaseSettingsSource,
+    SettingsConfigDict,
+)
 
 from service.pipeline.limits import Limits
 from service.schemas.document import DEFAULT_LIMITS, MAX_BYTES, PARSED_DEPTH, DocumentLimits
-from service.settings.kinds import Bytes, Seconds, Secrets, Texts
 from service.settings.listening import HOST, PORT, PREFIX
-from service.settings.memory import LEAST, half_of_memory
+from service.settings.process import LEAST, half_of_memory
 from service.surface.checks import MAX_DEGREE
 
 WORKING = 11 / 16
 """Of the memory, what one request may take beside its body: there is room for other bodies."""
+
+
+def _parts(value: object) -> object:
+    """The parts of a comma-separated list."""
+    if not isinstance(value, str):
+        return value
+    return tuple(part.strip() for part in value.split(",") if part.strip())
+
+
+Texts: TypeAlias = Annotated[tuple[str, ...], NoDecode, BeforeValidator(_parts)]
+Secrets: TypeAlias = Annotated[tuple[SecretStr, ...], NoDecode, BeforeValidator(_parts)]
 
 
 class Settings(BaseSettings):
@@ -48,13 +63,13 @@ class Settings(BaseSettings):
     )
 
     # How large
-    max_head_bytes: Bytes = Field(
+    max_head_bytes: ByteSize = Field(
         default=1 << 16,
         ge=1024,
         le=1 << 20,
         description="Bytes of the address and all headers of a request together.",
     )
-    max_body_bytes: Bytes = Field(
+    max_body_bytes: ByteSize = Field(
         default=64 << 20, ge=1024, le=1 << 32, description="Bytes of a request's body."
     )
     max_control_points: int = Field(
@@ -69,7 +84,7 @@ class Settings(BaseSettings):
         le=MAX_DEGREE,
         description="Degree of a patch, a curve or a spline.",
     )
-    max_json_bytes: Bytes = Field(
+    max_json_bytes: ByteSize = Field(
         default=MAX_BYTES,
         ge=1024,
         le=1 << 32,
@@ -100,10 +115,10 @@ class Settings(BaseSettings):
         le=1 << 32,
         description="Points of a query, or of a curve.",
     )
-    max_response_bytes: Bytes = Field(
+    max_response_bytes: ByteSize = Field(
         default=Limits().max_bytes, ge=1024, le=1 << 32, description="Bytes of an answer."
     )
-    memory_bytes: Bytes = Field(
+    memory_bytes: ByteSize = Field(
         default_factory=half_of_memory,
         ge=LEAST,
         le=1 << 45,
@@ -112,7 +127,7 @@ class Settings(BaseSettings):
         "The process itself takes some 120 MB beside it. Left out, it is half of what the machine, "
         "or the container, has.",
     )
-    cache_bytes: Bytes = Field(
+    cache_bytes: ByteSize = Field(
         default=128 << 20,
         ge=0,
         le=1 << 40,
@@ -136,38 +151,38 @@ class Settings(BaseSettings):
     max_connections: int = Field(
         default=2048, ge=1, le=1_000_000, description="Connections at the same time."
     )
-    head_timeout: Seconds = Field(
+    head_timeout: float = Field(
         default=10, gt=0, le=3600, description="Time for the head of a request to arrive."
     )
-    body_timeout: Seconds = Field(
+    body_timeout: float = Field(
         default=60, gt=0, le=3600, description="Time for the body of a request to arrive."
     )
-    request_timeout: Seconds = Field(
+    request_timeout: float = Field(
         default=60,
         gt=0,
         le=3600,
         description="Time for waiting and computing, once the body is there.",
     )
-    send_timeout: Seconds = Field(
+    send_timeout: float = Field(
         default=30,
         gt=0,
         le=3600,
         description="Time for a client to take an answer, for each MiB of it.",
     )
-    keep_alive: Seconds = Field(
+    keep_alive: float = Field(
         default=75,
         gt=0,
         le=3600,
         description="Time that a connection may be idle; longer than a proxy's in front of it.",
     )
-    drain_delay: Seconds = Field(
+    drain_delay: float = Field(
         default=0,
         ge=0,
         le=600,
         description="Time after SIGTERM during which all is answered but `/health/ready`: as long "
         "as whatever is in front takes to notice.",
     )
-    drain_timeout: Seconds = Field(
+    drain_timeout: float = Field(
         default=25, ge=0, le=3600, description="Time for what is under way to end, after that."
     )
 
@@ -178,7 +193,7 @@ class Settings(BaseSettings):
         description="Where surfaces are kept: a folder, `memory://`, or a bucket, `s3://…`. "
         "Left out, it is the user's data folder.",
     )
-    store_quota: Bytes = Field(
+    store_quota: ByteSize = Field(
         default=10 << 30,
         ge=0,
         le=1 << 50,
