@@ -105,7 +105,8 @@ def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
     file = json_points.byte_bound(count, order)
     memory = _with_scratch(lowering_memory(size) + PLACE * count + 2 * file)
     degree = max(size.degree)
-    work = 5e-4 + _lowering_work(size) + count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
+    work = 5e-4 + 4e-6 * size.patches + 2e-9 * size.peak
+    work += count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
     return Cost(count, 0, file, memory, work)
 
 
@@ -147,7 +148,7 @@ def estimate_cost(size: SurfaceSize, options: MeshOptions, formats: int, limits:
     most = mesh_counts(size, options)
     counted = 0 if options.accuracy or most.vertices > limits.max_vertices else most.vertices
     memory = _with_scratch(lowering_memory(size) + VERTEX // 2 * counted)
-    work = 1e-3 + 2e-4 * formats + _lowering_work(size) + 1e-3 * (size.members - 1)
+    work = 4e-4 + 6e-5 * formats + 3e-5 * size.patches + 1e-3 * (size.members - 1)
     if options.accuracy is not None:
         work += 1e-4 * size.patches + 5e-3
     triangles = most.triangles + 2 * most.quads
@@ -164,7 +165,7 @@ def mesh_cost(
     """Of a mesh of this size and its file; a group in one mesh is built apart first."""
     fmt, encode = form
     degree = max(size.degree)
-    work = 4e-4 + _lowering_work(size) + mesh.vertices * 6e-7 + file * 1e-8
+    work = 1e-3 + 1e-4 * size.patches + mesh.vertices * 5e-7 + file * 1e-8
     if size.curves or size.members > 1 or options.solid_wires:
         work += 2e-3 * size.members
     work *= max(1.0, degree / 8) ** 3 * (1 + 2 * options.curvatures)
@@ -176,7 +177,9 @@ def mesh_cost(
         memory = 96 * mesh.control_points + lines + 2 * file + min(TEXT, 8 * file)
         return Cost(0, 0, file, lowering_memory(size, memory), work)
     flat = size.members > 1 and fmt.encode_scene is None
-    row = _row(size, options, fmt, double=flat or not fmt.single)
+    numbers = 3 + 3 * options.normals + size.width * bool(fmt.carries)
+    numbers += 2 * options.uvs + 2 * options.curvatures
+    row = (8 if flat or not fmt.single else 4) * numbers
     own = (row + 8) * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + lines
     ru, rv = options.resolution
     rims = RIM * min(faces, 8 * (ru + rv) * mesh.patches)
@@ -302,6 +305,7 @@ def mesh_size(
     attributes = size.attributes if "attribute" in fmt.carries else ()
     if options.curvatures and "attribute" in fmt.carries:
         attributes += tuple((name, 1) for name in CURVATURES)
+    letters = size.members * sum(map(len, names))
     return MeshSize(
         vertices,
         triangles,
@@ -309,21 +313,13 @@ def mesh_size(
         patches,
         size.control_points,
         named=size.parts + size.members * len(names),
-        name_bytes=size.name_bytes
-        + len(names) * size.label_bytes
-        + size.members * sum(map(len, names)),
+        name_bytes=size.name_bytes + len(names) * size.label_bytes + letters,
         overlay_points=points,
         overlay_segments=segments,
         overlay_cells=cells,
         colors=size.colors if "colors" in fmt.carries else 0,
         attributes=attributes,
     )
-
-
-def _row(size: SurfaceSize, options: MeshOptions, fmt: Format, *, double: bool) -> int:
-    """Bytes of the numbers of a vertex."""
-    numbers = 3 + 3 * options.normals + size.width * bool(fmt.carries)
-    return (8 if double else 4) * (numbers + 2 * options.uvs + 2 * options.curvatures)
 
 
 def _written(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) -> int:
@@ -336,11 +332,6 @@ def _written(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) -> i
         memory += WRITTEN * mesh.vertices + faces + min(TEXT, 8 * file)
         memory += LINE * (mesh.patches + mesh.overlay_cells)
     return memory
-
-
-def _lowering_work(size: SurfaceSize) -> float:
-    """Seconds of lowering, and of finding shared edges."""
-    return 4e-6 * size.patches + 2e-9 * size.peak
 
 
 def _with_scratch(other: int) -> int:

@@ -98,18 +98,15 @@ def variable(name: str) -> str:
     return PREFIX + name.upper()
 
 
-_NUMBERS: dict[object, str] = {
-    int: "a whole number",
-    float: "seconds",
-    ByteSize: "bytes, such as 1048576 or 64MiB,",
-}
+_BYTES = "bytes, such as 1048576 or 64MiB,"
+_NUMBERS: dict[object, str] = {int: "a whole number", float: "seconds", ByteSize: _BYTES}
 
 
 def values(field: FieldInfo) -> str:
     """What a setting may be, in words."""
     if field.annotation is bool:
         return "true or false"
-    if kind := _NUMBERS.get(field.annotation):
+    if kind := _NUMBERS.get(ByteSize if ByteSize in field.metadata else field.annotation):
         least = _bound(field, "ge")
         # A length of time may be short, but not nothing.
         begin = f"from {least}" if least is not None else "above 0"

@@ -31,6 +31,7 @@ def _parts(value: object) -> object:
     return tuple(part.strip() for part in value.split(",") if part.strip())
 
 
+Bytes: TypeAlias = Annotated[int, ByteSize]
 Texts: TypeAlias = Annotated[tuple[str, ...], NoDecode, BeforeValidator(_parts)]
 Secrets: TypeAlias = Annotated[tuple[SecretStr, ...], NoDecode, BeforeValidator(_parts)]
 
@@ -63,13 +64,13 @@ class Settings(BaseSettings):
     )
 
     # How large
-    max_head_bytes: ByteSize = Field(
+    max_head_bytes: Bytes = Field(
         default=1 << 16,
         ge=1024,
         le=1 << 20,
         description="Bytes of the address and all headers of a request together.",
     )
-    max_body_bytes: ByteSize = Field(
+    max_body_bytes: Bytes = Field(
         default=64 << 20, ge=1024, le=1 << 32, description="Bytes of a request's body."
     )
     max_control_points: int = Field(
@@ -84,7 +85,7 @@ class Settings(BaseSettings):
         le=MAX_DEGREE,
         description="Degree of a patch, a curve or a spline.",
     )
-    max_json_bytes: ByteSize = Field(
+    max_json_bytes: Bytes = Field(
         default=MAX_BYTES,
         ge=1024,
         le=1 << 32,
@@ -115,10 +116,10 @@ class Settings(BaseSettings):
         le=1 << 32,
         description="Points of a query, or of a curve.",
     )
-    max_response_bytes: ByteSize = Field(
+    max_response_bytes: Bytes = Field(
         default=Limits().max_bytes, ge=1024, le=1 << 32, description="Bytes of an answer."
     )
-    memory_bytes: ByteSize = Field(
+    memory_bytes: Bytes = Field(
         default_factory=half_of_memory,
         ge=LEAST,
         le=1 << 45,
@@ -127,7 +128,7 @@ class Settings(BaseSettings):
         "The process itself takes some 120 MB beside it. Left out, it is half of what the machine, "
         "or the container, has.",
     )
-    cache_bytes: ByteSize = Field(
+    cache_bytes: Bytes = Field(
         default=128 << 20,
         ge=0,
         le=1 << 40,
@@ -193,7 +194,7 @@ class Settings(BaseSettings):
         description="Where surfaces are kept: a folder, `memory://`, or a bucket, `s3://…`. "
         "Left out, it is the user's data folder.",
     )
-    store_quota: ByteSize = Field(
+    store_quota: Bytes = Field(
         default=10 << 30,
         ge=0,
         le=1 << 50,
