@@ -58,8 +58,8 @@ def _run(arguments: argparse.Namespace) -> int:
 def _local(document: dict[str, Any], formats: "Sequence[Format]") -> bytes:
     """The estimate, computed in this process."""
     from service.encoders.text import json_text
-    from service.pipeline.encoding import encode_options
     from service.pipeline.estimate import estimate_object, plan_estimate
+    from service.pipeline.mesh import encode_options
     from service.schemas.request import MeshRequest
     from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command

@@ -137,8 +137,7 @@ def _local(
     source: str | dict[str, Any] | NetFile, chosen: Mapping[str, str], fmt: "Format"
 ) -> bytes:
     """The file, computed in this process."""
-    from service.pipeline.encoding import encode_options
-    from service.pipeline.mesh import render
+    from service.pipeline.mesh import encode_options, render
     from service.schemas.query import options_from_text, values_from_text
     from service.schemas.request import MeshRequest
     from service.schemas.validation import validate_document

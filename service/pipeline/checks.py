@@ -209,13 +209,7 @@ def parametric(model: Model) -> PatchModel:
 
 
 def patches_of(model: Model) -> PatchModel:
-    """All patches of a model, in the coordinates of the whole.
-
-    Raises
-    ------
-    InvalidRequest
-        `not_parametric`, pointing into the request.
-    """
+    """All patches, in the coordinates of the whole; raises `InvalidRequest`: `not_parametric`."""
     try:
         return as_patches(model)
     except InvalidRequest as error:

@@ -26,6 +26,7 @@ from service.pipeline.checks import (
 )
 from service.pipeline.cost import Cost, adaptive_cost, least_vertices, mesh_cost, mesh_size
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.schemas.options import MeshOptionFields
 from service.stopping import checkpoint
 from service.surface.lowered import GroupModel, Model
 from service.surface.sizes import SurfaceKind, SurfaceSize
@@ -200,6 +201,11 @@ def render(
 ) -> bytes:
     """The surface as a file; raises what `plan_mesh` and the work raise."""
     return plan_mesh(surface, options, fmt, encode, limits).run().content
+
+
+def encode_options(wanted: MeshOptionFields) -> EncodeOptions:
+    """The part of the options of a request that the encoders read."""
+    return EncodeOptions(wanted.oogl, wanted.quantize, wanted.compression)
 
 
 def build_mesh(model: Model, options: MeshOptions, fmt: Format) -> Mesh:

@@ -67,8 +67,7 @@ def _knots(value: object, info: ValidationInfo) -> Knots:
         return _known(value)
     if not isinstance(value, list | np.ndarray):
         raise invalid(wrong_type(value, "a list of knots or a name"))
-    limits = limits_of(info)
-    return KNOTS.array(value, limits).astype(np.float64, copy=False)
+    return KNOTS.array(value, limits_of(info)).astype(np.float64, copy=False)
 
 
 def _known(name: str) -> KnotName:

@@ -19,8 +19,7 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.mesh import ENGINE
 from service.engine.options import MeshOptions
 from service.errors import SurfaceError
-from service.pipeline.encoding import encode_options
-from service.pipeline.mesh import render
+from service.pipeline.mesh import encode_options, render
 from service.schemas.query import canonical_query, mesh_query
 from service.settings.values import Settings
 from service.surface.examples import find

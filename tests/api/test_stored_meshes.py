@@ -158,7 +158,7 @@ def test_where_numbers_are_rounded_differently_the_tag_is_another(
 ) -> None:
     address = stored(client)["glb"]
     tag = client.get(address, PLAIN).headers["etag"]
-    monkeypatch.setattr("service.pipeline.encoding.arithmetic", lambda: "another processor")
+    monkeypatch.setattr("service.encoders.arithmetic.arithmetic", lambda: "another processor")
     with client_of(create_app(Settings())) as other:
         stored(other)
         answer = other.get(address, {**PLAIN, "If-None-Match": tag})

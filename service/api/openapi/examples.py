@@ -17,9 +17,8 @@ from service.encoders.registry import BY_NAME
 from service.encoders.text import json_text
 from service.pipeline.curve import plan_curve
 from service.pipeline.documents import plan_conversion
-from service.pipeline.encoding import encode_options
 from service.pipeline.estimate import estimate_object, plan_estimate
-from service.pipeline.mesh import plan_mesh
+from service.pipeline.mesh import encode_options, plan_mesh
 from service.pipeline.points import plan_points
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest

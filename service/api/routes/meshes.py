@@ -14,9 +14,8 @@ from service.decoders.registry import DECODERS
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.encoders.text import json_text
-from service.pipeline.encoding import encode_options
 from service.pipeline.estimate import estimate_object, plan_estimate
-from service.pipeline.mesh import plan_mesh
+from service.pipeline.mesh import encode_options, plan_mesh
 from service.schemas.request import MeshRequest
 
 

@@ -29,13 +29,13 @@ from service.api.services import JobDep, Services, ServicesDep
 from service.api.stored import content_id, exists, surface_of
 from service.api.timing import Timing
 from service.api.workers import Job
+from service.encoders.arithmetic import written_by
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.engine.mesh import ENGINE
 from service.errors import Issue
 from service.pipeline.cost import Cost, compression_cost
-from service.pipeline.encoding import encode_options, written_by
-from service.pipeline.mesh import plan_mesh
+from service.pipeline.mesh import encode_options, plan_mesh
 from service.schemas.query import canonical_query, mesh_query
 
 by_url = APIRouter()
@@ -121,7 +121,7 @@ async def get_surface_mesh(
         address=mesh_address(request.scope.get("root_path", ""), id, fmt.suffix, query),
         surface=id,
         # The name of the bytes: the surface, what is done with it, and what computes it.
-        content=f"{content} {fmt.suffix} {query} {written_by(asked)}",
+        content=f"{content} {fmt.suffix} {query} {written_by(asked.compression)}",
         for_ever=id == content,
     )
     answers, record = services.answers, record_of(request.scope)

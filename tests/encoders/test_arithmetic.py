@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_info
 OLD_CORES = {"x86_64": ("Prescott", "Nehalem"), "aarch64": ("ARMV8", "NEOVERSEN1")}
 """Two kinds of processor whose code runs on all that are in use."""
 
-PROGRAM = "from service.pipeline.encoding import arithmetic; print(arithmetic())"
+PROGRAM = "from service.encoders.arithmetic import arithmetic; print(arithmetic())"
 
 
 def told(core: str) -> str:

@@ -1,4 +1,4 @@
-"""What the bytes of a file depend on beside its mesh: the written form, libraries, the processor.
+"""What the bytes of a file depend on beside its mesh: libraries, the processor.
 
 Products of matrices and sums are added up in an order that suits the processor: BLAS and NumPy
 bring code of their own for each kind, and rounding depends on the order. So two machines may make
@@ -12,18 +12,12 @@ import numpy as np
 from threadpoolctl import threadpool_info
 
 from service.encoders.compression import made_by
-from service.encoders.format import EncodeOptions
-from service.schemas.options import MeshOptionFields
+from service.encoders.format import Compression
 
 
-def encode_options(wanted: MeshOptionFields) -> EncodeOptions:
-    """The part of the options that the encoders read."""
-    return EncodeOptions(wanted.oogl, wanted.quantize, wanted.compression)
-
-
-def written_by(wanted: MeshOptionFields) -> str:
+def written_by(compression: Compression) -> str:
     """What else the bytes depend on, beside surface, options and engine: libraries, processor."""
-    return f"{arithmetic()} {made_by(wanted.compression)}"
+    return f"{arithmetic()} {made_by(compression)}"
 
 
 @cache
