@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,6 @@ from openapi_spec_validator import OpenAPIV31SpecValidator
 from service.api import problems
 from service.api.app import create_app
 from service.api.guard.keys import entry_line, new_key
-from service.api.openapi.codes import CODES
 from service.api.openapi.document import everything
 from service.decoders.registry import DECODERS
 from service.encoders.curves.registry import CURVE_FORMATS
@@ -467,6 +467,6 @@ def test_every_code_is_explained_and_nothing_else() -> None:
         problems.TOO_MANY_CONNECTIONS,
         problems.DRAINING,
     }
-    assert raised() | {problem.code for problem in server} == set(CODES)
-    for code in CODES:
-        assert f"- `{code}`: " in DOCUMENT["info"]["description"]
+    text = DOCUMENT["info"]["description"]
+    explained = set(re.findall(r"^- `(\w+)`: ", text, re.MULTILINE))
+    assert raised() | {problem.code for problem in server} == explained

@@ -5,6 +5,7 @@ The text of an exception that is not a `SurfaceError` never leaves the process.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from http import HTTPStatus
 from typing import Any, Literal, TypeAlias
 
 from fastapi import FastAPI
@@ -92,173 +93,129 @@ class RateLimited(SurfaceError):
     """More requests than one may make in this time."""
 
 
+_TITLES = {413: "Content Too Large", 422: "Unprocessable Content"}
+"""Phrases of RFC 9110 where `HTTPStatus` of older Pythons has those of RFC 7231."""
+
+
 @dataclass(frozen=True, slots=True)
 class Problem:
     """What a class of errors is over HTTP.
 
-    `title` is the status's phrase in RFC 9110 (507: RFC 4918); `code` is stable and for programs.
-    `place` is where its issues lie: in the body (a JSON pointer), in the path or the query (a
-    parameter), in a header, or in the net that a file is and the query beside it.
+    `code` is stable and for programs. `place` is where its issues lie: in the body (a JSON
+    pointer), in the path or the query (a parameter), in a header, or in the net that a file is and
+    the query beside it.
     """
 
     status: int
-    title: str
     code: str
     about: str
     place: Place = "pointer"
 
+    @property
+    def title(self) -> str:
+        """The phrase of the status in RFC 9110 (507: RFC 4918)."""
+        return _TITLES.get(self.status) or HTTPStatus(self.status).phrase
+
 
 PROBLEMS: dict[type[SurfaceError], Problem] = {
-    MalformedJson: Problem(400, "Bad Request", "malformed_json", "The body is not JSON."),
+    MalformedJson: Problem(400, "malformed_json", "The body is not JSON."),
     MalformedBody: Problem(
-        400, "Bad Request", "malformed_body", "The body is not of the type that it is said to be."
+        400, "malformed_body", "The body is not of the type that it is said to be."
     ),
-    KeyNeeded: Problem(401, "Unauthorized", "key_needed", "A key is needed for this.", "header"),
-    KeyUnknown: Problem(
-        401, "Unauthorized", "key_unknown", "The key is not one of those known here.", "header"
-    ),
+    KeyNeeded: Problem(401, "key_needed", "A key is needed for this.", "header"),
+    KeyUnknown: Problem(401, "key_unknown", "The key is not one of those known here.", "header"),
     SignatureInvalid: Problem(
-        403,
-        "Forbidden",
-        "signature_invalid",
-        "The signature is not one of this address.",
-        "parameter",
+        403, "signature_invalid", "The signature is not one of this address.", "parameter"
     ),
     SignatureExpired: Problem(
-        403, "Forbidden", "signature_expired", "The address is not good any more.", "parameter"
+        403, "signature_expired", "The address is not good any more.", "parameter"
     ),
     RateLimited: Problem(
         429,
-        "Too Many Requests",
         "rate_limited",
         "You ask more often than is allowed; `Retry-After` says when to ask again.",
     ),
-    UnknownSurface: Problem(
-        404, "Not Found", "unknown_surface", "No surface is known by this id.", "parameter"
-    ),
-    UnknownSuffix: Problem(
-        404, "Not Found", "unknown_suffix", "No format has this suffix.", "parameter"
-    ),
+    UnknownSurface: Problem(404, "unknown_surface", "No surface is known by this id.", "parameter"),
+    UnknownSuffix: Problem(404, "unknown_suffix", "No format has this suffix.", "parameter"),
     NotAcceptable: Problem(
-        406,
-        "Not Acceptable",
-        "not_acceptable",
-        "Nothing that you accept is written here.",
-        "header",
+        406, "not_acceptable", "Nothing that you accept is written here.", "header"
     ),
-    BodyTooSlow: Problem(
-        408, "Request Timeout", "body_too_slow", "The body did not arrive in time."
-    ),
+    BodyTooSlow: Problem(408, "body_too_slow", "The body did not arrive in time."),
     EngineGone: Problem(
         410,
-        "Gone",
         "engine_gone",
         "The address names a version of the numbers that is not computed here.",
         "parameter",
     ),
-    BodyTooLarge: Problem(
-        413, "Content Too Large", "body_too_large", "The body has too many bytes."
-    ),
+    BodyTooLarge: Problem(413, "body_too_large", "The body has too many bytes."),
     UnsupportedMediaType: Problem(
         415,
-        "Unsupported Media Type",
         "unsupported_media_type",
         "The body must be of a type that is taken here, and not compressed.",
         "header",
     ),
     InvalidRequest: Problem(
-        422,
-        "Unprocessable Content",
-        "invalid_request",
-        "The surface or an option says nothing that can be computed.",
+        422, "invalid_request", "The surface or an option says nothing that can be computed."
     ),
     InvalidQuery: Problem(
-        422,
-        "Unprocessable Content",
-        "invalid_request",
-        "A query parameter says nothing that can be computed.",
-        "parameter",
+        422, "invalid_request", "A query parameter says nothing that can be computed.", "parameter"
     ),
     UnsupportedByFormat: Problem(
-        422,
-        "Unprocessable Content",
-        "unsupported_by_format",
-        "The format cannot hold what was asked for.",
+        422, "unsupported_by_format", "The format cannot hold what was asked for."
     ),
     TooLarge: Problem(
-        422,
-        "Unprocessable Content",
-        "result_too_large",
-        "The result would be larger than is allowed; nothing was computed.",
+        422, "result_too_large", "The result would be larger than is allowed; nothing was computed."
     ),
     Busy: Problem(
         429,
-        "Too Many Requests",
         "busy",
         "The service has as much to do as it can; nothing was computed. `Retry-After` says when to "
         "come again.",
     ),
     DamagedObject: Problem(
         500,
-        "Internal Server Error",
         "damaged_object",
         "What is kept under this id is damaged, and is not given out. Storing it again mends it.",
     ),
     StoreFailed: Problem(
         503,
-        "Service Unavailable",
         "store_unavailable",
         "The place where surfaces are kept does not work at the moment. It has been logged.",
     ),
     OutOfTime: Problem(
         503,
-        "Service Unavailable",
         "out_of_time",
         "The answer was not there in time: the service has much to do, or the request asks for "
         "much. `Retry-After` says when to come again.",
     ),
     StoreFull: Problem(
-        507,
-        "Insufficient Storage",
-        "store_full",
-        "There is no room for another surface; nothing was stored.",
+        507, "store_full", "There is no room for another surface; nothing was stored."
     ),
 }
 
-NOT_FOUND = Problem(404, "Not Found", "not_found", "There is nothing at this address.")
+NOT_FOUND = Problem(404, "not_found", "There is nothing at this address.")
 METHOD_NOT_ALLOWED = Problem(
     405,
-    "Method Not Allowed",
     "method_not_allowed",
     "This address does not answer this method; `Allow` lists those it does.",
 )
 INTERNAL_ERROR = Problem(
-    500,
-    "Internal Server Error",
-    "internal_error",
-    "The fault is ours. It has been logged; the request may be repeated.",
+    500, "internal_error", "The fault is ours. It has been logged; the request may be repeated."
 )
 
 # The server's own refusals; no request of theirs comes as far as here.
-MALFORMED_REQUEST = Problem(400, "Bad Request", "malformed_request", "This is no HTTP request.")
-HEAD_TOO_SLOW = Problem(
-    408, "Request Timeout", "head_too_slow", "The head of the request did not arrive in time."
-)
+MALFORMED_REQUEST = Problem(400, "malformed_request", "This is no HTTP request.")
+HEAD_TOO_SLOW = Problem(408, "head_too_slow", "The head of the request did not arrive in time.")
 HEAD_TOO_LARGE = Problem(
-    431,
-    "Request Header Fields Too Large",
-    "head_too_large",
-    "The address and the headers together have too many bytes.",
+    431, "head_too_large", "The address and the headers together have too many bytes."
 )
 TOO_MANY_CONNECTIONS = Problem(
     503,
-    "Service Unavailable",
     "too_many_connections",
     "As many connections are open as there may be. `Retry-After` says when to try again.",
 )
 DRAINING = Problem(
     503,
-    "Service Unavailable",
     "draining",
     "The service is about to stop. The request may be repeated: another instance will answer.",
 )

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from service.api import docs
 from service.api.app import create_app
+from service.api.routes import pages
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
 
@@ -29,7 +29,7 @@ def _names(sources: list[str]) -> list[str]:
 def test_page_without_scripts_says_what_to_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(docs, "ASSETS", tmp_path)
+    monkeypatch.setattr(pages, "STATIC", tmp_path)
     with client_of(create_app(Settings())) as client:
         page = client.get("/docs")
         assert page.status_code == 503

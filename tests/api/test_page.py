@@ -7,17 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from service.api import page
 from service.api.app import create_app
+from service.api.routes import pages
 from service.decoders.registry import BY_SUFFIX
 from service.settings.values import Settings
 from service.surface.examples import EXAMPLES
 from tests.api.client import Client, client_of
 
 MAIN = "page/main.js"
+FILES = pages.files(dict)
 
 needs_three = pytest.mark.skipif(
-    not (page.ASSETS / page.THREE).is_file(), reason="three.js is not built ('make web')"
+    not (pages.STATIC / pages.THREE).is_file(), reason="three.js is not built ('make web')"
 )
 
 
@@ -57,7 +58,7 @@ def test_the_page_says_what_there_is(client: Client) -> None:
     """All modules are announced, so that the browser fetches them at once; all files are taken."""
     text = client.get("/").text
     announced = re.findall(r'<link rel="modulepreload" href="([^"]+)">', text)
-    assert announced == sorted({name for name in page.FILES if name.endswith(".js")} - {MAIN})
+    assert announced == sorted({name for name in FILES if re.match(r"page/.*\.js", name)} - {MAIN})
     (accepted,) = re.findall(r'type="file" accept="([^"]+)"', text)
     (told,) = re.findall(r'data-media-types="([^"]+)"', text)
     read = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
@@ -66,7 +67,7 @@ def test_the_page_says_what_there_is(client: Client) -> None:
 
 
 def test_every_example_has_a_small_picture(client: Client) -> None:
-    assert {path.stem for path in page.THUMBNAILS.iterdir()} == set(EXAMPLES)
+    assert {path.stem for path in pages.THUMBNAILS.iterdir()} == set(EXAMPLES)
     pictures = [client.get(f"/page/{name}.webp") for name in EXAMPLES]
     assert {picture.headers["content-type"] for picture in pictures} == {"image/webp"}
     assert {picture.content[8:12] for picture in pictures} == {b"WEBP"}
@@ -74,7 +75,7 @@ def test_every_example_has_a_small_picture(client: Client) -> None:
 
 
 def test_modules_are_short_and_say_what_they_are_for() -> None:
-    for path in page.SOURCES.glob("*.js"):
+    for path in pages.PAGE.glob("*.js"):
         lines = path.read_text(encoding="utf-8").splitlines()
         assert len(lines) <= 250, f"{path.name}: something wants to move out"
         assert lines[0].startswith("// "), path.name
@@ -99,7 +100,7 @@ def test_files_come_compressed_where_that_is_accepted(client: Client) -> None:
     assert packed.headers["vary"] == plain.headers["vary"]
     assert packed.headers["etag"] != plain.headers["etag"]
     assert int(packed.headers["content-length"]) < len(plain.content) / 2
-    assert packed.content == plain.content == (page.SOURCES / "style.css").read_bytes()
+    assert packed.content == plain.content == (pages.PAGE / "style.css").read_bytes()
 
 
 @pytest.mark.parametrize("name", ["..%2fpage.py", "index.html", "LICENSE", "three.d.ts"])
@@ -110,7 +111,7 @@ def test_nothing_else_is_served(client: Client, name: str) -> None:
 def test_page_without_three_says_what_to_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(page, "ASSETS", tmp_path)
+    monkeypatch.setattr(pages, "STATIC", tmp_path)
     with client_of(create_app(Settings())) as client:
         answer = client.get("/")
         assert answer.status_code == 503

@@ -5,12 +5,12 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Browser
 
-from service.api.docs import ASSETS
+from service.api.routes.pages import STATIC, SWAGGER
 from tests.web.browser import open_page
 
 
 def test_a_request_can_be_tried_and_no_other_host_is_asked(server: str, browser: Browser) -> None:
-    if not (ASSETS / "swagger-ui-bundle.js").is_file():
+    if not (STATIC / SWAGGER[0]).is_file():
         pytest.skip("the scripts of /docs are not built ('make web')")
     asked: list[str] = []
     stage = open_page(browser)

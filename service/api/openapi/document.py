@@ -5,6 +5,7 @@ not know: what the middleware in front of them answers and adds, and computed ex
 """
 
 from collections.abc import Sequence, Set
+from pathlib import Path
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
@@ -15,7 +16,6 @@ from service.api.guard.policy import EXEMPT, Policy
 from service.api.guard.signatures import MIN_SECRET
 from service.api.models import Problem
 from service.api.observing.middleware import ID_HEADER
-from service.api.openapi.codes import code_list
 from service.api.openapi.examples import ANSWERS
 from service.api.openapi.parameters import SIGNED
 from service.api.openapi.problems import error_answers
@@ -23,30 +23,8 @@ from service.api.openapi.requests import Json
 from service.api.openapi.responses import error, header
 from service.settings.values import Settings
 
-_DESCRIPTION = """\
-Parametric surfaces in, meshes out: post a control net, get vertices and faces.
-
-A request carries a surface and, beside it, the options of its mesh. Built-in surfaces, and those
-that were stored, answer by URL, with the same options as query parameters. `GET` calls answer
-`HEAD` as well.
-
-Every answer has an id in `X-Request-Id`, that of the request where it brings a harmless one. It is
-in the log of the service, as is the trace that a `traceparent` names (W3C Trace Context).
-
-Errors are problems (RFC 9457) with a stable `code` and, for each thing that is wrong, a JSON
-pointer into the body or the name of a parameter, what was got and what was needed. The input is
-never repeated. A request that would cost too much is refused before anything is computed: 413 where
-the body itself is too long, 422 where its content or the answer would be too large.
-
-Some problems may come at every address, before the request has been read, and the connection is
-closed after them: 400 `malformed_request`, what is no HTTP/1.1 or could be read in two ways; 431
-`head_too_large`, the address and the headers are too long; 408 `head_too_slow`, they did not arrive
-in time; 503 `too_many_connections`; and 503 `draining`, the service stopped before it could answer.
-Both of the last come with `Retry-After`.
-
-The `code` of a problem tells its kind; the `code` of each of its `errors` is one of these:
-
-"""
+DESCRIPTION = Path(__file__).with_name("description.md").read_text(encoding="utf-8").strip()
+"""What holds for all operations, and the list of codes of errors: a test keeps it complete."""
 
 _TAGS = {
     "meshes": "Surfaces to meshes.",
@@ -114,7 +92,7 @@ def describe(app: FastAPI, settings: Settings) -> Json:
     document = get_openapi(
         title=app.title,
         version=app.version,
-        description=_DESCRIPTION + code_list(),
+        description=DESCRIPTION,
         routes=app.routes,
         tags=[{"name": name, "description": text} for name, text in _TAGS.items()],
         separate_input_output_schemas=False,
