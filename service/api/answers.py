@@ -51,19 +51,10 @@ _FORBIDDEN = re.compile(r'[/\\:*?"<>|]+')
 class ChunkedResponse(Response):
     """A body of known length, sent in chunks; left out where only its head was asked for."""
 
-    async def __call__(
-        self,
-        scope: Scope,
-        _receive: Receive,
-        send: Send,
-    ) -> None:
+    async def __call__(self, scope: Scope, _receive: Receive, send: Send) -> None:
         """Sends the head, then the body from one buffer without joining or copying the whole."""
         await send(
-            {
-                "type": "http.response.start",
-                "status": self.status_code,
-                "headers": self.raw_headers,
-            }
+            {"type": "http.response.start", "status": self.status_code, "headers": self.raw_headers}
         )
         await send_pieces(b"" if scope["method"] == "HEAD" else self.body, send)
 

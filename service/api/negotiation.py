@@ -1,7 +1,6 @@
 """Which format to answer in: `?format=`, a suffix, or `Accept` (RFC 9110, section 12.5.1)."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeVar
 
@@ -19,24 +18,6 @@ USUAL_HEADER = 200
 AnyFormat = TypeVar("AnyFormat", bound=FileFormat)
 
 
-@dataclass(frozen=True, slots=True)
-class _Range:
-    """One media range of an Accept header."""
-
-    type: str
-    subtype: str
-    quality: float
-
-    def precision(self, media_type: str) -> int:
-        """2 for the very type, 1 for `model/*`, 0 for `*/*`, -1 where it does not match."""
-        main, _, sub = media_type.partition("/")
-        if (self.type, self.subtype) == ("*", "*"):
-            return 0
-        if self.type != main:
-            return -1
-        return {sub: 2, "*": 1}.get(self.subtype, -1)
-
-
 def by_name(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
     """The format of this name among those that can be written.
 
@@ -46,20 +27,13 @@ def by_name(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
         If there is none.
     """
     found = {f.name: f for f in formats}
-    if name not in found:
-        known = name in BY_NAME
-        raise InvalidQuery(
-            Issue(
-                "unsupported_by_format" if known else "unknown_format",
-                f"The format {name} has no place for this."
-                if known
-                else "No format has this name.",
-                "/format",
-                "a format of surfaces" if known else "an unknown name",
-                "one of " + ", ".join(found),
-            )
-        )
-    return found[name]
+    if name in found:
+        return found[name]
+    code = "unsupported_by_format" if name in BY_NAME else "unknown_format"
+    message, got = "No format has this name.", "an unknown name"
+    if name in BY_NAME:
+        message, got = f"The format {name} has no place for this.", "a format of surfaces"
+    raise InvalidQuery(Issue(code, message, "/format", got, "one of " + ", ".join(found)))
 
 
 def by_suffix(suffix: str) -> Format:
@@ -72,15 +46,9 @@ def by_suffix(suffix: str) -> Format:
     """
     found = BY_SUFFIX.get(suffix)
     if found is None:
-        raise UnknownSuffix(
-            Issue(
-                "unknown_suffix",
-                "No format is written under this suffix.",
-                "/suffix",
-                "an unknown suffix",
-                "one of " + ", ".join(BY_SUFFIX),
-            )
-        )
+        message, got = "No format is written under this suffix.", "an unknown suffix"
+        needed = "one of " + ", ".join(BY_SUFFIX)
+        raise UnknownSuffix(Issue("unknown_suffix", message, "/suffix", got, needed))
     return found
 
 
@@ -99,15 +67,9 @@ def by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFormat:
     header = header or ""
     best = _remembered(header, types) if len(header) <= USUAL_HEADER else _choose(header, types)
     if best is None:
-        raise NotAcceptable(
-            Issue(
-                "not_acceptable",
-                "No format that you accept is written here.",
-                "/Accept",
-                "none of the formats written here",
-                "one of " + ", ".join(types),
-            )
-        )
+        message, needed = "No format that you accept is written here.", "one of " + ", ".join(types)
+        got = "none of the formats written here"
+        raise NotAcceptable(Issue("not_acceptable", message, "/Accept", got, needed))
     return next(f for f in formats if f.media_type == best)
 
 
@@ -116,17 +78,16 @@ def _choose(header: str, types: tuple[str, ...]) -> str | None:
     default = "application/json"
     if not header.strip():
         return default
-    # What is malformed matches nothing.
-    parts = [(name.partition("/"), quality) for name, quality in quality_values(header)]
-    ranges = [_Range(main, sub, quality) for (main, _, sub), quality in parts]
-    best, best_rank = default, (0.0, -1)
+    ranges = list(quality_values(header))
+    best, best_rank = None, (0.0, -1)
     for candidate in (default, *types):
-        matches = [(r.precision(candidate), r.quality) for r in ranges]
+        # From the least precise range that matches to the most precise one.
+        names = ("*/*", f"{candidate.partition('/')[0]}/*", candidate)
+        matches = [(names.index(name), quality) for name, quality in ranges if name in names]
         precision, quality = max(matches, default=(-1, 0.0))
-        rank = (quality, precision)
-        if precision >= 0 and quality > 0 and rank > best_rank:
-            best, best_rank = candidate, rank
-    return best if best_rank[0] > 0.0 else None
+        if quality > 0 and (quality, precision) > best_rank:
+            best, best_rank = candidate, (quality, precision)
+    return best
 
 
 _remembered = lru_cache(maxsize=256)(_choose)
@@ -154,15 +115,7 @@ def no_parameters(names: Iterable[str]) -> None:
 
 
 def _refuse_unknown(names: Iterable[str], needed: str) -> None:
-    issues = [
-        Issue(
-            "unknown_field",
-            "There is no parameter of this name.",
-            pointer([shortened(name)]),
-            "an unknown parameter",
-            needed,
-        )
-        for name in sorted(names)
-    ]
-    if issues:
-        raise InvalidQuery(*issues)
+    message, got = "There is no parameter of this name.", "an unknown parameter"
+    places = [pointer([shortened(name)]) for name in sorted(names)]
+    if places:
+        raise InvalidQuery(*(Issue("unknown_field", message, at, got, needed) for at in places))

@@ -31,8 +31,8 @@ def add(commands: Commands) -> None:
 def _run(arguments: argparse.Namespace) -> int:
     import time
 
-    from service.api.guard.means import signer_of
-    from service.api.guard.moments import signed_address
+    from service.api.guard.guard import signer_of
+    from service.api.guard.signatures import signed_address
     from service.schemas.request import SignRequest
     from service.schemas.validation import validate_document
     from service.settings.environment import from_environment

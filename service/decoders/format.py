@@ -29,8 +29,12 @@ class Decoder:
         Of the bytes, the kind of surface that is asked for (None leaves the choice to the file) and
         the most control points. Its answer is to be checked like any document: it has the values of
         the file, whatever they are.
+    about : str
+        What it holds and how it is read, as the OpenAPI document tells it.
     weight : float
         Bytes for each byte of a file, its own included, until it has become a surface.
+    example : tuple of str, optional
+        Of a text: what it says, and the text.
     """
 
     name: str
@@ -40,7 +44,9 @@ class Decoder:
     binary: bool
     kinds: tuple[str, ...]
     decode: Callable[[bytes, str | None, int], Tree]
+    about: str
     weight: float
+    example: tuple[str, str] | None = None
 
     def memory(self, length: int) -> int:
         """Bytes that a file of this length takes at most until it has become a surface."""

@@ -19,6 +19,13 @@ DECODERS: tuple[Decoder, ...] = (
         binary=True,
         kinds=npy.KINDS,
         decode=npy.decode,
+        about="A file as `numpy.save` writes it, of float32 or float64 in either order of bytes"
+        " and of axes. An array (p+1, q+1, 3) is one control net, of a Bézier patch or, with "
+        "`type=bspline`, of a B-spline; an array (P, p+1, q+1, 3) is P Bézier patches, which "
+        "meet where their control points are equal. With 4 numbers a point the last is its "
+        "weight, by which the others are not multiplied. Errors point into the document that "
+        "the array stands for: `/surface/control_net/i/j/k`, or, of several patches, "
+        "`/surface/vertices/n/k` for the n-th point of the array.",
         weight=8,
     ),
     Decoder(
@@ -29,7 +36,16 @@ DECODERS: tuple[Decoder, ...] = (
         binary=False,
         kinds=oogl.KINDS,
         decode=oogl.decode,
+        about="A BEZ or BBP object of OOGL, or a LIST of such, in ASCII: any number of Bézier "
+        "patches, control points u fastest, (wx, wy, wz, w) where there are four numbers. "
+        "Texture coordinates and colours of the corners are read; lines and appearances are "
+        "passed over. Patches of several degrees become a `group`. Errors tell the line. What "
+        "the service writes with `oogl=bez` is read.",
         weight=24,
+        example=(
+            "A quarter of a cylinder, exactly: degrees (2, 1), weights",
+            "BEZ214\n1 0 0 1  1 1 0 1  0 2 0 2\n1 0 1 1  1 1 1 1  0 2 2 2\n",
+        ),
     ),
     Decoder(
         name="teapot",
@@ -39,7 +55,14 @@ DECODERS: tuple[Decoder, ...] = (
         binary=False,
         kinds=teapot.KINDS,
         decode=teapot.decode,
+        about="The text of the Utah teapot: the number of patches; the indices of each, counted"
+        " from 1, (p+1)² for degree p, in one line or in p + 1; the number of vertices; x, y, z"
+        " of each. Commas or blanks part the numbers. Errors tell the line.",
         weight=24,
+        example=(
+            "Two patches of degree (1, 1) that share an edge",
+            "2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n",
+        ),
     ),
 )
 """In the order in which they are listed."""

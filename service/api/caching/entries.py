@@ -90,11 +90,7 @@ class Entry:
     __slots__ = ("_always", "_described", "aliases", "plain", "size", "subject", "variants")
 
     def __init__(
-        self,
-        subject: Subject,
-        plain: bytes,
-        described: Mapping[str, str],
-        always: RawHeaders = (),
+        self, subject: Subject, plain: bytes, described: Mapping[str, str], always: RawHeaders = ()
     ) -> None:
         link = f'<{subject.address}>; rel="canonical"'
         headers = {**described, "Link": link}

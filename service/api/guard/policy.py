@@ -1,7 +1,13 @@
-"""What a request needs: nothing, or a key; told by its method and its path alone."""
+"""What a request needs, told by its method and its path; the refusals; and private answers."""
 
+from collections.abc import Iterable, Mapping
 from typing import Literal, TypeAlias
 
+from starlette.responses import Response
+
+from service.api.caching.entries import RawHeaders
+from service.api.problems import KeyNeeded, KeyUnknown, RateLimited, problem_of, problem_response
+from service.errors import Issue, SurfaceError
 from service.settings.values import Settings
 
 Need: TypeAlias = Literal["nothing", "key", "key or signature"]
@@ -48,3 +54,86 @@ class Policy:
         if self._private and path.startswith("/v1/") and path not in _LISTS:
             return "key or signature"
         return "nothing"
+
+
+REALM = 'Bearer realm="surface"'
+
+_BRING = "Authorization: Bearer, and a key"
+
+
+def key_needed(*, signature: bool = False) -> KeyNeeded:
+    """No key was sent; where a signed address would do as well, that is said."""
+    needed = f"{_BRING}; or a signed address" if signature else _BRING
+    return KeyNeeded(
+        Issue("key_needed", "This call needs a key.", "/Authorization", "no key", needed)
+    )
+
+
+def key_unknown() -> KeyUnknown:
+    """A key was sent that is none of ours."""
+    return KeyUnknown(
+        Issue(
+            "key_unknown",
+            "No such key is known here; it may have been replaced.",
+            "/Authorization",
+            "an unknown key",
+            _BRING,
+        )
+    )
+
+
+def rate_limited(limit: int, seconds: int) -> RateLimited:
+    """Too many requests; the next one would be answered in so many seconds."""
+    return RateLimited(
+        Issue(
+            "rate_limited",
+            "These were too many requests in a short time.",
+            got=f"more than {limit} a minute",
+            needed=f"a wait of {seconds} s",
+        )
+    )
+
+
+def refusal(error: SurfaceError, wait: int = 0) -> Response:
+    """The answer to a request that is not handed on.
+
+    401 says how to come back (RFC 6750), 429 when: in so many seconds.
+    """
+    headers: Mapping[str, str] = {"Retry-After": str(wait)} if wait else {}
+    if isinstance(error, KeyNeeded):
+        headers = {"WWW-Authenticate": REALM}
+    elif isinstance(error, KeyUnknown):
+        headers = {"WWW-Authenticate": f'{REALM}, error="invalid_token"'}
+    return problem_response(problem_of(error), error.issues, headers=dict(headers))
+
+
+HOUR = 3600
+
+_REVALIDATED = b"private, no-cache"
+"""For whoever has a key: a browser keeps it, and asks each time whether it still may."""
+
+
+def private_headers(headers: Iterable[tuple[bytes, bytes]], left: int | None) -> RawHeaders:
+    """The headers of an answer, as those of an answer that caches of many people must not keep.
+
+    Parameters
+    ----------
+    left : int or None
+        Seconds for which the signature of the address is still good; None where a key was sent.
+    """
+    changed = [
+        (name, _control(value, left)) if name.lower() == b"cache-control" else (name, value)
+        for name, value in headers
+    ]
+    if not any(name.lower() == b"cache-control" for name, _ in changed):
+        changed.append((b"cache-control", _REVALIDATED))
+    return (*changed, (b"vary", b"Authorization"))
+
+
+def _control(public: bytes, left: int | None) -> bytes:
+    if b"no-store" in public:
+        return public
+    if left is None:
+        return _REVALIDATED
+    age = left if b"immutable" in public else min(left, HOUR)
+    return b"private, max-age=%d" % age

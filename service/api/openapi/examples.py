@@ -8,8 +8,7 @@ from typing import TypeVar
 import orjson
 from pydantic import BaseModel
 
-from service.api.guard.moments import signed_address
-from service.api.guard.signatures import MIN_SECRET, Signer
+from service.api.guard.signatures import MIN_SECRET, Signer, signed_address
 from service.api.links import mesh_links, surface_address
 from service.api.openapi.requests import REQUESTS, Json
 from service.encoders.curves.registry import CURVES_BY_NAME

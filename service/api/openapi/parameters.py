@@ -12,6 +12,7 @@ from service.api.caching.codings import CODINGS
 from service.api.guard.signatures import EXPIRES, SIGNATURE
 from service.api.openapi.requests import REQUESTS, Json
 from service.api.stored import content_id
+from service.decoders.format import Decoder
 from service.decoders.registry import DECODERS
 from service.encoders.format import FileFormat
 from service.encoders.registry import FORMATS
@@ -107,7 +108,8 @@ def option_parameters() -> list[Json]:
 
 
 def _style(name: str) -> Json:
-    return {"style": "form", "explode": False} if name in LIST_NAMES else {}
+    is_list = name in LIST_NAMES or name in ("degree", "knots")
+    return {"style": "form", "explode": False} if is_list else {}
 
 
 def json_body(operation: str, *parameters: Json) -> Json:
@@ -129,7 +131,7 @@ def surface_body(operation: str, *parameters: Json, has_options: bool = True) ->
         Whether the query has the options of a mesh, too.
     """
     extra = json_body(operation)
-    extra["requestBody"]["content"] |= {d.media_type: _FILES[d.name] for d in DECODERS}
+    extra["requestBody"]["content"] |= {d.media_type: _file(d) for d in DECODERS}
     beside = [_beside_a_file(option) for option in option_parameters()] if has_options else []
     # The engine, too, is a parameter, but of addresses.
     beside = [option for option in beside if option["name"] in MeshOptionFields.model_fields]
@@ -172,56 +174,16 @@ _FIELD_SCHEMAS: Mapping[str, Json] = MappingProxyType(
 
 def _field_parameters() -> list[Json]:
     """The fields of a surface that stand beside a file."""
-    lists = {"style": "form", "explode": False}
     return [
-        _parameter(
-            "query",
-            name,
-            f"Beside a file: {about}",
-            _FIELD_SCHEMAS[name],
-            **(lists if _FIELD_SCHEMAS[name]["type"] == "array" else {}),
-        )
+        _parameter("query", name, f"Beside a file: {about}", _FIELD_SCHEMAS[name], **_style(name))
         for name, about in FIELDS.items()
     ]
 
 
-def _text_file(description: str, name: str, summary: str, value: str) -> Json:
-    examples = {name: {"summary": summary, "value": value}}
-    return {"schema": {"type": "string", "description": description}, "examples": examples}
-
-
-_FILES: Mapping[str, Json] = MappingProxyType(
-    {
-        "npy": {
-            "schema": {
-                "type": "string",
-                "format": "binary",
-                "description": "A file as `numpy.save` writes it, of float32 or float64 in either "
-                "order of bytes and of axes. An array (p+1, q+1, 3) is one control net, of a "
-                "Bézier patch or, with `type=bspline`, of a B-spline; an array (P, p+1, q+1, 3) is "
-                "P Bézier patches, which meet where their control points are equal. With 4 numbers "
-                "a point the last is its weight, by which the others are not multiplied. Errors "
-                "point into the document that the array stands for: `/surface/control_net/i/j/k`, "
-                "or, of several patches, `/surface/vertices/n/k` for the n-th point of the array.",
-            }
-        },
-        "oogl": _text_file(
-            "A BEZ or BBP object of OOGL, or a LIST of such, in ASCII: any number of Bézier "
-            "patches, control points u fastest, (wx, wy, wz, w) where there are four numbers. "
-            "Texture coordinates and colours of the corners are read; lines and appearances are "
-            "passed over. Patches of several degrees become a `group`. Errors tell the line. What "
-            "the service writes with `oogl=bez` is read.",
-            "rational",
-            "A quarter of a cylinder, exactly: degrees (2, 1), weights",
-            "BEZ214\n1 0 0 1  1 1 0 1  0 2 0 2\n1 0 1 1  1 1 1 1  0 2 2 2\n",
-        ),
-        "teapot": _text_file(
-            "The text of the Utah teapot: the number of patches; the indices of each, counted from "
-            "1, (p+1)² for degree p, in one line or in p + 1; the number of vertices; x, y, z of "
-            "each. Commas or blanks part the numbers. Errors tell the line.",
-            "strip",
-            "Two patches of degree (1, 1) that share an edge",
-            "2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n",
-        ),
-    }
-)
+def _file(decoder: Decoder) -> Json:
+    """A body that is a file."""
+    schema = {"type": "string", "description": decoder.about}
+    if decoder.example is None:
+        return {"schema": schema | {"format": "binary"}}
+    summary, text = decoder.example
+    return {"schema": schema, "examples": {decoder.name: {"summary": summary, "value": text}}}

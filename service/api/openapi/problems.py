@@ -8,7 +8,7 @@ import numpy as np
 from service.api import problems
 from service.api.body import body_too_large, body_too_slow, body_type
 from service.api.caching.requested import check_codings
-from service.api.guard.refusals import REALM, key_needed, key_unknown, rate_limited
+from service.api.guard.policy import REALM, key_needed, key_unknown, rate_limited
 from service.api.guard.signatures import MIN_SECRET, Signer
 from service.api.negotiation import by_accept, by_name, by_suffix
 from service.api.openapi.requests import Json
@@ -79,10 +79,7 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         },
         "TooManyRequests": limited,
         "NotFound": {"no such path": problems.NOT_FOUND},
-        "UnknownSurface": {
-            "id": lambda: content_id("teapot"),
-            "suffix": lambda: by_suffix("fbx"),
-        },
+        "UnknownSurface": {"id": lambda: content_id("teapot"), "suffix": lambda: by_suffix("fbx")},
         "MethodNotAllowed": {"method": problems.METHOD_NOT_ALLOWED},
         "NotAcceptable": {"pictures": lambda: by_accept("image/png", FORMATS)},
         "CodingNotAcceptable": {"coding": lambda: check_codings(b"br, identity;q=0")},

@@ -93,8 +93,7 @@ URL_HEADERS: Json = (
             "A name to save the file under.", 'inline; filename="sail.glb"'
         ),
         "Link": header(
-            "The canonical address.",
-            f'<{mesh_address("", "utah-teapot", "glb")}>; rel="canonical"',
+            "The canonical address.", f'<{mesh_address("", "utah-teapot", "glb")}>; rel="canonical"'
         ),
     }
 )

@@ -56,9 +56,7 @@ def formats() -> list[dict[str, Any]]:
 
 _READY: Json = {
     "content": {
-        "application/json": {
-            "example": {"status": "ready", "computing": "ready", "store": "ready"},
-        }
+        "application/json": {"example": {"status": "ready", "computing": "ready", "store": "ready"}}
     }
 }
 _FAILING = {"status": "unready", "computing": "ready", "store": "unavailable"}

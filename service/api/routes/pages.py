@@ -34,12 +34,7 @@ THREE = "three/three.js"
 SWAGGER = ("swagger-ui/swagger-ui-bundle.js", "swagger-ui/swagger-ui.css")
 
 _MEDIA_TYPES = MappingProxyType(
-    {
-        ".css": "text/css",
-        ".js": "text/javascript",
-        ".svg": "image/svg+xml",
-        ".webp": "image/webp",
-    }
+    {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml", ".webp": "image/webp"}
 )
 
 

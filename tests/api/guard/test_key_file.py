@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from service.api.guard.key_file import MAX_BYTES, KnownKeys
-from service.api.guard.keys import InvalidKeys, KeyEntry, entries, entry_line
+from service.api.guard.keys import MAX_BYTES, InvalidKeys, KeyEntry, KnownKeys, entries, entry_line
 
 ALICE, BOB, CAROL = (entry_line(name, name) for name in ("alice", "bob", "carol"))
 
