@@ -21,8 +21,7 @@ from service.api.caching.front import Front
 from service.api.cors import CrossOrigin, Origins
 from service.api.guard.guard import guarded, signer_of
 from service.api.guard.policy import needs_keys
-from service.api.observing.access_log import Write
-from service.api.observing.middleware import add_telemetry
+from service.api.observing.middleware import Write, add_telemetry
 from service.api.openapi.document import describe
 from service.api.routes import (
     evaluation,

@@ -1,9 +1,15 @@
-"""Which format to answer in: `?format=`, a suffix, or `Accept` (RFC 9110, section 12.5.1)."""
+"""Which format and coding to answer in: `?format=`, a suffix, `Accept`, and `Accept-Encoding`.
+
+RFC 9110, section 12.5; and the answers that a client has already.
+"""
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import TypeVar
 
+from starlette.requests import Request
+
+from service.api.caching.codings import CODINGS, Accepted, accepted
 from service.api.problems import InvalidQuery, NotAcceptable, UnknownSuffix
 from service.api.quality_values import quality_values
 from service.encoders.format import FileFormat, Format
@@ -119,3 +125,40 @@ def _refuse_unknown(names: Iterable[str], needed: str) -> None:
     places = [pointer([shortened(name)]) for name in sorted(names)]
     if places:
         raise InvalidQuery(*(Issue("unknown_field", message, at, got, needed) for at in places))
+
+
+def codings_of(request: Request) -> Accepted:
+    """The codings that the client takes; raises what `check_codings` raises."""
+    return check_codings(_header(request, "accept-encoding"))
+
+
+def condition_of(request: Request) -> bytes | None:
+    """If-None-Match, its lines joined; None where the answer is wanted in any case."""
+    return _header(request, "if-none-match")
+
+
+def check_codings(header: bytes | None) -> Accepted:
+    """What an Accept-Encoding header allows.
+
+    Raises
+    ------
+    NotAcceptable
+        If that is nothing.
+    """
+    wanted = accepted(header)
+    if not wanted.order:
+        raise NotAcceptable(
+            Issue(
+                "not_acceptable",
+                "Every coding that is made here is excluded.",
+                "/Accept-Encoding",
+                "none of the codings made here",
+                "one of " + ", ".join(CODINGS),
+            )
+        )
+    return wanted
+
+
+def _header(request: Request, name: str) -> bytes | None:
+    lines = request.headers.getlist(name)
+    return ", ".join(lines).encode("latin-1") if lines else None

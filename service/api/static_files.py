@@ -12,8 +12,8 @@ from starlette.responses import Response
 
 from service.api.answers import HEADERS, ChunkedResponse
 from service.api.caching.codings import Coding, compressed
-from service.api.caching.requested import codings_of, condition_of
-from service.api.caching.tags import entity_tag, held, is_any
+from service.api.caching.entries import entity_tag, held, is_any
+from service.api.negotiation import codings_of, condition_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from starlette.requests import ClientDisconnect
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.api.caching.answers import AnswerCache
-from service.api.timing import Timing
+from service.api.observing.record import Timing
 from service.errors import Busy, Issue, TooLarge
 from service.pipeline.cost import Cost
 from service.settings.process import give_back

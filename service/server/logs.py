@@ -21,7 +21,7 @@ from typing import Any, Literal
 
 import orjson
 
-from service.api.observing.access_log import timestamp
+from service.api.observing.middleware import timestamp
 from service.api.observing.record import current_record
 from service.settings.values import Settings
 

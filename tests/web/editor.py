@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page
 
-from service.api import page as editor
+from service.api.routes.pages import STATIC, THREE
 from tests.web.browser import WITHOUT_PIXELS, Stage
 
 READY = 'html[data-state="ready"]'
@@ -27,7 +27,7 @@ def listening(page: Page) -> Stage:
 
 def open_profile(browser: Browser) -> Stage:
     """An empty page in a fresh profile, in which the editor does all but fill pixels."""
-    if not (editor.ASSETS / editor.THREE).is_file():
+    if not (STATIC / THREE).is_file():
         pytest.skip("three.js is not built ('make web')")
     context = browser.new_context(viewport={"width": 880, "height": 440}, reduced_motion="reduce")
     stage = listening(context.new_page())

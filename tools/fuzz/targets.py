@@ -16,12 +16,11 @@ from uvicorn.server import ServerState
 
 from service.api.app import create_app
 from service.api.body import body_type
-from service.api.caching.requested import check_codings
-from service.api.caching.tags import is_any, listed
+from service.api.caching.entries import is_any, listed
 from service.api.guard.keys import InvalidKeys, bearer, entries, entry_line, owner, together
 from service.api.guard.proxies import Proxies
 from service.api.guard.signatures import Signer
-from service.api.negotiation import by_accept, by_name
+from service.api.negotiation import by_accept, by_name, check_codings
 from service.api.observing.record import caller_trace_id
 from service.decoders.registry import BY_NAME as DECODERS
 from service.decoders.registry import DECODERS as ALL_DECODERS

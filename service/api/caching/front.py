@@ -8,8 +8,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from service.api.answers import CHUNK, UNTRACKED, send_pieces
 from service.api.caching.answers import AnswerCache
 from service.api.caching.codings import Accepted, accepted
-from service.api.caching.entries import Entry, Variant
-from service.api.caching.tags import held, is_any
+from service.api.caching.entries import Entry, Variant, held, is_any
 from service.api.cors import Origins
 from service.api.observing.record import record_of
 

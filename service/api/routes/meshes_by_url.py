@@ -8,14 +8,12 @@ from fastapi import APIRouter, Request, Response
 
 from service.api.answers import ChunkedResponse, disposition, report_headers
 from service.api.caching.codings import COMPRESS, Accepted, Coding, compressed
-from service.api.caching.entries import Entry, RawHeaders, Subject, Variant
-from service.api.caching.requested import codings_of, condition_of
-from service.api.caching.tags import held, is_any
+from service.api.caching.entries import Entry, RawHeaders, Subject, Variant, held, is_any
 from service.api.links import mesh_address
 from service.api.models import Mesh
-from service.api.negotiation import by_suffix
+from service.api.negotiation import by_suffix, codings_of, condition_of
 from service.api.observing.metrics import RequestCounters
-from service.api.observing.record import record_of
+from service.api.observing.record import Timing, record_of
 from service.api.openapi.parameters import (
     ACCEPT_ENCODING,
     IF_NONE_MATCH,
@@ -27,7 +25,6 @@ from service.api.openapi.responses import UNCHANGED_MESH, URL_HEADERS, answer, e
 from service.api.problems import EngineGone
 from service.api.services import JobDep, Services, ServicesDep
 from service.api.stored import content_id, exists, surface_of
-from service.api.timing import Timing
 from service.api.workers import Job
 from service.encoders.arithmetic import written_by
 from service.encoders.format import Format

@@ -9,9 +9,8 @@ import pytest
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.app import create_app
-from service.api.observing.access_log import AccessLog
 from service.api.observing.metrics import RequestCounters
-from service.api.observing.middleware import RequestMiddleware
+from service.api.observing.middleware import AccessLog, RequestMiddleware
 from service.api.observing.record import RouteLabels, record_of
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
