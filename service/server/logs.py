@@ -1,6 +1,6 @@
 """The log: as text for people, or as one JSON object a line for machines.
 
-Lines about requests go to standard output; `service.api.observing.access_log` makes them. All else
+Lines about requests go to standard output; `service.api.observing.middleware` makes them. All else
 goes to standard error through `logging`. A thread writes each from a queue of bounded length:
 the service drops and counts lines where a pipe is full or broken, and goes on.
 
