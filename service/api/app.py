@@ -32,9 +32,9 @@ from service.api.routes import (
     signing,
     surfaces,
 )
-from service.api.services import Services
+from service.api.services import JobMiddleware, Services
 from service.api.static_files import StaticFiles
-from service.api.workers import JobMiddleware, Workers
+from service.api.workers import Workers
 from service.errors import InvalidSettings
 from service.settings.environment import from_environment
 from service.settings.process import free_at_once, pin_blas

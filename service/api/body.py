@@ -157,7 +157,9 @@ async def _read_bytes(
     """
     settings, limits = services.settings, services.documents
     if request.headers.get("content-encoding", "identity").lower() != "identity":
-        raise _compressed()
+        message, needed = "Bodies are taken uncompressed.", "no encoding, or identity"
+        issue = Issue("unsupported_encoding", message, "/Content-Encoding", "an encoding", needed)
+        raise UnsupportedMediaType(issue)
     largest = largest_body(settings, is_json=decoder is None)
     declared = request.headers.get("content-length", "")
     # The server has checked that it is a number; twenty digits are enough to see that it is large.
@@ -200,14 +202,10 @@ def body_type(content_type: str | None, decoders: Sequence[Decoder] = ()) -> Dec
     if is_json and is_utf8:
         return None
     names = ", ".join(("application/json", *(decoder.media_type for decoder in decoders)))
+    message = "The header does not say that the body is of a type that is taken here."
+    got, needed = "another type" if content_type else "no type", f"{names}; texts in UTF-8"
     raise UnsupportedMediaType(
-        Issue(
-            "unsupported_media_type",
-            "The header does not say that the body is of a type that is taken here.",
-            "/Content-Type",
-            "another type" if content_type else "no type",
-            f"{names}; texts in UTF-8",
-        )
+        Issue("unsupported_media_type", message, "/Content-Type", got, needed)
     )
 
 
@@ -245,16 +243,3 @@ def body_too_slow(received: int, settings: Settings) -> BodyTooSlow:
     """The refusal of a body that does not come to its end."""
     got, needed = f"{received} bytes", f"all of it within {settings.body_timeout:g} s"
     return BodyTooSlow(Issue("body_too_slow", "The body did not arrive in time.", "", got, needed))
-
-
-def _compressed() -> UnsupportedMediaType:
-    """The refusal of a body in a content coding."""
-    return UnsupportedMediaType(
-        Issue(
-            "unsupported_encoding",
-            "Bodies are taken uncompressed.",
-            "/Content-Encoding",
-            "an encoding",
-            "no encoding, or identity",
-        )
-    )

@@ -147,15 +147,12 @@ def check_codings(header: bytes | None) -> Accepted:
     """
     wanted = accepted(header)
     if not wanted.order:
-        raise NotAcceptable(
-            Issue(
-                "not_acceptable",
-                "Every coding that is made here is excluded.",
-                "/Accept-Encoding",
-                "none of the codings made here",
-                "one of " + ", ".join(CODINGS),
-            )
+        message, needed = (
+            "Every coding that is made here is excluded.",
+            "one of " + ", ".join(CODINGS),
         )
+        got = "none of the codings made here"
+        raise NotAcceptable(Issue("not_acceptable", message, "/Accept-Encoding", got, needed))
     return wanted
 
 

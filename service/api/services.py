@@ -1,9 +1,10 @@
-"""What the routes work with, made once for an application and handed to them by dependencies."""
+"""What the routes work with: parts of the application, and the job of the request."""
 
 from dataclasses import dataclass
 from typing import Annotated
 
 from fastapi import Depends, Request
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.api.caching.answers import AnswerCache
 from service.api.caching.flights import Flights
@@ -47,3 +48,23 @@ async def job_of(request: Request) -> Job:
 
 ServicesDep = Annotated[Services, Depends(services_of)]
 JobDep = Annotated[Job, Depends(job_of)]
+
+
+class JobMiddleware:
+    """Gives every request its job, as `request.state.job`; ends it after the answer was sent."""
+
+    def __init__(self, app: ASGIApp, workers: Workers) -> None:
+        self._app = app
+        self._workers = workers
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """One request."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        job = scope.setdefault("state", {})["job"] = Job(self._workers, receive)
+        try:
+            await self._app(scope, receive, send)
+        finally:
+            del scope["state"]["job"]
+            job.close()

@@ -78,15 +78,9 @@ def content_id(id: str) -> str:
 
 def _unknown() -> UnknownSurface:
     """The error of an id that is neither a name of an example nor a hash."""
-    return UnknownSurface(
-        Issue(
-            "unknown_surface",
-            "No surface is known by this id.",
-            "/id",
-            "an unknown id",
-            f"one of {', '.join(EXAMPLES)}; or the id of a stored surface, 64 hexadecimal digits",
-        )
-    )
+    message, names = "No surface is known by this id.", ", ".join(EXAMPLES)
+    needed = f"one of {names}; or the id of a stored surface, 64 hexadecimal digits"
+    return UnknownSurface(Issue("unknown_surface", message, "/id", "an unknown id", needed))
 
 
 @cache

@@ -21,7 +21,7 @@ from typing import Any, Protocol, TypeVar, cast
 
 from anyio import CancelScope, CapacityLimiter, current_time, to_thread
 from starlette.requests import ClientDisconnect
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import Receive
 
 from service.api.caching.answers import AnswerCache
 from service.api.observing.record import Timing
@@ -108,12 +108,8 @@ class Workers:
             self.settle()
 
     async def acquire(self, amount: int) -> None:
-        """Waits for a thread and `amount` bytes of memory, behind requests that came earlier.
-
-        Raises `Busy` if the queue is full.
-        """
-        if not self._queue and self._fits(amount):
-            self._grant(amount)
+        """Waits, in order of arrival, for a thread and `amount` bytes; raises `Busy` if too many do."""
+        if not self._queue and self._granted(amount):
             return
         if len(self._queue) >= self._max_queue:
             raise self.refuse()
@@ -144,9 +140,8 @@ class Workers:
         while self._queue:
             amount, granted = self._queue[0]
             if not granted.done():
-                if not self._fits(amount):
+                if not self._granted(amount):
                     return
-                self._grant(amount)
                 granted.set_result(None)
             self._queue.popleft()
 
@@ -160,12 +155,13 @@ class Workers:
 
         self._trimming = self._trimming or asyncio.get_running_loop().create_task(trim_soon())
 
-    def _fits(self, amount: int) -> bool:
-        return self.computing < self.threads and self.has(amount)
-
-    def _grant(self, amount: int) -> None:
-        self.computing += 1
-        self.hold(amount)
+    def _granted(self, amount: int) -> bool:
+        """Whether a thread and the memory are free: then they are taken."""
+        is_free = self.computing < self.threads and self.has(amount)
+        if is_free:
+            self.computing += 1
+            self.hold(amount)
+        return is_free
 
 
 class Job:
@@ -195,13 +191,10 @@ class Job:
         """
         more, workers = size - self._body, self.workers
         if size > workers.max_body:
+            message = "The body would take more memory than this service has for one."
+            needed = f"at most {workers.max_body}; a smaller surface"
             raise TooLarge(
-                Issue(
-                    "too_much_memory",
-                    "The body would take more memory than this service has for one.",
-                    got=f"{size} bytes, and maybe more",
-                    needed=f"at most {workers.max_body}; a smaller surface",
-                )
+                Issue("too_much_memory", message, "", f"{size} bytes, and maybe more", needed)
             )
         if more > 0 and not (
             workers.body_bytes + more <= workers.max_body and workers.has(more, is_small=True)
@@ -348,23 +341,3 @@ def _settled(call: Callable[[], Result]) -> tuple[Result | None, Exception | Non
         clear_frames(error.__traceback__)  # but this frame, which runs
         del call
         return None, error
-
-
-class JobMiddleware:
-    """Gives every request its job, as `request.state.job`; ends it after the answer was sent."""
-
-    def __init__(self, app: ASGIApp, workers: Workers) -> None:
-        self._app = app
-        self._workers = workers
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """One request."""
-        if scope["type"] != "http":
-            await self._app(scope, receive, send)
-            return
-        job = scope.setdefault("state", {})["job"] = Job(self._workers, receive)
-        try:
-            await self._app(scope, receive, send)
-        finally:
-            del scope["state"]["job"]
-            job.close()

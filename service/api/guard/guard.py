@@ -186,26 +186,28 @@ def signer_of(settings: Settings) -> Signer | None:
     """What signs addresses, if there are secrets for that; raises InvalidSettings for weak ones."""
     if not settings.signing_keys:
         return None
-    try:
+    with _checking("SURFACE_SIGNING_KEYS"):
         return Signer([secret.get_secret_value() for secret in settings.signing_keys])
-    except InvalidSecrets as error:
-        raise InvalidSettings(f"SURFACE_SIGNING_KEYS: {error}") from None
 
 
 def _keys(settings: Settings) -> KnownKeys:
-    name = "SURFACE_API_KEYS"
-    try:
+    with _checking("SURFACE_API_KEYS"):
         listed = entries(settings.api_keys)
-        name = "SURFACE_API_KEYS_FILE" if settings.api_keys_file else name
+    with _checking("SURFACE_API_KEYS_FILE" if settings.api_keys_file else "SURFACE_API_KEYS"):
         return KnownKeys(listed, settings.api_keys_file)
-    except InvalidKeys as error:
-        raise InvalidSettings(f"{name}: {error}") from None
 
 
 def _proxies(settings: Settings) -> Proxies | None:
     if not settings.trusted_proxies:
         return None
-    try:
+    with _checking("SURFACE_TRUSTED_PROXIES"):
         return Proxies(settings.trusted_proxies)
-    except InvalidProxies as error:
-        raise InvalidSettings(f"SURFACE_TRUSTED_PROXIES: {error}") from None
+
+
+@contextmanager
+def _checking(name: str) -> Iterator[None]:
+    """Says which setting makes no sense."""
+    try:
+        yield
+    except (InvalidKeys, InvalidProxies, InvalidSecrets) as error:
+        raise InvalidSettings(f"{name}: {error}") from None

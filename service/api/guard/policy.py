@@ -64,34 +64,21 @@ _BRING = "Authorization: Bearer, and a key"
 def key_needed(*, signature: bool = False) -> KeyNeeded:
     """No key was sent; where a signed address would do as well, that is said."""
     needed = f"{_BRING}; or a signed address" if signature else _BRING
-    return KeyNeeded(
-        Issue("key_needed", "This call needs a key.", "/Authorization", "no key", needed)
-    )
+    message = "This call needs a key."
+    return KeyNeeded(Issue("key_needed", message, "/Authorization", "no key", needed))
 
 
 def key_unknown() -> KeyUnknown:
     """A key was sent that is none of ours."""
-    return KeyUnknown(
-        Issue(
-            "key_unknown",
-            "No such key is known here; it may have been replaced.",
-            "/Authorization",
-            "an unknown key",
-            _BRING,
-        )
-    )
+    message = "No such key is known here; it may have been replaced."
+    return KeyUnknown(Issue("key_unknown", message, "/Authorization", "an unknown key", _BRING))
 
 
 def rate_limited(limit: int, seconds: int) -> RateLimited:
     """Too many requests; the next one would be answered in so many seconds."""
-    return RateLimited(
-        Issue(
-            "rate_limited",
-            "These were too many requests in a short time.",
-            got=f"more than {limit} a minute",
-            needed=f"a wait of {seconds} s",
-        )
-    )
+    message = "These were too many requests in a short time."
+    got, needed = f"more than {limit} a minute", f"a wait of {seconds} s"
+    return RateLimited(Issue("rate_limited", message, "", got, needed))
 
 
 def refusal(error: SurfaceError, wait: int = 0) -> Response:

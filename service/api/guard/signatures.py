@@ -129,27 +129,16 @@ def _stripped(query: str) -> str:
 
 
 def _invalid() -> SignatureInvalid:
-    return SignatureInvalid(
-        Issue(
-            "signature_invalid",
-            "The signature is not one of this address.",
-            f"/{SIGNATURE}",
-            "another signature",
-            "the whole address, as it was signed",
-        )
-    )
+    message = "The signature is not one of this address."
+    needed = "the whole address, as it was signed"
+    issue = Issue("signature_invalid", message, f"/{SIGNATURE}", "another signature", needed)
+    return SignatureInvalid(issue)
 
 
 def _expired() -> SignatureExpired:
-    return SignatureExpired(
-        Issue(
-            "signature_expired",
-            "The address was signed until a moment that is over.",
-            f"/{EXPIRES}",
-            "a moment in the past",
-            "an address that is signed anew",
-        )
-    )
+    message = "The address was signed until a moment that is over."
+    got, needed = "a moment in the past", "an address that is signed anew"
+    return SignatureExpired(Issue("signature_expired", message, f"/{EXPIRES}", got, needed))
 
 
 def signed_address(signer: Signer, wanted: SignRequest, root: str, now: float) -> tuple[str, int]:
@@ -171,28 +160,17 @@ def signed_address(signer: Signer, wanted: SignRequest, root: str, now: float) -
     if expires is None:
         raise ValueError("a request without an end was not validated")
     if not now < expires <= now + MAX_SECONDS:
-        raise InvalidRequest(
-            Issue(
-                "out_of_range",
-                "An address is signed for seven days at most.",
-                f"/{EXPIRES}",
-                "a moment in the past" if expires <= now else "a moment too far away",
-                f"1 to {MAX_SECONDS} seconds from now",
-            )
-        )
+        message = "An address is signed for seven days at most."
+        needed = f"1 to {MAX_SECONDS} seconds from now"
+        got = "a moment in the past" if expires <= now else "a moment too far away"
+        raise InvalidRequest(Issue("out_of_range", message, f"/{EXPIRES}", got, needed))
     path, _, query = wanted.url.partition("?")
     try:
         if not (wanted.url.isascii() and wanted.url.isprintable()) or set(" #") & set(wanted.url):
             raise ValueError
         signed = signer.signed(path.removeprefix(root), query, expires)
     except ValueError:
-        raise InvalidRequest(
-            Issue(
-                "wrong_value",
-                "This is no address that can be signed.",
-                "/url",
-                "another text",
-                f"{PATHS}, with a query or without, and without `{EXPIRES}` or `{SIGNATURE}`",
-            )
-        ) from None
+        message, got = "This is no address that can be signed.", "another text"
+        needed = f"{PATHS}, with a query or without, and without `{EXPIRES}` or `{SIGNATURE}`"
+        raise InvalidRequest(Issue("wrong_value", message, "/url", got, needed)) from None
     return f"{path}?{signed}", expires

@@ -156,15 +156,9 @@ def check_engine(engine: int | None) -> None:
         They cannot be computed here, now or later.
     """
     if engine not in (None, ENGINE):
-        raise EngineGone(
-            Issue(
-                "engine_gone",
-                "These numbers are not computed here any more, or not yet.",
-                "/engine",
-                "another version of the numbers",
-                f"engine={ENGINE}, or no engine",
-            )
-        )
+        message = "These numbers are not computed here any more, or not yet."
+        got, needed = "another version of the numbers", f"engine={ENGINE}, or no engine"
+        raise EngineGone(Issue("engine_gone", message, "/engine", got, needed))
 
 
 async def _make(services: Services, counters: RequestCounters, asked: Asked, job: Job) -> Made:
