@@ -147,11 +147,8 @@ def check_codings(header: bytes | None) -> Accepted:
     """
     wanted = accepted(header)
     if not wanted.order:
-        message, needed = (
-            "Every coding that is made here is excluded.",
-            "one of " + ", ".join(CODINGS),
-        )
-        got = "none of the codings made here"
+        message = "Every coding that is made here is excluded."
+        got, needed = "none of the codings made here", "one of " + ", ".join(CODINGS)
         raise NotAcceptable(Issue("not_acceptable", message, "/Accept-Encoding", got, needed))
     return wanted
 

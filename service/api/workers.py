@@ -108,7 +108,7 @@ class Workers:
             self.settle()
 
     async def acquire(self, amount: int) -> None:
-        """Waits, in order of arrival, for a thread and `amount` bytes; raises `Busy` if too many do."""
+        """Waits, in order of arrival, for a thread and `amount` bytes; or raises `Busy`."""
         if not self._queue and self._granted(amount):
             return
         if len(self._queue) >= self._max_queue:
