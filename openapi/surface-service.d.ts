@@ -278,7 +278,11 @@ export interface paths {
         };
         /**
          * 200 as long as new requests are welcome
-         * @description Ready means that a tiny mesh, made every few seconds at most, came out right, that the place where surfaces are kept has answered in the last seconds, and that the service is not about to stop.
+         * @description Whether new requests are welcome.
+         *
+         *     Ready means that a tiny mesh, made every few seconds at most, came out right, that the place
+         *     where surfaces are kept has answered in the last seconds, and that the service is not about to
+         *     stop.
          */
         get: operations["getReadiness"];
         put?: never;

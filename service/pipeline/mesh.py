@@ -82,7 +82,8 @@ class MeshWork:
         else:
             mesh = self.build(model, options)
             content = self.encode_mesh(mesh)
-            check_content(content, options.accuracy)
+            if options.accuracy is not None:
+                check_content(content, options.accuracy)
         return Answer(content, self.report(mesh), self.surface.name)
 
     @property

@@ -14,13 +14,9 @@ from collections.abc import Callable
 import numpy as np
 from anyio import CapacityLimiter, Lock, to_thread
 from starlette.datastructures import State
-from starlette.requests import Request
-from starlette.responses import Response
 
-from service import __version__
-from service.api.answers import HEADERS, json_response
 from service.encoders.registry import BY_NAME
-from service.engine.mesh import ENGINE, Mesh
+from service.engine.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import build_mesh
 from service.surface.bezier import BezierSurface
@@ -38,7 +34,6 @@ SILENCE = 30.0
 """Seconds after which an engine that does not answer counts as stuck. One that answered before is
 busy: were this instance taken out, its requests would make the next one as busy."""
 
-_HEADERS = {**HEADERS, "Cache-Control": "no-store"}
 _log = logging.getLogger(__name__)
 
 
@@ -104,29 +99,3 @@ class SelfTest:
 def is_ready(state: State) -> bool:
     """Whether new requests are welcome, as far as is known without asking."""
     return bool(state.ready and state.self_test.last and state.store.failing <= PATIENCE)
-
-
-async def health(request: Request) -> Response:
-    """GET /health: version and state, for people."""
-    state = "ready" if request.app.state.ready else "draining"
-    return json_response({"status": state, "version": __version__, "engine": ENGINE})
-
-
-async def live(_: Request) -> Response:
-    """GET /health/live: the event loop turns."""
-    return json_response({"status": "live"}, headers=_HEADERS)
-
-
-async def ready(request: Request) -> Response:
-    """GET /health/ready: 503 while no new requests should come here, and why."""
-    state = request.app.state
-    if not state.ready:
-        return json_response({"status": "draining"}, 503, _HEADERS)
-    computes, answers = await asyncio.gather(state.self_test.passes(), state.store.answers())
-    well = is_ready(state)
-    content = {
-        "status": "ready" if well else "unready",
-        "computing": "ready" if computes else "unavailable",
-        "store": "ready" if answers else "unavailable",
-    }
-    return json_response(content, 200 if well else 503, _HEADERS)

@@ -1,19 +1,22 @@
 """What there is to ask for, and whether the service is well."""
 
+import asyncio
 from typing import Any
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import PlainTextResponse
 
-from service.api.answers import json_response
+from service import __version__
+from service.api.answers import HEADERS, json_response
 from service.api.models import FormatList, Health
 from service.api.negotiation import no_parameters
-from service.api.observing import health as service_health
 from service.api.observing import metrics as service_metrics
+from service.api.observing.health import is_ready
 from service.api.openapi.requests import Json
 from service.api.openapi.responses import error
 from service.encoders.compression import compressions
 from service.encoders.registry import FORMATS
+from service.engine.mesh import ENGINE
 
 catalogue = APIRouter()
 
@@ -73,39 +76,68 @@ _UNREADY: Json = {
     },
 }
 
+_HEADERS = HEADERS | {"Cache-Control": "no-store"}
+
 health = APIRouter()
-health.get(
+
+
+@health.get(
     "/health",
     operation_id="getHealth",
     tags=["operations"],
     summary="State and versions, for people",
-    description="Versions of the service and of its numbers.",
     response_model=Health,
     response_description="State and versions, for people.",
     responses={500: error("InternalError")},
-)(service_health.health)
-health.get(
+)
+async def get_health(request: Request) -> Response:
+    """Versions of the service and of its numbers."""
+    state = "ready" if request.app.state.ready else "draining"
+    return json_response({"status": state, "version": __version__, "engine": ENGINE})
+
+
+@health.get(
     "/health/live",
     operation_id="getLiveness",
     tags=["operations"],
     summary="200 as long as the process works",
-    description="Nothing is computed, and nothing else is asked.",
     response_model=Health,
     response_description="200 as long as the process works.",
     responses={500: error("InternalError")},
-)(service_health.live)
-health.get(
+)
+async def get_liveness() -> Response:
+    """Nothing is computed, and nothing else is asked."""
+    return json_response({"status": "live"}, headers=_HEADERS)
+
+
+@health.get(
     "/health/ready",
     operation_id="getReadiness",
     tags=["operations"],
     summary="200 as long as new requests are welcome",
-    description="Ready means that a tiny mesh, made every few seconds at most, came out right, "
-    "that the place where surfaces are kept has answered in the last seconds, and that the service "
-    "is not about to stop.",
     response_model=Health,
     response_description="200 as long as new requests are welcome.",
     responses={200: _READY, 500: error("InternalError"), 503: _UNREADY | {"model": Health}},
-)(service_health.ready)
+)
+async def get_readiness(request: Request) -> Response:
+    """Whether new requests are welcome.
+
+    Ready means that a tiny mesh, made every few seconds at most, came out right, that the place
+    where surfaces are kept has answered in the last seconds, and that the service is not about to
+    stop.
+    """
+    state = request.app.state
+    if not state.ready:
+        return json_response({"status": "draining"}, 503, _HEADERS)
+    computes, answers = await asyncio.gather(state.self_test.passes(), state.store.answers())
+    well = is_ready(state)
+    content = {
+        "status": "ready" if well else "unready",
+        "computing": "ready" if computes else "unavailable",
+        "store": "ready" if answers else "unavailable",
+    }
+    return json_response(content, 200 if well else 503, _HEADERS)
+
 
 _COUNTER = """\
 # HELP surface_cache_hits_total Answers sent again.
