@@ -12,7 +12,7 @@ from typing import Any
 from platformdirs import user_data_path
 from pydantic import ByteSize, ValidationError
 from pydantic.fields import FieldInfo
-from pydantic_settings import BaseSettings, EnvSettingsSource, PydanticBaseSettingsSource
+from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from service.errors import InvalidSettings
 from service.settings.listening import PREFIX
@@ -27,15 +27,10 @@ _OF_CLIENTS = frozenset({f"{PREFIX}KEY"})
 """Variables of the command line as a client: a machine that serves may have them too."""
 
 
-class _FromEnvironment(Settings):
-    """The same, from the environment too."""
+class _FromEnvironment(Settings, BaseSettings):
+    """Settings from arguments first, then from variables. Files are the shell's business."""
 
-    @classmethod
-    def settings_customise_sources(
-        cls, settings_cls: type[BaseSettings], *_: Any, **sources: Any
-    ) -> tuple[PydanticBaseSettingsSource, ...]:
-        """Arguments first, then variables. Files are the shell's business."""
-        return sources["init_settings"], EnvSettingsSource(settings_cls)
+    model_config = SettingsConfigDict(env_prefix=PREFIX)
 
 
 def from_environment() -> Settings:
@@ -53,9 +48,8 @@ def from_environment() -> Settings:
     for name in sorted(os.environ):
         if name.startswith(PREFIX) and name not in known | _OF_CLIENTS:
             _log.warning("%s is not a setting of this service", name)
-    given: dict[str, Any] = {}
-    if variable("store") not in os.environ:
-        given["store"] = str(user_data_path("surface-service", appauthor=False))
+    folder = {"store": str(user_data_path("surface-service", appauthor=False))}
+    given: dict[str, Any] = {} if variable("store") in os.environ else folder
     texts = {name: os.environ.get(variable(name), "") for name in Settings.model_fields}
     try:
         found = _FromEnvironment(**given)
@@ -65,7 +59,7 @@ def from_environment() -> Settings:
 
 
 def for_one_command() -> Settings:
-    """The same for a command that computes by itself, on a machine that it need not share.
+    """Settings for a command that computes by itself, on a machine that it need not share.
 
     It takes as much memory as there is, unless the variable says how much.
 

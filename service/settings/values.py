@@ -4,19 +4,14 @@
 """
 
 import os
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
-from pydantic import BeforeValidator, ByteSize, Field, SecretStr
-from pydantic_settings import (
-    BaseSettings,
-    NoDecode,
-    PydanticBaseSettingsSource,
-    SettingsConfigDict,
-)
+from pydantic import BaseModel, BeforeValidator, ByteSize, ConfigDict, Field, SecretStr
+from pydantic_settings import NoDecode
 
 from service.pipeline.limits import Limits
 from service.schemas.document import DEFAULT_LIMITS, MAX_BYTES, PARSED_DEPTH, DocumentLimits
-from service.settings.listening import HOST, PORT, PREFIX
+from service.settings.listening import HOST, PORT
 from service.settings.process import LEAST, half_of_memory
 from service.surface.checks import MAX_DEGREE
 
@@ -36,18 +31,14 @@ Texts: TypeAlias = Annotated[tuple[str, ...], NoDecode, BeforeValidator(_parts)]
 Secrets: TypeAlias = Annotated[tuple[SecretStr, ...], NoDecode, BeforeValidator(_parts)]
 
 
-class Settings(BaseSettings):
+class Settings(BaseModel):
     """What an operator may choose; as it stands here, the defaults.
 
     Only `from_environment` reads the environment.
     """
 
-    model_config = SettingsConfigDict(
-        env_prefix=PREFIX,
-        frozen=True,
-        extra="forbid",
-        hide_input_in_errors=True,
-        allow_inf_nan=False,
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", hide_input_in_errors=True, allow_inf_nan=False
     )
 
     # Where
@@ -244,13 +235,6 @@ class Settings(BaseSettings):
         description="Whether OpenTelemetry has a span of every request; its own variables, "
         "`OTEL_…`, say where to. Needs the extra `telemetry`.",
     )
-
-    @classmethod
-    def settings_customise_sources(
-        cls, *_: Any, **sources: Any
-    ) -> tuple[PydanticBaseSettingsSource, ...]:
-        """Arguments alone."""
-        return (sources["init_settings"],)
 
     @property
     def workers(self) -> int:
