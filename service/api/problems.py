@@ -34,7 +34,6 @@ from service.errors import (
 )
 from service.schemas.surface_query import FIELDS
 from service.stopping import OutOfTime
-from service.surface.examples import EXAMPLES
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -285,8 +284,10 @@ def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
         problem = NOT_FOUND
         if error.status_code == METHOD_NOT_ALLOWED.status:
             problem = METHOD_NOT_ALLOWED
-            # FastAPI names the methods of the first route of the path only.
-            headers = {"Allow": allowed_methods(routes, request)}
+            allowed = allowed_methods(routes, request)
+            if request.method not in allowed:
+                # FastAPI names the methods of the first route of the path only.
+                headers = {"Allow": ", ".join(allowed)}
         record_of(request.scope).code = problem.code
         return problem_response(problem, headers=headers)
 
@@ -296,13 +297,11 @@ def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
     app.add_exception_handler(Exception, _on_exception)
 
 
-def allowed_methods(routes: Sequence[APIRoute], request: Request) -> str:
-    """The methods that the path of a request answers, for the header Allow."""
+def allowed_methods(routes: Sequence[APIRoute], request: Request) -> list[str]:
+    """The methods that the path of a request answers."""
     path = route_path(request.scope)
     methods = {m for route in routes if route.path_regex.match(path) for m in route.methods or ()}
-    if request.path_params.get("id") in EXAMPLES:
-        methods.discard("DELETE")  # built-in surfaces stay
-    return ", ".join(sorted(methods | ({"HEAD"} if "GET" in methods else set())))
+    return sorted(methods | ({"HEAD"} if "GET" in methods else set()))
 
 
 async def _on_surface_error(request: Request, error: Exception) -> Response:

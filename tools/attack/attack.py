@@ -17,11 +17,14 @@ class Attack:
         Attacks the service at a port; returns its answers in short, and how many of each.
     answers : str
         A regular expression of the answers that are documented.
+    parses : bool
+        Whether it sends the largest JSON: while that is parsed, Python does nothing else.
     """
 
     name: str
     run: Callable[[int], Awaitable[Counter[str]]]
     answers: str
+    parses: bool = False
 
     def wrong(self, answers: Mapping[str, int]) -> list[str]:
         """The answers that are not documented; or that there were none at all."""

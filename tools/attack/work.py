@@ -171,7 +171,11 @@ WORK = (
     Attack("many distinct cold addresses", cold, DONE),
     Attack("tolerances that take long", tolerances, DONE),
     Attack("the largest meshes, many at once", largest, DONE),
-    Attack("the largest bodies, many at once", largest_bodies, rf"201|507 store_full|{DONE}"),
+    Attack(
+        "the largest bodies, many at once",
+        largest_bodies,
+        rf"201|413 body_too_large|507 store_full|{DONE}",
+    ),
     Attack("cache-busting", busting, rf"304|{DONE}"),
     Attack("distinct uploads against the quota", uploads, rf"201|507 store_full|{BUSY}"),
     Attack("conversions, wires and slow methods", operations, DONE),
