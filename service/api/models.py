@@ -26,6 +26,10 @@ def _names(names: list[str]) -> WithJsonSchema:
     return WithJsonSchema({"type": "string", "enum": names})
 
 
+def _row(item: dict[str, Any], length: int) -> WithJsonSchema:
+    return WithJsonSchema(tuple_schema(item, length))
+
+
 def _sizes(what: str) -> WithJsonSchema:
     """The schema of an object with a number of bytes for each format."""
     each = {f.name: _ROW | {"description": f"{what} {f.name}."} for f in FORMATS}
@@ -43,20 +47,16 @@ Missing: TypeAlias = SkipJsonSchema[None]
 
 Count: TypeAlias = Annotated[int, Field(ge=0)]
 Length: TypeAlias = Annotated[float, Field(ge=0)]
-Pair: TypeAlias = Annotated[tuple[float, float], WithJsonSchema(tuple_schema(_NUMBER, 2))]
-Vector: TypeAlias = Annotated[tuple[float, float, float], WithJsonSchema(tuple_schema(_NUMBER, 3))]
-PairOrNull: TypeAlias = Annotated[
-    tuple[float | None, float | None], WithJsonSchema(tuple_schema(_OR_NULL, 2))
-]
+Pair: TypeAlias = Annotated[tuple[float, float], _row(_NUMBER, 2)]
+Vector: TypeAlias = Annotated[tuple[float, float, float], _row(_NUMBER, 3)]
+PairOrNull: TypeAlias = Annotated[tuple[float | None, float | None], _row(_OR_NULL, 2)]
 VectorOrNull: TypeAlias = Annotated[
-    tuple[float | None, float | None, float | None], WithJsonSchema(tuple_schema(_OR_NULL, 3))
+    tuple[float | None, float | None, float | None], _row(_OR_NULL, 3)
 ]
 Point: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=3)]
-Rgba: TypeAlias = Annotated[
-    tuple[float, float, float, float], WithJsonSchema(tuple_schema(_SHARE, 4))
-]
-Run: TypeAlias = Annotated[tuple[int, int], WithJsonSchema(tuple_schema({"type": "integer"}, 2))]
-Segment: TypeAlias = Annotated[tuple[int, int], WithJsonSchema(tuple_schema(_ROW, 2))]
+Rgba: TypeAlias = Annotated[tuple[float, float, float, float], _row(_SHARE, 4)]
+Run: TypeAlias = Annotated[tuple[int, int], _row({"type": "integer"}, 2)]
+Segment: TypeAlias = Annotated[tuple[int, int], _row(_ROW, 2)]
 Corners: TypeAlias = Annotated[list[Count], Field(min_length=3, max_length=4)]
 Continuity: TypeAlias = Literal["C0", "G1", "C1"]
 State: TypeAlias = Literal["ready", "unavailable"]
@@ -391,7 +391,6 @@ class SurfaceSummary(Answer):
     """Highest degree [p, q] of its patches; a triangle counts as [n, n]. Of what is swept along a
     curve, that of the curve and 0."""
     links: SurfaceLinks
-    """Addresses, without the host."""
 
 
 class SurfaceList(Answer):
@@ -408,11 +407,9 @@ class SurfaceDocument(Answer):
     """The definition, as a request would give it."""
 
 
-class StoredLinks(Answer):
+class StoredLinks(SurfaceLinks):
     """Addresses, without the host."""
 
-    self: str
-    """Address of the definition."""
     mesh: Addresses
     """Address of the mesh by suffix, in the numbers of today: it may be kept for ever. Options are
     added in front of `engine`."""
@@ -424,7 +421,6 @@ class StoredSurface(Answer):
     id: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
     """SHA-256 of the content: 64 hexadecimal digits."""
     links: StoredLinks
-    """Addresses, without the host."""
 
 
 class SignedAddress(Answer):

@@ -9,9 +9,8 @@ from typing import TypeVar
 
 from starlette.requests import Request
 
-from service.api.caching.codings import CODINGS, Accepted, accepted
+from service.api.caching.codings import CODINGS, Accepted, accepted, quality_values
 from service.api.problems import InvalidQuery, NotAcceptable, UnknownSuffix
-from service.api.quality_values import quality_values
 from service.encoders.format import FileFormat, Format
 from service.encoders.registry import BY_NAME, BY_SUFFIX
 from service.errors import InvalidRequest, Issue, pointer

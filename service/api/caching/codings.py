@@ -5,16 +5,37 @@ entity tag, is made of what goes in. Compressors of different versions may diffe
 is part of that name.
 """
 
+import re
 import struct
 import sys
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
-from service.api.quality_values import quality_values
+MAX_ITEMS = 100
+"""Items of a list that are read: more than any client sends."""
+
+_QUALITY = re.compile(r"(?:0(?:\.\d{0,3})?|1(?:\.0{0,3})?)", re.ASCII)
+
+
+def quality_values(header: str) -> Iterator[tuple[str, float]]:
+    """The items of a list in lower case with their quality values (RFC 9110, section 12.4.2).
+
+    A quality value is from 0 to 1, and 0 where it is malformed.
+    """
+    for item in header.lower().split(",")[:MAX_ITEMS]:
+        name, *parameters = (part.strip() for part in item.split(";"))
+        quality = 1.0
+        for parameter in parameters:
+            key, _, value = parameter.partition("=")
+            if key.strip() == "q":
+                text = value.strip()
+                quality = float(text) if _QUALITY.fullmatch(text) else 0.0
+        yield name, quality
+
 
 if sys.version_info >= (3, 14):
     from compression import zstd
