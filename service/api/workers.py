@@ -39,6 +39,9 @@ TRIM_BYTES, TRIM_PAUSE = 4 << 20, 0.25
 """Requests of this size leave memory behind that is worth handing back to the system, this many
 seconds after their end."""
 
+SMALL_BODY = 1 << 20
+"""Bytes of memory of bodies that find room though large ones take all that they may."""
+
 MAX_RETRY_AFTER = 60
 """Seconds."""
 
@@ -190,14 +193,16 @@ class Job:
         Raises `TooLarge` if it would not fit alone, `Busy` if it does not fit now.
         """
         more, workers = size - self._body, self.workers
-        if size > workers.max_body:
+        if size > workers.max_body * 9 // 10:
             message = "The body would take more memory than this service has for one."
-            needed = f"at most {workers.max_body}; a smaller surface"
+            needed = f"at most {workers.max_body * 9 // 10}; a smaller surface"
             raise TooLarge(
                 Issue("too_much_memory", message, "", f"{size} bytes, and maybe more", needed)
             )
+        # Large bodies leave 1/10 of the room to small ones.
+        room = workers.max_body * (10 if size <= SMALL_BODY else 9) // 10
         if more > 0 and not (
-            workers.body_bytes + more <= workers.max_body and workers.has(more, is_small=True)
+            workers.body_bytes + more <= room and workers.has(more, is_small=True)
         ):
             raise workers.refuse()
         self._most = max(self._most, size)

@@ -17,7 +17,7 @@ from starlette.requests import ClientDisconnect
 from service.api import workers as module
 from service.api.caching.answers import AnswerCache
 from service.api.caching.entries import Entry, Subject
-from service.api.workers import INLINE_SECONDS, TRIM_BYTES, Job, Workers
+from service.api.workers import INLINE_SECONDS, SMALL_BODY, TRIM_BYTES, Job, Workers
 from service.errors import Busy, TooLarge
 from service.pipeline.cost import Cost
 from service.settings.process import give_back
@@ -171,23 +171,25 @@ def test_cancelled_requests_give_back_what_they_got(asks: list[tuple[int, int]])
 
 def test_bodies_have_a_quarter_and_never_wait() -> None:
     async def scenario(workers: Workers) -> None:
-        first, second = Job(workers), Job(workers)
+        large, small, third = Job(workers), Job(workers), Job(workers)
+        most = workers.max_body * 9 // 10
         with pytest.raises(TooLarge) as refused:
-            first.hold_body(workers.max_body + 1)
+            large.hold_body(most + 1)
         assert refused.value.issues[0].code == "too_much_memory"
-        first.hold_body(workers.max_body - 100)
+        large.hold_body(most)
         with pytest.raises(Busy):
-            second.hold_body(101)
-        second.hold_body(100)
+            third.hold_body(SMALL_BODY + 1)
+        small.hold_body(workers.max_body - most)
+        with pytest.raises(Busy):
+            third.hold_body(1)
         # The largest work still fits beside them, and small work beside that.
         await workers.acquire(workers.max_memory)
-        third = Job(workers)
         assert await third.run(Work(1000, long=False), "x") == "done"
         workers.release_thread()
         workers.hold(-workers.max_memory)
-        first.hold_body(10)
-        assert workers.body_bytes == 110
-        for job in (first, second, third):
+        large.hold_body(10)
+        assert workers.body_bytes == 10 + workers.max_body - most
+        for job in (large, small, third):
             job.close()
 
     play(scenario)
