@@ -93,39 +93,6 @@ def test_a_relative_tolerance_is_one_of_the_diagonal(client: Client) -> None:
     assert relative.content == asked(client, tolerance=0.01 * diagonal).content
 
 
-def test_finer_is_finer(client: Client) -> None:
-    coarse, fine = (report(client, tolerance=tolerance) for tolerance in (0.1, 0.001))
-    assert fine["triangles"] > coarse["triangles"]
-    assert fine["deviation_bound"] <= 0.001 < coarse["deviation_bound"] <= 0.1
-
-
-def test_flat_patches_are_two_triangles(client: Client) -> None:
-    found = report(client, FLAT, tolerance=1e-6)
-    assert (found["triangles"], found["vertices"], found["boundary_edges"]) == (2, 4, 4)
-
-
-def test_the_other_side_is_bounded_where_it_is_asked_for(client: Client) -> None:
-    assert "mesh_deviation_bound" not in report(client, tolerance=0.02)
-    assert 0 < report(client, tolerance=0.02, two_sided=True)["mesh_deviation_bound"] <= 0.04
-
-
-def test_angles_are_measured_where_they_are_asked_for(client: Client) -> None:
-    assert "normal_angle" not in report(client, tolerance=0.5)
-    coarse, fine = (report(client, angle_tolerance=angle) for angle in (1.0, 0.2))
-    assert fine["normal_angle"] < coarse["normal_angle"]
-    assert fine["triangles"] > coarse["triangles"]
-
-
-def test_what_is_far_from_the_camera_is_divided_less(client: Client) -> None:
-    near, far = (
-        report(client, camera=CAMERA | {"position": [1, 1, z]}, pixel_tolerance=1)
-        for z in (10, 1000)
-    )
-    assert near["triangles"] > far["triangles"]
-    both = report(client, **SEEN, tolerance=0.001)
-    assert both["deviation_bound"] <= 0.001
-
-
 def test_parts_have_bounds_of_their_own(client: Client) -> None:
     answer = client.get("/v1/surfaces/utah-teapot/mesh.json?tolerance=0.05").json()
     parts = answer["report"]["parts"]
@@ -143,14 +110,6 @@ def test_a_mesh_by_resolution_has_its_bound(client: Client) -> None:
     assert asked(client, resolution=36).json()["report"]["deviation_bound"] < bound / 4
 
 
-def test_budgets_alone_take_the_nearest_mesh(client: Client) -> None:
-    few, many = (report(client, max_triangles=most) for most in (40, 400))
-    assert few["triangles"] <= 40 < many["triangles"] <= 400
-    assert many["deviation_bound"] < few["deviation_bound"]
-    small = asked(client, "stl", max_bytes=20_000)
-    assert 10_000 < len(small.content) <= 20_000
-
-
 def test_exact_patches_have_no_bound(client: Client) -> None:
     answer = asked(client, "oogl", oogl="bez")
     assert answer.status_code == 200
@@ -164,39 +123,23 @@ TUBE = {"type": "tube", "curve": {"control_points": [[0, 0, 0], [1, 1, 0]]}, "ra
     ("options", "code", "pointer"),
     [
         ({"resolution": 4, "tolerance": 0.1}, "conflicting_options", "/resolution"),
-        ({"tolerance": 0.1, "relative_tolerance": 0.1}, "conflicting_options", None),
-        ({"tolerance": 0.1, "faces": "quads"}, "conflicting_options", "/faces"),
-        ({"tolerance": 0.1, "method": "de_casteljau"}, "conflicting_options", "/method"),
-        ({"tolerance": 0.1, "isocurves": 2}, "conflicting_options", "/isocurves"),
-        ({"surface": TUBE, "tolerance": 0.1}, "not_parametric", "/tolerance"),
         ({"surface": TUBE, "relative_tolerance": 0.1}, "not_parametric", "/relative_tolerance"),
-        ({"tolerance": 1e-30}, "tolerance_too_small", "/tolerance"),
         ({"relative_tolerance": 1e-30}, "tolerance_too_small", "/relative_tolerance"),
         ({"tolerance": 0.001, "max_triangles": 10}, "too_many_triangles", "/max_triangles"),
         ({"tolerance": 0.001, "max_bytes": 1000}, "too_many_bytes", "/max_bytes"),
         ({"max_triangles": 1}, "budget_too_small", "/max_triangles"),
-        ({"max_bytes": 100}, "budget_too_small", "/max_bytes"),
         ({"pixel_tolerance": 1}, "missing_field", "/camera"),
     ],
 )
 def test_refusals_tell_what_and_where(
-    client: Client, options: dict[str, Any], code: str, pointer: str | None
+    client: Client, options: dict[str, Any], code: str, pointer: str
 ) -> None:
     answer = client.post("/v1/mesh", {"surface": WAVE} | options)
     assert answer.status_code == 422
     (error,) = answer.json()["errors"]
-    assert error["code"] == code
-    assert pointer is None or error["pointer"] == pointer
+    assert (error["code"], error["pointer"]) == (code, pointer)
     assert error["got"]
     assert error["needed"]
-
-
-def test_forms_of_oogl_that_are_grids_are_refused(client: Client) -> None:
-    for form in ("cquad", "mesh", "bez"):
-        answer = asked(client, "oogl", tolerance=0.1, oogl=form)
-        assert answer.status_code == 422
-        assert answer.json()["errors"][0]["pointer"] == "/oogl"
-    assert asked(client, "oogl", tolerance=0.1, oogl="off").status_code == 200
 
 
 def test_queries_name_the_parameter(client: Client) -> None:

@@ -10,8 +10,9 @@ import pytest
 from starlette.types import Message, Receive, Scope, Send
 
 from service.server.protocol import PIPELINED
-from tests.server.wire import Server, play, settle
+from tests.server.wire import Server, settle
 
+pytestmark = pytest.mark.anyio
 CHUNK = 1 << 14
 MAX_HEAD = 1 << 16
 HOST = b"Host: x\r\n"
@@ -82,36 +83,30 @@ class Later:
     ],
     ids=["path", "query", "value", "name", "headers", "blank", "trailers", "trailer", "extension"],
 )
-def test_a_head_that_does_not_end_is_refused(start: bytes, piece: bytes) -> None:
-    async def scene() -> None:
-        server = Server(Echo())
-        client = server.connect()
-        done = 0
-        data = start
-        while not client.wire.ended:
-            await client.send(data)
-            done += len(data)
-            assert done <= 2 * MAX_HEAD + len(start) + len(piece)
-            data = piece
-        assert done > MAX_HEAD
-        assert client.problem["status"] == 431
-        assert client.problem["errors"][0]["code"] == "head_too_large"
-        assert server.refused == ["head_too_large"]
-
-    play(scene)
+async def test_a_head_that_does_not_end_is_refused(start: bytes, piece: bytes) -> None:
+    server = Server(Echo())
+    client = server.connect()
+    done = 0
+    data = start
+    while not client.wire.ended:
+        await client.send(data)
+        done += len(data)
+        assert done <= 2 * MAX_HEAD + len(start) + len(piece)
+        data = piece
+    assert done > MAX_HEAD
+    assert client.problem["status"] == 431
+    assert client.problem["errors"][0]["code"] == "head_too_large"
+    assert server.refused == ["head_too_large"]
 
 
-def test_a_body_is_of_any_length_and_its_chunks_as_well() -> None:
-    async def scene() -> None:
-        echo = Echo()
-        client = Server(echo).connect()
-        await client.send(CHUNKED + b"\r\n")
-        for _ in range(200):
-            await client.send(b"1;a=b\r\nx\r\n" * 1000)
-        await client.send(b"0\r\n\r\n")
-        assert echo.bodies == [b"x" * 200_000]
-
-    play(scene)
+async def test_a_body_is_of_any_length_and_its_chunks_as_well() -> None:
+    echo = Echo()
+    client = Server(echo).connect()
+    await client.send(CHUNKED + b"\r\n")
+    for _ in range(200):
+        await client.send(b"1;a=b\r\nx\r\n" * 1000)
+    await client.send(b"0\r\n\r\n")
+    assert echo.bodies == [b"x" * 200_000]
 
 
 AMBIGUOUS = {
@@ -147,30 +142,24 @@ AMBIGUOUS = {
 
 
 @pytest.mark.parametrize("data", AMBIGUOUS.values(), ids=AMBIGUOUS)
-def test_what_is_no_request_or_could_be_two_is_refused(data: bytes) -> None:
-    async def scene() -> None:
-        echo = Echo()
-        server = Server(echo)
-        client = server.connect()
-        await client.send(data)
-        assert client.statuses == [400]
-        assert client.problem["code"] == client.problem["errors"][0]["code"] == "malformed_request"
-        assert server.refused == ["malformed_request"]
-        assert echo.bodies == []
-
-    play(scene)
+async def test_what_is_no_request_or_could_be_two_is_refused(data: bytes) -> None:
+    echo = Echo()
+    server = Server(echo)
+    client = server.connect()
+    await client.send(data)
+    assert client.statuses == [400]
+    assert client.problem["code"] == client.problem["errors"][0]["code"] == "malformed_request"
+    assert server.refused == ["malformed_request"]
+    assert echo.bodies == []
 
 
-def test_the_same_a_byte_at_a_time() -> None:
-    async def scene() -> None:
-        for data in AMBIGUOUS.values():
-            client = Server(Echo()).connect()
-            for byte in data:
-                client.protocol.data_received(bytes([byte]))
-            await settle()
-            assert client.problem["code"] == "malformed_request"
-
-    play(scene)
+async def test_the_same_a_byte_at_a_time() -> None:
+    for data in AMBIGUOUS.values():
+        client = Server(Echo()).connect()
+        for byte in data:
+            client.protocol.data_received(bytes([byte]))
+        await settle()
+        assert client.problem["code"] == "malformed_request"
 
 
 ACCEPTED = {
@@ -207,168 +196,137 @@ ACCEPTED = {
 
 @pytest.mark.parametrize("at_once", [True, False])
 @pytest.mark.parametrize(("data", "body"), ACCEPTED.values(), ids=ACCEPTED)
-def test_what_is_said_in_another_way_is_read(data: bytes, body: bytes, at_once: bool) -> None:
-    async def scene() -> None:
-        echo = Echo()
-        client = Server(echo).connect()
-        for piece in [data] if at_once else [bytes([byte]) for byte in data]:
-            client.protocol.data_received(piece)
+async def test_what_is_said_in_another_way_is_read(data: bytes, body: bytes, at_once: bool) -> None:
+    echo = Echo()
+    client = Server(echo).connect()
+    for piece in [data] if at_once else [bytes([byte]) for byte in data]:
+        client.protocol.data_received(piece)
+    await settle()
+    (scope,) = echo.scopes
+    assert (scope["path"], scope["raw_path"]) == ("/a b", b"/a%20b")
+    assert scope["query_string"] == b"c=d"
+    assert b"x" not in dict(scope["headers"])
+    assert echo.bodies == [body]
+    assert client.wire.answer.startswith(b"HTTP/1.1 200 OK\r\n")
+    last = b"1.0" in data or b"close" in data
+    assert (b"connection: close" in client.wire.answer) is client.wire.ended is last
+
+
+async def test_requests_that_come_together_are_answered_in_their_order_up_to_a_number() -> None:
+    echo = Echo()
+    client = Server(echo).connect()
+    await client.send(b"".join(GET % i for i in range(3)))
+    await client.send(b"".join(GET % i for i in range(3, 6)))
+    assert client.statuses == [200] * 6
+    assert b"connection: close" not in client.wire.answer
+    await client.send(b"".join(GET % i for i in range(6, 10_000)))
+    for _ in range(PIPELINED):
         await settle()
-        (scope,) = echo.scopes
-        assert (scope["path"], scope["raw_path"]) == ("/a b", b"/a%20b")
-        assert scope["query_string"] == b"c=d"
-        assert b"x" not in dict(scope["headers"])
-        assert echo.bodies == [body]
-        assert client.wire.answer.startswith(b"HTTP/1.1 200 OK\r\n")
-        last = b"1.0" in data or b"close" in data
-        assert (b"connection: close" in client.wire.answer) is client.wire.ended is last
-
-    play(scene)
+    seen = [scope["path"] for scope in echo.scopes]
+    assert seen == [f"/{i}" for i in range(6 + 1 + PIPELINED)]
+    assert client.statuses == [200] * len(seen)
+    assert client.wire.answer.count(b"connection: close") == 1
+    assert client.wire.answer.rstrip().endswith(b"connection: close")
+    assert client.wire.ended
 
 
-def test_requests_that_come_together_are_answered_in_their_order_up_to_a_number() -> None:
-    async def scene() -> None:
-        echo = Echo()
-        client = Server(echo).connect()
-        await client.send(b"".join(GET % i for i in range(3)))
-        await client.send(b"".join(GET % i for i in range(3, 6)))
-        assert client.statuses == [200] * 6
-        assert b"connection: close" not in client.wire.answer
-        await client.send(b"".join(GET % i for i in range(6, 10_000)))
-        for _ in range(PIPELINED):
-            await settle()
-        seen = [scope["path"] for scope in echo.scopes]
-        assert seen == [f"/{i}" for i in range(6 + 1 + PIPELINED)]
-        assert client.statuses == [200] * len(seen)
-        assert client.wire.answer.count(b"connection: close") == 1
-        assert client.wire.answer.rstrip().endswith(b"connection: close")
-        assert client.wire.ended
-
-    play(scene)
+async def test_a_request_that_cannot_be_read_waits_for_the_answers_to_those_before() -> None:
+    later = Later()
+    client = Server(later).connect()
+    await client.send(GET % 1 + GET % 2 + b"BREW / HTTP/1.1\r\n")
+    assert client.wire.answer == b""
+    later.may.set()
+    await settle()
+    assert client.statuses == [200, 200, 400]
+    assert client.problem["code"] == "malformed_request"
 
 
-def test_a_request_that_cannot_be_read_waits_for_the_answers_to_those_before() -> None:
-    async def scene() -> None:
-        later = Later()
-        client = Server(later).connect()
-        await client.send(GET % 1 + GET % 2 + b"BREW / HTTP/1.1\r\n")
-        assert client.wire.answer == b""
-        later.may.set()
-        await settle()
-        assert client.statuses == [200, 200, 400]
-        assert client.problem["code"] == "malformed_request"
-
-    play(scene)
+async def test_a_waiting_request_whose_body_cannot_be_read_is_not_begun() -> None:
+    later = Later()
+    client = Server(later).connect()
+    await client.send(GET % 1 + CHUNKED + b"\r\nx\r\n")
+    later.may.set()
+    await settle()
+    assert client.statuses == [200, 400]
+    assert client.problem["code"] == "malformed_request"
+    assert len(later.received) == 1
 
 
-def test_a_waiting_request_whose_body_cannot_be_read_is_not_begun() -> None:
-    async def scene() -> None:
-        later = Later()
-        client = Server(later).connect()
-        await client.send(GET % 1 + CHUNKED + b"\r\nx\r\n")
-        later.may.set()
-        await settle()
-        assert client.statuses == [200, 400]
-        assert client.problem["code"] == "malformed_request"
-        assert len(later.received) == 1
-
-    play(scene)
+async def test_the_application_is_told_that_a_body_breaks_off() -> None:
+    echo = Echo()
+    client = Server(echo).connect()
+    await client.send(CHUNKED + b"Expect: 100-continue\r\n\r\n")
+    assert client.wire.answer == b"HTTP/1.1 100 Continue\r\n\r\n"
+    await client.send(b"1\r\na\r\n")
+    await client.send(b"x\r\n")
+    assert (echo.gone, echo.bodies) == (1, [])
+    assert client.problem["code"] == "malformed_request"
 
 
-def test_the_application_is_told_that_a_body_breaks_off() -> None:
-    async def scene() -> None:
-        echo = Echo()
-        client = Server(echo).connect()
-        await client.send(CHUNKED + b"Expect: 100-continue\r\n\r\n")
-        assert client.wire.answer == b"HTTP/1.1 100 Continue\r\n\r\n"
-        await client.send(b"1\r\na\r\n")
-        await client.send(b"x\r\n")
-        assert (echo.gone, echo.bodies) == (1, [])
-        assert client.problem["code"] == "malformed_request"
-
-    play(scene)
-
-
-def test_all_requests_of_a_client_are_told_that_it_has_gone() -> None:
-    async def scene() -> None:
-        later = Later()
-        client = Server(later).connect()
-        await client.send(GET % 1 + GET % 2)
-        client.lose()
-        later.may.set()
-        await settle()
-        assert later.received == [{"type": "http.disconnect"}]
-
-    play(scene)
+async def test_all_requests_of_a_client_are_told_that_it_has_gone() -> None:
+    later = Later()
+    client = Server(later).connect()
+    await client.send(GET % 1 + GET % 2)
+    client.lose()
+    later.may.set()
+    await settle()
+    assert later.received == [{"type": "http.disconnect"}]
 
 
 @pytest.mark.parametrize("last", [b"", b"Connection: close\r\n"])
 @pytest.mark.parametrize("length", [b"Content-Length: 5", b"Transfer-Encoding: chunked"])
-def test_an_answer_that_comes_before_the_body(length: bytes, last: bytes) -> None:
+async def test_an_answer_that_comes_before_the_body(length: bytes, last: bytes) -> None:
     """The rest is read and forgotten, so that the client is not cut off while it sends."""
 
-    async def scene() -> None:
-        server = Server(deaf)
-        client = server.connect()
-        await client.send(FIRST + last + length + b"\r\n\r\n")
-        assert client.wire.answer.endswith(b"\r\n\r\nno")
-        assert client.wire.ended is bool(last)
-        await client.send(
-            (b"5\r\nabcde\r\n0\r\n\r\n" if b"chunked" in length else b"abcde") + GET % 2
-        )
-        assert client.statuses == ([200] if last else [200, 200])
-        server.wait(31)
-        assert client.wire.aborted is bool(last)
-
-    play(scene)
+    server = Server(deaf)
+    client = server.connect()
+    await client.send(FIRST + last + length + b"\r\n\r\n")
+    assert client.wire.answer.endswith(b"\r\n\r\nno")
+    assert client.wire.ended is bool(last)
+    await client.send((b"5\r\nabcde\r\n0\r\n\r\n" if b"chunked" in length else b"abcde") + GET % 2)
+    assert client.statuses == ([200] if last else [200, 200])
+    server.wait(31)
+    assert client.wire.aborted is bool(last)
 
 
-def test_a_body_that_breaks_off_behind_its_answer_gets_no_second_one() -> None:
-    async def scene() -> None:
-        client = Server(deaf).connect()
-        await client.send(CHUNKED + b"\r\n1\r\na\r\nx\r\n")
-        assert client.statuses == [400]
-        client = Server(deaf).connect()
-        await client.send(CHUNKED + b"\r\n1\r\na\r\n")
-        await client.send(b"x\r\n")
-        assert client.statuses == [200]
-        assert client.wire.ended
-
-    play(scene)
+async def test_a_body_that_breaks_off_behind_its_answer_gets_no_second_one() -> None:
+    client = Server(deaf).connect()
+    await client.send(CHUNKED + b"\r\n1\r\na\r\nx\r\n")
+    assert client.statuses == [400]
+    client = Server(deaf).connect()
+    await client.send(CHUNKED + b"\r\n1\r\na\r\n")
+    await client.send(b"x\r\n")
+    assert client.statuses == [200]
+    assert client.wire.ended
 
 
-def test_trailers_are_no_headers() -> None:
-    async def scene() -> None:
-        echo = Echo()
-        await Server(echo).connect().send(CHUNKED + b"\r\n0\r\nX-Trailer: a\r\n\r\n")
-        assert [name for name, _ in echo.scopes[0]["headers"]] == [b"host", b"transfer-encoding"]
-
-    play(scene)
+async def test_trailers_are_no_headers() -> None:
+    echo = Echo()
+    await Server(echo).connect().send(CHUNKED + b"\r\n0\r\nX-Trailer: a\r\n\r\n")
+    assert [name for name, _ in echo.scopes[0]["headers"]] == [b"host", b"transfer-encoding"]
 
 
-def test_what_fails_after_its_client_has_gone_leaves_nothing() -> None:
+async def test_what_fails_after_its_client_has_gone_leaves_nothing() -> None:
     async def left(_scope: Scope, receive: Receive, _send: Send) -> None:
         while (await receive())["type"] != "http.disconnect":
             pass
         raise RuntimeError("inside")
 
-    async def scene() -> None:
-        server = Server(left)
-        client = server.connect()
-        await client.send(FIRST + b"Content-Length: 9\r\n\r\nabc")
-        client.lose()
-        await settle()
-        assert not client.wire.ended
-        assert not server.state.connections
-        assert not server.state.tasks
-
-    play(scene)
+    server = Server(left)
+    client = server.connect()
+    await client.send(FIRST + b"Content-Length: 9\r\n\r\nabc")
+    client.lose()
+    await settle()
+    assert not client.wire.ended
+    assert not server.state.connections
+    assert not server.state.tasks
 
 
-def test_a_closed_connection_is_freed_at_once() -> None:
+async def test_a_closed_connection_is_freed_at_once() -> None:
     """The service looks for reference cycles rarely."""
 
-    async def scene() -> None:
+    gc.disable()
+    try:
         for data in (b"", b"GET", GET % 1, b"BREW", GET % 1 + b"GET", GET % 1 + GET % 2):
             client = Server(Echo()).connect()
             await client.send(data)
@@ -377,10 +335,6 @@ def test_a_closed_connection_is_freed_at_once() -> None:
             kept = weakref.ref(client.protocol)
             del client
             assert kept() is None
-
-    gc.disable()
-    try:
-        play(scene)
     finally:
         gc.enable()
 
@@ -396,17 +350,14 @@ async def cancelled(_scope: Scope, _receive: Receive, _send: Send) -> None:
 @pytest.mark.parametrize(
     ("app", "status", "code"), [(failing, 500, "internal_error"), (cancelled, 503, "draining")]
 )
-def test_an_application_that_gives_no_answer(app: Any, status: int, code: str) -> None:
-    async def scene() -> None:
-        server = Server(app)
-        client = server.connect()
-        await client.send(GET % 1)
-        assert (client.problem["status"], client.problem["code"]) == (status, code)
-        assert ("retry-after" in client.problem["headers"]) is (status == 503)
-        assert b"inside" not in client.wire.answer
-        assert server.refused == [code]
-
-    play(scene)
+async def test_an_application_that_gives_no_answer(app: Any, status: int, code: str) -> None:
+    server = Server(app)
+    client = server.connect()
+    await client.send(GET % 1)
+    assert (client.problem["status"], client.problem["code"]) == (status, code)
+    assert ("retry-after" in client.problem["headers"]) is (status == 503)
+    assert b"inside" not in client.wire.answer
+    assert server.refused == [code]
 
 
 def test_long_heads_and_longer_bodies_are_read(server: str) -> None:

@@ -10,8 +10,9 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.settings.values import Settings
 from tests.live import running_service
-from tests.server.wire import Server, play, settle
+from tests.server.wire import Server, settle
 
+pytestmark = pytest.mark.anyio
 MIB = 1 << 20
 GET = b"GET / HTTP/1.1\r\nHost: x\r\n\r\n"
 
@@ -28,79 +29,67 @@ async def waiting(_scope: Scope, receive: Receive, send: Send) -> None:
     await quick(_scope, receive, send)
 
 
-def test_a_connection_on_which_nothing_arrives_is_closed_without_a_word() -> None:
-    async def scene() -> None:
-        server = Server(quick, head_timeout=10)
-        client = server.connect()
-        server.wait(9)
-        assert not client.wire.closed
-        server.wait(2)
-        assert (client.wire.closed, client.wire.answer) == (True, b"")
-
-    play(scene)
+async def test_a_connection_on_which_nothing_arrives_is_closed_without_a_word() -> None:
+    server = Server(quick, head_timeout=10)
+    client = server.connect()
+    server.wait(9)
+    assert not client.wire.closed
+    server.wait(2)
+    assert (client.wire.closed, client.wire.answer) == (True, b"")
 
 
 @pytest.mark.parametrize("before", [b"", GET], ids=["the first", "a later one"])
 @pytest.mark.parametrize("head", [b"GET /long HTTP/1.1\r\nX: ", b"\r\n"])
-def test_a_head_that_comes_byte_by_byte_is_late(before: bytes, head: bytes) -> None:
+async def test_a_head_that_comes_byte_by_byte_is_late(before: bytes, head: bytes) -> None:
     """The first has its time from the connection, a later one from its first byte."""
 
-    async def scene() -> None:
-        server = Server(quick, head_timeout=10, keep_alive=1000)
-        client = server.connect()
-        if before:
-            await client.send(before)
-            server.wait(8)
-        await client.send(head)
-        for _ in range(9):
-            server.wait(1)
-            await client.send(b"\r\n" if head == b"\r\n" else b"a")
-        assert not client.wire.ended
-        server.wait(2)
-        await settle()
-        assert client.problem["status"] == 408
-        assert client.problem["code"] == "head_too_slow"
-        assert server.refused == ["head_too_slow"]
-
-    play(scene)
+    server = Server(quick, head_timeout=10, keep_alive=1000)
+    client = server.connect()
+    if before:
+        await client.send(before)
+        server.wait(8)
+    await client.send(head)
+    for _ in range(9):
+        server.wait(1)
+        await client.send(b"\r\n" if head == b"\r\n" else b"a")
+    assert not client.wire.ended
+    server.wait(2)
+    await settle()
+    assert client.problem["status"] == 408
+    assert client.problem["code"] == "head_too_slow"
+    assert server.refused == ["head_too_slow"]
 
 
-def test_a_head_that_begins_during_an_answer_has_its_time_from_its_next_byte() -> None:
-    async def scene() -> None:
-        server = Server(waiting, head_timeout=10)
-        client = server.connect()
+async def test_a_head_that_begins_during_an_answer_has_its_time_from_its_next_byte() -> None:
+    server = Server(waiting, head_timeout=10)
+    client = server.connect()
+    await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
+    server.wait(100)
+    assert not client.wire.closed
+    await client.send(b"xGET / HT")
+    await client.send(b"T")
+    server.wait(9)
+    assert client.statuses == [204]
+    server.wait(2)
+    await settle()
+    assert client.statuses == [204, 408]
+
+
+async def test_one_connection_too_many_is_refused() -> None:
+    server = Server(waiting, max_connections=2)
+    clients = [server.connect() for _ in range(2)]
+    for client in clients:
         await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
-        server.wait(100)
-        assert not client.wire.closed
-        await client.send(b"xGET / HT")
-        await client.send(b"T")
-        server.wait(9)
+    newcomer = server.connect()
+    await newcomer.send(GET)
+    assert newcomer.statuses == [503]
+    assert newcomer.problem["code"] == "too_many_connections"
+    assert newcomer.problem["headers"]["retry-after"] == "1"
+    assert newcomer.wire.closed
+    assert server.refused == ["too_many_connections"]
+    for client in clients:
+        await client.send(b"x")
         assert client.statuses == [204]
-        server.wait(2)
-        await settle()
-        assert client.statuses == [204, 408]
-
-    play(scene)
-
-
-def test_one_connection_too_many_is_refused() -> None:
-    async def scene() -> None:
-        server = Server(waiting, max_connections=2)
-        clients = [server.connect() for _ in range(2)]
-        for client in clients:
-            await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
-        newcomer = server.connect()
-        await newcomer.send(GET)
-        assert newcomer.statuses == [503]
-        assert newcomer.problem["code"] == "too_many_connections"
-        assert newcomer.problem["headers"]["retry-after"] == "1"
-        assert newcomer.wire.closed
-        assert server.refused == ["too_many_connections"]
-        for client in clients:
-            await client.send(b"x")
-            assert client.statuses == [204]
-
-    play(scene)
 
 
 def test_an_idle_connection_is_closed_without_a_word() -> None:
@@ -110,26 +99,23 @@ def test_an_idle_connection_is_closed_without_a_word() -> None:
 
 
 @pytest.mark.parametrize(("unsent", "seconds"), [(70_000, 30), (3 * MIB - 1, 90), (3 * MIB, 120)])
-def test_an_answer_must_be_taken_in_its_time(unsent: int, seconds: int) -> None:
-    async def scene() -> None:
-        server = Server(waiting, send_timeout=30)
-        client = server.connect()
-        await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
-        for is_taken in (True, False):
-            client.wire.unsent = unsent
-            client.protocol.pause_writing()
-            server.wait(seconds - 1)
+async def test_an_answer_must_be_taken_in_its_time(unsent: int, seconds: int) -> None:
+    server = Server(waiting, send_timeout=30)
+    client = server.connect()
+    await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
+    for is_taken in (True, False):
+        client.wire.unsent = unsent
+        client.protocol.pause_writing()
+        server.wait(seconds - 1)
+        assert not client.wire.closed
+        if is_taken:
+            client.wire.unsent = 0
+            client.protocol.resume_writing()
+            server.wait(60)
             assert not client.wire.closed
-            if is_taken:
-                client.wire.unsent = 0
-                client.protocol.resume_writing()
-                server.wait(60)
-                assert not client.wire.closed
-        server.wait(2)
-        assert client.wire.aborted
-        client.lose()
-
-    play(scene)
+    server.wait(2)
+    assert client.wire.aborted
+    client.lose()
 
 
 async def large(_scope: Scope, _receive: Receive, send: Send) -> None:

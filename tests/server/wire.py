@@ -3,7 +3,6 @@
 import asyncio
 import json
 import re
-from collections.abc import Awaitable, Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -137,12 +136,3 @@ async def settle() -> None:
     """As many rounds of the event loop as an answer takes."""
     for _ in range(20):
         await asyncio.sleep(0)
-
-
-def play(scene: Callable[[], Awaitable[None]]) -> None:
-    """Runs a scene, and ends what it leaves."""
-
-    async def whole() -> None:
-        await scene()
-
-    asyncio.run(whole())

@@ -17,6 +17,8 @@ from service.pipeline.cost import Cost
 from service.settings.values import Settings
 from service.stopping import Stopped, checkpoint
 
+pytestmark = pytest.mark.anyio
+
 
 class Airport(Flights):
     """Flights that requests join, each for as long as it takes."""
@@ -54,76 +56,66 @@ async def begun(work: Work, flights: Airport, count: int) -> list[asyncio.Task[o
     return tasks
 
 
-def test_many_wait_and_one_works() -> None:
-    async def scenario() -> None:
-        flights, work = Airport(), Work()
-        tasks = await begun(work, flights, 1000)
-        assert len(flights) == 1
-        work.gate.set()
-        assert await asyncio.gather(*tasks) == ["done"] * 1000
-        assert (work.calls, len(flights)) == (1, 0)
-        await flights.asked("key", work)
-        assert work.calls == 2, "nothing is kept here"
-
-    asyncio.run(scenario())
+async def test_many_wait_and_one_works() -> None:
+    flights, work = Airport(), Work()
+    tasks = await begun(work, flights, 1000)
+    assert len(flights) == 1
+    work.gate.set()
+    assert await asyncio.gather(*tasks) == ["done"] * 1000
+    assert (work.calls, len(flights)) == (1, 0)
+    await flights.asked("key", work)
+    assert work.calls == 2, "nothing is kept here"
 
 
-def test_whoever_asked_first_may_go_away() -> None:
-    async def scenario() -> None:
-        flights, work = Airport(), Work()
-        first, *others = await begun(work, flights, 5)
-        first.cancel()
-        with pytest.raises(asyncio.CancelledError):
-            await first
-        work.gate.set()
-        assert await asyncio.gather(*others) == ["done"] * 4
-        assert work.calls == 1
-
-    asyncio.run(scenario())
+async def test_whoever_asked_first_may_go_away() -> None:
+    flights, work = Airport(), Work()
+    first, *others = await begun(work, flights, 5)
+    first.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await first
+    work.gate.set()
+    assert await asyncio.gather(*others) == ["done"] * 4
+    assert work.calls == 1
 
 
-def test_the_work_stops_when_everybody_went_away_and_begins_anew_for_whoever_comes_then() -> None:
-    async def scenario() -> None:
-        flights, work, other = Airport(), Work(), Work("other")
-        leaving = await begun(work, flights, 3)
-        staying = asyncio.create_task(flights.asked("other", other))
-        for task in leaving[:2]:
-            task.cancel()
-        await asyncio.wait(leaving[:2])
-        assert len(flights) == 2, "the third one waits"
-        leaving[2].cancel()
-        await asyncio.wait(leaving)
-        assert len(flights) == 1
-        again = asyncio.create_task(flights.asked("key", work))
-        while work.calls < 2:
-            await asyncio.sleep(0)
-        work.gate.set()
-        other.gate.set()
-        assert await again == "done"
-        assert await staying == "other"
-        assert (work.calls, other.calls, len(flights)) == (2, 1, 0)
+async def test_the_work_stops_when_everybody_went_away_and_begins_anew_for_whoever_comes_then() -> (
+    None
+):
+    flights, work, other = Airport(), Work(), Work("other")
+    leaving = await begun(work, flights, 3)
+    staying = asyncio.create_task(flights.asked("other", other))
+    for task in leaving[:2]:
+        task.cancel()
+    await asyncio.wait(leaving[:2])
+    assert len(flights) == 2, "the third one waits"
+    leaving[2].cancel()
+    await asyncio.wait(leaving)
+    assert len(flights) == 1
+    again = asyncio.create_task(flights.asked("key", work))
+    while work.calls < 2:
+        await asyncio.sleep(0)
+    work.gate.set()
+    other.gate.set()
+    assert await again == "done"
+    assert await staying == "other"
+    assert (work.calls, other.calls, len(flights)) == (2, 1, 0)
 
-    asyncio.run(scenario())
 
-
-def test_a_result_is_shared_as_long_as_a_request_uses_it() -> None:
-    async def scenario() -> None:
-        flights, work = Airport(), Work()
-        work.gate.set()
-        first, second = Job(flights.workers), Job(flights.workers)
-        await flights.join("key", work, first.until_answered)
-        first.answered(0)
-        assert len(flights) == 0, "what was computed from it is there"
-        for job in (first, second):
-            await flights.join("key", work, job.until_end)
-            job.answered(0)
-        assert (work.calls, len(flights)) == (2, 1)
-        first.close()
-        assert len(flights) == 1
-        second.close()
-        assert len(flights) == 0
-
-    asyncio.run(scenario())
+async def test_a_result_is_shared_as_long_as_a_request_uses_it() -> None:
+    flights, work = Airport(), Work()
+    work.gate.set()
+    first, second = Job(flights.workers), Job(flights.workers)
+    await flights.join("key", work, first.until_answered)
+    first.answered(0)
+    assert len(flights) == 0, "what was computed from it is there"
+    for job in (first, second):
+        await flights.join("key", work, job.until_end)
+        job.answered(0)
+    assert (work.calls, len(flights)) == (2, 1)
+    first.close()
+    assert len(flights) == 1
+    second.close()
+    assert len(flights) == 0
 
 
 def test_a_thread_that_nobody_waits_for_is_told_and_keeps_its_memory_until_it_ends() -> None:
@@ -166,18 +158,15 @@ def test_a_thread_that_nobody_waits_for_is_told_and_keeps_its_memory_until_it_en
     asyncio.run(scenario())
 
 
-def test_a_failure_is_everybody_s_and_is_not_kept() -> None:
-    async def scenario() -> None:
-        flights, work = Airport(), Work(ValueError("no"))
-        tasks = await begun(work, flights, 10)
-        work.gate.set()
-        results = await asyncio.gather(*tasks, return_exceptions=True)
-        assert [type(result) for result in results] == [ValueError] * 10
-        assert len(flights) == 0
-        work.result = "done"
-        assert await flights.asked("key", work) == "done"
-
-    asyncio.run(scenario())
+async def test_a_failure_is_everybody_s_and_is_not_kept() -> None:
+    flights, work = Airport(), Work(ValueError("no"))
+    tasks = await begun(work, flights, 10)
+    work.gate.set()
+    results = await asyncio.gather(*tasks, return_exceptions=True)
+    assert [type(result) for result in results] == [ValueError] * 10
+    assert len(flights) == 0
+    work.result = "done"
+    assert await flights.asked("key", work) == "done"
 
 
 def test_a_failure_that_nobody_waits_for_is_quiet() -> None:
@@ -198,15 +187,12 @@ def test_a_failure_that_nobody_waits_for_is_quiet() -> None:
     assert complaints == []
 
 
-def test_different_keys_are_different_work() -> None:
-    async def scenario() -> None:
-        flights, one, two = Airport(), Work(1), Work(2)
-        one.gate.set()
-        two.gate.set()
-        results = await asyncio.gather(flights.asked("a", one), flights.asked("b", two))
-        assert list(results) == [1, 2]
-
-    asyncio.run(scenario())
+async def test_different_keys_are_different_work() -> None:
+    flights, one, two = Airport(), Work(1), Work(2)
+    one.gate.set()
+    two.gate.set()
+    results = await asyncio.gather(flights.asked("a", one), flights.asked("b", two))
+    assert list(results) == [1, 2]
 
 
 def test_work_that_fails_leaves_nothing() -> None:
