@@ -51,22 +51,6 @@ def test_other_formats_refuse_it_by_url_too(client: Client, suffix: str, option:
     assert error["parameter"] == option.partition("=")[0]
 
 
-@pytest.mark.parametrize(
-    ("query", "code"),
-    [
-        ("quantize=1", "wrong_type"),
-        ("quantize=", "wrong_type"),
-        ("compression=zip", "wrong_value"),
-        ("compression=Meshopt", "wrong_value"),
-        ("quantize=true&quantize=true", "repeated_key"),
-    ],
-)
-def test_what_is_no_choice_is_refused(client: Client, query: str, code: str) -> None:
-    answer = client.get(f"{SADDLE}.glb?{query}")
-    assert answer.status_code == 422
-    assert [error["code"] for error in answer.json()["errors"]] == [code]
-
-
 def test_formats_tell(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     def told() -> dict[str, tuple[bool, list[str]]]:
         formats = client.get("/v1/formats").json()["formats"]

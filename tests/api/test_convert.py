@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import numpy as np
 import pytest
 
 from service.api.app import create_app
@@ -125,73 +124,6 @@ def test_operations_come_one_after_the_other(client: Client) -> None:
         surface = answer.json()["surface"]
     assert together.json()["surface"] == surface
     assert len(surface["patches"]) == 2
-
-
-def points(client: Client, surface: Any, **places: Any) -> dict[str, np.ndarray]:
-    """Positions, normals and curvatures, as the service tells them."""
-    document = {"surface": surface, "derivatives": 2, **places}
-    answer = client.post("/v1/points", document)
-    assert answer.status_code == 200, answer.text
-    return {name: np.array(column) for name, column in answer.json().items()}
-
-
-@pytest.mark.parametrize(
-    ("kind", "places"),
-    [
-        ("bezier", {"uv": [[0.125, 0.25], [0.5, 1], [0.75, 0.625]]}),
-        ("bspline", {"uv": [[0.125, 0.25], [2, 0.5], [4.75, 0.625]]}),
-        ("triangle", {"barycentric": [[0.5, 0.25, 0.25], [0.125, 0.25, 0.625]]}),
-    ],
-)
-def test_points_normals_and_curvatures_stay(
-    client: Client, kind: str, places: dict[str, Any]
-) -> None:
-    operations = [{"op": "elevate", "degree": 5}]
-    before = points(client, SURFACES[kind], **places)
-    document = {"surface": SURFACES[kind], "operations": operations}
-    raised = client.post("/v1/convert", document).json()
-    after = points(client, raised["surface"], **places)
-    np.testing.assert_allclose(after["positions"], before["positions"], atol=1e-12)
-    np.testing.assert_allclose(after["normals"], before["normals"], atol=1e-9)
-    for name in ("gaussian_curvature", "mean_curvature"):
-        np.testing.assert_allclose(after[name], before[name], atol=1e-7)
-
-
-def test_from_the_other_side_a_surface_bends_the_other_way(client: Client) -> None:
-    document = {"surface": BEZIER, "operations": [{"op": "reverse", "direction": "u"}]}
-    turned = client.post("/v1/convert", document).json()["surface"]
-    before, after = (
-        points(client, BEZIER, uv=[[0.25, 0.5]]),
-        points(client, turned, uv=[[0.75, 0.5]]),
-    )
-    np.testing.assert_allclose(after["normals"], -before["normals"], atol=1e-12)
-    np.testing.assert_allclose(after["mean_curvature"], -before["mean_curvature"], atol=1e-9)
-    np.testing.assert_allclose(after["gaussian_curvature"], before["gaussian_curvature"], atol=1e-9)
-
-
-def test_points_of_a_spline_are_those_of_its_patches(client: Client) -> None:
-    """Span (2, 1) of a B-spline over [0, 5] × [0, ½, 1] is patch 5."""
-    patches = client.post(
-        "/v1/convert", {"surface": BSPLINE, "operations": [{"op": "bezier"}]}
-    ).json()["surface"]
-    before = points(client, BSPLINE, uv=[[2.25, 0.875]])
-    after = points(client, patches, uv=[[0.25, 0.75]], patch=5)
-    np.testing.assert_allclose(after["positions"], before["positions"], atol=1e-12)
-    np.testing.assert_allclose(after["normals"], before["normals"], atol=1e-9)
-
-
-def test_the_mesh_of_a_raised_example_is_the_mesh_of_the_example(client: Client) -> None:
-    request = client.get("/v1/surfaces/utah-teapot").json()
-    raised = client.post(
-        "/v1/convert", request | {"operations": [{"op": "elevate", "degree": [4, 5]}]}
-    ).json()
-    before, after = (
-        client.post("/v1/mesh", surface | {"resolution": 4}).json() for surface in (request, raised)
-    )
-    assert after["faces"] == before["faces"]
-    np.testing.assert_allclose(after["vertices"], before["vertices"], atol=1e-14)
-    for key in ("boundary_edges", "poles_repaired", "vertices"):
-        assert after["report"][key] == before["report"][key]
 
 
 def test_there_are_no_other_operations() -> None:

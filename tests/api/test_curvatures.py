@@ -1,7 +1,6 @@
 """Curvatures as attributes over HTTP: formats that carry them, refusals, the report."""
 
 import io
-from typing import Any
 
 import numpy as np
 import pytest
@@ -54,26 +53,6 @@ def test_every_format_that_has_attributes_has_them(client: Client, divided: str)
         assert client.get(url.format(suffix)).content == plain.content
 
 
-@pytest.mark.parametrize("options", [{}, {"tolerance": 0.05}])
-def test_a_placed_copy_is_bent_as_it_stands(client: Client, options: dict[str, Any]) -> None:
-    """A sphere of twice the size, mirrored: K = 1/4, H = −1/2, and the other one its own."""
-    ball = client.get("/v1/surfaces/sphere").json()["surface"]
-    double = [[-2, 0, 0, 5], [0, 2, 0, 0], [0, 0, 2, 0], [0, 0, 0, 1]]
-    group = {
-        "type": "group",
-        "members": [{"surface": ball}, {"surface": ball, "matrix": double, "name": "large"}],
-    }
-    body = {"surface": group, "curvatures": True, **options}
-    mesh = client.post("/v1/mesh", body).json()
-    large = np.array(mesh["vertices"])[:, 0] > 2
-    for name, values in zip(NAMES, ((1, 0.25), (-1, -0.5)), strict=True):
-        rows = np.array(mesh["attributes"][name])[:, 0]
-        np.testing.assert_allclose(rows, np.where(large, values[1], values[0]), rtol=1e-8)
-    assert mesh["report"]["curvature"]["mean"] == pytest.approx([-1, -0.5], rel=1e-8)
-    glb = read_glb(client.post("/v1/mesh?format=glb", body).content).document
-    assert len(glb["meshes"]) == 2
-
-
 def test_refusals(client: Client) -> None:
     taken = HILL | {"attributes": {"Mean_Curvature": [[[1]]]}}
     group = SURFACES["group"]
@@ -91,11 +70,3 @@ def test_refusals(client: Client) -> None:
         estimate = client.post("/v1/estimate", body).json()
         refused = {name for entry in estimate["refused"] for name in entry["formats"]}
         assert refused == {"json", "glb", "gltf", "ply"}
-
-
-@pytest.mark.parametrize("example", ["cone", "heated-panel", "utah-teapot"])
-def test_everything_is_finite(client: Client, example: str) -> None:
-    mesh = client.get(f"/v1/surfaces/{example}/mesh.json?curvatures=true&resolution=5").json()
-    gaussian, mean = (np.array(mesh["attributes"][name], dtype=float) for name in NAMES)
-    assert np.isfinite(gaussian).all()
-    assert np.isfinite(mean).all()

@@ -1,16 +1,15 @@
 """POST /v1/mesh and the meshes of examples by URL."""
 
 import asyncio
-from typing import get_args
 
 import httpx
 import numpy as np
 import pytest
 
 from service.api.app import create_app
-from service.encoders.format import EncodeOptions, Format
+from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.options import MeshOptions, Method
+from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.settings.values import Settings
 from service.surface.bezier import BezierSurface
@@ -99,17 +98,6 @@ def test_all_options_mean_the_same_in_the_body_and_in_the_query(client: Client) 
     assert plain.content != client.get(f"/v1/surfaces/utah-teapot/mesh.json?{query}").content
 
 
-def test_methods_answer_the_same_surface(client: Client) -> None:
-    meshes = [
-        client.get(f"/v1/surfaces/torus/mesh.json?resolution=7&method={method}").json()
-        for method in get_args(Method)
-    ]
-    for mesh in meshes[1:]:
-        assert mesh["faces"] == meshes[0]["faces"]
-        np.testing.assert_allclose(mesh["vertices"], meshes[0]["vertices"], atol=1e-14)
-        np.testing.assert_allclose(mesh["normals"], meshes[0]["normals"], atol=1e-6)
-
-
 def test_without_weld_every_sample_is_a_vertex_in_the_order_that_is_documented(
     client: Client,
 ) -> None:
@@ -129,13 +117,6 @@ def test_without_weld_every_sample_is_a_vertex_in_the_order_that_is_documented(
     unused = set(range(3 * 15)) - {index for face in mesh["faces"] for index in face}
     assert unused
     assert unused < set(range(30, 35)), "samples at the pole"
-
-
-def test_form_of_oogl_is_read_and_left_alone_by_other_formats(client: Client) -> None:
-    document = {"surface": BEZIER, "resolution": 2, "oogl": "bez"}
-    wanted = render(SURFACE, MeshOptions((2, 2)), BY_NAME["oogl"], EncodeOptions(oogl="bez"))
-    assert client.post("/v1/mesh?format=oogl", document).content == wanted
-    assert client.post("/v1/mesh?format=glb", document).status_code == 200
 
 
 def test_long_work_gives_the_same_bytes_in_a_thread(client: Client) -> None:
@@ -220,6 +201,8 @@ def test_file_name_is_made_of_harmless_characters(client: Client, name: str, fil
         ("overlays=edges", "overlays", "wrong_value"),
         ("overlays=boundary,boundary", "overlays", "repeated_value"),
         ("oogl=", "oogl", "wrong_value"),
+        ("quantize=", "quantize", "wrong_type"),
+        ("compression=Meshopt", "compression", "wrong_value"),
         ("format=glb", "format", "unknown_field"),
         ("colour=red", "colour", "unknown_field"),
         ("surface=x", "surface", "unknown_field"),
@@ -250,13 +233,6 @@ def test_a_post_has_one_parameter(client: Client, query: str, parameter: str, co
     assert answer.status_code == 422
     first = answer.json()["errors"][0]
     assert (first["parameter"], first["code"]) == (parameter, code)
-
-
-def test_quads_are_refused_where_there_are_only_triangles(client: Client) -> None:
-    answer = client.post("/v1/mesh?format=stl", {"surface": BEZIER, "faces": "quads"})
-    assert answer.status_code == 422
-    assert answer.json()["code"] == "unsupported_by_format"
-    assert answer.json()["errors"][0]["pointer"] == "/faces"
 
 
 @pytest.mark.parametrize("address", ["/v1/surfaces/teapot", "/v1/surfaces/teapot/mesh.glb"])

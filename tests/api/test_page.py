@@ -81,28 +81,6 @@ def test_modules_are_short_and_say_what_they_are_for() -> None:
         assert lines[0].startswith("// "), path.name
 
 
-def test_what_has_not_changed_is_not_sent_again(client: Client) -> None:
-    answer = client.get("/page/main.js")
-    assert answer.headers["content-type"] == "text/javascript; charset=utf-8"
-    assert answer.headers["cache-control"] == "no-cache"
-    again = client.get("/page/main.js", headers={"If-None-Match": answer.headers["etag"]})
-    assert (again.status_code, again.content) == (304, b"")
-    other = client.get("/page/main.js", headers={"If-None-Match": '"another"'})
-    assert other.status_code == 200
-
-
-def test_files_come_compressed_where_that_is_accepted(client: Client) -> None:
-    plain = client.get("/page/style.css", headers={"Accept-Encoding": "identity"})
-    packed = client.get("/page/style.css", headers={"Accept-Encoding": "gzip"})
-    assert "content-encoding" not in plain.headers
-    assert packed.headers["content-encoding"] == "gzip"
-    assert "Accept-Encoding" in packed.headers["vary"]
-    assert packed.headers["vary"] == plain.headers["vary"]
-    assert packed.headers["etag"] != plain.headers["etag"]
-    assert int(packed.headers["content-length"]) < len(plain.content) / 2
-    assert packed.content == plain.content == (pages.PAGE / "style.css").read_bytes()
-
-
 @pytest.mark.parametrize("name", ["..%2fpage.py", "index.html", "LICENSE", "three.d.ts"])
 def test_nothing_else_is_served(client: Client, name: str) -> None:
     assert client.get(f"/page/{name}").status_code == 404

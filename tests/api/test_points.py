@@ -54,23 +54,6 @@ def test_zero_has_no_sign(client: Client) -> None:
     assert "-0.0," not in answer.text
 
 
-def test_poles_of_an_example(client: Client) -> None:
-    """A definition that the service gives is taken; the pole is flagged, its limits are told."""
-    sphere = client.get("/v1/surfaces/sphere").json()["surface"]
-    query = {"surface": sphere, "uv": [[0.3, 0], [0.3, 0.5]], "patch": [0, 0], "derivatives": 2}
-    found = client.post("/v1/points", query).json()
-    assert found["degenerate"] == [True, False]
-    assert found["positions"][0] == [0, 0, -1]
-    np.testing.assert_allclose(found["normals"][0], [0, 0, -1], atol=1e-15)
-    np.testing.assert_allclose(found["gaussian_curvature"], [1, 1], atol=1e-9)
-    np.testing.assert_allclose(found["mean_curvature"], [-1, -1], atol=1e-9)
-    cone = client.get("/v1/surfaces/cone").json()["surface"]
-    query = {"surface": cone, "uv": [[0.3, 1]], "patch": 0, "derivatives": 2}
-    found = client.post("/v1/points", query).json()
-    assert found["mean_curvature"] == [None]
-    assert found["principal_curvatures"] == [[None, None]]
-
-
 def test_many_points_are_answered_in_their_order(client: Client) -> None:
     """Beyond what is done on the event loop."""
     uv = np.random.default_rng(2).random((3000, 2))

@@ -74,6 +74,7 @@ def test_file_is_read_once_and_sent_in_every_coding(client: Client, folder: Fold
             assert answer.headers["content-length"] == str(len(answer.content))
             assert answer.headers["content-type"].startswith("text/javascript")
             assert answer.headers["cache-control"] == "no-cache"
+            assert "Accept-Encoding" in answer.headers["vary"]
             assert answer.headers["x-content-type-options"] == "nosniff"
             assert answer.headers["x-own"] == "yes"
             tags.add(answer.headers["etag"])

@@ -6,8 +6,6 @@ from typing import Any
 import pytest
 
 from service.api.app import create_app
-from service.encoders.format import Format
-from service.encoders.registry import FORMATS
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
 from tests.clients.gltf_validator import issues
@@ -15,15 +13,6 @@ from tests.clients.gltf_validator import issues
 CURVE = {"control_points": [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]}
 TUBE = {"type": "tube", "curve": CURVE, "radius": [0.2, 0.1], "sides": 6, "name": "wire"}
 RIBBON = {"type": "ribbon", "curve": CURVE, "width": 0.2, "camera": [0, 0, 10], "up": "z"}
-
-
-@pytest.mark.parametrize("surface", [TUBE, RIBBON], ids=["tube", "ribbon"])
-@pytest.mark.parametrize("fmt", FORMATS, ids=lambda f: f.name)
-def test_every_format(client: Client, fmt: Format, surface: Any, tmp_path: Path) -> None:
-    answer = client.post(f"/v1/mesh?format={fmt.name}", {"surface": surface, "resolution": 5})
-    assert answer.status_code == 200, answer.text
-    if fmt.name in ("glb", "gltf"):
-        assert issues(answer.content, tmp_path / f"model.{fmt.suffix}") == []
 
 
 def test_all_options_apply(client: Client) -> None:
@@ -42,13 +31,6 @@ def test_all_options_apply(client: Client) -> None:
     assert (line["name"], len(line["segments"])) == ("control_net", 3)
     uvs = [value for row in answer["uvs"] for value in row]
     assert (min(uvs), max(uvs)) == (0, 1)
-
-
-def test_a_curve_in_the_plane_is_swept_in_space(client: Client) -> None:
-    flat = {"type": "tube", "curve": {"control_points": [[0, 0], [1, 1], [2, 0]]}, "radius": 0.1}
-    report = client.post("/v1/mesh", {"surface": flat}).json()["report"]
-    assert report["bounds"]["max"][2] == pytest.approx(0.1, abs=1e-3)
-    assert report["watertight"] is True
 
 
 @pytest.mark.parametrize("surface", [TUBE, RIBBON], ids=["tube", "ribbon"])
