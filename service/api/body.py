@@ -98,10 +98,8 @@ class BodyRoute(APIRoute):
         with job.timing.step("read"):
             body = await _read_bytes(request, services, job, decoder)
         parse = partial(_parse, model, body, decoder, beside, services)
-        size, is_long = len(body), is_long_body(body, decoder)
-        del body  # half of the memory of a large request
-        result = await job.parse(parse, is_long=is_long)
-        job.hold_body(size)
+        result = await job.parse(parse, is_long=is_long_body(body, decoder))
+        job.shrink_body(4 * len(body))  # a number has at least 2 letters, and 8 bytes in an array
         return result
 
     def _query(self, request: Request, decoder: Decoder | None) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from service.api.services import Services
 from service.api.workers import Job
 from service.errors import DamagedObject, InvalidRequest, Issue, UnknownSurface
 from service.schemas.document import DocumentLimits
-from service.storage.canonical import canonical, restored, surface_id
+from service.storage.canonical import canonical, restored, restored_memory, surface_id
 from service.storage.keys import is_id
 from service.storage.store import SurfaceStore
 from service.surface import Surface
@@ -94,8 +94,7 @@ async def _load(services: Services, id: str, job: Job) -> Stored:
         content = await services.store.get(id, job.hold_body)
     except UnknownSurface as error:
         raise error.within("/id") from None
-    # Arrays are copied and checked; each letter of the header may become 20 bytes of objects.
-    job.hold_body(3 * len(content) + 20 * max(0, content.find(b"\n")))
+    job.hold_body(restored_memory(content))
     work = partial(_restored, id, content, services.documents)
     surface = await job.parse(work, is_long=len(content) > INLINE_BYTES)
     job.hold_body(len(content))

@@ -210,6 +210,11 @@ class Job:
         workers.body_bytes += more
         workers.hold(more)
 
+    def shrink_body(self, size: int) -> None:
+        """The body was parsed and takes at most `size` bytes from now on."""
+        if size < self._body:
+            self.hold_body(size)
+
     async def parse(self, call: Callable[[], Result], *, is_long: bool) -> Result:
         """What `call` makes of a body: on the event loop, or in the thread for long bodies."""
         if not is_long:

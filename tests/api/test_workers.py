@@ -187,7 +187,8 @@ def test_bodies_have_a_quarter_and_never_wait() -> None:
         assert await third.run(Work(1000, long=False), "x") == "done"
         workers.release_thread()
         workers.hold(-workers.max_memory)
-        large.hold_body(10)
+        large.shrink_body(10)
+        large.shrink_body(20)
         assert workers.body_bytes == 10 + workers.max_body - most
         for job in (large, small, third):
             job.close()

@@ -18,7 +18,7 @@ from service.api.caching.codings import CODINGS, MADE_BY, Coding
 Choice = TypeVar("Choice")
 
 _TAG_BYTES = 16
-"""A hash of so many bytes names more answers than will ever be given."""
+"""Bytes of the hash in a tag: different answers never get the same one in practice."""
 
 _LISTED = re.compile(rb'(?:W/)?("[\x21\x23-\x7e\x80-\xff]*")')
 

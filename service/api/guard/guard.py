@@ -176,7 +176,7 @@ def guarded(app: ASGIApp, settings: Settings, origins: Origins) -> ASGIApp:
         )
     if not settings.public_reads and not policy.has_keys and means.signer is None:
         raise InvalidSettings(
-            "SURFACE_PUBLIC_READS: got 'false' where nobody could read, needed SURFACE_API_KEYS "
+            "SURFACE_PUBLIC_READS: got 'false' where no client could read, needed SURFACE_API_KEYS "
             "or SURFACE_SIGNING_KEYS too."
         )
     if means == Means(None, None, None, None):

@@ -122,7 +122,7 @@ def bearer(header: bytes | None) -> bytes | None:
 _log = logging.getLogger(__name__)
 
 SECONDS_BETWEEN = 1.0
-"""The file is looked at so often at most, and only when somebody sends a key."""
+"""Seconds between two looks at the file, which only a request with a key causes."""
 
 MAX_BYTES = 1 << 20
 
@@ -133,7 +133,7 @@ class KnownKeys:
     """The keys that are known.
 
     Whatever is wrong with the file at the start stops the start. Later, what was known stays known:
-    an operator who saves half a file locks nobody out.
+    an operator who saves half a file locks no client out.
 
     Raises
     ------

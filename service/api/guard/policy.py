@@ -69,13 +69,13 @@ def key_needed(*, signature: bool = False) -> KeyNeeded:
 
 
 def key_unknown() -> KeyUnknown:
-    """A key was sent that is none of ours."""
+    """A key was sent that the service does not know."""
     message = "No such key is known here; it may have been replaced."
     return KeyUnknown(Issue("key_unknown", message, "/Authorization", "an unknown key", _BRING))
 
 
 def rate_limited(limit: int, seconds: int) -> RateLimited:
-    """Too many requests; the next one would be answered in so many seconds."""
+    """Too many requests; the next one would be answered in `seconds` seconds."""
     message = "These were too many requests in a short time."
     got, needed = f"more than {limit} a minute", f"a wait of {seconds} s"
     return RateLimited(Issue("rate_limited", message, "", got, needed))
@@ -84,7 +84,7 @@ def rate_limited(limit: int, seconds: int) -> RateLimited:
 def refusal(error: SurfaceError, wait: int = 0) -> Response:
     """The answer to a request that is not handed on.
 
-    401 says how to come back (RFC 6750), 429 when: in so many seconds.
+    401 says how to authenticate (RFC 6750), 429 after how many seconds to ask again.
     """
     headers: Mapping[str, str] = {"Retry-After": str(wait)} if wait else {}
     if isinstance(error, KeyNeeded):
@@ -97,7 +97,7 @@ def refusal(error: SurfaceError, wait: int = 0) -> Response:
 HOUR = 3600
 
 _REVALIDATED = b"private, no-cache"
-"""For whoever has a key: a browser keeps it, and asks each time whether it still may."""
+"""For clients with a key: a browser keeps the answer, and asks each time whether it still may."""
 
 
 def private_headers(headers: Iterable[tuple[bytes, bytes]], left: int | None) -> RawHeaders:

@@ -144,7 +144,7 @@ def _expired() -> SignatureExpired:
 def signed_address(signer: Signer, wanted: SignRequest, root: str, now: float) -> tuple[str, int]:
     """The address with its signature, and until when it is good.
 
-    Nothing is looked up: whether there is such a surface is found out by whoever reads it.
+    Nothing is looked up: a client that reads the address learns whether the surface exists.
 
     Parameters
     ----------
