@@ -69,7 +69,7 @@ types: openapi tests/web/node_modules/.package-lock.json ## Write openapi/ and i
 	$(NODE) tests/web/types.js > openapi/surface-service.d.ts.new
 	mv openapi/surface-service.d.ts.new openapi/surface-service.d.ts
 
-bench: $(VENV)/.dev ## Measure: evaluation, encoders, cache hits, hostile bodies
+bench: $(VENV)/.dev ## Measure: evaluation, encoders, requests a second (by wrk, if there), hostile bodies
 	$(BIN)/python -m tools.benchmarks
 
 bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance against Open CASCADE

@@ -10,7 +10,6 @@ import sys
 import tracemalloc
 from collections.abc import Callable, Iterator
 from multiprocessing import get_context
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,6 +29,7 @@ from service.surface.channels import Channels
 from service.surface.examples import EXAMPLES, find
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
+from tools.processes import peak_memory, reset_peak, resident_memory
 
 RESOLUTIONS = (1, 1), (3, 7)
 LARGE = ("saddle", 900), ("utah-teapot", 150), ("tea-service", 60), ("spline", 6)
@@ -141,17 +141,12 @@ def resident(name: str, divisions: int, fmt: str) -> Measured:
     free_at_once()
     surface, options = surfaces()[name], MeshOptions((divisions, divisions))
     plan_mesh(surface, MeshOptions((2, 2)), BY_NAME[fmt]).run()
-    before = _status("VmRSS")
-    Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
+    before = resident_memory()
+    reset_peak()
     work = plan_mesh(surface, options, BY_NAME[fmt])
     work.run()
     called = f"{name} {divisions}×{divisions} {fmt}, resident"
-    return Measured(called, _status("VmHWM") - before - OWN, work.cost.memory)
-
-
-def _status(field: str) -> int:
-    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
-    return next(int(line.split()[1]) << 10 for line in lines if line.startswith(field))
+    return Measured(called, peak_memory() - before - OWN, work.cost.memory)
 
 
 def _shown(found: Measured) -> bool:

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from service.api.guard.keys import entry_line, new_key
-from tests.process import ROOT, Service, service_process
+from tools.processes import ROOT, Server, service_server
 
 OPEN = {"SURFACE_ACCESS_LOG": "false", "SURFACE_ALLOW_DELETE": "true"}
 """Surfaces are kept in memory, and may be deleted, so that rows of requests come to their end."""
@@ -36,7 +36,7 @@ RULES = Path(__file__).with_name("schemathesis.toml")
 HOOKS = Path(__file__).with_name("schemathesis_hooks.py")
 
 
-def judged(program: str, service: Service, examples: int, rules: str = "") -> tuple[int, int]:
+def judged(program: str, service: Server, examples: int, rules: str = "") -> tuple[int, int]:
     """Exit code, and the number of requests made up; what is found is printed."""
     with tempfile.TemporaryDirectory() as folder:
         config = Path(folder) / "schemathesis.toml"
@@ -73,7 +73,7 @@ def stands(
     program: str, settings: Mapping[str, str], examples: int, least: int, rules: str = ""
 ) -> bool:
     """Whether a service with these settings stands the judgement, of enough requests."""
-    with service_process(ROOT / "build" / "api", settings) as service:
+    with service_server(ROOT / "build" / "api", settings) as service:
         code, count = judged(program, service, examples, rules)
         traces = service.log.read_text(encoding="utf-8").count("Traceback")
     print(f"{count} requests of at least {least}, {traces} exceptions in the log of the service\n")

@@ -27,13 +27,20 @@ from threading import Thread
 
 import httpx
 
-from tests.process import ROOT, Service, service_process
 from tools.attack.attack import Attack
 from tools.attack.bodies import BODIES
 from tools.attack.connections import CONNECTIONS, HALF_BODIES, PROXIED, SLOW_BODIES, WORST
 from tools.attack.heads import HEADS, SLOW_HEADS
 from tools.attack.work import WORK
-from tools.deploy.processes import Proxy
+from tools.processes import (
+    ROOT,
+    Proxy,
+    Server,
+    peak_memory,
+    reset_peak,
+    resident_memory,
+    service_server,
+)
 
 BUDGET = 400_000_000
 """`SURFACE_MEMORY_BYTES` of the service that is attacked."""
@@ -109,7 +116,7 @@ def percentile(seen: list[Seen], part: int) -> float:
 
 
 async def attacked(
-    service: Service,
+    service: Server,
     port: int,
     first: Sequence[Attack],
     *,
@@ -121,10 +128,10 @@ async def attacked(
     rows: list[Row] = []
 
     async def one(attack: Attack) -> None:
-        service.forget_most()
+        reset_peak(service.pid)
         start = time.monotonic()
         answers = await attack.run(port)
-        rows.append(Row(attack, answers, start, time.monotonic(), service.most_resident()))
+        rows.append(Row(attack, answers, start, time.monotonic(), peak_memory(service.pid)))
         print(f"  {attack.name}: {dict(answers)}", file=sys.stderr, flush=True)
 
     async def in_turn(attacks: Iterable[Attack]) -> None:
@@ -165,16 +172,16 @@ def read_client(process: "subprocess.Popen[str]", seen: list[Seen]) -> None:
         seen.append(Seen(float(moment), kind, float(seconds), what))
 
 
-def left_over(service: Service, files: int) -> list[str]:
+def left_over(service: Server, files: int) -> list[str]:
     """What is still there some seconds after the last attack, and should not be."""
     problems: list[str] = []
     for _ in range(60):
         time.sleep(0.5)
         problems = []
-        if service.resident() > LEFT:
-            problems.append(f"{service.resident() / 1e6:.0f} MB of memory")
-        if service.files() > files + 4:
-            problems.append(f"{service.files()} open files, {files} before")
+        if resident_memory(service.pid) > LEFT:
+            problems.append(f"{resident_memory(service.pid) / 1e6:.0f} MB of memory")
+        if service.open_files() > files + 4:
+            problems.append(f"{service.open_files()} open files, {files} before")
         problems += leases(service)
         if not problems:
             break
@@ -185,7 +192,7 @@ LEASES = ("surface_queue_length{", "surface_threads_busy{", "surface_memory_byte
 """Gauges that must be at rest."""
 
 
-def leases(service: Service) -> list[str]:
+def leases(service: Server) -> list[str]:
     """What the service's own numbers say is still held."""
     answer = httpx.get(f"{service.url}/metrics")
     if answer.status_code != 200:
@@ -211,16 +218,14 @@ def main(chosen: list[str]) -> bool:
         "SURFACE_MEMORY_BYTES": str(BUDGET),
     }
     rows: list[Row] = []
-    with service_process(FOLDER, settings) as service:
+    with service_server(FOLDER, settings) as service:
         if meant(PROXIED):
-            proxy = Proxy(FOLDER, service.port, service.port)
-            with client(proxy.port) as seen:
+            with Proxy(FOLDER, service.port, service.port) as proxy, client(proxy.port) as seen:
                 rows += asyncio.run(attacked(service, proxy.port, meant(PROXIED)))
-            proxy.stop()
             assign(rows, seen)
         with client(service.port) as seen:
             os.nice(10)  # whoever attacks gets what is left of the processors
-            files, begin = service.files(), time.monotonic()
+            files, begin = service.open_files(), time.monotonic()
             rest = {"lasting": meant(LASTING), "beside": meant(BESIDE), "last": meant(LAST)}
             direct = asyncio.run(attacked(service, service.port, meant(FIRST), **rest))
             end = time.monotonic()

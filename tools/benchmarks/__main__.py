@@ -6,7 +6,7 @@ What runs against each other runs in turns: read the ratios.
 import sys
 
 from service.settings.process import pin_blas
-from tools.benchmarks import caching, compact, encoding, evaluation, hostile, methods
+from tools.benchmarks import compact, encoding, evaluation, hostile, methods, requests
 
 
 def main() -> int:
@@ -15,8 +15,7 @@ def main() -> int:
     for benchmark in (evaluation, methods, encoding, compact):
         benchmark.run()
         print()
-    fast = caching.report()
-    print()
+    fast = requests.run()
     return 0 if hostile.report() and fast else 1
 
 

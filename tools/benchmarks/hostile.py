@@ -2,18 +2,16 @@
 
 Each body of the table is posted to an application in a process of its own, in the pieces in which
 a server would hand it over. Memory is the peak of that process above what it held before, the bytes
-of the body that the service read included. Linux only: it reads /proc.
+of the body that the service read included.
 """
 
 import gc
-import re
 import sys
 import time
 from collections.abc import Callable
 from functools import partial
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import NamedTuple
 
 from service.api.app import create_app
@@ -21,12 +19,12 @@ from service.settings.values import Settings
 from tests.api.client import client_of
 from tests.api.hostile import HOSTILE, pieces
 from tests.api.hostile_files import FILES
+from tools.processes import peak_memory, reset_peak, resident_memory
 
 MAX_SECONDS = 0.2
 MAX_BYTES = 50e6
 
 _JSON = {"Content-Type": "application/json"}
-_PROCESS = Path("/proc/self")
 
 
 class Cost(NamedTuple):
@@ -87,26 +85,18 @@ def _cost(index: int) -> Cost:
             headers = {"Content-Type": file.media_type}
             post = partial(client.request, "POST", f"/v1/mesh?{file.query}", chunks, headers)
         gc.collect()
-        # Writing 5 makes the peak begin anew at what is held now (proc_pid_clear_refs(5)).
-        (_PROCESS / "clear_refs").write_text("5", encoding="ascii")
-        before = _kilobytes("VmRSS")
+        reset_peak()
+        before = resident_memory()
         seconds = [_timed(post)]
-        peak = _kilobytes("VmHWM") - before
+        peak = peak_memory() - before
         seconds += [_timed(post) for _ in range(2)]
-    return Cost(name, min(seconds), peak * 1024)
+    return Cost(name, min(seconds), peak)
 
 
 def _timed(post: Callable[[], object]) -> float:
     start = time.perf_counter()
     post()
     return time.perf_counter() - start
-
-
-def _kilobytes(name: str) -> int:
-    status = (_PROCESS / "status").read_text(encoding="ascii")
-    found = re.search(rf"^{name}:\s+(\d+) kB", status, re.MULTILINE)
-    assert found is not None
-    return int(found.group(1))
 
 
 if __name__ == "__main__":

@@ -22,8 +22,8 @@ import httpx
 
 from service import __version__
 from tools.deploy.containers import Engine, Failed, missing
+from tools.processes import ROOT, peak_memory, resident_memory
 
-ROOT = Path(__file__).parents[2]
 IMAGE = "localhost/surface-service:test"
 PORT = int(os.environ.get("IMAGE_TEST_PORT", "8150"))
 URL = f"http://127.0.0.1:{PORT}"
@@ -207,7 +207,7 @@ def largest(client: httpx.Client, suffix: str) -> int:
 def large(engine: Engine, container: str) -> None:
     """The largest meshes that are computed and large bodies, many at once, within the memory."""
     pid = engine.state(container)["Pid"]
-    seen("resident before", f"{resident(pid, 'VmRSS')} MiB")
+    seen("resident before", f"{resident_memory(pid) >> 20} MiB")
     with httpx.Client(base_url=URL, trust_env=False, timeout=120) as client:
         sizes = {suffix: largest(client, suffix) for suffix in ("glb", "json", "stl", "obj")}
     seen("largest resolutions of one patch", sizes)
@@ -234,17 +234,11 @@ def large(engine: Engine, container: str) -> None:
         statuses = Counter(pool.map(ask, range(40)))
     good = statuses.keys() <= {200, 429, 503} and statuses[200] > 0
     seen("40 of them and of bodies, 12 at a time", dict(statuses), good=good)
-    peak = resident(pid, "VmHWM")
-    fact = f"{peak} of {MEMORY >> 20} MiB, SURFACE_MEMORY_BYTES={MEMORY_BYTES}"
-    seen("resident at most", fact, good=peak << 20 < 0.9 * MEMORY)
+    peak = peak_memory(pid)
+    fact = f"{peak >> 20} of {MEMORY >> 20} MiB, SURFACE_MEMORY_BYTES={MEMORY_BYTES}"
+    seen("resident at most", fact, good=peak < 0.9 * MEMORY)
     engine.podman("exec", container, "/app/bin/surface", "health")
     seen("still ready")
-
-
-def resident(pid: int, field: str) -> int:
-    """Mebibytes of a process, now (VmRSS) or at most so far (VmHWM)."""
-    found = re.search(rf"{field}:\s+(\d+) kB", Path(f"/proc/{pid}/status").read_text("ascii"))
-    return int(found[1]) >> 10 if found else 0
 
 
 def end(engine: Engine, container: str) -> None:

@@ -1,16 +1,24 @@
-"""Many clients at once, and the count of what they got."""
+"""Many clients at once, each a thread, and the count of what they got.
 
-import asyncio
+`http.client` is used because it asks nothing twice: clients that people use hide a connection that
+was closed under them by asking once more.
+"""
+
+import gzip
+import threading
 import time
-from collections import Counter, defaultdict
-from collections.abc import Awaitable, Callable
+from collections import defaultdict
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass, field
+from http.client import HTTPConnection, HTTPException
 
-from tools.deploy.client import Answer, Broken, Connection
-from tools.deploy.traffic import Request, Traffic
+from tools.deploy.traffic import Answer, Request, Traffic
+from tools.processes import HOST
 
 TOO_LATE = 90.0
-"""Seconds after which an answer is counted as none."""
+"""Seconds without a byte after which an answer is counted as none."""
 
 
 @dataclass
@@ -18,7 +26,6 @@ class Tally:
     """Requests by kind, and whatever failed."""
 
     seconds: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
-    statuses: Counter[tuple[str, int]] = field(default_factory=Counter)
     broken: list[str] = field(default_factory=list)
     """Requests that got no whole answer."""
     wrong: list[str] = field(default_factory=list)
@@ -27,7 +34,7 @@ class Tally:
     @property
     def count(self) -> int:
         """Requests that have ended."""
-        return sum(map(len, self.seconds.values())) + len(self.broken)
+        return sum(map(len, list(self.seconds.values()))) + len(self.broken)
 
     def lines(self) -> list[str]:
         """A table: kind, number, median, 99th percentile and longest time."""
@@ -51,56 +58,60 @@ class Clients:
     """Seconds between an answer and the next request."""
 
 
-async def under_load(
+def under_load(
     port: int,
     traffic: Traffic,
     groups: tuple[Clients, ...],
-    during: Callable[[Tally], Awaitable[None]],
+    during: Callable[[Tally], None],
 ) -> Tally:
     """Has clients ask at a port of this machine for as long as `during` takes.
 
     A request that is under way at the end is waited for.
     """
     tally = Tally()
-    over = asyncio.Event()
+    over = threading.Event()
 
-    async def client(group: Clients) -> None:
-        connection = Connection("127.0.0.1", port)
-        for request in traffic.requests(group.kinds):
-            if over.is_set():
-                break
-            await _one(connection, request, traffic, tally)
-            if not group.keep:
-                await connection.close()
-            await asyncio.sleep(group.pause)
-        await connection.close()
+    def ask_until_over(group: Clients) -> None:
+        with closing(HTTPConnection(HOST, port, timeout=TOO_LATE)) as connection:
+            for request in traffic.requests(group.kinds):
+                if over.wait(group.pause):
+                    break
+                _one(connection, request, traffic, tally)
+                if not group.keep:
+                    connection.close()
 
-    async with asyncio.TaskGroup() as tasks:
-        for group in groups:
-            for _ in range(group.number):
-                tasks.create_task(client(group))
+    with ThreadPoolExecutor(sum(group.number for group in groups)) as pool:
+        every = [group for group in groups for _ in range(group.number)]
+        clients = [pool.submit(ask_until_over, group) for group in every]
         try:
-            await during(tally)
+            during(tally)
         finally:
             over.set()
+    for client in clients:
+        client.result()
     return tally
 
 
-async def _one(connection: Connection, request: Request, traffic: Traffic, tally: Tally) -> None:
+def _one(connection: HTTPConnection, request: Request, traffic: Traffic, tally: Tally) -> None:
     start = time.perf_counter()
     try:
-        async with asyncio.timeout(TOO_LATE):
-            answer: Answer = await connection.ask(
-                request.method, request.target, request.headers, request.body
-            )
-    except (Broken, TimeoutError) as error:
-        await connection.close()
+        answer = _ask(connection, request)
+    except (OSError, EOFError, HTTPException) as error:
+        connection.close()
         tally.broken.append(f"{time.strftime('%X')} {_name(request)}: {error!r}")
         return
     tally.seconds[request.kind].append(time.perf_counter() - start)
-    tally.statuses[request.kind, answer.status] += 1
     if problem := traffic.wrong_with(request, answer):
         tally.wrong.append(f"{time.strftime('%X')} {_name(request)}: {problem}")
+
+
+def _ask(connection: HTTPConnection, request: Request) -> Answer:
+    connection.request(request.method, request.target, request.body or None, request.headers)
+    response = connection.getresponse()
+    body = response.read()
+    if response.headers["Content-Encoding"] == "gzip":
+        body = gzip.decompress(body)
+    return Answer(response.status, response.headers["Location"], body)
 
 
 def _name(request: Request) -> str:

@@ -3,7 +3,6 @@
 HAProxy runs the file that we ship. The instances share a folder, as containers share a bucket.
 """
 
-import asyncio
 import hashlib
 import json
 import os
@@ -20,8 +19,8 @@ import pytest
 from service.engine.mesh import ENGINE
 from service.storage.keys import SURFACES
 from tools.deploy.load import Clients, Tally, under_load
-from tools.deploy.processes import Instance, Proxy
 from tools.deploy.traffic import Traffic
+from tools.processes import Proxy, Server, peak_memory, service_server
 
 REQUESTS = 20_000
 ROUNDS = 4
@@ -56,22 +55,19 @@ CLIENTS = (
 
 
 @contextmanager
-def two_behind_haproxy(folder: Path) -> Iterator[tuple[Proxy, tuple[Instance, Instance]]]:
+def two_behind_haproxy(folder: Path) -> Iterator[tuple[Proxy, tuple[Server, Server]]]:
     """HAProxy and two instances that store in one folder; all are gone afterwards."""
     settings = SETTINGS | {"SURFACE_STORE": str(folder / "store")}
-    instances = (Instance("one", folder, settings), Instance("two", folder, settings))
-    proxy = None
+    one, two = (service_server(folder, settings, probe="/health/ready") for _ in range(2))
     try:
-        for each in instances:
-            each.start()
-        for each in instances:
-            each.wait_until_ready()
-        proxy = Proxy(folder, *(each.port for each in instances))
-        yield proxy, instances
+        one.start()
+        two.start()
+        one.wait_until_ready()
+        two.wait_until_ready()
+        with Proxy(folder, one.port, two.port) as proxy:
+            yield proxy, (one, two)
     finally:
-        if proxy is not None:
-            proxy.stop()
-        for each in instances:
+        for each in (one, two):
             if each.is_alive:
                 each.kill()
 
@@ -82,7 +78,7 @@ def report(capsys: pytest.CaptureFixture[str], *lines: str) -> None:
         print("", *lines, sep="\n  ")
 
 
-def check_store(folder: Path, traffic: Traffic, instances: tuple[Instance, ...]) -> str:
+def check_store(folder: Path, traffic: Traffic, instances: tuple[Server, ...]) -> str:
     """Whatever is stored is whole, and all that was acknowledged is there."""
     objects = [path for path in (folder / "store" / SURFACES).rglob("*") if path.is_file()]
     for path in objects:
@@ -107,7 +103,7 @@ def test_no_request_fails_while_instances_are_restarted(
     peaks: list[int] = []
     with two_behind_haproxy(tmp_path) as (proxy, instances):
 
-        async def restart(tally: Tally) -> None:
+        def restart(tally: Tally) -> None:
             begin = time.monotonic()
             rounds = 0
             while rounds < ROUNDS or tally.count < REQUESTS:
@@ -115,16 +111,16 @@ def test_no_request_fails_while_instances_are_restarted(
                     break
                 for each in instances:
                     start = time.monotonic()
-                    peaks.append(each.peak_bytes)
-                    codes.append(await asyncio.to_thread(each.stop))
+                    peaks.append(peak_memory(each.pid))
+                    codes.append(each.stop())
                     seconds.append(time.monotonic() - start)
                     each.start()
-                    await asyncio.to_thread(each.wait_until_ready)
+                    each.wait_until_ready()
                     # Until HAProxy has seen it too: as an operator waits, or Kubernetes does.
-                    await asyncio.sleep(1.5)
+                    time.sleep(1.5)
                 rounds += 1
 
-        tally = asyncio.run(under_load(proxy.port, traffic, CLIENTS, restart))
+        tally = under_load(proxy.port, traffic, CLIENTS, restart)
         retries = proxy.metric("haproxy_backend_retry_warnings_total")
         kept = proxy.metric("haproxy_backend_http_cache_hits_total")
         stored = check_store(tmp_path, traffic, instances)
@@ -156,19 +152,19 @@ def test_killed_instances_lose_nothing_and_tear_nothing(
     clients = (*CLIENTS, Clients(6, {"store": 1}), Clients(2, {"large_hit": 1}, keep=False))
     with two_behind_haproxy(tmp_path) as (proxy, instances):
 
-        async def kill(tally: Tally) -> None:
+        def kill(tally: Tally) -> None:
             for number in range(KILLS):
                 each = instances[number % 2]
-                await asyncio.sleep(1.5 + 0.13 * number)
-                assert await asyncio.to_thread(each.kill) == -9
+                time.sleep(1.5 + 0.13 * number)
+                assert each.kill() == -9
                 before = tally.count
-                await asyncio.sleep(0.5)
+                time.sleep(0.5)
                 assert tally.count > before, "the other one does not go on"
                 each.start()
-                await asyncio.to_thread(each.wait_until_ready)
-                await asyncio.sleep(1.5)
+                each.wait_until_ready()
+                time.sleep(1.5)
 
-        tally = asyncio.run(under_load(proxy.port, traffic, clients, kill))
+        tally = under_load(proxy.port, traffic, clients, kill)
         retries = proxy.metric("haproxy_backend_retry_warnings_total")
         stored = check_store(tmp_path, traffic, instances)
     refused = [line for line in tally.wrong if ": 502 " in line]
@@ -239,7 +235,7 @@ def test_what_the_proxy_does_by_itself(tmp_path: Path) -> None:
         assert int(nobody.headers["retry-after"]) > 0
 
 
-def serving(proxy: Proxy, instances: tuple[Instance, Instance]) -> Instance:
+def serving(proxy: Proxy, instances: tuple[Server, Server]) -> Server:
     """The one that is answering just now."""
     busy = {
         each: proxy.metric("haproxy_server_current_sessions", f'server="{name}"')

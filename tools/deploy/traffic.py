@@ -6,15 +6,24 @@ import math
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import count
 
 from service.engine.mesh import ENGINE
-from tools.deploy.client import Answer
 
 SEED = 1963
 
 JSON = {"Content-Type": "application/json"}
 LONG_SIDE = 10
 LONG_TRIANGLES = 5_000
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a server answered; the body is whole, and decoded."""
+
+    status: int
+    location: str | None
+    body: bytes
 
 
 @dataclass(frozen=True)
@@ -39,7 +48,7 @@ class Traffic:
     def __init__(self, seed: int = SEED) -> None:
         self._random = random.Random(seed)
         self._seen: dict[tuple[str, str, bytes], str] = {}
-        self._stores = 0
+        self._stores = count(10_000)
         self.stored: dict[str, bytes] = {}
         """What was acknowledged: ids, and the bodies that were posted."""
 
@@ -56,7 +65,7 @@ class Traffic:
             return f"{answer.status} {answer.body[:300]!r}"
         if request.kind == "store":
             said = json.loads(answer.body)["id"]
-            if answer.headers["location"] != f"/v1/surfaces/{said}":
+            if answer.location != f"/v1/surfaces/{said}":
                 return "an address that is not the id's"
             self.stored[said] = request.body
             return None
@@ -109,8 +118,7 @@ class Traffic:
 
     def _store(self) -> Request:
         """Something that nobody has stored."""
-        self._stores += 1
-        body = posted(patch(10_000 + self._stores))
+        body = posted(patch(next(self._stores)))
         statuses = frozenset({200, 201})
         return Request("store", "POST", "/v1/surfaces", JSON, body, statuses)
 

@@ -11,8 +11,8 @@ import subprocess
 import sys
 import time
 
-from tests.process import ROOT
 from tools.fuzz.targets import TARGETS
+from tools.processes import ROOT
 
 FOLDER = ROOT / "build" / "fuzz" / "corpus"
 

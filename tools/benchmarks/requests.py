@@ -1,0 +1,177 @@
+"""Requests a second of the service, beside an echo that answers the same bytes.
+
+Each server is one process of uvicorn with BLAS on one thread. The echo reads the body and sends
+what the service answered to it once: the ratio tells how much of the time is not FastAPI's. `wrk`
+loads the servers in turn, with one thread and four connections; ratios are medians over the rounds.
+
+    python -m tools.benchmarks.requests [--against DIRECTORY] [--seconds 2] [--rounds 5] [WORK …]
+
+DIRECTORY is another checkout of the service with a `.venv` of its own: then the table has its
+requests a second too, and the ratio of this checkout to it.
+"""
+
+import argparse
+import json
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from statistics import median
+from typing import Any, NamedTuple
+
+import httpx
+from fastapi import FastAPI, Request, Response
+
+from tools.processes import ROOT, Server, free_port, service_environment
+
+CONNECTIONS = 4
+FOLDER = "ECHO_FOLDER"
+"""The environment variable that names the folder of the echo's answers."""
+
+LEAST = {"hit.glb": 1.0, "unchanged.glb": 2.0}
+"""The least ratio of answers from the cache to the echo: below it, the exit status is 1."""
+
+PLAIN = {"Accept-Encoding": "identity"}
+SERVICE, ECHO = "service.api.app:create_app", "tools.benchmarks.requests:create_echo"
+
+
+class Work(NamedTuple):
+    """A POST of a document, or a GET; the tag is that of an answer that the client has."""
+
+    name: str
+    target: str
+    document: Mapping[str, Any] | None = None
+    tag: str = ""
+
+    def ask(self, server: Server) -> httpx.Response:
+        """The whole answer of the service."""
+        method, url = "GET" if self.document is None else "POST", server.url + self.target
+        answer = httpx.request(method, url, json=self.document, headers=PLAIN, timeout=60)
+        return answer.raise_for_status()
+
+    def write_script(self, folder: Path) -> Path:
+        """Writes the file that tells `wrk` what to send."""
+        headers = PLAIN | ({"If-None-Match": self.tag} if self.tag else {})
+        lines = [f"wrk.headers[{name!r}] = {value!r}" for name, value in headers.items()]
+        if self.document is not None:
+            lines += ['wrk.method = "POST"', 'wrk.headers["Content-Type"] = "application/json"']
+            lines += [f"wrk.body = [=[{json.dumps(self.document)}]=]"]
+        file = folder / f"{self.name}.lua"
+        file.write_text("\n".join(lines))
+        return file
+
+
+def works(service: Server) -> list[Work]:
+    """What is asked for; the heights of the nets are the same in every run."""
+    chance = random.Random(3)
+
+    def net(side: int) -> list[list[list[float]]]:
+        return [[[i, j, chance.random()] for j in range(side)] for i in range(side)]
+
+    def mesh(name: str, surface: Mapping[str, Any], **options: float) -> Work:
+        target = f"/v1/mesh?format={name.rpartition('.')[2]}"
+        return Work(name, target, {"surface": surface, **options})
+
+    one = {"control_net": net(4)}
+    spans = {"type": "bspline", "degree": 3, "knots": "clamped", "control_net": net(30)}
+    teapot = httpx.get(f"{service.url}/v1/surfaces/utah-teapot").json()["surface"]
+    hit = Work("hit.glb", "/v1/surfaces/utah-teapot/mesh.glb?resolution=16")
+    tag = hit.ask(service).headers["etag"]
+    return [
+        mesh("one16.glb", one, resolution=16),
+        mesh("one16.json", one, resolution=16),
+        mesh("teapot16.glb", teapot, resolution=16),
+        mesh("teapot16.json", teapot, resolution=16),
+        mesh("teapot1e-3.glb", teapot, relative_tolerance=1e-3),
+        mesh("one1e-2.glb", one, relative_tolerance=1e-2),
+        mesh("bspline27x8.glb", spans, resolution=8),
+        mesh("one512.glb", one, resolution=512),
+        hit,
+        Work("unchanged.glb", hit.target, tag=tag),
+    ]
+
+
+def create_echo() -> FastAPI:
+    """An application that reads the body and answers the bytes of a file."""
+    answers = {file.name: file.read_bytes() for file in Path(os.environ[FOLDER]).iterdir()}
+    app = FastAPI(openapi_url=None)
+
+    @app.api_route("/{name}", methods=["GET", "POST"])
+    async def echo(name: str, request: Request) -> Response:
+        await request.body()
+        return Response(answers[name], media_type="model/gltf-binary")
+
+    return app
+
+
+def uvicorn(app: str, answers: Path, checkout: Path = ROOT) -> Server:
+    """One process of uvicorn that runs an application of a checkout."""
+    python = sys.executable if checkout == ROOT else checkout / ".venv" / "bin" / "python"
+    port = free_port()
+    options = ("--factory", "--port", str(port), "--no-access-log", "--log-level", "warning")
+    environment = service_environment({"OPENBLAS_NUM_THREADS": "1", FOLDER: str(answers)})
+    command = (python, "-m", "uvicorn", app, *options)
+    return Server(answers.parent / f"{port}.log", command, port, environment, folder=checkout)
+
+
+def rate(url: str, script: Path, seconds: int) -> float:
+    """Requests a second that `wrk` counts; an error where any answer is one."""
+    options = ("-t1", f"-c{CONNECTIONS}", f"-d{seconds}s", "-s", str(script))
+    told = subprocess.run(("wrk", *options, url), capture_output=True, text=True, check=True).stdout
+    if found := re.search(r"(Non-2xx|Socket errors).*", told):
+        raise RuntimeError(f"{url}: {found[0]}")
+    return float(re.findall(r"Requests/sec:\s+([\d.]+)", told)[0])
+
+
+def run(arguments: Sequence[str] = ()) -> bool:
+    """Prints the table; whether answers from the cache are as fast as they must be."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--against", type=Path, metavar="DIRECTORY")
+    parser.add_argument("--seconds", type=int, default=2)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("names", nargs="*", metavar="WORK", help="as in the table (all)")
+    options = parser.parse_args(arguments)
+    if not shutil.which("wrk"):
+        print("Requests a second: not measured, wrk is not installed (Debian's package wrk)")
+        return True
+    print(f"Requests a second, {CONNECTIONS} connections; medians of alternating rounds")
+    header = f"{'work':18}{'bytes':>10}{'service/s':>11}{'echo/s':>10}{'ratio':>8}"
+    print(header + (f"{'old/s':>10}{'new/old':>9}" if options.against else ""))
+    slow = []
+    with tempfile.TemporaryDirectory() as temporary, ExitStack() as stack:
+        answers = Path(temporary) / "answers"
+        answers.mkdir()
+        service = stack.enter_context(uvicorn(SERVICE, answers))
+        chosen = [w for w in works(service) if not options.names or w.name in options.names]
+        for work in chosen:
+            (answers / work.name).write_bytes(work.ask(service).content)
+        servers = [service, stack.enter_context(uvicorn(ECHO, answers))]
+        if options.against:
+            old = uvicorn(SERVICE, answers, options.against.absolute())
+            servers.append(stack.enter_context(old))
+        for work in chosen:
+            script = work.write_script(Path(temporary))
+            targets = (work.target, f"/{work.name}", work.target)
+            urls = [each.url + target for each, target in zip(servers, targets, strict=False)]
+            turns = range(options.rounds)
+            rates = [[rate(url, script, options.seconds) for url in urls] for _ in turns]
+            ours, *others = (median(column) for column in zip(*rates, strict=True))
+            ratios = [median(row[0] / row[k] for row in rates) for k in range(1, len(urls))]
+            if ratios[0] < LEAST.get(work.name, 0):
+                slow.append(f"{work.name}: the ratio must be {LEAST[work.name]}")
+            size = (answers / work.name).stat().st_size
+            line = f"{work.name:18}{size:10}{ours:11.1f}{others[0]:10.1f}{ratios[0]:8.3f}"
+            more = f"{others[1]:10.1f}{ratios[1]:9.2f}" if options.against else ""
+            print(line + more, flush=True)
+    print(*slow, sep="\n")
+    return not slow
+
+
+if __name__ == "__main__":
+    sys.exit(not run(sys.argv[1:]))

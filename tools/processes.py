@@ -1,0 +1,217 @@
+"""Servers as processes of their own, and what a process takes of the machine.
+
+Linux only: the memory of a process is read from /proc.
+"""
+
+import os
+import re
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import httpx
+
+from tests.programs import program
+
+ROOT = Path(__file__).parents[1]
+HOST = "127.0.0.1"
+PATIENCE = 120.0
+"""Seconds within which a process starts, or ends."""
+
+
+def free_port() -> int:
+    """A port on which no process listens."""
+    with socket.socket() as taken:
+        taken.bind((HOST, 0))
+        return int(taken.getsockname()[1])
+
+
+def resident_memory(pid: int | str = "self") -> int:
+    """Bytes of memory that a process holds now."""
+    return _status(pid, "VmRSS")
+
+
+def peak_memory(pid: int | str = "self") -> int:
+    """The most bytes that a process held since its start or since `reset_peak`."""
+    return _status(pid, "VmHWM")
+
+
+def reset_peak(pid: int | str = "self") -> None:
+    """Lets `peak_memory` begin at what is held now (proc_pid_clear_refs(5))."""
+    Path(f"/proc/{pid}/clear_refs").write_text("5", encoding="ascii")
+
+
+def _status(pid: int | str, name: str) -> int:
+    status = Path(f"/proc/{pid}/status").read_text(encoding="ascii")
+    found = re.search(rf"^{name}:\s+(\d+) kB", status, re.MULTILINE)
+    if found is None:
+        raise RuntimeError(f"process {pid} has ended")
+    return int(found[1]) * 1024
+
+
+class Server:
+    """A program that listens on one port, whenever it is started, and writes to a log.
+
+    As a context manager it starts the program, waits until it answers, and ends it.
+
+    Parameters
+    ----------
+    log : Path
+        The program's output is appended to this file.
+    command : sequence
+    port : int
+    environment : mapping
+        All environment variables of the program.
+    probe : str, optional
+        A path that answers 200 once the program is ready; without one, a connection is enough.
+    """
+
+    def __init__(
+        self,
+        log: Path,
+        command: Sequence[str | Path],
+        port: int,
+        environment: Mapping[str, str],
+        *,
+        probe: str = "",
+        folder: Path = ROOT,
+    ) -> None:
+        self.log = log
+        self.port = port
+        self.url = f"http://{HOST}:{port}"
+        self._command = command
+        self._environment = environment
+        self._probe = probe
+        self._folder = folder
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def __enter__(self) -> Self:
+        self.start()
+        try:
+            self.wait_until_ready()
+        except BaseException:
+            self.kill()
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        ended = not self.is_alive
+        self.stop()
+        if ended and error is None:
+            raise RuntimeError(f"the program ended by itself; its log is {self.log}")
+
+    def start(self) -> None:
+        """Starts the program; `wait_until_ready` waits until it answers."""
+        self.log.parent.mkdir(parents=True, exist_ok=True)
+        with self.log.open("ab") as log:
+            self._process = subprocess.Popen(
+                self._command, cwd=self._folder, env=self._environment, stdout=log, stderr=log
+            )
+
+    @property
+    def process(self) -> "subprocess.Popen[bytes]":
+        """The process of the last start."""
+        assert self._process is not None
+        return self._process
+
+    @property
+    def pid(self) -> int:
+        return self.process.pid
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether the program runs."""
+        return self._process is not None and self._process.poll() is None
+
+    def wait_until_ready(self) -> None:
+        """Returns once the program answers.
+
+        Raises
+        ------
+        RuntimeError
+            The program has ended, or takes too long; with the end of its log.
+        """
+        end = time.monotonic() + PATIENCE
+        while not self._is_ready():
+            if not self.is_alive or time.monotonic() > end:
+                lines = self.log.read_text(encoding="utf-8").splitlines()[-20:]
+                code = self.process.poll()
+                raise RuntimeError("\n".join([f"not ready, exit code {code}", *lines]))
+            time.sleep(0.05)
+
+    def _is_ready(self) -> bool:
+        with suppress(OSError, httpx.TransportError):
+            if self._probe:
+                return httpx.get(self.url + self._probe, timeout=5).status_code == 200
+            socket.create_connection((HOST, self.port)).close()
+            return True
+        return False
+
+    def stop(self) -> int:
+        """Sends SIGTERM; the exit code once the process has ended."""
+        self.process.terminate()
+        try:
+            return self.process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            return self.kill()
+
+    def kill(self) -> int:
+        """Sends SIGKILL; the exit code."""
+        self.process.kill()
+        return self.process.wait(PATIENCE)
+
+    def open_files(self) -> int:
+        """File descriptors that the process has open."""
+        return len(os.listdir(f"/proc/{self.pid}/fd"))
+
+
+def service_environment(settings: Mapping[str, str]) -> dict[str, str]:
+    """This process's environment with these settings, `SURFACE_…`, and no others.
+
+    Surfaces are kept in memory unless the settings say otherwise.
+    """
+    others = {key: value for key, value in os.environ.items() if not key.startswith("SURFACE_")}
+    return others | {"SURFACE_STORE": "memory://"} | dict(settings)
+
+
+def service_server(
+    folder: Path, settings: Mapping[str, str], name: str = "service", probe: str = "/health/live"
+) -> Server:
+    """The service as an operator starts it, its log in the folder."""
+    port = free_port()
+    command = (sys.executable, "-m", "service", "serve", "--port", str(port))
+    log = folder / f"{name}-{port}.log"
+    return Server(log, command, port, service_environment(settings), probe=probe)
+
+
+class Proxy(Server):
+    """HAProxy with the shipped file, in front of the services on two ports."""
+
+    def __init__(self, folder: Path, first: int, second: int) -> None:
+        port = free_port()
+        self._metrics_port = free_port()
+        environment = {
+            "SURFACE_1": f"{HOST}:{first}",
+            "SURFACE_2": f"{HOST}:{second}",
+            "SURFACE_PROXY_BIND": f"{HOST}:{port}",
+            "SURFACE_PROXY_NUMBERS": f"{HOST}:{self._metrics_port}",
+        }
+        command = (program("haproxy"), "-db", "-f", ROOT / "deploy" / "haproxy" / "haproxy.cfg")
+        super().__init__(folder / "haproxy.log", command, port, environment)
+
+    def metric(self, name: str, label: str = "") -> float:
+        """The sum of one of HAProxy's own metrics over all series that have this label."""
+        text = httpx.get(f"http://{HOST}:{self._metrics_port}/metrics").text
+        lines = (line for line in text.splitlines() if line.startswith(name + "{"))
+        return sum(float(line.rpartition(" ")[2]) for line in lines if label in line)
