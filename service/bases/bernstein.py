@@ -55,7 +55,7 @@ def samples(divisions: int) -> FloatArray:
 
 def sampled(degree: int, divisions: int, dtype: type[np.floating] = np.float64) -> RealArray:
     """Bernstein basis at R equal divisions of [0, 1], shape (R+1, n+1); cached, read-only."""
-    return PLANS.get(
+    return PLANS.array(
         ("basis", degree, divisions, dtype),
         lambda: rounded(bernstein(degree, samples(divisions)), dtype),
     )
@@ -65,7 +65,7 @@ def sampled_columns(
     degree: int, divisions: int, dtype: type[np.floating] = np.float64
 ) -> RealArray:
     """The same with the samples along the rows, shape (n+1, R+1): the right factor of a product."""
-    return PLANS.get(
+    return PLANS.array(
         ("columns", degree, divisions, dtype), lambda: sampled(degree, divisions, dtype).T
     )
 
@@ -84,7 +84,7 @@ def sampled_with_slopes(degree: int, divisions: int) -> RealArray:
         below = np.pad(sampled(degree - 1, divisions), ((0, 0), (1, 1)))
         return np.concatenate([sampled(degree, divisions), below[:, :-1] - below[:, 1:]])
 
-    return PLANS.get(("slopes", degree, divisions), build)
+    return PLANS.array(("slopes", degree, divisions), build)
 
 
 def sampled_grid(
@@ -104,7 +104,7 @@ def sampled_grid(
         along_v = sampled(degree[1], resolution[1])
         return rounded(np.kron(along_u.T, along_v.T), dtype)
 
-    return PLANS.get(("grid", degree, resolution, dtype), build)
+    return PLANS.array(("grid", degree, resolution, dtype), build)
 
 
 def sampled_interleaved(
@@ -116,7 +116,7 @@ def sampled_interleaved(
     -------
     ndarray, shape (3(n+1), 3(R+1)); cached, read-only
     """
-    return PLANS.get(
+    return PLANS.array(
         ("interleaved", degree, divisions, dtype),
         lambda: rounded(np.kron(sampled(degree, divisions).T, np.eye(3)), dtype),
     )
@@ -159,7 +159,7 @@ def elevation(low: int, high: int) -> FloatArray:
             matrix[j : j + high - low + 1, j] = factor * more
         return matrix / binomials(high)[:, None]
 
-    return PLANS.get(("elevation", low, high), build)
+    return PLANS.array(("elevation", low, high), build)
 
 
 def multiply(first: FloatArray, second: FloatArray) -> FloatArray:

@@ -1,28 +1,46 @@
-"""A cache of read-only arrays, bounded by the bytes they hold."""
+"""Caches of values that depend on patterns alone: shared, read-only, bounded by their bytes."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from threading import Lock
-from typing import Any, TypeVar, cast
+from typing import Any, Generic, Protocol, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+
+class Sized(Protocol):
+    """Anything that says how many bytes it holds, as arrays do."""
+
+    @property
+    def nbytes(self) -> int: ...  # noqa: D102
+
+
+Value = TypeVar("Value", bound=Sized)
 Array = TypeVar("Array", bound=NDArray[Any])
 
 
-class ArrayCache:
-    """Least-recently-used arrays by key, at most `capacity` bytes of them.
+class _Build:
+    """A value that one thread builds, and for which others may wait."""
 
-    What is handed out is shared between requests and threads, hence read-only. An array larger
-    than an eighth of the capacity is computed and given, not kept: one absurd request must not
-    empty the cache for the others. Two threads that miss the same key at once both compute it and
-    both get the same figures; holding the lock meanwhile would make every other request wait.
+    def __init__(self) -> None:
+        self.lock = Lock()
+        self.value: Any = None
+
+
+class Cache(Generic[Value]):
+    """Least-recently-used values by key, at most `capacity` bytes of them.
+
+    What is handed out is shared between requests and threads, hence must be read-only. A value
+    larger than a quarter of the capacity is built and given, not kept: one absurd request must not
+    empty the cache for the others. Threads that ask for the same key at once build it once.
     """
 
     def __init__(self, capacity: int) -> None:
         self.capacity = capacity
-        self._arrays: OrderedDict[Hashable, NDArray[Any]] = OrderedDict()
+        self.hits = self.misses = 0
+        self._values: OrderedDict[Hashable, Value] = OrderedDict()
+        self._builds: dict[Hashable, _Build] = {}
         self._bytes = 0
         self._lock = Lock()
 
@@ -32,26 +50,55 @@ class ArrayCache:
         return self._bytes
 
     def __len__(self) -> int:
-        return len(self._arrays)
+        return len(self._values)
 
-    def get(self, key: Hashable, build: Callable[[], Array]) -> Array:
-        """The array of this key, built now if it is not held. The key must determine the array."""
+    def get(self, key: Hashable, build: Callable[[], Value]) -> Value:
+        """The value of this key, built now if it is not held. The key must determine the value."""
         with self._lock:
-            held = self._arrays.get(key)
+            held = self._values.get(key)
             if held is not None:
-                self._arrays.move_to_end(key)
-                return cast(Array, held)
-        array = np.ascontiguousarray(build())
-        array.flags.writeable = False
-        with self._lock:
-            if key not in self._arrays and array.nbytes <= self.capacity // 8:
-                self._arrays[key] = array
-                self._bytes += array.nbytes
-                while self._bytes > self.capacity:
-                    _, dropped = self._arrays.popitem(last=False)
-                    self._bytes -= dropped.nbytes
-        return cast(Array, array)
+                self._values.move_to_end(key)
+                self.hits += 1
+                return held
+            self.misses += 1
+            under_way = self._builds.setdefault(key, _Build())
+        with under_way.lock:
+            if under_way.value is None:
+                try:
+                    under_way.value = build()
+                finally:
+                    with self._lock:
+                        self._builds.pop(key, None)
+                        self._keep(key, under_way.value)
+        return cast(Value, under_way.value)
+
+    def _keep(self, key: Hashable, value: Value | None) -> None:
+        if value is None or value.nbytes > self.capacity // 4:
+            return
+        replaced = self._values.pop(key, None)
+        self._bytes += value.nbytes - (0 if replaced is None else replaced.nbytes)
+        self._values[key] = value
+        while self._bytes > self.capacity:
+            _, dropped = self._values.popitem(last=False)
+            self._bytes -= dropped.nbytes
+
+
+class ArrayCache(Cache[NDArray[Any]]):
+    """A cache of arrays, which it makes contiguous and read-only."""
+
+    def array(self, key: Hashable, build: Callable[[], Array]) -> Array:
+        """The array of this key, built now if it is not held."""
+
+        def read_only() -> NDArray[Any]:
+            array = np.ascontiguousarray(build())
+            array.flags.writeable = False
+            return array
+
+        return cast(Array, self.get(key, read_only))
 
 
 PLANS = ArrayCache(64 << 20)
-"""Everything that depends on degrees and samplings alone: bases, index patterns."""
+"""Arrays that depend on degrees and samplings alone: bases, index patterns."""
+
+MESH_PLANS: Cache[Sized] = Cache(64 << 20)
+"""What depends on connectivity, resolution and options alone: layouts, welds, faces of meshes."""

@@ -62,7 +62,7 @@ def operators(knots: FloatArray, degree: int) -> FloatArray:
         forwards /= 2.0
         return forwards
 
-    return PLANS.get(("extraction", degree, knots.tobytes()), build)
+    return PLANS.array(("extraction", degree, knots.tobytes()), build)
 
 
 def _blossomed(left: FloatArray, right: FloatArray) -> FloatArray:

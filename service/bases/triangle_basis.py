@@ -65,7 +65,7 @@ def sampled_triangle(
     degree: int, divisions: int, dtype: type[np.floating] = np.float64
 ) -> RealArray:
     """The basis at R divisions, shape ((n+1)(n+2)/2, (R+1)(R+2)/2); cached, read-only."""
-    return PLANS.get(
+    return PLANS.array(
         ("triangle", degree, divisions, dtype),
         lambda: rounded(triangle_bernstein(degree, barycentric(divisions)), dtype),
     )

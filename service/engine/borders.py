@@ -19,7 +19,7 @@ def borders(
     Where the edges of the patches tell, their divisions are added up. Where faces can have an edge
     in common that is no edge of a patch, or lack one, the faces themselves are counted.
     """
-    seams = layout.seams
+    seams = layout.connectivity
     lines = ~seams.collapsed
     # With one division, different edges between the same corners are one line of the mesh, and a
     # patch between two poles vanishes.
@@ -28,10 +28,10 @@ def borders(
     returns = lines & (seams.corner[:, BEGINS] == seams.corner[:, ENDS])
     coarse |= layout.divisions[seams.edge[returns]].min(initial=3) < 3
     if options.weld:
-        counted = coarse or seams.folded.any() or _meet_twice(layout)
+        counted = coarse or seams.is_folded or _meet_twice(layout)
     else:
         # Every face at a pole has a vertex of its own there.
-        counted = coarse or layout.pinched.any()
+        counted = coarse or layout.has_poles
     if counted:
         return count_borders(mesh_faces, welds)
     if not options.weld:
@@ -47,13 +47,13 @@ def _meet_twice(layout: Layout) -> bool:
     That line, from side to side, is then one of both meshes. Of a grid the diagonals cut off two
     corners; a triangle has a small triangle at each of its three.
     """
-    edge, rows = layout.seams.edge, layout.triangular
+    edge, rows = layout.connectivity.edge, layout.triangular
     grids, triangles = edge[~rows], edge[rows]
     pairs = [grids[:, [0, 2]], grids[:, [1, 3]]]
     pairs += [triangles[:, [0, 2]], triangles[:, [1, 2]], triangles[:, [0, 1]]]
     corners = np.concatenate(pairs)
     corners.sort(axis=1)
-    codes = corners[:, 0] * len(layout.seams.users) + corners[:, 1]
+    codes = corners[:, 0] * len(layout.connectivity.users) + corners[:, 1]
     return len(np.unique(codes)) < len(codes)
 
 

@@ -22,7 +22,7 @@ from service.engine.layout import Block, Layout
 from service.engine.near import leaders
 from service.engine.scratch import Real
 from service.surface.batches import Channel, ChannelKind
-from service.surface.lowered import Domain
+from service.surface.lowered import Domain, PatchModel
 from service.surface.sides import side_of
 
 CHUNK_VALUES = 1 << 20
@@ -57,16 +57,16 @@ class ChannelRows:
 
 
 def sample_channels(
-    layout: Layout, dtype: Real, uvs: bool, domain: Domain | None
+    model: PatchModel, layout: Layout, dtype: Real, uvs: bool
 ) -> tuple[ChannelRows, ...]:
     """Every channel of the model; with `uvs`, parameters where it has no texture coordinates."""
-    carried = layout.blocks[0].batch.channels
+    carried = model.batches[0].channels
     found = [
-        ChannelRows(channel.name, channel.kind, _rows(layout, number, dtype))
+        ChannelRows(channel.name, channel.kind, _rows(model, layout, number, dtype))
         for number, channel in enumerate(carried)
     ]
     if uvs and not any(channel.kind == "uvs" for channel in carried):
-        found.append(ChannelRows("uvs", "uvs", _parameter_rows(layout, domain, dtype)))
+        found.append(ChannelRows("uvs", "uvs", _parameter_rows(layout, model.domain, dtype)))
     return tuple(found)
 
 
@@ -129,12 +129,12 @@ def _scale(values: RealArray) -> FloatArray:
     return np.where(same > 0, 1.0 / np.maximum(same, TINY), 0.0)
 
 
-def _rows(layout: Layout, number: int, dtype: Real) -> RealArray:
+def _rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> RealArray:
     """Values (N, d) of one channel: grids, then the samples beside them."""
-    dimension = layout.blocks[0].batch.channels[number].dimension
+    dimension = model.batches[0].channels[number].dimension
     rows = np.empty((layout.size, dimension), dtype=dtype)
     for block in layout.blocks:
-        channel = block.batch.channels[number]
+        channel = model.batches[block.batch].channels[number]
         out = rows[block.base : block.base + block.count * len(block.patches)]
         out = out.reshape(len(block.patches), block.count, dimension)
         if block.triangular:

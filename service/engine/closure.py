@@ -52,8 +52,12 @@ class Closure:
     v: Continuity | None
 
 
-def closure(model: PatchModel) -> Closure | None:
-    """How the surface closes; None for patches that are not pieces of one surface."""
+def closure(model: PatchModel, edge: Ints | None = None) -> Closure | None:
+    """How the surface closes; None for patches that are not pieces of one surface.
+
+    `edge` (P, 4) numbers the distinct edges that sides are, where these are known: a surface whose
+    first and last sides are different edges is open.
+    """
     if model.domain is None:
         return None
     (batch,) = model.batches
@@ -62,17 +66,19 @@ def closure(model: PatchModel) -> Closure | None:
     (p, q), u, v = batch.degree, model.domain.u, model.domain.v
     number = np.arange(batch.count).reshape(len(u) - 1, len(v) - 1)
     return Closure(
-        _along(batch, (number[0], number[-1]), 0, p / np.diff(u)),
-        _along(batch, (number[:, 0], number[:, -1]), 2, q / np.diff(v)),
+        _along(batch, edge, (number[0], number[-1]), 0, p / np.diff(u)),
+        _along(batch, edge, (number[:, 0], number[:, -1]), 2, q / np.diff(v)),
     )
 
 
 def _along(
-    batch: TensorPatches, ends: tuple[Ints, Ints], side: int, factors: FloatArray
+    batch: TensorPatches, edge: Ints | None, ends: tuple[Ints, Ints], side: int, factors: FloatArray
 ) -> Continuity | None:
     """Continuity of the seam between this side of the first patches and the next of the last."""
     first, last = ends
     # Most surfaces are open, and that is seen at once.
+    if edge is not None and (edge[first, side] != edge[last, side + 1]).any():
+        return None
     begin, end = side_of(batch.points, side)[first], side_of(batch.points, side + 1)[last]
     if not np.array_equal(begin, end):
         return None

@@ -13,6 +13,7 @@ import numpy as np
 
 from service.bases.arrays import IndexArray, Ints
 from service.bases.cache import PLANS
+from service.engine.connect import connect
 from service.engine.layout import Layout
 from service.engine.options import Faces, MeshOptions
 from service.engine.patterns import (
@@ -24,7 +25,6 @@ from service.engine.patterns import (
     rim,
     used_samples,
 )
-from service.engine.tessellate import places
 from service.surface.lowered import PatchModel
 
 
@@ -43,8 +43,9 @@ def count(model: PatchModel, options: MeshOptions) -> Counts:
     Costs hardly more than to find the shared edges, unless two sides of a patch are one edge, or a
     side has one division: then every face at a border is looked at.
     """
-    layout, kind = Layout.plan(model, options.resolution), options.faces
-    groups = [_Group(shape, each, _tally(shape, kind)) for shape, each in layout.shapes()]
+    kind = options.faces
+    layout = Layout.plan(connect(model.batches).connectivity, options.resolution)
+    groups = [_Group(shape, each, _tally(shape, kind)) for shape, each in layout.shapes]
     triangles = sum(len(group.patches) * group.tally.triangles for group in groups)
     quads = sum(len(group.patches) * group.tally.quads for group in groups)
     if not (layout.framed or (options.weld and layout.shares)):
@@ -53,7 +54,7 @@ def count(model: PatchModel, options: MeshOptions) -> Counts:
     if complete and not layout.folds and options.weld:
         return Counts(_all_places(layout, groups), triangles, quads)
 
-    place = places(layout)
+    place = layout.places
     if layout.folds:
         whole = [_whole(layout, group, kind, place) for group in groups]
         triangles, quads = (sum(column) for column in zip(*whole, strict=True))
@@ -99,7 +100,7 @@ def _tally(shape: AnyShape, kind: Faces) -> _Tally:
         more = _cells(inside, kind)
         return np.array([len(triangles) + more[0], len(quads) + more[1], not missing.any()])
 
-    triangles, quads, complete = PLANS.get(("tally", shape, kind), build).tolist()
+    triangles, quads, complete = PLANS.array(("tally", shape, kind), build).tolist()
     return _Tally(triangles, quads, complete=bool(complete))
 
 
@@ -148,8 +149,8 @@ def _all_places(layout: Layout, groups: Sequence[_Group]) -> int:
     """Places of all samples: those inside the patches, those inside the edges, the corners."""
     inside = sum(len(group.patches) * group.shape.inner for group in groups)
     lines = np.zeros(len(layout.divisions), dtype=bool)
-    lines[layout.seams.edge[~layout.seams.collapsed]] = True
-    return inside + int((layout.divisions[lines] - 1).sum()) + len(layout.seams.corner_points)
+    lines[layout.connectivity.edge[~layout.connectivity.collapsed]] = True
+    return inside + int((layout.divisions[lines] - 1).sum()) + layout.connectivity.corners
 
 
 def _shown(layout: Layout, groups: Sequence[_Group], kind: Faces, place: Ints) -> int:

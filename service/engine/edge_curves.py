@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -10,8 +10,10 @@ class EdgeCurves:
     """Distinct edges of one degree n: Bézier curves in their canonical direction.
 
     `ids` (E,), `points` (E, n+1, 3), `weights` (E, n+1) or None; the largest weight of each is 1.
+    `turned` (E,) tells which edges count their samples against that direction; None if none does.
     """
 
     ids: Ints
     points: FloatArray
     weights: FloatArray | None
+    turned: Bools | None = None

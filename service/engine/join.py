@@ -6,31 +6,31 @@ import numpy as np
 
 from service.bases.arrays import IndexArray, Ints
 from service.engine.layout import Layout
-from service.engine.mesh import MeshPart
 from service.engine.options import Faces
 from service.engine.patterns import faces
 from service.engine.weld import Welding
-from service.surface.lowered import PatchModel
 
 
 def join(
-    model: PatchModel, layout: Layout, welding: Welding | None, kind: Faces
-) -> tuple[IndexArray, IndexArray, tuple[MeshPart, ...]]:
-    """Triangles (T, 3), quads (Q, 4), patch by patch in sequence; and the parts, runs of them.
+    layout: Layout, welding: Welding | None, kind: Faces, sequence: Ints | None
+) -> tuple[IndexArray, IndexArray, Ints]:
+    """Triangles (T, 3), quads (Q, 4), patch by patch in sequence; and how many are before each.
 
-    Without a welding every sample is the vertex of its own number.
+    Without a welding every sample is the vertex of its own number. Of both kinds of faces the
+    numbers before each patch and in all have the shape (2, P + 1).
     """
-    groups = layout.shapes()
+    groups = layout.shapes
     patterns = [faces(shape, kind) for shape, _ in groups]
-    counts = np.zeros((2, model.patch_count), dtype=np.intp)
+    total = len(layout.base)
+    counts = np.zeros((2, total), dtype=np.intp)
     for (_, patches), pattern in zip(groups, patterns, strict=True):
         counts[0, patches], counts[1, patches] = len(pattern[0]), len(pattern[1])
-    if welding is None and model.patch_count == 1:
-        return (*patterns[0], _parts(model, counts))
-    position = np.arange(model.patch_count)
-    if model.sequence is not None:
-        position[model.sequence] = position.copy()
-        counts = counts[:, model.sequence]
+    if welding is None and total == 1:
+        return (*patterns[0], _ends(counts))
+    position = np.arange(total)
+    if sequence is not None:
+        position[sequence] = position.copy()
+        counts = counts[:, sequence]
     found: list[IndexArray] = []
     for which, corners in enumerate((3, 4)):
         ends = counts[which].cumsum()
@@ -51,7 +51,7 @@ def join(
     triangles, quads = found
     if welding is not None and layout.folds:
         triangles, quads, counts = _without_slivers(triangles, quads, counts, welding.welds)
-    return triangles, quads, _parts(model, counts)
+    return triangles, quads, _ends(counts)
 
 
 def _runs(numbers: Ints) -> list[slice]:
@@ -61,17 +61,9 @@ def _runs(numbers: Ints) -> list[slice]:
     return [slice(first, last) for first, last in pairwise(ends)]
 
 
-def _parts(model: PatchModel, counts: Ints) -> tuple[MeshPart, ...]:
-    """Runs of faces from the numbers of triangles and quads of the patches in sequence, (2, P)."""
-    ends = np.concatenate([np.zeros((2, 1), dtype=np.intp), counts.cumsum(axis=1)], axis=1)
-    return tuple(
-        MeshPart(
-            part.name,
-            (int(ends[0, part.first]), int(ends[0, part.last])),
-            (int(ends[1, part.first]), int(ends[1, part.last])),
-        )
-        for part in model.parts
-    )
+def _ends(counts: Ints) -> Ints:
+    """Faces before each patch and in all, (2, P + 1), from the numbers of those that each has."""
+    return np.concatenate([np.zeros((2, 1), dtype=np.intp), counts.cumsum(axis=1)], axis=1)
 
 
 def _without_slivers(

@@ -6,18 +6,20 @@ the two numbers of divisions. Where a neighbour divides a shared edge more finel
 at the end.
 """
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.cache import MESH_PLANS
 from service.bases.distinct import distinct_rows
+from service.engine.connectivity import Connectivity, digest
 from service.engine.patterns import AnyShape, Shape, TriangleShape
-from service.engine.stitch import Seams, find_seams
-from service.surface.batches import Patches, TrianglePatches
-from service.surface.lowered import PatchModel
+from service.engine.weld import Averages
+from service.surface.batches import Patches
 from service.surface.sides import BEGINS, ENDS, along_sides
 
 _NONE: Ints = np.empty(0, dtype=np.intp)
@@ -27,20 +29,17 @@ _NONE: Ints = np.empty(0, dtype=np.intp)
 class Block:
     """Patches of one batch that are sampled alike; their samples lie in one run.
 
-    `patches` are numbers within the batch, `first` the batch's first number in the model, `base`
-    the first sample.
+    `batch` is the number of the batch, `first` its first patch in the model; `patches` are numbers
+    within the batch, `base` is the first sample.
     """
 
-    batch: Patches
+    batch: int
     first: int
     patches: Ints
     resolution: tuple[int, int]
     base: int
-
-    @property
-    def triangular(self) -> bool:
-        """Whether these are triangles, of as many divisions along u as along v."""
-        return isinstance(self.batch, TrianglePatches)
+    triangular: bool
+    whole: bool
 
     @property
     def count(self) -> int:
@@ -49,19 +48,33 @@ class Block:
             return triangle.size(self.resolution[0])
         return (self.resolution[0] + 1) * (self.resolution[1] + 1)
 
-    @property
-    def whole(self) -> bool:
-        """Whether the block is the whole batch."""
-        return len(self.patches) == self.batch.count
+    def of(self, batches: Sequence[Patches]) -> Patches:
+        """The patches themselves."""
+        batch = batches[self.batch]
+        return batch if self.whole else batch.take(self.patches)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class EdgeWrites:
+    """Where the samples of the edges that have R divisions go.
+
+    Samples `targets` (n,) of the model are rows `sources` (n,) of those of the `wanted` edges (E,),
+    all R + 1 of one edge after the other.
+    """
+
+    divisions: int
+    wanted: Bools
+    targets: Ints
+    sources: Ints
+
+
+@dataclass(frozen=True, eq=False)
 class Layout:
-    """Where every sample lies.
+    """Where every sample lies; it depends on the connectivity and the resolution alone.
 
     Attributes
     ----------
-    seams : Seams
+    connectivity : Connectivity
         How the patches hang together.
     blocks : tuple of Block
         Grids, first those of ordinary patches, then those of framed ones.
@@ -69,8 +82,6 @@ class Layout:
         Of every distinct edge.
     base, ru, rv : ndarrays of int, shape (P,)
         First sample and grid of every patch.
-    triangular : ndarray of bool, shape (P,)
-        Which patches are triangles; `ru` and `rv` are then equal.
     extra, inner : ndarrays of int, shape (P, 4)
         First inner sample of each side that has other divisions than its grid, else -1; and how
         many inner samples it has.
@@ -78,34 +89,45 @@ class Layout:
         Samples in all.
     """
 
-    seams: Seams
+    connectivity: Connectivity
     blocks: tuple[Block, ...]
     divisions: Ints
     base: Ints
     ru: Ints
     rv: Ints
-    triangular: Bools
     extra: Ints
     inner: Ints
     size: int
 
     @staticmethod
-    def plan(model: PatchModel, resolution: tuple[int, int]) -> "Layout":
+    def plan(connectivity: Connectivity, resolution: tuple[int, int]) -> "Layout":
+        """The layout at this many divisions of a patch along u and v; kept for the next mesh."""
+        found = MESH_PLANS.get(
+            ("layout", connectivity.key, resolution), lambda: Layout.of(connectivity, resolution)
+        )
+        assert isinstance(found, Layout)
+        return found
+
+    @cached_property
+    def key(self) -> Hashable:
+        """Equal for layouts that are equal, and for no others."""
+        own = [number for block in self.blocks for number in block.resolution]
+        return self.connectivity.key, digest(np.array([self.size, *own]), self.divisions)
+
+    @staticmethod
+    def of(connectivity: Connectivity, resolution: tuple[int, int]) -> "Layout":
         """Divisions of the edges, and the run of samples of every patch and framed side."""
         ru, rv = resolution
-        seams = find_seams(model.batches)
-        total = model.patch_count
-        triangular = np.concatenate(
-            [np.full(b.count, isinstance(b, TrianglePatches)) for b in model.batches]
-        )
+        edge, collapsed = connectivity.edge, connectivity.collapsed
+        triangular, total = connectivity.triangular, len(connectivity.edge)
         rus, rvs = np.full(total, ru), np.full(total, rv)
         rus[triangular] = rvs[triangular] = max(ru, rv)
         own = np.stack(along_sides(rus, rvs), axis=1)
         # A shared edge takes the larger of its two numbers of divisions: no triangle finds more
         # on any side than it has.
-        divisions = np.zeros(len(seams.users), dtype=np.intp)
-        np.maximum.at(divisions, seams.edge, own)
-        uneven = (divisions[seams.edge] != own) & ~seams.collapsed
+        divisions = np.zeros(len(connectivity.users), dtype=np.intp)
+        np.maximum.at(divisions, edge, own)
+        uneven = (divisions[edge] != own) & ~collapsed
         framed = uneven.any(axis=1)
         base, extra = np.zeros(total, dtype=np.intp), np.full((total, 4), -1, dtype=np.intp)
         # Strips need a line of samples inside to join to.
@@ -114,53 +136,109 @@ class Layout:
         size = 0
         for wanted in (False, True):
             first = 0
-            for batch in model.batches:
-                here = np.flatnonzero(framed[first : first + batch.count] == wanted)
+            for number, count in enumerate(connectivity.counts):
+                here = np.flatnonzero(framed[first : first + count] == wanted)
                 if len(here):
                     grid = int(rus[first + here[0]]), int(rvs[first + here[0]])
-                    block = Block(batch, first, here, grid, size)
+                    is_triangle, whole = bool(triangular[first]), len(here) == count
+                    block = Block(number, first, here, grid, size, is_triangle, whole)
                     base[first + here] = size + np.arange(len(here)) * block.count
                     size += len(here) * block.count
                     blocks.append(block)
-                first += batch.count
+                first += count
         grids = np.stack(along_sides(rus, rvs), axis=1)
-        apart = framed[:, None] & (divisions[seams.edge] != grids) & ~seams.collapsed
-        inner = np.where(apart, divisions[seams.edge] - 1, 0)
+        apart = framed[:, None] & (divisions[edge] != grids) & ~collapsed
+        inner = np.where(apart, divisions[edge] - 1, 0)
         before = (np.cumsum(inner) - inner.ravel()).reshape(inner.shape)
         extra[apart] = size + before[apart]
         size += int(inner.sum())
-        return Layout(
-            seams, tuple(blocks), divisions, base, rus, rvs, triangular, extra, inner, size
-        )
+        return Layout(connectivity, tuple(blocks), divisions, base, rus, rvs, extra, inner, size)
 
     @property
+    def nbytes(self) -> int:
+        """Bytes held at most, with what is derived from the layout."""
+        border = int(self.divisions[self.connectivity.edge].sum()) + 4 * len(self.base)
+        return 8 * (3 * self.size + 6 * border + 30 * len(self.base)) + self.connectivity.nbytes
+
+    @property
+    def triangular(self) -> Bools:
+        """Which patches are triangles, shape (P,); `ru` and `rv` are then equal."""
+        return self.connectivity.triangular
+
+    @cached_property
     def framed(self) -> bool:
         """Whether any side has samples of its own beside its grid."""
         return bool((self.extra >= 0).any())
 
-    @property
+    @cached_property
     def folds(self) -> bool:
         """Whether faces may have one place twice that no pattern knows of."""
-        return bool(self.divisions.min() < 2 or self.seams.folded.any())
+        return bool(self.divisions.min() < 2) or self.connectivity.is_folded
 
-    @property
+    @cached_property
     def pinched(self) -> Bools:
         """Which sides are one point and yet several samples, shape (P, 4)."""
-        several = self.seams.collapsed.copy()
+        several = self.connectivity.collapsed.copy()
         several[self.triangular, 3] = False
         return several
 
-    @property
+    @cached_property
+    def has_poles(self) -> bool:
+        """Whether any side is one point and yet several samples."""
+        return bool(self.pinched.any())
+
+    @cached_property
     def shares(self) -> bool:
         """Whether samples of one patch or of several have places in common."""
-        shared = bool((self.seams.users > 1).any())
-        shared |= len(self.seams.corner_points) < self.corners
-        return shared or bool(self.pinched.any())
+        # A triangle has three corners.
+        corners = self.connectivity.corner.size - int(np.count_nonzero(self.triangular))
+        shared = bool((self.connectivity.users > 1).any())
+        return shared or self.connectivity.corners < corners or self.has_poles
 
-    @property
-    def corners(self) -> int:
-        """Samples at corners in all: a triangle has three."""
-        return self.seams.corner.size - int(np.count_nonzero(self.triangular))
+    @cached_property
+    def places(self) -> Ints:
+        """For each sample the first one that is the same by construction: edge, corner or pole."""
+        place = np.arange(self.size)
+        edge = self.connectivity.edge.ravel()
+        for divisions, sides in self.side_groups():
+            samples = self.side_samples(sides, divisions)
+            # The first side of every edge stands for all of them.
+            _, first, back = np.unique(edge[sides], return_index=True, return_inverse=True)
+            place[samples] = samples[first][back]
+        corners = self.corner_samples()
+        corner = self.connectivity.corner
+        _, first, back = np.unique(corner, return_index=True, return_inverse=True)
+        stand_in = corners.ravel()[first]
+        place[corners] = stand_in[back.reshape(corners.shape)]
+        samples, at = self.collapsed_samples()
+        place[samples] = stand_in[at]
+        return place
+
+    @cached_property
+    def averages(self) -> Averages:
+        """Samples whose normals are averaged where the model is smooth: all at one place."""
+        return Averages.of(self.places)
+
+    @cached_property
+    def edge_writes(self) -> tuple[EdgeWrites, ...]:
+        """Where the samples of the edges go, by their divisions."""
+        edge = self.connectivity.edge.ravel()
+        writes = []
+        for divisions, sides in self.side_groups():
+            wanted = np.zeros(len(self.divisions), dtype=bool)
+            wanted[edge[sides]] = True
+            row = np.cumsum(wanted) - 1
+            sources = row[edge[sides], None] * (divisions + 1) + np.arange(divisions + 1)
+            targets = self.side_samples(sides, divisions)
+            writes.append(EdgeWrites(divisions, wanted, targets.ravel(), sources.ravel()))
+        return tuple(writes)
+
+    @cached_property
+    def corner_writes(self) -> tuple[Ints, Ints]:
+        """Samples at corners and at poles, and for each the number of its corner."""
+        poles, at = self.collapsed_samples()
+        samples = np.concatenate([self.corner_samples().ravel(), poles])
+        return samples, np.concatenate([self.connectivity.corner.ravel(), at])
 
     def grid_samples(self, sides: Ints, divisions: int) -> Ints:
         """Samples of the grids along sides (patch · 4 + side) that have R divisions: (n, R+1)."""
@@ -185,7 +263,7 @@ class Layout:
             ends = ENDS[sides[apart] % 4]
             samples[apart, 1:] = extra[apart, None] + np.arange(divisions)
             samples[apart, -1] = self.corner_samples()[sides[apart] // 4, ends]
-        backward = self.seams.backward.ravel()[sides]
+        backward = self.connectivity.backward.ravel()[sides]
         samples[backward] = samples[backward, ::-1]
         return samples
 
@@ -225,7 +303,8 @@ class Layout:
             samples = self.extra[numbers[apart], side][row] + k
             yield side, block.patches[apart[row]], (k + 1) / (inner[row] + 1), samples
 
-    def shapes(self) -> list[tuple[AnyShape, Ints]]:
+    @cached_property
+    def shapes(self) -> tuple[tuple[AnyShape, Ints], ...]:
         """Patches that one index pattern serves, in the order of their first."""
         own = np.stack(along_sides(self.ru, self.rv), axis=1)
         sides = np.where(self.extra >= 0, self.inner + 1, own)
@@ -235,7 +314,7 @@ class Layout:
                 self.ru[:, None],
                 self.rv[:, None],
                 sides,
-                self.seams.collapsed,
+                self.connectivity.collapsed,
             ],
             axis=1,
         )
@@ -248,12 +327,12 @@ class Layout:
             if not triangular:
                 shape = Shape((ru, rv), (a, b, c, d), collapsed)
             found.append((shape, np.flatnonzero(number == k)))
-        return found
+        return tuple(found)
 
     def side_groups(self) -> Iterator[tuple[int, Ints]]:
         """Sides that are lines (patch · 4 + side), by the divisions of their edges."""
-        divisions = self.divisions[self.seams.edge.ravel()]
-        lines = ~self.seams.collapsed.ravel()
+        divisions = self.divisions[self.connectivity.edge.ravel()]
+        lines = ~self.connectivity.collapsed.ravel()
         for number in np.unique(divisions[lines]).tolist():
             yield number, np.flatnonzero(lines & (divisions == number))
 
@@ -262,7 +341,7 @@ class Layout:
         samples, corners = [_NONE], [_NONE]
         lines = np.stack(along_sides(self.ru, self.rv), axis=1)
         collapsed = np.flatnonzero(self.pinched)
-        corner = self.seams.corner[:, BEGINS].ravel()
+        corner = self.connectivity.corner[:, BEGINS].ravel()
         for divisions in np.unique(lines.ravel()[collapsed]).tolist():
             sides = collapsed[lines.ravel()[collapsed] == divisions]
             samples.append(self.grid_samples(sides, divisions).ravel())

@@ -6,16 +6,15 @@ from service.bases import triangle
 from service.bases.arrays import FloatArray, IndexArray, Ints
 from service.engine.layout import Layout
 from service.engine.mesh import Overlay
-from service.engine.options import MeshOptions, Method
+from service.engine.options import MeshOptions
 from service.engine.scratch import Real
-from service.engine.stitch import sample_edges
+from service.engine.stitch import find_seams, sample_edges
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 
 
 def draw(
     model: PatchModel,
-    layout: Layout,
     options: MeshOptions,
     origin: FloatArray,
     dtype: Real,
@@ -24,7 +23,7 @@ def draw(
     return tuple(
         control_net(model, origin, dtype)
         if name == "control_net"
-        else _boundary(layout, options.method, origin, dtype)
+        else _boundary(model, options, origin, dtype)
         for name in options.overlays
     )
 
@@ -70,9 +69,10 @@ def _triangle_pattern(degree: int) -> Ints:
     return np.concatenate([np.stack(ends, axis=1) for ends in lines])
 
 
-def _boundary(layout: Layout, method: Method, origin: FloatArray, dtype: Real) -> Overlay:
+def _boundary(model: PatchModel, options: MeshOptions, origin: FloatArray, dtype: Real) -> Overlay:
     """Every distinct edge once, as a line through the samples that the faces use."""
-    seams, divisions = layout.seams, layout.divisions
+    seams = find_seams(model.batches)
+    divisions = Layout.of(seams.connectivity, options.resolution).divisions
     lines = np.zeros(len(divisions), dtype=bool)
     lines[seams.edge[~seams.collapsed]] = True
     positions = [np.empty((0, 3), dtype)]
@@ -80,7 +80,7 @@ def _boundary(layout: Layout, method: Method, origin: FloatArray, dtype: Real) -
     first = 0
     for number in np.unique(divisions[lines]).tolist():
         wanted = lines & (divisions == number)
-        points = sample_edges(seams.curves, wanted, number, method) - origin
+        points = sample_edges(seams.curves, wanted, number, options.method) - origin
         index = first + np.arange(points.size // 3, dtype=np.uint32).reshape(len(points), -1)
         segments.append(np.stack([index[:, :-1], index[:, 1:]], axis=-1).reshape(-1, 2))
         positions.append(points.reshape(-1, 3).astype(dtype))

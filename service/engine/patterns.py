@@ -81,11 +81,11 @@ def faces(shape: AnyShape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     divisions has R² faces whatever their kind: row by row, upright and reversed ones in turn.
     """
     if isinstance(shape, TriangleShape):
-        return PLANS.get(("triangles", shape), lambda: _rows_of_triangles(shape)), NO_QUADS
-    triangles = PLANS.get(("triangles", shape, kind), lambda: _build(shape, kind)[0])
+        return PLANS.array(("triangles", shape), lambda: _rows_of_triangles(shape)), NO_QUADS
+    triangles = PLANS.array(("triangles", shape, kind), lambda: _build(shape, kind)[0])
     if kind == "triangles":
         return triangles, NO_QUADS
-    return triangles, PLANS.get(("quads", shape), lambda: _build(shape, kind)[1])
+    return triangles, PLANS.array(("quads", shape), lambda: _build(shape, kind)[1])
 
 
 def used_samples(shape: AnyShape, kind: Faces) -> NDArray[np.intp]:
@@ -95,7 +95,7 @@ def used_samples(shape: AnyShape, kind: Faces) -> NDArray[np.intp]:
         triangles, quads = faces(shape, kind)
         return np.union1d(triangles, quads).astype(np.intp)
 
-    return PLANS.get(("used", shape, kind), build)
+    return PLANS.array(("used", shape, kind), build)
 
 
 def _build(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:

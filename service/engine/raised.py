@@ -46,7 +46,7 @@ def lowest(
     degree = np.zeros(len(lines), dtype=np.intp)
     for group in curves:
         degree[group.ids] = group.points.shape[1] - 1
-    pair, edges, highest = _candidates(lines, degree, begin, end)
+    pair, edges, highest = candidates(lines, degree, begin, end)
     for common in np.unique(highest).tolist():
         here = highest == common
         edge, place = edges[here], pair[here]
@@ -66,7 +66,7 @@ def lowest(
     return leader, turned
 
 
-def _candidates(lines: Bools, degree: Ints, begin: Ints, end: Ints) -> tuple[Ints, Ints, Ints]:
+def candidates(lines: Bools, degree: Ints, begin: Ints, end: Ints) -> tuple[Ints, Ints, Ints]:
     """Edges between two corners that have edges of several degrees between them.
 
     Returns

@@ -15,9 +15,9 @@ from service.engine.evaluation.normals import unit_normals
 from service.engine.layout import Layout
 from service.engine.options import MeshOptions, Method
 from service.engine.scratch import Real
-from service.engine.stitch import sample_edges
+from service.engine.stitch import Seams, sample_edges
 from service.surface.batches import TensorPatches
-from service.surface.lowered import Domain
+from service.surface.lowered import PatchModel
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -40,16 +40,18 @@ class SampleRows:
 
 
 def sample(
+    model: PatchModel,
+    seams: Seams,
     layout: Layout,
     options: MeshOptions,
+    *,
     dtype: Real,
     origin: FloatArray,
-    domain: Domain | None = None,
 ) -> SampleRows:
     """Evaluates the blocks, then writes the samples of every edge over its sides."""
     results = [
         evaluate(
-            block.batch if block.whole else block.batch.take(block.patches),
+            block.of(model.batches),
             block.resolution,
             dtype=dtype,
             normals=options.normals,
@@ -64,15 +66,15 @@ def sample(
     normals = None
     if options.normals:
         normals = _run([r.normals for r in results if r.normals is not None], extras)
-    _write_edges(positions, layout, origin, options.method)
+    _write_edges(positions, seams, layout, origin, options.method)
     if layout.framed and normals is not None:
-        poles += _write_extra_normals(layout, normals)
+        poles += _write_extra_normals(model, layout, normals)
     if dtype is np.float64:
         # People read these numbers: adding 0.0 turns -0.0 into 0.0.
         for rows in (positions, normals):
             if rows is not None:
                 np.add(rows, 0.0, out=rows)
-    channels = sample_channels(layout, dtype, options.uvs, domain)
+    channels = sample_channels(model, layout, dtype, options.uvs)
     return SampleRows(positions, normals, channels, poles)
 
 
@@ -84,33 +86,28 @@ def _run(grids: list[RealArray], extras: int) -> RealArray:
     return np.concatenate([*rows, np.zeros((extras, rows[0].shape[1]), rows[0].dtype)])
 
 
-def _write_edges(positions: RealArray, layout: Layout, origin: FloatArray, method: Method) -> None:
+def _write_edges(
+    positions: RealArray, seams: Seams, layout: Layout, origin: FloatArray, method: Method
+) -> None:
     """Every side gets the very samples of its edge, every corner its control point."""
-    seams = layout.seams
-    edge = seams.edge.ravel()
-    row = np.zeros(len(seams.users), dtype=np.intp)
-    for divisions, sides in layout.side_groups():
-        used = np.zeros(len(row), dtype=bool)
-        used[edge[sides]] = True
-        ids = np.flatnonzero(used)
-        row[ids] = np.arange(len(ids))
-        points = sample_edges(seams.curves, used, divisions, method) - origin
-        positions[layout.side_samples(sides, divisions)] = points[row[edge[sides]]]
-    corners = seams.corner_points - origin
-    positions[layout.corner_samples()] = corners[seams.corner]
-    samples, corner = layout.collapsed_samples()
-    positions[samples] = corners[corner]
+    for writes in layout.edge_writes:
+        points = sample_edges(seams.curves, writes.wanted, writes.divisions, method)
+        points -= origin
+        positions[writes.targets] = points.reshape(-1, 3).take(writes.sources, axis=0)
+    samples, corner = layout.corner_writes
+    positions[samples] = (seams.corner_points - origin).take(corner, axis=0)
 
 
-def _write_extra_normals(layout: Layout, normals: RealArray) -> int:
+def _write_extra_normals(model: PatchModel, layout: Layout, normals: RealArray) -> int:
     """Normals of the samples beside the grids; how many of them are limits."""
     limits = 0
     for block in layout.blocks:
-        if not isinstance(block.batch, TensorPatches):
+        batch = model.batches[block.batch]
+        if not isinstance(batch, TensorPatches):
             continue  # triangles have no samples beside their rows
         for side, patches, along, samples in layout.extras_of(block):
             across = np.full(len(along), float(side % 2))
             u, v = (across, along) if side < 2 else (along, across)
-            normals[samples], found = unit_normals(block.batch, patches, u, v)
+            normals[samples], found = unit_normals(batch, patches, u, v)
             limits += found
     return limits

@@ -18,6 +18,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import sampled
 from service.bases.distinct import distinct_rows
 from service.bases.homogeneous import homogeneous
+from service.engine.connectivity import Connectivity, triangular_patches
 from service.engine.edge_curves import EdgeCurves
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.near import leaders
@@ -34,40 +35,45 @@ factor changes their last digits."""
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Seams:
-    """How the patches of a model hang together; P counts the patches of all batches.
+    """The edges and corners of a model: a connectivity, and where they lie.
 
     Attributes
     ----------
-    edge : ndarray of int, shape (P, 4)
-        Number of the distinct edge that each side is (sides: `service.surface.sides`).
-    backward : ndarray of bool, shape (P, 4)
-        Whether the side runs against the direction of its edge.
-    collapsed : ndarray of bool, shape (P, 4)
-        Whether the side is one point.
-    corner : ndarray of int, shape (P, 4)
-        Number of the distinct point at each corner.
+    connectivity : Connectivity
     corner_points : ndarray of float64, shape (C, 3)
-        Those points.
-    users : ndarray of int, shape (E,)
-        How many sides each edge has; 1 is a border of the model.
+        The distinct points at corners.
     curves : tuple of EdgeCurves
-        The edges themselves, by degree.
+        The distinct edges, by degree.
     """
 
-    edge: Ints
-    backward: Bools
-    collapsed: Bools
-    corner: Ints
+    connectivity: Connectivity
     corner_points: FloatArray
-    users: Ints
     curves: tuple[EdgeCurves, ...]
 
     @property
-    def folded(self) -> Bools:
-        """Which patches have two sides that are one edge, shape (P,)."""
-        ordered = np.sort(self.edge, axis=1)
-        folded: Bools = (ordered[:, 1:] == ordered[:, :-1]).any(axis=1)
-        return folded
+    def edge(self) -> Ints:
+        """Number of the distinct edge that each side is, shape (P, 4)."""
+        return self.connectivity.edge
+
+    @property
+    def backward(self) -> Bools:
+        """Whether each side runs against the direction of its edge, shape (P, 4)."""
+        return self.connectivity.backward
+
+    @property
+    def collapsed(self) -> Bools:
+        """Whether each side is one point, shape (P, 4)."""
+        return self.connectivity.collapsed
+
+    @property
+    def corner(self) -> Ints:
+        """Number of the distinct point at each corner, shape (P, 4)."""
+        return self.connectivity.corner
+
+    @property
+    def users(self) -> Ints:
+        """How many sides each edge has, shape (E,)."""
+        return self.connectivity.users
 
 
 def find_seams(batches: Sequence[Patches]) -> Seams:
@@ -104,15 +110,17 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
     corner = number.reshape(-1, 4)
     if np.count_nonzero([group.points.shape[1] > 1 for group in curves]) > 1:
         edge, backward, curves = _across_degrees(edge, backward, curves, collapsed, corner)
-    return Seams(
-        edge.reshape(-1, 4),
-        backward.reshape(-1, 4),
-        collapsed,
-        corner,
-        corners[distinct],
-        np.bincount(edge),
-        tuple(curves),
+    connectivity = Connectivity(
+        counts=tuple(batch.count for batch in batches),
+        triangular=triangular_patches(batches),
+        edge=edge.reshape(-1, 4),
+        backward=backward.reshape(-1, 4),
+        collapsed=collapsed,
+        corner=corner,
+        users=np.bincount(edge),
+        corners=len(distinct),
     )
+    return Seams(connectivity, corners[distinct], tuple(curves))
 
 
 def _across_degrees(
@@ -169,8 +177,11 @@ def sample_edges(
         else:
             place = _sample_by(METHODS[method], group.points[rows], weights, divisions)
         place[:, 0], place[:, -1] = group.points[rows, 0], group.points[rows, -1]
+        if group.turned is not None:
+            turned = group.turned[rows]
+            place[turned] = place[turned, ::-1]
         parts.append(place)
-    return np.concatenate(parts)
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _sample_by(

@@ -52,18 +52,40 @@ def weld(
         For each sample, one at its place that has the same colour, texture coordinates and so on
         (that one for itself). Others stay apart, though they may share the mean of their normals.
     """
+    leader = merge_samples(place, normals, crease_angle, alike) if merge else np.arange(len(place))
+    return number_vertices(place, leader, used)
+
+
+def chord(angle: float) -> float:
+    """How far two unit vectors at this angle, in radians, are apart."""
+    return 2 * sin(angle / 2)
+
+
+def merge_samples(
+    place: Ints, normals: RealArray | None, crease_angle: float, alike: Ints | None
+) -> Ints:
+    """For each sample the one whose vertex it shares; their mean is written into `normals`.
+
+    Parameters and rules are those of `weld`.
+    """
+    leader = place if alike is None else alike
+    if normals is not None:
+        leader = leaders(place, normals, chord(crease_angle))
+        own = np.arange(len(place))
+        average_normals(normals, Averages.of(leader))
+        if alike is not None:
+            shared = np.flatnonzero(leader != own)
+            normals[shared] = normals[leader[shared]]
+            leader = leaders(leader, alike[:, np.newaxis].astype(np.float64), 0.5)
+    return leader
+
+
+def number_vertices(place: Ints, leader: Ints, used: Ints | None) -> Welding:
+    """The vertices of samples of which some share those of others: of their `leader`s.
+
+    Parameters are those of `weld`; `leader[leader]` equals `leader`.
+    """
     own = np.arange(len(place))
-    leader = own
-    if merge:
-        leader = place if alike is None else alike
-        if normals is not None:
-            # Two unit vectors at this angle are this far apart.
-            leader = leaders(place, normals, 2 * sin(crease_angle / 2))
-            _average(normals, leader)
-            if alike is not None:
-                shared = np.flatnonzero(leader != own)
-                normals[shared] = normals[leader[shared]]
-                leader = leaders(leader, alike[:, np.newaxis].astype(np.float64), 0.5)
     kept = leader == own
     if used is not None and len(used):
         wanted = np.zeros(len(place), dtype=bool)
@@ -112,15 +134,33 @@ def count_places(vertices: int, welds: IndexArray | None) -> int:
     return int(np.count_nonzero(welds == np.arange(vertices)))
 
 
-def _average(normals: RealArray, leader: Ints) -> None:
-    """Gives each leader the mean direction of its group, where the group has more than one."""
-    members = np.flatnonzero(leader != np.arange(len(leader)))
-    leaders = leader[members]
-    groups, slot = np.unique(leaders, return_inverse=True)
-    total = normals[groups].astype(np.float64)
+@dataclass(frozen=True, eq=False, slots=True)
+class Averages:
+    """Which rows are averaged: each of `members` (n,) with row `leaders[slot]`, a (g,) row."""
+
+    members: Ints
+    leaders: Ints
+    slot: Ints
+
+    @staticmethod
+    def of(leader: Ints) -> "Averages":
+        """Every row that has another leader than itself is averaged with that."""
+        members = np.flatnonzero(leader != np.arange(len(leader)))
+        leaders, slot = np.unique(leader[members], return_inverse=True)
+        return Averages(members, leaders, slot)
+
+
+def average_normals(normals: RealArray, averages: Averages) -> None:
+    """Gives each leader the mean direction of its group: (n_0 + … + n_k) / |n_0 + … + n_k|."""
+    leaders, slot = averages.leaders, averages.slot
+    total = normals.take(leaders, axis=0).astype(np.float64)
+    own = normals.take(averages.members, axis=0)
     for axis in range(3):
-        total[:, axis] += np.bincount(slot, normals[members, axis], len(groups))
+        total[:, axis] += np.bincount(slot, own[:, axis], len(leaders))
     length = np.linalg.norm(total, axis=1)
     # Opposite normals, merged because the crease angle said so, have no mean: the first stays.
     clear = length > 1e-6
-    normals[groups[clear]] = total[clear] / length[clear, None]
+    if clear.all():
+        normals[leaders] = total / length[:, None]
+    else:
+        normals[leaders[clear]] = total[clear] / length[clear, None]

@@ -25,8 +25,8 @@ def never() -> NDArray[np.float64]:
 def test_builds_once_and_hands_out_the_same_read_only_array() -> None:
     """The second request gets what the first one made."""
     cache = ArrayCache(64 * KIB)
-    first = cache.get("key", of(KIB))
-    assert cache.get("key", never) is first
+    first = cache.array("key", of(KIB))
+    assert cache.array("key", never) is first
     assert not first.flags.writeable
 
 
@@ -34,19 +34,19 @@ def test_the_least_recently_used_goes_first() -> None:
     """Looking at an array keeps it."""
     cache = ArrayCache(8 * KIB)
     for name in range(8):
-        cache.get(name, of(KIB, name))
-    cache.get(0, never)
-    cache.get(8, of(KIB))
-    cache.get(0, never)
+        cache.array(name, of(KIB, name))
+    cache.array(0, never)
+    cache.array(8, of(KIB))
+    cache.array(0, never)
     with pytest.raises(AssertionError, match="built again"):
-        cache.get(1, never)
+        cache.array(1, never)
 
 
 def test_never_holds_more_than_its_capacity() -> None:
     """And counts what it holds rightly."""
     cache = ArrayCache(10 * KIB)
     for name in range(100):
-        cache.get(name, of(8 * (1 + name % 128)))
+        cache.array(name, of(8 * (1 + name % 128)))
         assert cache.nbytes <= cache.capacity
     assert cache.nbytes == sum(8 * (1 + name % 128) for name in range(100)[-len(cache) :])
 
@@ -55,9 +55,9 @@ def test_a_builder_that_fails_leaves_nothing_behind() -> None:
     """The next request tries again."""
     cache = ArrayCache(8 * KIB)
     with pytest.raises(AssertionError):
-        cache.get("key", never)
+        cache.array("key", never)
     assert (len(cache), cache.nbytes) == (0, 0)
-    assert cache.get("key", of(KIB, 5))[0] == 5
+    assert cache.array("key", of(KIB, 5))[0] == 5
 
 
 def test_threads_get_the_right_arrays_while_others_evict() -> None:
@@ -69,7 +69,7 @@ def test_threads_get_the_right_arrays_while_others_evict() -> None:
         start.wait()
         for step in range(2000):
             name = (step * 7 + offset) % 40
-            array = cache.get(name, of(KIB, name))
+            array = cache.array(name, of(KIB, name))
             if array[0] != name or array[-1] != name or array.flags.writeable:
                 wrong.append(name)
 

@@ -6,6 +6,7 @@ import pytest
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.adaptive.accuracy import Accuracy
+from service.engine.connect import connect
 from service.engine.layout import Layout
 from service.engine.options import MeshOptions
 from service.errors import TooLarge
@@ -68,7 +69,7 @@ def test_a_mesh_takes_no_more_than_predicted(name: str) -> None:
 
 @pytest.mark.parametrize("surface", [hills(60), hills(40, weighted=True)])
 def test_lowering_takes_no_more_than_predicted(surface: BsplineSurface) -> None:
-    most = taken(lambda: Layout.plan(surface.lower(), (1, 2)))
+    most = taken(lambda: Layout.plan(connect(surface.lower().batches).connectivity, (1, 2)))
     assert most <= lowering_memory(surface.size()) <= LOOSEST * most
 
 

@@ -38,7 +38,7 @@ def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[C
     rows = np.empty((2, layout.size), dtype=dtype)
     care = Care()
     for block in layout.blocks:
-        batch = block.batch if block.whole else block.batch.take(block.patches)
+        batch = block.of(model.batches)
         out = rows[:, block.base : block.base + block.count * len(block.patches)]
         out = out.reshape(2, len(block.patches), block.count)
         batch = stretched(batch, model.stretch)

@@ -210,7 +210,7 @@ def _shares(degree: int, divisions: int, blocks: int) -> FloatArray:
         lines = np.arange(blocks + 1) * divisions // blocks / divisions
         return restrictions(degree, lines).swapaxes(0, 1).reshape(-1, degree + 1)
 
-    return PLANS.get(("blocks", degree, divisions, blocks), build)
+    return PLANS.array(("blocks", degree, divisions, blocks), build)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

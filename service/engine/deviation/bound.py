@@ -9,14 +9,13 @@ points lie wildly. Of the latter a factor of 2.4 is that points of equal paramet
 where the mesh may well be nearer.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from decimal import ROUND_CEILING, Context
 from math import isfinite
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import FloatArray
 from service.engine.deviation.bends import blocks_along, grid_bends, slack, triangle_deviations
 from service.engine.deviation.lost import lost
 from service.engine.deviation.rounding import STEPS, edge_error, measured_errors, vertex_error
@@ -25,7 +24,8 @@ from service.engine.mesh import MeshPart
 from service.engine.options import MeshOptions
 from service.engine.sampling import SampleRows
 from service.engine.scratch import Real
-from service.surface.batches import TrianglePatches
+from service.engine.stitch import Seams
+from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
 
 ROUNDED_UP = Context(prec=4, rounding=ROUND_CEILING)
@@ -33,11 +33,13 @@ ROUNDED_UP = Context(prec=4, rounding=ROUND_CEILING)
 
 
 def deviations(
+    model: PatchModel,
+    seams: Seams,
     layout: Layout,
     options: MeshOptions,
     rows: SampleRows,
+    *,
     origin: FloatArray,
-    places: Callable[[], Ints],
 ) -> FloatArray:
     """Bound for each patch, (P,): what it bends, what rounding moved, what has no faces.
 
@@ -47,21 +49,24 @@ def deviations(
         As they are written, before they are welded.
     origin : ndarray of float64, shape (3,)
         Where they are written from.
-    places : function
-        For each sample the first one that is the same by construction, shape (N,); rarely needed.
     """
     found = np.empty(len(layout.base))
-    beside = edge_error(layout, options.method)
+    beside = edge_error(seams, layout, options.method)
     for block in layout.blocks:
+        patches = block.of(model.batches)
         moved: FloatArray | float
         if options.method == "matrix":
             dtype: Real = rows.positions.dtype.type
-            moved = vertex_error(block, options.normals, dtype, origin)
+            moved = vertex_error(
+                model.batches[block.batch], block.resolution, options.normals, dtype, origin
+            )
         else:
             samples = rows.positions[block.base : block.base + block.count * len(block.patches)]
-            moved = measured_errors(block, samples.reshape(-1, block.count, 3), origin)
-        found[block.first + block.patches] = _bent(layout, block) * STEPS + moved + beside
-    further = lost(layout, options, places, rows.positions)
+            moved = measured_errors(
+                patches, block.resolution, samples.reshape(-1, block.count, 3), origin
+            )
+        found[block.first + block.patches] = _bent(patches, layout, block) * STEPS + moved + beside
+    further = lost(layout, options, rows.positions)
     return found if further is None else found + further
 
 
@@ -83,18 +88,18 @@ def with_bounds(
     )
 
 
-def _bent(layout: Layout, block: Block) -> FloatArray:
+def _bent(patches: Patches, layout: Layout, block: Block) -> FloatArray:
     """How far the patches of a block may be from triangles between points of their own: (m,)."""
-    patches = block.batch if block.whole else block.batch.take(block.patches)
     ru, rv = block.resolution
     if isinstance(patches, TrianglePatches):
         return triangle_deviations(patches, ru) + slack(patches, 1 / ru, 1 / ru)
     p, q = patches.degree
     numbers = block.first + block.patches
-    sides = np.where(layout.extra[numbers] >= 0, layout.inner[numbers] + 1, np.inf)
-    if (sides == np.inf).all():
+    apart = layout.extra[numbers] >= 0
+    if not (layout.framed and apart.any()):
         bends = grid_bends(patches, (ru, rv), (blocks_along(ru, p), blocks_along(rv, q)))
         return bends.deviations(1 / ru, 1 / rv) + slack(patches, 1 / ru, 1 / rv)
+    sides = np.where(apart, layout.inner[numbers] + 1, np.inf)
     # A strip between lines of m and of n divisions goes along both in step: each of its triangles
     # lies within 1/m or 1/n along them, and within a cell across; but anywhere among the blocks.
     along_v = 1 / np.minimum(rv, sides[:, :2].min(axis=1))

@@ -10,7 +10,6 @@ Only samples on the border of a patch can be one place with others. So it is eno
 *rim*: the triangles that have a corner on the border.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -32,28 +31,24 @@ CANDIDATES = 64
 """Places of the mesh that are tried where it has none of those that are lost."""
 
 
-def lost(
-    layout: Layout, options: MeshOptions, places: Callable[[], Ints], positions: RealArray
-) -> FloatArray | None:
+def lost(layout: Layout, options: MeshOptions, positions: RealArray) -> FloatArray | None:
     """How much further from the mesh each patch may be than from its own triangles: (P,).
 
     None if nothing is lost, as is nearly always known from the patterns alone.
 
     Parameters
     ----------
-    places : function
-        For each sample the first one that is the same by construction, shape (N,).
     positions : ndarray, shape (N, 3)
     """
     # Unwelded, nothing but sides that are one point has the same place twice.
     folds = layout.folds and options.weld
     fine = min(layout.ru.min(), layout.rv.min()) >= FINE
-    if not folds and (fine or not layout.pinched.any()):
+    if not folds and (fine or not layout.has_poles):
         return None
-    groups = layout.shapes()
+    groups = layout.shapes
     if not (folds or any(_loses(shape, options.faces) for shape, _ in groups)):
         return None
-    place = places() if options.weld else _pinched(layout)
+    place = layout.places if options.weld else _pinched(layout)
     rims = [
         _Rim.of(_pattern(shape), place[layout.patch_samples(patches, shape)], options.faces)
         for shape, patches in groups
@@ -72,8 +67,8 @@ def _pinched(layout: Layout) -> Ints:
     """The same place for all samples on a side that is one point, for others their own."""
     place = np.arange(layout.size)
     samples, corner = layout.collapsed_samples()
-    stand_in = np.zeros(len(layout.seams.corner_points), dtype=np.intp)
-    stand_in[layout.seams.corner] = layout.corner_samples()
+    stand_in = np.zeros(layout.connectivity.corners, dtype=np.intp)
+    stand_in[layout.connectivity.corner] = layout.corner_samples()
     place[samples] = stand_in[corner]
     return place
 
@@ -153,7 +148,7 @@ def _pattern(shape: AnyShape) -> IndexArray:
         half = np.arange(len(corners), dtype=np.uint32) < cells
         return np.column_stack([corners, half]).astype(np.uint32)[rim]
 
-    return PLANS.get(("rim", shape), build)
+    return PLANS.array(("rim", shape), build)
 
 
 def _border(shape: AnyShape) -> Bools:
@@ -177,4 +172,4 @@ def _loses(shape: AnyShape, kind: Faces) -> bool:
     def build() -> Bools:
         return _Rim.of(_pattern(shape), merged_samples(shape)[np.newaxis], kind).missing()
 
-    return bool(PLANS.get(("loses", shape, kind), build).any())
+    return bool(PLANS.array(("loses", shape, kind), build).any())

@@ -21,11 +21,11 @@ from service.bases.chunks import runs
 from service.bases.homogeneous import homogeneous
 from service.engine.deviation.bends import UNIT, weight_ratio
 from service.engine.evaluation.evaluate import choose
-from service.engine.layout import Block, Layout
+from service.engine.layout import Layout
 from service.engine.options import Method
 from service.engine.raised import SAME_CURVE
 from service.engine.scratch import Real
-from service.engine.stitch import SAME_WEIGHT, sample_edges
+from service.engine.stitch import SAME_WEIGHT, Seams, sample_edges
 from service.surface.batches import Patches, TrianglePatches
 
 MARGIN = 1.02
@@ -38,17 +38,18 @@ CHUNK_SAMPLES = 1 << 15
 """Samples that are compared at a time."""
 
 
-def vertex_error(block: Block, normals: bool, dtype: Real, origin: FloatArray) -> float:
+def vertex_error(
+    patches: Patches, resolution: tuple[int, int], normals: bool, dtype: Real, origin: FloatArray
+) -> float:
     """Bound of the distance from a vertex to its point, both of the method `matrix`.
 
     Grids are evaluated in the precision they are written in, about the middle of their batch if
     they are rational; edges in float64, in model coordinates. The bases of both are computed in
     float64, right to 12 (p + q + 1) units.
     """
-    patches = block.batch
     unit = float(np.finfo(dtype).eps) / 2
     _, far, near = _sizes(patches, origin)
-    terms, degrees = _terms(patches, block.resolution, normals)
+    terms, degrees = _terms(patches, resolution, normals)
     basis = 12 * (degrees + 1) * UNIT
     if patches.weights is None:
         # The net, the basis and what the basis leaves out: one unit each.
@@ -61,13 +62,13 @@ def vertex_error(block: Block, normals: bool, dtype: Real, origin: FloatArray) -
     return MARGIN * (grids + edges) + tiny
 
 
-def edge_error(layout: Layout, method: Method) -> float:
+def edge_error(seams: Seams, layout: Layout, method: Method) -> float:
     """What edges may lose besides: as one curve of several degrees, and by another method.
 
     Samples of edges are float64; those beside the grid of a framed patch are compared with those
     of `matrix` here, all others with their patch.
     """
-    edge, curves = layout.seams.edge.ravel(), layout.seams.curves
+    curves = seams.curves
     lost = 0.0
     if np.count_nonzero([group.points.shape[1] > 1 for group in curves]) > 1:
         far = max(float(np.abs(group.points).max(initial=0.0)) for group in curves)
@@ -75,16 +76,16 @@ def edge_error(layout: Layout, method: Method) -> float:
     if method == "matrix" or not layout.framed:
         return lost
     largest = 0.0
-    for divisions, sides in layout.side_groups():
-        wanted = np.zeros(len(layout.seams.users), dtype=bool)
-        wanted[edge[sides]] = True
-        apart = sample_edges(curves, wanted, divisions, method)
-        apart -= sample_edges(curves, wanted, divisions)
+    for writes in layout.edge_writes:
+        apart = sample_edges(curves, writes.wanted, writes.divisions, method)
+        apart -= sample_edges(curves, writes.wanted, writes.divisions)
         largest = max(largest, float(np.square(apart).sum(axis=2).max()))
     return lost + MARGIN * sqrt(largest)
 
 
-def measured_errors(block: Block, positions: RealArray, origin: FloatArray) -> FloatArray:
+def measured_errors(
+    patches: Patches, resolution: tuple[int, int], positions: RealArray, origin: FloatArray
+) -> FloatArray:
     """The same for the methods beside `matrix`, by comparison with it in float64: (m,).
 
     No bound from the degree alone would be of use for forward differences; and each of these
@@ -95,10 +96,9 @@ def measured_errors(block: Block, positions: RealArray, origin: FloatArray) -> F
     positions : ndarray, shape (m, samples, 3)
         The samples of the patches of the block, as they are stored.
     """
-    patches = block.batch if block.whole else block.batch.take(block.patches)
     shift = origin - patches.middle
     largest = np.zeros(patches.count)
-    for rows, part, points in _reference(patches, block.resolution):
+    for rows, part, points in _reference(patches, resolution):
         stored = positions[rows, part].astype(np.float64) + shift
         squares = np.square(stored - points).sum(axis=-1).max(axis=1)
         np.maximum(largest[rows], squares, out=largest[rows])

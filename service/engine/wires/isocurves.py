@@ -16,7 +16,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.layout import Layout
 from service.engine.points.triangle_differential import triangle_jets
-from service.engine.stitch import sample_edges
+from service.engine.stitch import Seams, find_seams, sample_edges
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 from service.surface.sides import BEGINS, ENDS
@@ -72,9 +72,10 @@ def isocurves(
         Into how many pieces the curves of constant u, and of constant v, cut a patch; 0 draws
         none. A triangle takes the larger for all three directions.
     """
-    layout = Layout.plan(model, resolution)
-    found = list(_borders(layout, model, counts))
-    across_u, across_v = (_EdgePoints(layout, count) for count in counts)
+    seams = find_seams(model.batches)
+    layout = Layout.of(seams.connectivity, resolution)
+    found = list(_borders(seams, layout, model, counts))
+    across_u, across_v = (_EdgePoints(seams, count) for count in counts)
     # A triangle is divided evenly.
     same = across_u if counts[0] >= counts[1] else across_v
     first = 0
@@ -92,11 +93,11 @@ def isocurves(
 class _EdgePoints:
     """Points at i/n of every edge: where curves across patches begin and end."""
 
-    def __init__(self, layout: Layout, count: int) -> None:
+    def __init__(self, seams: Seams, count: int) -> None:
         self.count = count
-        self._seams = layout.seams
+        self._seams = seams
         if count > 1:
-            every = np.ones(len(layout.divisions), dtype=bool)
+            every = np.ones(len(seams.users), dtype=bool)
             self._points = sample_edges(self._seams.curves, every, count)
 
     def at(self, patches: Ints, side: int, i: int) -> FloatArray:
@@ -110,19 +111,21 @@ class _EdgePoints:
         return ends
 
 
-def _borders(layout: Layout, model: PatchModel, counts: tuple[int, int]) -> Iterator[IsoCurves]:
+def _borders(
+    seams: Seams, layout: Layout, model: PatchModel, counts: tuple[int, int]
+) -> Iterator[IsoCurves]:
     """Every edge that a curve of the wanted directions is, once; as one patch has it."""
-    wanted = np.zeros(layout.seams.edge.shape, dtype=bool)
+    wanted = np.zeros(seams.edge.shape, dtype=bool)
     wanted[:, :2], wanted[:, 2:] = counts[0] > 0, counts[1] > 0
     triangular = np.repeat(
         [isinstance(batch, TrianglePatches) for batch in model.batches],
         [batch.count for batch in model.batches],
     )
     wanted[triangular] = True
-    sides = np.flatnonzero(wanted & ~layout.seams.collapsed)
-    edges, place = np.unique(layout.seams.edge.ravel()[sides], return_index=True)
+    sides = np.flatnonzero(wanted & ~seams.collapsed)
+    edges, place = np.unique(seams.edge.ravel()[sides], return_index=True)
     owner = sides[place]
-    backward = layout.seams.backward.ravel()[owner]
+    backward = seams.backward.ravel()[owner]
     kind = triangular[owner // 4].astype(np.intp)
     begin, end = (_CORNERS[kind, corner[owner % 4]] for corner in (BEGINS, ENDS))
     for divisions in np.unique(layout.divisions[edges]).tolist():
@@ -131,7 +134,7 @@ def _borders(layout: Layout, model: PatchModel, counts: tuple[int, int]) -> Iter
         chosen[edges[rows]] = True
         turned = backward[rows, None]
         yield IsoCurves(
-            sample_edges(layout.seams.curves, chosen, divisions),
+            sample_edges(seams.curves, chosen, divisions),
             owner[rows] // 4,
             np.where(turned, end[rows], begin[rows]),
             np.where(turned, begin[rows], end[rows]),

@@ -5,6 +5,7 @@ import pytest
 
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.build import build
+from service.engine.connect import connect
 from service.engine.curvatures import care
 from service.engine.curvatures.ranges import NAMES
 from service.engine.curvatures.rows import layout_curvatures, parameters_of
@@ -152,15 +153,16 @@ def test_no_family_of_surfaces_is_bent_in_another_way(name: str) -> None:
     """Cusps, folds, poles, wild weights, sizes from 1e-6 to 1e6: as one by one."""
     model = FAMILIES[name].surface(1).lower()
     flat = 0.1 / float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
-    layout = Layout.plan(model, (5, 4))
+    layout = Layout.plan(connect(model.batches).connectivity, (5, 4))
     rows = np.stack([c.values[:, 0] for c in layout_curvatures(model, layout, np.float64)])
     for block in layout.blocks:
         patch, sample = np.divmod(np.arange(block.count * len(block.patches)), block.count)
         places = block.patches[patch], *parameters_of(block, sample)
-        if isinstance(block.batch, TrianglePatches):
-            right = triangle_jets(block.batch, *places, 2).curvatures
+        batch = model.batches[block.batch]
+        if isinstance(batch, TrianglePatches):
+            right = triangle_jets(batch, *places, 2).curvatures
         else:
-            right = jets(block.batch, *places, 2).curvatures
+            right = jets(batch, *places, 2).curvatures
         assert right is not None
         found = rows[:, block.base : block.base + len(patch)]
         known = ~np.isnan(right.mean)

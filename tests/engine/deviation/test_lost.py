@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from service.engine.connect import connect
 from service.engine.deviation.lost import FINE, _loses
 from service.engine.layout import Layout
 from service.engine.options import Faces
@@ -48,7 +49,7 @@ def folded(height: float) -> Array:
 @pytest.mark.parametrize("resolution", [(2, 2), (3, 3), (6, 6)])
 def test_the_corner_of_a_folded_patch_is_cut_off(resolution: tuple[int, int], faces: Faces) -> None:
     model = model_of([folded(8.0)])
-    assert Layout.plan(model, resolution).folds
+    assert Layout.plan(connect(model.batches).connectivity, resolution).folds
     mesh = mesh_of(model, resolution=resolution, faces=faces, normals=False)
     check(model, mesh)
     bound = mesh.report.deviation_bound

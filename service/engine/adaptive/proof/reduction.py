@@ -156,4 +156,4 @@ def _reduction(degree: int) -> FloatArray:
         inner = np.linalg.lstsq(coarse[:, 1:-1], wanted, rcond=None)[0]
         return np.concatenate([ends[:1], inner, ends[1:]])
 
-    return PLANS.get(("reduction", degree), build)
+    return PLANS.array(("reduction", degree), build)
