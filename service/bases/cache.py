@@ -2,6 +2,8 @@
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from functools import partial
 from threading import Lock
 from typing import Any, Generic, Protocol, TypeVar, cast
 
@@ -88,17 +90,44 @@ class ArrayCache(Cache[NDArray[Any]]):
 
     def array(self, key: Hashable, build: Callable[[], Array]) -> Array:
         """The array of this key, built now if it is not held."""
+        return cast(Array, self.get(key, partial(_read_only, build)))
 
-        def read_only() -> NDArray[Any]:
-            array = np.ascontiguousarray(build())
-            array.flags.writeable = False
-            return array
 
-        return cast(Array, self.get(key, read_only))
+def _read_only(build: Callable[[], Array]) -> NDArray[Any]:
+    array = np.ascontiguousarray(build())
+    array.flags.writeable = False
+    return array
 
 
 PLANS = ArrayCache(64 << 20)
 """Arrays that depend on degrees and samplings alone: bases, index patterns."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Derived:
+    """What was made of an array, which is held so that its identity stays its own."""
+
+    source: NDArray[Any]
+    value: Any
+    nbytes: int
+
+
+def derived(source: NDArray[Any], name: Hashable, build: Callable[[], Value]) -> Value:
+    """What `build` makes of a read-only array alone: kept for that very array.
+
+    Of an array that may still be written nothing is kept.
+    """
+    if source.flags.writeable:
+        return build()
+
+    def made() -> _Derived:
+        value = build()
+        return _Derived(source, value, source.nbytes + value.nbytes)
+
+    found = MESH_PLANS.get((id(source), name), made)
+    assert isinstance(found, _Derived)
+    return cast(Value, found.value)
+
 
 MESH_PLANS: Cache[Sized] = Cache(64 << 20)
 """What depends on connectivity, resolution and options alone: layouts, welds, faces of meshes."""

@@ -65,20 +65,21 @@ def closure(model: PatchModel, edge: Ints | None = None) -> Closure | None:
         return None
     (p, q), u, v = batch.degree, model.domain.u, model.domain.v
     number = np.arange(batch.count).reshape(len(u) - 1, len(v) - 1)
-    return Closure(
-        _along(batch, edge, (number[0], number[-1]), 0, p / np.diff(u)),
-        _along(batch, edge, (number[:, 0], number[:, -1]), 2, q / np.diff(v)),
-    )
+    found: list[Continuity | None] = []
+    ends = (number[0], number[-1]), (number[:, 0], number[:, -1])
+    for side, (first, last), degree, knots in zip((0, 2), ends, (p, q), (u, v), strict=True):
+        # Most surfaces are open, and that is seen at once.
+        if edge is not None and (edge[first, side] != edge[last, side + 1]).any():
+            found.append(None)
+        else:
+            found.append(_along(batch, first, last, side, degree / np.diff(knots)))
+    return Closure(*found)
 
 
 def _along(
-    batch: TensorPatches, edge: Ints | None, ends: tuple[Ints, Ints], side: int, factors: FloatArray
+    batch: TensorPatches, first: Ints, last: Ints, side: int, factors: FloatArray
 ) -> Continuity | None:
     """Continuity of the seam between this side of the first patches and the next of the last."""
-    first, last = ends
-    # Most surfaces are open, and that is seen at once.
-    if edge is not None and (edge[first, side] != edge[last, side + 1]).any():
-        return None
     begin, end = side_of(batch.points, side)[first], side_of(batch.points, side + 1)[last]
     if not np.array_equal(begin, end):
         return None

@@ -18,6 +18,9 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.distinct import distinct_rows
 from service.surface.batches import Patches, TrianglePatches
 
+FEW_POINTS = 40
+"""Up to here all pairs of points are compared sooner than sorted."""
+
 
 @dataclass(frozen=True, eq=False)
 class Connectivity:
@@ -87,8 +90,12 @@ def equal_points(points: FloatArray) -> Ints:
 
     Points are equal if their coordinates are, bit for bit.
     """
-    first, number = distinct_rows(points)
-    found: Ints = first[number]
+    found: Ints
+    if len(points) <= FEW_POINTS:
+        found = (points[:, None] == points).all(axis=-1).argmax(axis=1)
+    else:
+        first, number = distinct_rows(points)
+        found = first[number]
     return found
 
 

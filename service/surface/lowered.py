@@ -83,6 +83,8 @@ class PatchModel:
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest coordinates of the control points: they enclose the surface."""
+        if len(self.batches) == 1:
+            return self.batches[0].bounds
         lows, highs = zip(*(batch.bounds for batch in self.batches), strict=True)
         return np.min(lows, axis=0), np.max(highs, axis=0)
 

@@ -95,8 +95,7 @@ class BufferBuilder:
 
     def add_indices(self, faces: IndexArray, vertices: int) -> int:
         """Accessor of indices of triangles or lines, (N, 3 or 2), in 16 bits where that is room."""
-        kind = "<u2" if vertices <= LARGEST_SHORT_COUNT else "<u4"
-        stored = np.ascontiguousarray(faces.reshape(-1, 1), dtype=kind)
+        stored = index_rows(faces, vertices).reshape(-1, 1)
         view = View(stored.view(np.uint8), corners=faces.shape[1])
         return self._add(stored, view, {})
 
@@ -123,6 +122,12 @@ class BufferBuilder:
             }
         )
         return len(self.accessors) - 1
+
+
+def index_rows(faces: IndexArray, vertices: int) -> IndexArray:
+    """Faces as they are stored: in 16 bits where the vertices are few enough, else in 32."""
+    kind = "<u2" if vertices <= LARGEST_SHORT_COUNT else "<u4"
+    return np.ascontiguousarray(faces, dtype=kind)
 
 
 def described(view: View) -> JsonObject:

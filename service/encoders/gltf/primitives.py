@@ -5,17 +5,18 @@ References
 Khronos, glTF 2.0 Specification: 3.7.2 meshes.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from service.bases.arrays import Bools, IndexArray
+from service.bases.cache import derived
 from service.encoders.colors import translucent
 from service.encoders.content import drawn, refuse_quads
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt
-from service.encoders.gltf.buffer import BufferBuilder, JsonObject
+from service.encoders.gltf.buffer import BufferBuilder, JsonObject, index_rows
 from service.encoders.gltf.columns import Column, Columns, plain_columns, single
 from service.encoders.gltf.materials import LINE_MATERIAL, surface_material
 from service.encoders.gltf.quantized import grid_positions, quantized_columns
@@ -85,17 +86,41 @@ def _primitive(
 
 def _parts(mesh: Mesh) -> Iterator[tuple[MeshPart, IndexArray | slice, IndexArray]]:
     """Every part that has faces: its own vertices, and its triangles counted among those."""
-    alone = len(mesh.parts) == 1
-    used = np.zeros(0 if alone else len(mesh.positions), dtype=np.bool_)
-    lookup = np.empty(len(used), dtype=np.uint32)
-    for part in mesh.parts:
-        triangles = mesh.triangles[slice(*part.triangles)]
-        if not len(triangles):
-            continue
-        own: IndexArray | slice = slice(None)
-        if not alone:
-            own, triangles = _own_vertices(triangles, used, lookup)
-        yield part, own, triangles
+    runs = tuple(part.triangles for part in mesh.parts)
+    vertices = len(mesh.positions)
+    split = derived(mesh.triangles, ("glTF", runs), lambda: _split(mesh.triangles, runs, vertices))
+    for part, (own, triangles) in zip(mesh.parts, split.pieces, strict=True):
+        if len(triangles):
+            yield part, own, triangles
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Split:
+    """Runs of triangles: the vertices that each uses, and the triangles counted among those."""
+
+    pieces: tuple[tuple[IndexArray | slice, IndexArray], ...]
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes held."""
+        arrays = [array for piece in self.pieces for array in piece if not isinstance(array, slice)]
+        return sum(array.nbytes for array in arrays)
+
+
+def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int) -> _Split:
+    """The runs one by one, their indices in as many bits as glTF stores."""
+    if len(runs) == 1:
+        return _Split(((slice(None), index_rows(triangles[slice(*runs[0])], vertices)),))
+    used, lookup = np.zeros(vertices, dtype=np.bool_), np.empty(vertices, dtype=np.uint32)
+    pieces: list[tuple[IndexArray | slice, IndexArray]] = []
+    for run in runs:
+        own: IndexArray | slice = slice(0, 0)
+        faces = triangles[slice(*run)]
+        if len(faces):
+            own, faces = _own_vertices(faces, used, lookup)
+        count = own.stop - own.start if isinstance(own, slice) else len(own)
+        pieces.append((own, index_rows(faces, count)))
+    return _Split(tuple(pieces))
 
 
 def _own_vertices(
