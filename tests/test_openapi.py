@@ -4,6 +4,7 @@ import ast
 import json
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +54,6 @@ SCHEMAS = DOCUMENT["components"]["schemas"]
 SETTINGS = {
     "everything": everything(),
     "defaults": Settings(),
-    "deletion": Settings(allow_delete=True),
     "no metrics": Settings(metrics="off", rate_limit=60),
 }
 """Ways to set a service up, each with another document."""
@@ -74,8 +74,12 @@ def operations(document: dict[str, Any] = DOCUMENT) -> Iterator[tuple[str, str, 
 
 def errors(name: str, value: Any) -> list[str]:
     """What a component schema finds wrong; its references are resolved within the document."""
-    validator = Draft202012Validator(DOCUMENT | {"$ref": f"#/components/schemas/{name}"})
-    return [error.message for error in validator.iter_errors(value)]
+    return [error.message for error in validator_of(name).iter_errors(value)]
+
+
+@cache
+def validator_of(name: str) -> Draft202012Validator:
+    return Draft202012Validator(DOCUMENT | {"$ref": f"#/components/schemas/{name}"})
 
 
 def test_committed_document_is_that_of_the_code() -> None:

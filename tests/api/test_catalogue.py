@@ -7,6 +7,7 @@ from service.encoders.registry import FORMATS
 from service.settings.values import Settings
 from service.surface.examples import EXAMPLES
 from tests.api.client import Client, client_of
+from tests.forms import PATCH
 
 
 def test_examples_are_listed_with_links_that_work(client: Client) -> None:
@@ -21,10 +22,18 @@ def test_examples_are_listed_with_links_that_work(client: Client) -> None:
 
 def test_links_stay_below_the_path_the_service_is_mounted_at() -> None:
     app = create_app(Settings())
-    app.root_path = "/surfaces"
+    app.root_path = "/shapes"
     with client_of(app) as client:
-        surface = client.get("/v1/surfaces").json()["surfaces"][0]
-    assert surface["links"]["self"] == "/surfaces/v1/surfaces/utah-teapot"
+        listed = client.get("/v1/surfaces").json()["surfaces"]
+        assert listed[0]["links"]["self"] == "/shapes/v1/surfaces/utah-teapot"
+        answer = client.post("/v1/surfaces", {"surface": PATCH})
+        links = answer.json()["links"]
+        addresses = [answer.headers["location"], links["self"], *links["mesh"].values()]
+        assert all(address.startswith("/shapes/v1/surfaces/") for address in addresses)
+        assert client.get(links["self"]).status_code == 200
+        for _ in range(2):  # computed, then kept
+            canonical = client.get("/v1/surfaces/saddle/mesh.glb?resolution=2").headers["link"]
+            assert canonical.startswith("</shapes/v1/surfaces/saddle/mesh.glb?resolution=2&engine=")
 
 
 @pytest.mark.parametrize("example", EXAMPLES)
@@ -43,11 +52,28 @@ def test_formats_are_those_of_the_registry(client: Client) -> None:
     ]
 
 
-@pytest.mark.parametrize("address", ["/v1/surfaces", "/v1/surfaces/saddle", "/v1/formats"])
-def test_parameters_are_refused_where_there_are_none(client: Client, address: str) -> None:
-    answer = client.get(f"{address}?page=2")
+@pytest.mark.parametrize(
+    ("method", "address"),
+    [
+        ("GET", "/v1/surfaces?page=2"),
+        ("GET", "/v1/surfaces/saddle?page=2"),
+        ("GET", "/v1/formats?page=2"),
+        ("DELETE", f"/v1/surfaces/{'0' * 64}?engine=2"),
+        ("POST", "/v1/mesh?resolution=2"),
+        ("POST", "/v1/mesh?type=bspline"),
+        ("POST", "/v1/points?format=glb"),
+        ("POST", "/v1/convert?format=glb"),
+        ("POST", "/v1/surfaces?engine=2"),
+    ],
+)
+def test_parameters_are_refused_where_there_are_none(method: str, address: str) -> None:
+    """Beside JSON only `format` may stand, where there are formats."""
+    headers = {"Content-Type": "application/json"}
+    with client_of(create_app(Settings(allow_delete=True))) as client:
+        answer = client.request(method, address, b'{"surface":{}}', headers)
     assert answer.status_code == 422
-    assert answer.json()["errors"][0]["parameter"] == "page"
+    name = address.partition("?")[2].partition("=")[0]
+    assert answer.json()["errors"][0]["parameter"] == name
 
 
 @pytest.mark.parametrize(

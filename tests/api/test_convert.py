@@ -5,7 +5,6 @@ from typing import Any
 import pytest
 
 from service.api.app import create_app
-from service.schemas.convert import OPERATIONS
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
 
@@ -126,29 +125,6 @@ def test_operations_come_one_after_the_other(client: Client) -> None:
     assert len(surface["patches"]) == 2
 
 
-def test_there_are_no_other_operations() -> None:
-    assert OPERATIONS == (
-        "elevate", "split", "restrict", "transpose", "reverse", "bezier", "triangle",
-    )  # fmt: skip
-
-
-def test_what_would_be_too_large_is_refused_before_it_is_made(client: Client) -> None:
-    """Twenty thousand patches over four vertices, raised to degree 64: 84 million points."""
-    surface = {
-        "type": "patches",
-        "vertices": [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]],
-        "patches": [[[0, 1], [2, 3]]] * 20_000,
-    }
-    turn = {"op": "transpose"}
-    operations = [turn, turn, {"op": "elevate", "degree": 64}]
-    answer = client.post("/v1/convert", {"surface": surface, "operations": operations})
-    assert answer.status_code == 422
-    assert answer.json()["code"] == "result_too_large"
-    (error,) = answer.json()["errors"]
-    assert (error["code"], error["pointer"]) == ("too_many_control_points", "/operations/2")
-    assert error["got"] == "84500000 control points"
-
-
 def test_limits_are_those_of_the_settings() -> None:
     operations = [{"op": "elevate", "degree": 9}]
     document = {"surface": {"control_net": NET}, "operations": operations}
@@ -161,9 +137,3 @@ def test_limits_are_those_of_the_settings() -> None:
     with client_of(create_app(Settings(max_degree=8))) as client:
         error = client.post("/v1/convert", document).json()["errors"][0]
         assert (error["code"], error["pointer"]) == ("degree_too_high", "/operations/0/degree")
-
-
-def test_there_is_nothing_to_choose_in_the_query(client: Client) -> None:
-    answer = client.post("/v1/convert?format=glb", {"surface": BEZIER, "operations": []})
-    assert answer.status_code == 422
-    assert answer.json()["errors"][0]["parameter"] == "format"

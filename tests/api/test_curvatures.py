@@ -1,14 +1,9 @@
 """Curvatures as attributes over HTTP: formats that carry them, refusals, the report."""
 
-import io
-
 import numpy as np
-import pytest
-import trimesh
 
 from service.engine.curvatures.ranges import NAMES
 from tests.api.client import Client
-from tests.encoders.gltf.reader import read_glb
 from tests.forms import SURFACES, TUBE
 
 NET = [[[i, j, 0.5 * i * i - 0.2 * j * j] for j in range(4)] for i in range(4)]
@@ -28,29 +23,6 @@ def test_vertices_agree_with_points(client: Client) -> None:
         short: [float(np.min(mesh["attributes"][name])), float(np.max(mesh["attributes"][name]))]
         for short, name in zip(("gaussian", "mean"), NAMES, strict=True)
     }
-
-
-@pytest.mark.parametrize("divided", ["resolution=6", "relative_tolerance=0.01"])
-def test_every_format_that_has_attributes_has_them(client: Client, divided: str) -> None:
-    url = f"/v1/surfaces/sphere/mesh.{{}}?{divided}&curvatures=true"
-    mesh = client.get(url.format("json")).json()
-    for name, value in zip(NAMES, (1, -1), strict=True):
-        np.testing.assert_allclose(mesh["attributes"][name], value, rtol=1e-9)
-    assert "attribute_faces" not in mesh
-    glb = read_glb(client.get(url.format("glb")).content)
-    (primitive,) = glb.document["meshes"][0]["primitives"]
-    for name, value in zip(NAMES, (1, -1), strict=True):
-        accessor = primitive["attributes"][f"_{name.upper()}"]
-        assert glb.document["accessors"][accessor]["type"] == "SCALAR"
-        np.testing.assert_allclose(glb.array(accessor), value, rtol=1e-6)
-    report = glb.document["asset"]["extras"]["report"]
-    assert report["curvature"] == {"gaussian": [1, 1], "mean": [-1, -1]}
-    ply = trimesh.load(io.BytesIO(client.get(url.format("ply")).content), file_type="ply")
-    data = ply.metadata["_ply_raw"]["vertex"]["data"]
-    np.testing.assert_allclose(data["_mean_curvature"], -1, rtol=1e-6)
-    for suffix in ("stl", "obj", "off", "oogl"):
-        plain = client.get(url.format(suffix).replace("&curvatures=true", ""))
-        assert client.get(url.format(suffix)).content == plain.content
 
 
 def test_refusals(client: Client) -> None:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import orjson
 import pytest
 
 from service.api.app import create_app
@@ -178,10 +177,3 @@ def test_no_file_is_longer_than_foreseen(fmt: CurveFormat) -> None:
         work = plan_curve(curve, CurveOptions(resolution=resolution), fmt)
         size = CurveSize(resolution + 1, len(curve.name.encode()))
         assert len(work.run()) <= fmt.byte_bound(size)
-
-
-def test_every_number_reads_back_as_it_was_written(client: Client) -> None:
-    document = {"curve": LOOP, "resolution": 4}
-    assert body("json", client, document) == orjson.dumps(
-        orjson.loads(body("json", client, document))
-    )

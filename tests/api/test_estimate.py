@@ -1,16 +1,9 @@
 """POST /v1/estimate."""
 
-from typing import Any
-
-import pytest
-
-from service.api.app import create_app
 from service.encoders.registry import BY_NAME
-from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]}
-JSON = {"Content-Type": "application/json"}
 
 
 def test_it_tells_what_the_mesh_is_and_how_long(client: Client) -> None:
@@ -36,29 +29,3 @@ def test_one_format_alone(client: Client) -> None:
     answer = client.post("/v1/estimate?format=fbx", body)
     assert answer.status_code == 422
     assert answer.json()["errors"][0]["code"] == "unknown_format"
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"resolution": 60_000},
-        {"faces": "quads"},
-        {"overlays": ["boundary"]},
-        {"isocurves": 1, "wires": "tubes", "wire_width": 1e38},
-        {"method": "forward_difference"},
-        {"resolution": 300},
-    ],
-)
-def test_the_verdict_is_that_of_the_mesh(options: dict[str, Any]) -> None:
-    settings = Settings(max_response_bytes=1_000_000, max_vertices=100_000)
-    body = {"surface": SURFACE, **options}
-    with client_of(create_app(settings)) as client:
-        told = client.post("/v1/estimate", body).json()
-        refused = {name: issue for issue in told["refused"] for name in issue["formats"]}
-        for name in BY_NAME:
-            answer = client.post(f"/v1/mesh?format={name}", body)
-            assert (answer.status_code == 200) == (name not in refused)
-            if name in refused:
-                issue = {k: v for k, v in refused[name].items() if k != "formats"}
-                assert answer.json()["errors"] == [issue]
-    assert told["accepted"] == (len(refused) < len(BY_NAME))

@@ -8,12 +8,12 @@ import pytest
 
 from service.api.app import create_app
 from service.encoders.format import Format
-from service.encoders.registry import BY_NAME, FORMATS
+from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.settings.values import Settings
 from service.surface.bezier import BezierSurface
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples import find
 from tests.api.client import Client
 
 NET = [[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]
@@ -54,15 +54,6 @@ def test_every_format_by_name_by_type_and_by_suffix(client: Client, fmt: Format)
         assert answer.headers["content-type"].partition(";")[0] == fmt.media_type
         assert answer.headers["content-length"] == str(len(answer.content))
         assert answer.headers["x-content-type-options"] == "nosniff"
-
-
-@pytest.mark.parametrize("example", EXAMPLES)
-def test_every_example_answers_by_url(client: Client, example: str) -> None:
-    answer = client.get(f"/v1/surfaces/{example}/mesh.glb?resolution=3")
-    assert answer.status_code == 200
-    assert answer.content[:4] == b"glTF"
-    assert answer.headers["content-disposition"] == f'inline; filename="{example}.glb"'
-    assert answer.headers["cache-control"] == "public, max-age=3600, must-revalidate"
 
 
 def test_all_options_mean_the_same_in_the_body_and_in_the_query(client: Client) -> None:
@@ -117,12 +108,6 @@ def test_without_weld_every_sample_is_a_vertex_in_the_order_that_is_documented(
     unused = set(range(3 * 15)) - {index for face in mesh["faces"] for index in face}
     assert unused
     assert unused < set(range(30, 35)), "samples at the pole"
-
-
-def test_long_work_gives_the_same_bytes_in_a_thread(client: Client) -> None:
-    answer = client.get("/v1/surfaces/saddle/mesh.glb?resolution=150")
-    wanted = render(find("saddle").surface(), MeshOptions((150, 150)), BY_NAME["glb"])
-    assert answer.content == wanted
 
 
 @pytest.mark.parametrize(
@@ -225,7 +210,6 @@ def test_bad_parameters_are_named(client: Client, query: str, parameter: str, co
         ("format=fbx", "format", "unknown_format"),
         ("format=", "format", "unknown_format"),
         ("format=glb&format=glb", "format", "repeated_key"),
-        ("resolution=4", "resolution", "unknown_field"),
     ],
 )
 def test_a_post_has_one_parameter(client: Client, query: str, parameter: str, code: str) -> None:
@@ -233,14 +217,6 @@ def test_a_post_has_one_parameter(client: Client, query: str, parameter: str, co
     assert answer.status_code == 422
     first = answer.json()["errors"][0]
     assert (first["parameter"], first["code"]) == (parameter, code)
-
-
-@pytest.mark.parametrize("address", ["/v1/surfaces/teapot", "/v1/surfaces/teapot/mesh.glb"])
-def test_unknown_surface(client: Client, address: str) -> None:
-    answer = client.get(address)
-    assert answer.status_code == 404
-    assert answer.json()["code"] == "unknown_surface"
-    assert answer.json()["errors"][0]["parameter"] == "id"
 
 
 @pytest.mark.parametrize("suffix", ["fbx", "GLB", "glb.gz", "%00", "é"])

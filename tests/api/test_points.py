@@ -1,4 +1,4 @@
-"""POST /v1/points."""
+"""POST /v1/points: of every kind of surface, in its own parameters, or a refusal."""
 
 import math
 from typing import Any
@@ -10,10 +10,12 @@ from service.api.app import create_app
 from service.encoders import json_points
 from service.engine.points.answer import COLUMNS
 from service.settings.values import Settings
+from service.surface.batches import TensorPatches
+from service.surface.examples import EXAMPLES, find
+from service.surface.lowered import PatchModel
 from tests.api.client import Client, client_of
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
-JSON = {"Content-Type": "application/json"}
 
 
 def ask(client: Client, **fields: Any) -> Any:
@@ -97,7 +99,23 @@ def test_the_bound_holds_for_the_longest_numbers(client: Client) -> None:
         assert len(content) <= json_points.byte_bound(50, order)
 
 
-def test_a_query_has_no_parameters(client: Client) -> None:
-    answer = client.post("/v1/points?format=glb", {"surface": {"control_net": NET}, "uv": [[0, 0]]})
-    assert answer.status_code == 422
-    assert answer.json()["errors"][0]["parameter"] == "format"
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_examples_have_points_unless_they_have_no_parameters(client: Client, name: str) -> None:
+    document = client.get(f"/v1/surfaces/{name}").json()
+    model = find(name).surface().lower()
+    if not isinstance(model, PatchModel):
+        answer = client.post("/v1/points", {**document, "uv": [[0, 0]]})
+        assert answer.status_code == 422
+        error = answer.json()["errors"][0]
+        assert (error["code"], error["pointer"]) == ("not_parametric", "/surface")
+        return
+    batch = model.batches[0]
+    place: Any = (
+        {"uv": [[0, 0]]} if isinstance(batch, TensorPatches) else {"barycentric": [[1, 0, 0]]}
+    )
+    if model.domain is not None:
+        place = {"uv": [[float(model.domain.u[0]), float(model.domain.v[0])]]}
+    fields = {"patch": 0} if model.domain is None else {}
+    found = client.post("/v1/points", {**document, "derivatives": 2, **place, **fields}).json()
+    first = 0 if model.order is None else int(np.argmin(model.order))
+    np.testing.assert_allclose(found["positions"][0], batch.corners[first, 0], atol=1e-12)

@@ -172,6 +172,23 @@ def test_limits_are_settings(settings: Settings, code: str) -> None:
     assert answer.json()["errors"][0]["code"] == code
 
 
+def test_control_points_of_all_members_count_together() -> None:
+    curve = {"control_points": [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]}
+    members = [
+        {"surface": {"control_net": NET}},
+        {"surface": {"type": "tube", "curve": curve, "radius": 1}},
+        {"surface": {"type": "ribbon", "curve": curve, "width": 1}},
+    ]
+    body = {"surface": {"type": "group", "members": members}, "resolution": 1}
+    for most, status in ((12, 200), (11, 422)):
+        with client_of(create_app(Settings(max_control_points=most))) as client:
+            answer = client.post("/v1/mesh", body)
+        assert answer.status_code == status
+    (error,) = answer.json()["errors"]
+    assert (error["code"], error["pointer"]) == ("too_many_control_points", "/surface/members")
+    assert error["got"] == "12 control points"
+
+
 @pytest.mark.parametrize(
     ("path", "document", "pointer"),
     [

@@ -1,7 +1,6 @@
-"""A thousand clients at once at one address that nobody has asked for before; on a real server."""
+"""Hundreds of clients at once at one address that nobody has asked for before; on a real server."""
 
 import asyncio
-import resource
 import threading
 from collections import Counter
 from collections.abc import Iterator
@@ -9,7 +8,6 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from service.api.app import create_app
 from service.api.caching.codings import Coding, compressed
 from service.api.routes import meshes_by_url
 from service.engine.mesh import ENGINE
@@ -18,7 +16,7 @@ from service.settings.values import Settings
 from tests.live import running_service
 from tests.packed import unpacked_zstd
 
-COUNT = 1000
+COUNT = 300
 TEAPOT = "/v1/surfaces/utah-teapot/mesh.glb"
 """Large enough, at twelve divisions, to be computed in a thread."""
 
@@ -35,15 +33,6 @@ class Spy:
         self.calls += 1
         assert self.gate.wait(60)
         return self._answer(work)
-
-
-@pytest.fixture(autouse=True)
-def open_files() -> Iterator[None]:
-    """Room for both ends of a thousand connections: many systems allow a process 1024 files."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, 3 * COUNT), hard))
-    yield
-    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
 @pytest.fixture
@@ -106,7 +95,7 @@ async def crowd(
     return await asyncio.gather(*(c.answer() for c in connections))
 
 
-def test_a_thousand_at_once_compute_once_in_whatever_spelling(
+def test_hundreds_at_once_compute_once_in_whatever_spelling(
     server: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     spy = spied(monkeypatch, Spy())
@@ -136,47 +125,3 @@ def test_what_is_compressed_is_compressed_once(
     (body,) = {body for _, body in answers}
     assert unpacked_zstd(body)[:4] == b"glTF"
     assert (spy.calls, codings) == (1, ["zstd"])
-
-
-def test_a_cancelled_request_leaves_the_work_to_the_others(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Servers other than uvicorn cancel the task of a client that went away."""
-    spy = spied(monkeypatch, Spy())
-    app = create_app(Settings())
-    scope = {
-        "type": "http",
-        "method": "GET",
-        "path": TEAPOT,
-        "raw_path": TEAPOT.encode(),
-        "query_string": b"resolution=12",
-        "headers": [],
-        "root_path": "",
-    }
-
-    async def ask() -> list[int]:
-        statuses: list[int] = []
-
-        async def receive() -> dict[str, object]:
-            return {"type": "http.request", "body": b"", "more_body": False}
-
-        async def send(message: dict[str, object]) -> None:
-            if isinstance(status := message.get("status"), int):
-                statuses.append(status)
-
-        await app(dict(scope), receive, send)  # type: ignore[arg-type]
-        return statuses
-
-    async def scenario() -> list[int]:
-        first = asyncio.create_task(ask())
-        while not spy.calls:
-            await asyncio.sleep(0.01)
-        second = asyncio.create_task(ask())
-        await asyncio.sleep(0.01)
-        first.cancel()
-        spy.gate.set()
-        return await second
-
-    assert asyncio.run(scenario()) == [200]
-    assert spy.calls == 1
-    assert len(app.state.services.flights) == 0

@@ -105,12 +105,3 @@ def test_refused_operation_names_its_flag(
     assert main([*command, "--url", server]) == 1
     assert capsys.readouterr().err == local
     assert not Path("x.json").exists()
-
-
-def test_remote_work_gives_the_same_bytes(server: str, tmp_path: Path, net: Path) -> None:
-    ours, theirs = tmp_path / "ours.json", tmp_path / "theirs.json"
-    for source in ("utah-teapot", "sphere", str(net)):
-        command = ["convert", source, "--elevate", "4", "--reverse", "v", "-o"]
-        assert main([*command, str(ours)]) == 0
-        assert main([*command, str(theirs), "--url", server]) == 0
-        assert ours.read_bytes() == theirs.read_bytes()

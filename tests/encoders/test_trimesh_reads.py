@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from trimesh.visual import ColorVisuals
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.mesh import Mesh
-from tests.meshes import Faces, carrying, sheet, silo, single
+from tests.meshes import Faces, carrying, silo, single
 
 SIDES, ROWS = 12, 3
 AREA = SIDES / 2 * np.sin(2 * np.pi / SIDES)
@@ -37,17 +36,6 @@ def body(name: str, faces: Faces = "triangles") -> Mesh:
     return single(mesh) if BY_NAME[name].single else mesh
 
 
-@pytest.mark.parametrize("name", ["stl", "obj", "ply", "off"])
-def test_closed_body_of_the_right_volume(name: str) -> None:
-    # Merging by position alone: STL and PLY cannot say that two corners are one.
-    loaded = read(body(name), name, process=True, merge_norm=True, merge_tex=True)
-    assert len(loaded.faces) == len(silo(SIDES, ROWS).triangles)
-    assert loaded.is_watertight
-    assert loaded.is_winding_consistent
-    assert loaded.volume == pytest.approx(VOLUME, rel=1e-6)
-    np.testing.assert_allclose(loaded.bounds, [[-1, -1, 0], [1, 1, 2]], atol=1e-12)
-
-
 @pytest.mark.parametrize("name", ["obj", "off"])
 def test_quads_are_kept(name: str) -> None:
     mesh = body(name, "quads")
@@ -59,36 +47,11 @@ def test_quads_are_kept(name: str) -> None:
     assert loaded.volume == pytest.approx(VOLUME, rel=1e-6)
 
 
-@pytest.mark.parametrize("name", ["obj", "ply"])
-@pytest.mark.parametrize("opacity", [False, True])
-def test_colors_arrive(name: str, opacity: bool) -> None:
-    """As bytes of sRGB, where trimesh reads them; OBJ has no opacity."""
-    mesh = carrying(body(name), opacity and name == "ply")
-    loaded = read(mesh, name, process=False)
-    assert isinstance(loaded.visual, ColorVisuals)
-    assert loaded.visual.kind == "vertex"
-    assert mesh.colors is not None
-    four = np.ones((len(mesh.colors), 4))
-    four[:, : mesh.colors.shape[1]] = mesh.colors
-    found = loaded.visual.vertex_colors[loaded.faces].astype(int)
-    np.testing.assert_allclose(found, 255 * four[mesh.triangles], atol=1)
-
-
 def test_ply_attributes_arrive() -> None:
     mesh = carrying(body("ply"))
     loaded = read(mesh, "ply", process=False)
     found = loaded.metadata["_ply_raw"]["vertex"]["data"]["_temperature"]
     np.testing.assert_array_equal(found.ravel(), mesh.attributes[0][1].ravel().astype(np.float32))
-
-
-@pytest.mark.parametrize("name", ["obj", "ply", "off"])
-def test_float64_survives(name: str) -> None:
-    mesh = sheet(7)
-    values = np.random.default_rng(11).standard_normal(mesh.positions.shape) + 4.6e6
-    mesh.positions[:] = values
-    loaded = read(mesh, name, process=False)
-    # By the corners of the faces: readers may number vertices as they like.
-    np.testing.assert_array_equal(loaded.vertices[loaded.faces], values[mesh.triangles])
 
 
 def test_stl_normals_are_those_of_the_triangles() -> None:

@@ -42,7 +42,7 @@ CASES: dict[str, tuple[SurfaceKind, MeshOptions, EncodeOptions, str]] = {
     "folded": (TORUS, MeshOptions((1, 200)), EncodeOptions(), "glb"),
     "exact": (hills(40), MeshOptions(), EncodeOptions(oogl="bez"), "oogl"),
     "de Casteljau": (
-        BezierSurface(np.random.default_rng(5).normal(size=(40, 40, 3))),
+        BezierSurface(np.random.default_rng(5).normal(size=(24, 24, 3))),
         MeshOptions((40, 40), method="de_casteljau"),
         EncodeOptions(),
         "glb",

@@ -1,13 +1,10 @@
 """The product from end to end: what comes out, what is refused, and that refusing costs nothing."""
 
-import json
 import tracemalloc
 from dataclasses import astuple, replace
-from io import BytesIO
 
 import numpy as np
 import pytest
-import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -24,7 +21,7 @@ from service.pipeline.points import plan_points
 from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface
 from service.surface.curve import BezierCurve
-from service.surface.examples import EXAMPLES, find
+from service.surface.examples import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceSize
@@ -45,36 +42,6 @@ from tests.strategies import (
 
 each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 MEBIBYTE = 1 << 20
-
-
-@each_format
-@pytest.mark.parametrize("example", EXAMPLES)
-def test_every_example_in_every_format(example: str, fmt: Format) -> None:
-    """Bytes, the same ones twice, and no more of them than were predicted."""
-    surface, options = find(example).surface(), MeshOptions(resolution=(5, 4))
-    content = render(surface, options, fmt)
-    assert content == render(surface, options, fmt)
-    assert (
-        0 < len(content) <= fmt.byte_bound(mesh_size(surface.size(), options, fmt), EncodeOptions())
-    )
-
-
-@pytest.mark.parametrize("name", ["glb", "stl", "ply", "off", "obj"])
-def test_the_sphere_arrives_closed(name: str) -> None:
-    """Read by another library: watertight, and nearly the volume of a sphere."""
-    content = render(find("sphere").surface(), MeshOptions(), BY_NAME[name])
-    arrived = trimesh.load_mesh(BytesIO(content), file_type=name)
-    arrived.merge_vertices(merge_norm=True)
-    assert arrived.is_watertight
-    assert arrived.volume == pytest.approx(4 / 3 * np.pi, rel=0.005)
-
-
-def test_json_has_the_numbers_of_the_mesh() -> None:
-    """float64 to the last digit: the sphere's vertices lie on the sphere to 1e-12."""
-    content = json.loads(render(find("sphere").surface(), MeshOptions(), BY_NAME["json"]))
-    vertices = np.array(content["vertices"])
-    assert np.abs(np.linalg.norm(vertices, axis=1) - 1).max() < 1e-12
-    np.testing.assert_allclose(content["normals"], vertices, atol=1e-7)
 
 
 @each_format
@@ -239,24 +206,6 @@ def test_what_a_format_has_no_place_for_is_left_out(fmt: Format, kind: ChannelKi
     assert alike == (kind not in fmt.carries)
     if alike:
         assert works[0].size == works[1].size
-
-
-@each_format
-def test_parameters_are_left_out_like_texture_coordinates(fmt: Format) -> None:
-    surface = find("saddle").surface()
-    contents = [
-        render(surface, MeshOptions((3, 3), uvs=uvs), fmt, EncodeOptions("off"))
-        for uvs in (False, True)
-    ]
-    assert (contents[0] == contents[1]) == ("uvs" not in fmt.carries)
-
-
-@pytest.mark.parametrize("form", ["cquad", "mesh", "off", "bez"])
-def test_colors_in_every_form_of_oogl(form: OoglForm) -> None:
-    """No more bytes than predicted."""
-    surface, options = find("heated-panel").surface(), MeshOptions((9, 9))
-    work = plan_mesh(surface, options, BY_NAME["oogl"], EncodeOptions(form))
-    assert 0 < len(work.run().content) <= work.fmt.byte_bound(work.size, work.encode)
 
 
 def test_forward_differences_end_where_their_digits_do() -> None:

@@ -16,11 +16,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from service.bases.arrays import FloatArray
-from service.encoders.format import EncodeOptions
-from service.encoders.registry import FORMATS
-from service.engine.options import MeshOptions
 from service.errors import DamagedObject, InvalidRequest
-from service.pipeline.mesh import render
 from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
@@ -98,16 +94,16 @@ def read(text: str) -> Surface:
     return parse_request(SurfaceRequest, body, LIMITS).to_surface()
 
 
-def test_ten_thousand_spellings_have_one_id_each() -> None:
+def test_two_thousand_spellings_have_one_id_each() -> None:
     random, ids, texts = Random(1), set[str](), set[str]()
     for content in ALL.values():
         # Ribbons and groups take ten times as long as the others.
-        count = 250 if content.get("type") in ("ribbon", "group") else 610
+        count = 50 if content.get("type") in ("ribbon", "group") else 125
         spellings = [spelled(content, random) for _ in range(count)]
         assert {surface_id(canonical(read(text))) for text in spellings} == {id_of(content)}
         ids.add(id_of(content))
         texts.update(spellings)
-    assert len(texts) >= 10_000
+    assert len(texts) >= 2_000
     assert len(ids) == len(ALL)
 
 
@@ -117,17 +113,6 @@ def test_spellings_of_a_number_are_all_that_number(number: float) -> None:
         parsed = parse_document(numeral.encode())
         assert isinstance(parsed, int | float)
         assert float(parsed) == number
-
-
-@pytest.mark.parametrize("name", ALL)
-def test_equal_ids_are_equal_files_in_every_format(name: str) -> None:
-    random = Random(2)
-    stored = restored(canonical(surface(ALL[name])), LIMITS)
-    for fmt in FORMATS:
-        options = MeshOptions(resolution=(2, 3))
-        kept = render(stored, options, fmt, EncodeOptions())
-        for _ in range(2):
-            assert render(read(spelled(ALL[name], random)), options, fmt, EncodeOptions()) == kept
 
 
 @pytest.mark.parametrize("name", [*ALL, *EXAMPLES])

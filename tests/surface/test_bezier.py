@@ -108,13 +108,6 @@ def test_refuses_points_of_another_dimension(shape: tuple[int, ...]) -> None:
     assert (issue.code, issue.pointer) == ("wrong_dimension", "/control_net")
 
 
-@pytest.mark.parametrize("shape", [(3,), (2, 2, 2, 3)])
-def test_refuses_arrays_that_are_not_a_grid(shape: tuple[int, ...]) -> None:
-    """A point alone and a list of nets are no net."""
-    for issue in issues_of(control_net=np.zeros(shape)):
-        assert issue.pointer == "/control_net"
-
-
 def test_refuses_absurd_degrees() -> None:
     """Degree 64 is the last one; the refusal says why."""
     assert BezierSurface(np.zeros((65, 2, 3))).degree == (64, 1)
