@@ -16,7 +16,6 @@ from service.errors import InvalidSettings
 from service.settings.environment import from_environment, values, with_flags
 from service.settings.process import collect_rarely, half_of_memory, pin_blas
 from service.settings.values import Settings
-from tools.settings_page import PAGE, page
 
 OTHER = {
     "host": "::1",
@@ -169,11 +168,6 @@ def test_the_key_of_a_client_is_no_setting(
     with caplog.at_level(logging.WARNING):
         assert found(monkeypatch, key="sfk_0") == before
     assert caplog.text == ""
-
-
-def test_the_page_of_the_settings_is_that_of_the_code() -> None:
-    text = PAGE.read_text(encoding="utf-8")
-    assert text == page(text), "run `python -m tools.settings_page`"
 
 
 def test_defaults_are_within_their_own_bounds() -> None:

@@ -15,7 +15,6 @@ from service.settings.values import Settings
 from service.storage.address import open_store
 from tests.deploy.files import DEPLOY, USER, check_memory, load, run, settings_of
 from tests.programs import program
-from tools.deploy import rules
 
 KUBERNETES = "1.37"
 FOLDER = DEPLOY / "kubernetes"
@@ -242,5 +241,5 @@ def test_operator_watches_the_service_by_the_name_that_alerts_know() -> None:
 
 
 def test_alerts_are_those_of_prometheus() -> None:
-    assert load(rules.FILE) == rules.rule(), "`python -m tools.deploy.rules` writes it anew"
-    assert the("monitored", "PrometheusRule")["spec"] == rules.rule()["spec"]
+    alerts = load(DEPLOY / "prometheus" / "alerts.yaml")
+    assert the("monitored", "PrometheusRule")["spec"] == alerts
