@@ -14,8 +14,9 @@ from collections import Counter
 from pathlib import Path
 from types import FrameType
 
+import httpx
 import orjson
-from starlette.types import ASGIApp, Message, Scope
+from starlette.types import ASGIApp
 
 from service.api.app import create_app
 from service.settings.values import Settings
@@ -27,23 +28,7 @@ WARM = 20
 
 NET = [[[u, v, u * v % 3] for v in range(4)] for u in range(4)]
 BODY = orjson.dumps({"surface": {"control_net": NET}, "resolution": 16})
-SCOPE: Scope = {
-    "type": "http",
-    "asgi": {"version": "3.0"},
-    "http_version": "1.1",
-    "method": "POST",
-    "scheme": "http",
-    "path": "/v1/mesh",
-    "raw_path": b"/v1/mesh",
-    "root_path": "",
-    "headers": [
-        (b"host", b"service"),
-        (b"content-type", b"application/json"),
-        (b"content-length", str(len(BODY)).encode()),
-    ],
-    "client": ("127.0.0.1", 1),
-    "server": ("127.0.0.1", 8000),
-}
+HEADERS = {"Content-Type": "application/json"}
 
 
 def profile(name: str) -> Counter[str]:
@@ -57,8 +42,6 @@ def outside(calls: Counter[str]) -> Counter[str]:
 
 
 async def _profile(app: ASGIApp, name: str) -> Counter[str]:
-    for _ in range(WARM):
-        await _post(app, name)
     calls: Counter[str] = Counter()
 
     def count(frame: FrameType, event: str, _: object) -> None:
@@ -66,29 +49,20 @@ async def _profile(app: ASGIApp, name: str) -> Counter[str]:
         if event == "call" and path.startswith(SERVICE):
             calls[path.removeprefix(SERVICE)] += 1
 
-    threading.setprofile(count)
-    sys.setprofile(count)
-    try:
-        await _post(app, name)
-    finally:
-        sys.setprofile(None)
-        threading.setprofile(None)
+    transport = httpx.ASGITransport(app)
+    async with httpx.AsyncClient(transport=transport, base_url="http://service") as client:
+        del client.headers["Accept-Encoding"]
+        for number in range(WARM + 1):
+            if number == WARM:
+                threading.setprofile(count)
+                sys.setprofile(count)
+            try:
+                answer = await client.post(f"/v1/mesh?format={name}", content=BODY, headers=HEADERS)
+            finally:
+                sys.setprofile(None)
+                threading.setprofile(None)
+            answer.raise_for_status()
     return calls
-
-
-async def _post(app: ASGIApp, name: str) -> None:
-    statuses = []
-
-    async def receive() -> Message:
-        return {"type": "http.request", "body": BODY, "more_body": False}
-
-    async def send(message: Message) -> None:
-        statuses.append(message.get("status"))
-
-    query = f"format={name}".encode()
-    await app({**SCOPE, "query_string": query, "state": {}}, receive, send)
-    if statuses[0] != 200:
-        raise SystemExit(f"the request was answered {statuses[0]}")
 
 
 def main() -> None:

@@ -37,6 +37,7 @@ from service.schemas.validation import parse_request, validate_document
 from service.server.run import make_server
 from service.settings.values import Settings
 from service.storage.canonical import canonical, restored
+from tests.server.wire import Wire
 
 KEY = "sfk_" + "0123456789abcdef" * 4
 SECRET = "0123456789abcdef" * 2
@@ -158,41 +159,15 @@ def signed(content: bytes) -> None:
     raise AssertionError("a signature was believed that nobody made")
 
 
-class Wire(asyncio.Transport):
-    """The other end of a connection: what was answered."""
+class Connection(Wire):
+    """The other end of a connection; what is written after its end is lost, as in a network."""
 
     def __init__(self) -> None:
-        super().__init__({"peername": ("127.0.0.1", 1), "sockname": ("127.0.0.1", 2)})
-        self.answer = bytearray()
-        self.closed = False
+        super().__init__()
+        self._extra = {"peername": ("127.0.0.1", 1), "sockname": ("127.0.0.1", 2)}
 
     def write(self, data: bytes | bytearray | memoryview) -> None:
         self.answer += data
-
-    def close(self) -> None:
-        self.closed = True
-
-    def abort(self) -> None:
-        self.closed = True
-
-    def write_eof(self) -> None:
-        """Nothing more is written; what still arrives is of no interest."""
-
-    def is_closing(self) -> bool:
-        return self.closed
-
-    def pause_reading(self) -> None:
-        """Goes on: what was sent already arrives."""
-
-    def resume_reading(self) -> None:
-        """Never stopped."""
-
-    def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
-        """Whatever is written is taken at once."""
-
-    def get_write_buffer_size(self) -> int:
-        """Nothing waits."""
-        return 0
 
 
 class _Live:
@@ -215,7 +190,7 @@ class _Live:
             raise self.failures[0]
 
     async def _speak(self, content: bytes) -> None:
-        state, wire = ServerState(), Wire()
+        state, wire = ServerState(), Connection()
         made: Callable[..., asyncio.Protocol] = self.config.http_protocol_class
         protocol = made(config=self.config, server_state=state, app_state={})
         protocol.connection_made(wire)
