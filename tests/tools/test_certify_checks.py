@@ -57,7 +57,7 @@ def test_edges_are_counted() -> None:
 
 @pytest.mark.parametrize("kind", BODIES)
 def test_models_whose_edges_are_stated_alike_are_joined(kind: str) -> None:
-    joint = Joint(kind, 1, 1.0)
+    joint = Joint(kind=kind, seed=1)
     whole = complex_of(kind, 1)
     assert whole.alike == set(whole.edges())
     sides = check_seams(joint, whole, divided(kind, 1))
@@ -73,7 +73,7 @@ def test_a_crack_is_seen() -> None:
     torn[0, 0] = len(mesh.vertices)
     moved = np.nextafter(mesh.vertices[mesh.faces[0, :1]], 9.0)
     vertices = np.concatenate([mesh.vertices, moved])
-    joint = Joint("prisms", 1, 1.0)
+    joint = Joint(kind="prisms", seed=1)
     broken = Written(vertices, torn, mesh.report, parts=mesh.parts)
     check_seams(joint, complex_of("prisms", 1), broken)
     assert joint.wrong
@@ -85,7 +85,7 @@ def test_a_vertex_between_two_of_the_neighbour_is_seen() -> None:
     """One triangle beside a seam is cut in two, its neighbour on the other side is not."""
     mesh = divided("tori", 1)
     whole = complex_of("tori", 1)
-    joint = Joint("tori", 1, 1.0)
+    joint = Joint(kind="tori", seed=1)
     sides = check_seams(joint, whole, mesh)
     assert not joint.wrong
     a, b, *_ = sides[0, min(pair for k, pair in sides if k == 0)]

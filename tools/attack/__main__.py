@@ -18,19 +18,19 @@ import shutil
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from threading import Thread
 
 import httpx
 
-from tools.attack.attack import Attack
 from tools.attack.bodies import BODIES
 from tools.attack.connections import CONNECTIONS, HALF_BODIES, PROXIED, SLOW_BODIES, WORST
 from tools.attack.heads import HEADS, SLOW_HEADS
+from tools.attack.wire import Attack
 from tools.attack.work import WORK
 from tools.processes import (
     ROOT,
@@ -147,29 +147,21 @@ async def attacked(
 
 @contextmanager
 def client(port: int) -> Iterator[list[Seen]]:
-    """What a client that behaves sees at a port, until the block ends."""
+    """What a client that behaves sees at a port: a list that is full once the block ends."""
     command = [sys.executable, "-m", "tools.attack.client", str(port)]
-    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
     seen: list[Seen] = []
-    reading = Thread(target=read_client, args=(process, seen))
-    reading.start()
-    try:
-        time.sleep(QUIET + 1)
-        yield seen
-    finally:
-        process.terminate()
-        process.wait()
-        reading.join()
-
-
-def read_client(process: "subprocess.Popen[str]", seen: list[Seen]) -> None:
-    """Collects what the client tells until it ends."""
-    assert process.stdout is not None
-    for line in process.stdout:
-        if line.startswith("ready"):
-            continue
-        moment, kind, seconds, what = line.rstrip("\n").split(" ", 3)
-        seen.append(Seen(float(moment), kind, float(seconds), what))
+    with tempfile.TemporaryFile("w+") as told:
+        process = subprocess.Popen(command, cwd=ROOT, stdout=told)
+        try:
+            time.sleep(QUIET + 1)
+            yield seen
+        finally:
+            process.terminate()
+            process.wait()
+        told.seek(0)
+        for line in told:
+            moment, kind, seconds, what = line.rstrip("\n").split(" ", 3)
+            seen.append(Seen(float(moment), kind, float(seconds), what))
 
 
 def left_over(service: Server, files: int) -> list[str]:

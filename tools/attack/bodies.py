@@ -12,8 +12,7 @@ import numpy as np
 
 from tests.api.hostile import HOSTILE, NET, options
 from tests.api.hostile_files import FILES, NPY, OOGL, TEAPOT, saved
-from tools.attack.attack import BUSY, DONE, Attack
-from tools.attack.wire import Pieces, again, ask, get, post, post_head, storm
+from tools.attack.wire import BUSY, DONE, Attack, Pieces, again, ask, get, post, post_head, storm
 
 PIECE = 1 << 18
 HUGE = 1 << 31

@@ -56,7 +56,6 @@ REQUESTS = (
 def main(port: int) -> None:
     """Makes requests until its standard input is closed or it is ended."""
     expected = {request: _ask(port, None, request)[1] for request in REQUESTS}
-    print("ready", flush=True)
     number, connection = 0, None
     due = time.monotonic()
     while True:

@@ -6,11 +6,12 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
 
-from tools.attack.attack import BUSY, Attack
 from tools.attack.bodies import PIECE
 from tools.attack.wire import (
+    BUSY,
     HOST,
     PATIENCE,
+    Attack,
     Pieces,
     ask,
     connected,

@@ -6,8 +6,18 @@ from collections.abc import Iterator
 from contextlib import suppress
 from itertools import cycle
 
-from tools.attack.attack import BUSY, Attack
-from tools.attack.wire import Pieces, again, ask, connected, get, in_short, post, storm
+from tools.attack.wire import (
+    BUSY,
+    Attack,
+    Pieces,
+    again,
+    ask,
+    connected,
+    get,
+    in_short,
+    post,
+    storm,
+)
 
 SMALL = b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},"resolution":1}'
 

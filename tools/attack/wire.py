@@ -1,12 +1,14 @@
-"""Bytes to the service and what comes back, with nothing in between that would mend them."""
+"""Attacks, the bytes that they send, and what comes back, with nothing between to mend it."""
 
 import asyncio
 import json
+import re
 import socket
 import struct
 from collections import Counter
-from collections.abc import AsyncIterator, Callable, Iterable, Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterator, Mapping
 from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass
 
 HOST = "127.0.0.1"
 
@@ -149,3 +151,37 @@ def again(make: Callable[[], Iterable[Pieces]]) -> Iterator[Pieces]:
     """All requests that are made, again and again: so that there is time to measure the client."""
     while True:
         yield from make()
+
+
+@dataclass(frozen=True, slots=True)
+class Attack:
+    """One row of the table.
+
+    Attributes
+    ----------
+    name : str
+    run : function
+        Attacks the service at a port; returns its answers in short, and how many of each.
+    answers : str
+        A regular expression of the answers that are documented.
+    parses : bool
+        Whether it sends the largest JSON: while that is parsed, Python does nothing else.
+    """
+
+    name: str
+    run: Callable[[int], Awaitable[Counter[str]]]
+    answers: str
+    parses: bool = False
+
+    def wrong(self, answers: Mapping[str, int]) -> list[str]:
+        """The answers that are not documented; or that there were none at all."""
+        if not answers:
+            return ["nothing happened"]
+        return [answer for answer in answers if not re.fullmatch(self.answers, answer)]
+
+
+BUSY = r"429 busy|503 out_of_time"
+"""What a service that has enough to do may always say."""
+
+DONE = rf"200|422 (result_too_large|invalid_request|unsupported_by_format)|{BUSY}"
+"""What becomes of work."""

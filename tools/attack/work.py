@@ -12,8 +12,7 @@ import numpy as np
 
 from service.encoders.registry import BY_SUFFIX
 from tests.api.hostile_files import NPY, saved
-from tools.attack.attack import BUSY, DONE, Attack
-from tools.attack.wire import Pieces, connected, get, post, storm
+from tools.attack.wire import BUSY, DONE, Attack, Pieces, connected, get, post, storm
 
 
 @cache

@@ -6,13 +6,13 @@ What runs against each other runs in turns: read the ratios.
 import sys
 
 from service.settings.process import pin_blas
-from tools.benchmarks import compact, encoding, evaluation, hostile, methods, requests
+from tools.benchmarks import encoders, evaluation, hostile, methods, requests
 
 
 def main() -> int:
     """Measures everything; 0 if what has a limit keeps it."""
     pin_blas()
-    for benchmark in (evaluation, methods, encoding, compact):
+    for benchmark in (evaluation, methods, encoders):
         benchmark.run()
         print()
     fast = requests.run()

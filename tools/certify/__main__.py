@@ -17,12 +17,13 @@ from multiprocessing import Pool, cpu_count
 from typing import Literal, TypeAlias
 
 from service.settings.process import pin_blas
-from tools.certify import groups, seams, table
+from tools.certify import groups
 from tools.certify.groups import judge_group
 from tools.certify.judge import TOLERANCES, Case, Verdict, judge
 from tools.certify.models import BODIES
 from tools.certify.seams import Joint, judge_model
 from tools.certify.surfaces import FAMILIES
+from tools.certify.table import Finding, rows
 
 JOINT_TOLERANCES = 3e-1, 3e-2, 3e-3
 RESOLUTIONS = (1, 1), (4, 4), (3, 7), (16, 2), (6, 6)
@@ -69,7 +70,7 @@ def _seed(task: Task) -> int:
     return task.seed if isinstance(task, Case) else task[1]
 
 
-def work(task: Task) -> Verdict | Joint:
+def work(task: Task) -> Finding:
     """One mesh, one model or one group; after a while there is none."""
     signal.setitimer(signal.ITIMER_PROF, PATIENCE)
     try:
@@ -97,13 +98,13 @@ def main(arguments: list[str]) -> int:
     names = arguments[1:]
     # Some of every family first, so that whoever ends it early has seen something of all.
     tasks: list[Task] = sorted([*joints(share, names), *cases(share, names)], key=_seed)
-    found: list[Verdict | Joint] = []
+    found: list[Finding] = []
     start = time.monotonic()
     pool = Pool(min(2, cpu_count()), _quiet)
     try:
         for result in pool.imap_unordered(work, tasks, chunksize=4):
             found.append(result)
-            for text in said_of(result):
+            for text in result.complaints():
                 print(f"\r{text}", file=sys.stderr)
             if len(found) % 50 == 0 or len(found) == len(tasks):
                 wrong = sum(bool(each.wrong) for each in found)
@@ -120,36 +121,29 @@ def main(arguments: list[str]) -> int:
     return report(found)
 
 
-def report(found: list[Verdict | Joint]) -> int:
+def report(found: list[Finding]) -> int:
     """Prints the tables and the complaints; 1 if there are any."""
     order = {name: number for number, name in enumerate([*FAMILIES, *BODIES, "groups"])}
-    verdicts = [each for each in found if isinstance(each, Verdict)]
+    found.sort(key=lambda each: (order[each.kind], each.seed, -each.tolerance))
     models = [each for each in found if isinstance(each, Joint)]
-    verdicts.sort(key=lambda v: (order[v.case.family], v.case.seed, -v.case.relative))
-    models.sort(key=lambda j: (order[j.kind], j.seed))
+    verdicts = [each for each in found if isinstance(each, Verdict)]
+    by_tolerance = [v for v in verdicts if v.case.resolution is None]
     by_resolution = [v for v in verdicts if v.case.resolution is not None]
-    verdicts = [v for v in verdicts if v.case.resolution is None]
-    if verdicts:
-        print("\n".join([*table.rows(verdicts), ""]))
-    if by_resolution:
-        print("\n".join([*table.by_resolution(by_resolution), ""]))
-    if models:
-        print("\n".join([*seams.rows(models), ""]))
-    two = [v for v in verdicts if v.case.two_sided and v.mesh_bound > 0]
+    for title, some, counts in (
+        ("family", by_tolerance, ("missed", "bad", "excused")),
+        ("by resolution", by_resolution, ()),
+        ("models", models, ("seams", "boundary")),
+    ):
+        if some:
+            print("\n".join([*rows(title, some, counts), ""]))
+    two = [v for v in by_tolerance if v.case.two_sided and v.mesh_bound > 0]
     if two:
         tight = max(v.mesh_deviation / v.mesh_bound for v in two)
         print(f"{len(two)} meshes two-sided: found/bound from mesh to surface {tight:.3f} at most")
-    ordered: list[Verdict | Joint] = [*verdicts, *by_resolution, *models]
-    said = [text for each in ordered for text in said_of(each)]
+    said = [text for each in found for text in each.complaints()]
     rest = [f"… and {len(said) - MOST} more"] if len(said) > MOST else []
     print("\n".join(["", *said[:MOST], *rest] if said else ["", "Nothing is wrong."]))
     return int(bool(said))
-
-
-def said_of(result: Verdict | Joint) -> list[str]:
-    """What is wrong with a mesh, and which it is."""
-    name = result.case if isinstance(result, Verdict) else result
-    return [f"WRONG: {name}: {text}" for text in result.wrong]
 
 
 if __name__ == "__main__":

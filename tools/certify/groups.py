@@ -14,9 +14,9 @@ from service.engine.adaptive.accuracy import Accuracy, Camera
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.group import GroupSurface, Member
-from tests.oracles.deviation import seen_deviation, sheet_by_sheet
+from tests.oracles.deviation import seen_deviation
 from tests.oracles.sheets import PlacedSheet, Sheet, sheets_of
-from tools.certify.seams import Joint
+from tools.certify.seams import Joint, check_deviation
 from tools.certify.surfaces import FAMILIES, Array, Random
 from tools.certify.written import Written, read
 
@@ -31,7 +31,7 @@ def judge_group(seed: int, relative: float) -> Joint:
     """A group, judged copy by copy."""
     rng = np.random.default_rng(seed)
     group, sheets = group_of(rng)
-    joint = Joint("groups", seed, relative)
+    joint = Joint(kind="groups", seed=seed, tolerance=relative)
     points = np.concatenate([s.at(s.samples(2000)) + s.origin for s in sheets])
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
     camera = Camera(tuple((points[0] + rng.uniform(-1, 1, 3) * size).tolist()), 0.8, 600)
@@ -44,16 +44,9 @@ def judge_group(seed: int, relative: float) -> Joint:
         joint.wrong.append(f"{type(error).__name__}: {error}")
         return joint
     joint.triangles = len(mesh.faces)
-    joint.bound = mesh.report.get("deviation_bound", np.nan)
     # The box about the control points is larger than the one about samples, but not by so much.
     joint.tolerance = relative * 4 * size
-    if not joint.bound <= joint.tolerance:
-        joint.wrong.append(f"bound {joint.bound} above the tolerance")
-    for k, each in enumerate(sheet_by_sheet(sheets, mesh.corners, 2000)):
-        bound = mesh.part_bounds.get(f"member {k}", np.nan)
-        joint.deviation = max(joint.deviation, each.distance)
-        if not each.distance <= bound + each.noise or not bound <= joint.bound:
-            joint.wrong.append(f"member {k} deviates by {each.distance}, bound {bound}")
+    check_deviation(joint, sheets, mesh, "member", 2000)
     rate = PIXELS * 2 * tan(camera.field_of_view / 2) / camera.height
     eye = np.array(camera.position)
     found = seen_deviation(sheets, seen.corners, eye, NEAR * 4 * size, 1000)

@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import inf
 from typing import Any, Literal
 
@@ -17,7 +17,8 @@ from tests.oracles.exact import flat
 from tests.oracles.sheets import sheets_of
 from tools.certify.rounding import flattened_by_rounding
 from tools.certify.surfaces import FAMILIES
-from tools.certify.written import Array, Rows, Written, read
+from tools.certify.table import Finding
+from tools.certify.written import Array, Rows, Written, edges_of, read
 
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4)
 """Shares of the diagonal of the box about the control points."""
@@ -49,28 +50,26 @@ class Case:
 
 
 @dataclass
-class Verdict:
-    """What was found; `wrong` says what must not be."""
+class Verdict(Finding):
+    """What was found of the mesh of a case."""
 
     case: Case
-    tolerance: float = 1.0
-    bound: float = 0.0
-    deviation: float = 0.0
     mesh_bound: float = 0.0
     mesh_deviation: float = 0.0
-    triangles: int = 0
-    bad_triangles: int = 0
-    excused: int = 0
     missed: bool = False
-    seconds: float = 0.0
-    wrong: list[str] = field(default_factory=list)
+    bad: int = 0
+    excused: int = 0
+
+    def __str__(self) -> str:
+        return str(self.case)
 
 
 def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
     """Makes the mesh, reads it back, and looks at it from all sides."""
     family = FAMILIES[case.family]
     surface = family.surface(case.seed)
-    verdict = Verdict(case, min(case.relative, 1e3) * diagonal_of(surface))
+    tolerance = min(case.relative, 1e3) * diagonal_of(surface)
+    verdict = Verdict(case, kind=case.family, seed=case.seed, tolerance=tolerance)
     options = options_of(case)
     start = time.process_time()
     try:
@@ -166,7 +165,7 @@ def _count(verdict: Verdict, mesh: Written, without_area: list[int]) -> None:
             "are turned over": 0 if mesh.places is None else turned_triangles(mesh.places),
         }
     )
-    verdict.bad_triangles = bad.total()
+    verdict.bad = bad.total()
     verdict.wrong += [f"{count} triangles {what}" for what, count in bad.items() if count]
     boundary, more = edge_counts(mesh.faces)
     if verdict.case.written_as == "json":
@@ -198,6 +197,5 @@ def turned_triangles(places: Array) -> int:
 
 def edge_counts(faces: Rows) -> tuple[int, int]:
     """Edges of one triangle, and of more than two or run through twice in one direction."""
-    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    _, uses = np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
+    _, uses = np.unique(np.sort(edges_of(faces), axis=1), axis=0, return_counts=True)
     return int((uses == 1).sum()), int((uses > 2).sum())

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -14,9 +14,10 @@ from service.pipeline.mesh import render
 from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceKind, SurfaceSize
 from tests.oracles.deviation import sheet_by_sheet
-from tests.oracles.sheets import sheets_of
+from tests.oracles.sheets import Sheet, sheets_of
 from tools.certify.models import Complex, Loop, Pair, complex_of
-from tools.certify.written import Array, Rows, Written, read
+from tools.certify.table import Finding
+from tools.certify.written import Array, Rows, Written, edges_of, read
 
 ALONE = 3
 """Patches of each model that are also computed by themselves."""
@@ -37,19 +38,11 @@ class Ready(SurfaceKind):
 
 
 @dataclass
-class Joint:
-    """What was found of one model."""
+class Joint(Finding):
+    """What was found of one model: its seams, and its boundary edges."""
 
-    kind: str
-    seed: int
-    tolerance: float
-    triangles: int = 0
     seams: int = 0
     boundary: int = 0
-    bound: float = 0.0
-    deviation: float = 0.0
-    seconds: float = 0.0
-    wrong: list[str] = field(default_factory=list)
 
     def __str__(self) -> str:
         return f"{self.kind} {self.seed} at {self.tolerance:g}"
@@ -57,7 +50,7 @@ class Joint:
 
 def judge_model(kind: str, seed: int, tolerance: float) -> Joint:
     """Meshes it whole, in another order, and some of its patches alone."""
-    joint = Joint(kind, seed, tolerance)
+    joint = Joint(kind=kind, seed=seed, tolerance=tolerance)
     whole = complex_of(kind, seed)
     rng = np.random.default_rng([seed, 1])
     patches = range(len(whole.nets))
@@ -79,7 +72,8 @@ def judge_model(kind: str, seed: int, tolerance: float) -> Joint:
     for k, single in alone.items():
         together = {pair: mesh.vertices[line] for (n, pair), line in sides.items() if n == k}
         _check_alone(joint, whole, k, single, together)
-    _check_deviation(joint, whole, mesh)
+    count = int(np.clip(4 * len(mesh.faces) / len(patches), 400, 4000))
+    check_deviation(joint, sheets_of(whole.model(patches)), mesh, "patch", count)
     return joint
 
 
@@ -107,11 +101,7 @@ def _triangles(mesh: Written, name: str) -> set[tuple[tuple[float, ...], ...]]:
 
 def check_seams(joint: Joint, whole: Complex, mesh: Written) -> dict[tuple[int, Pair], list[int]]:
     """Both sides of a seam name the same vertices; returns the vertices of all sides."""
-    ends = np.sort(
-        np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]]),
-        axis=1,
-    )
-    edges, uses = np.unique(ends, axis=0, return_counts=True)
+    edges, uses = np.unique(np.sort(edges_of(mesh.faces), axis=1), axis=0, return_counts=True)
     times = {(a, b): n for (a, b), n in zip(edges.tolist(), uses.tolist(), strict=True)}
     if uses.max() > 2:
         joint.wrong.append(f"{(uses > 2).sum()} edges of more than two triangles")
@@ -150,7 +140,7 @@ def _sides(
 
     The edges that the patch uses once are its border: one loop through its corners in order.
     """
-    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    ends = edges_of(faces)
     _, first, uses = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True)
     following = dict(ends[first[uses == 1]].tolist())
     if len(following) != (uses == 1).sum():
@@ -194,35 +184,15 @@ def _check_alone(
             joint.wrong.append(f"edge {pair} of patch {k} differs when computed alone")
 
 
-def _check_deviation(joint: Joint, whole: Complex, mesh: Written) -> None:
-    """Of every patch, against the bound of its part and that of the whole."""
+def check_deviation(
+    joint: Joint, sheets: Sequence[Sheet], mesh: Written, part: str, count: int
+) -> None:
+    """Of every sheet, at samples, against the bound of its part and that of the whole."""
     joint.bound = mesh.report.get("deviation_bound", np.nan)
     if not joint.bound <= joint.tolerance:
         joint.wrong.append(f"bound {joint.bound} above the tolerance")
-    patches = range(len(whole.nets))
-    count = int(np.clip(4 * len(mesh.faces) / len(patches), 400, 4000))
-    found = sheet_by_sheet(sheets_of(whole.model(patches)), mesh.corners, count)
-    for k, each in enumerate(found):
-        bound = mesh.part_bounds.get(f"patch {k}", np.nan)
+    for k, each in enumerate(sheet_by_sheet(sheets, mesh.corners, count)):
+        bound = mesh.part_bounds.get(f"{part} {k}", np.nan)
+        joint.deviation = max(joint.deviation, each.distance)
         if not each.distance <= bound + each.noise or not bound <= joint.bound:
-            joint.wrong.append(f"patch {k} deviates by {each.distance}, bound {bound}")
-    joint.deviation = max(each.distance for each in found)
-
-
-def rows(joints: Sequence[Joint]) -> list[str]:
-    """One line for each kind of body."""
-    lines = [
-        f"{'models':28}{'meshes':>7}{'triangles':>10}{'found/bound':>12}{'bound/tol':>10}"
-        f"{'seams':>7}{'open':>7}{'wrong':>6}{'seconds':>8}"
-    ]
-    for kind in dict.fromkeys(joint.kind for joint in joints):
-        some = [joint for joint in joints if joint.kind == kind]
-        good = [joint for joint in some if joint.bound > 0]
-        lines.append(
-            f"{kind:28}{len(some):7}{np.median([j.triangles for j in some]):10.0f}"
-            f"{max((j.deviation / j.bound for j in good), default=0):12.3f}"
-            f"{max(j.bound / j.tolerance for j in some):10.3f}"
-            f"{sum(j.seams for j in some):7}{sum(j.boundary for j in some):7}"
-            f"{sum(bool(j.wrong) for j in some):6}{sum(j.seconds for j in some):8.1f}"
-        )
-    return lines
+            joint.wrong.append(f"{part} {k} deviates by {each.distance}, bound {bound}")

@@ -1,46 +1,52 @@
-"""What was found, family by family."""
+"""What is found of each mesh, and tables of it."""
 
-from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from statistics import median
 
-from tools.certify.judge import Verdict
 
-HEADER = (
-    f"{'family':28}{'meshes':>7}{'triangles':>10}{'found/bound':>12}{'found/tol':>10}"
-    f"{'bound/tol':>10}{'spikes':>7}{'bad':>5}{'excused':>8}{'wrong':>6}{'seconds':>8}"
-)
+@dataclass(kw_only=True)
+class Finding:
+    """What was found of one mesh; `wrong` says what must not be."""
 
+    kind: str
+    seed: int
+    tolerance: float = 1.0
+    bound: float = 0.0
+    deviation: float = 0.0
+    triangles: int = 0
+    seconds: float = 0.0
+    wrong: list[str] = field(default_factory=list)
 
-def by_resolution(verdicts: Iterable[Verdict]) -> list[str]:
-    """How tight the bounds are of meshes that were asked for by resolution."""
-    families: dict[str, list[float]] = defaultdict(list)
-    for v in verdicts:
-        families[v.case.family].append(v.deviation / v.bound if v.bound > 0 else 1.0)
-    header = f"{'by resolution':28}{'meshes':>7}{'found/bound: median':>20}{'largest':>9}"
-    return [header] + [
-        f"{name:28}{len(found):7}{median(found):20.3f}{max(found):9.3f}"
-        for name, found in families.items()
-    ]
-
-
-def rows(verdicts: Iterable[Verdict]) -> list[str]:
-    """One line a family, and one for all of them."""
-    families: dict[str, list[Verdict]] = defaultdict(list)
-    for verdict in verdicts:
-        families[verdict.case.family].append(verdict)
-    lines = [_row(name, found) for name, found in families.items()]
-    return [HEADER, *lines, _row("all", [v for found in families.values() for v in found])]
+    def complaints(self) -> list[str]:
+        """What is wrong with the mesh, and which it is."""
+        return [f"WRONG: {self}: {text}" for text in self.wrong]
 
 
-def _row(name: str, found: Sequence[Verdict]) -> str:
-    whole = [v for v in found if v.triangles] or found
-    tight = max((v.deviation / v.bound for v in whole if v.bound > 1e-12 * v.tolerance), default=0)
+def rows(title: str, findings: Sequence[Finding], counts: Sequence[str] = ()) -> list[str]:
+    """A header, one line a kind, and one for all; `counts` are attributes that are added up."""
+    header = (
+        f"{title:28}{'meshes':>7}{'triangles':>10}{'found/bound':>12}{'median':>8}{'found/tol':>10}"
+        f"{'bound/tol':>10}{''.join(f'{name:>9}' for name in counts)}{'wrong':>6}{'seconds':>8}"
+    )
+    kinds: dict[str, list[Finding]] = {}
+    for each in findings:
+        kinds.setdefault(each.kind, []).append(each)
+    lines = [_row(kind, some, counts) for kind, some in kinds.items()]
+    return [header, *lines, _row("all", findings, counts)]
+
+
+def _row(name: str, findings: Sequence[Finding], counts: Sequence[str]) -> str:
+    whole = [each for each in findings if each.triangles] or findings
+    proved = [each for each in whole if each.bound > 1e-12 * each.tolerance]
+    tight = [each.deviation / each.bound for each in proved] or [0.0]
+    sums = (sum(getattr(each, count) for each in findings) for count in counts)
     return (
-        f"{name:28}{len(found):7}{median(v.triangles for v in whole):10.0f}{tight:12.3f}"
-        f"{max(v.deviation / v.tolerance for v in whole):10.3f}"
-        f"{max(v.bound / v.tolerance for v in whole):10.3f}"
-        f"{sum(v.missed for v in found):7}{sum(v.bad_triangles for v in found):5}"
-        f"{sum(v.excused for v in found):8}"
-        f"{sum(bool(v.wrong) for v in found):6}{sum(v.seconds for v in found):8.1f}"
+        f"{name:28}{len(findings):7}{median(each.triangles for each in whole):10.0f}"
+        f"{max(tight):12.3f}{median(tight):8.3f}"
+        f"{max(each.deviation / each.tolerance for each in whole):10.3f}"
+        f"{max(each.bound / each.tolerance for each in whole):10.3f}"
+        f"{''.join(f'{total:9}' for total in sums)}"
+        f"{sum(bool(each.wrong) for each in findings):6}"
+        f"{sum(each.seconds for each in findings):8.1f}"
     )

@@ -104,3 +104,8 @@ def _primitives(gltf: Gltf, node: Mapping[str, Any]) -> list[dict[str, Any]]:
         return []
     primitives = gltf.document["meshes"][node["mesh"]]["primitives"]
     return [primitive for primitive in primitives if primitive.get("mode", 4) == 4]
+
+
+def edges_of(faces: Rows) -> Rows:
+    """The edges (E, 2) of triangles, as each runs along them."""
+    return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])

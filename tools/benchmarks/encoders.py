@@ -1,0 +1,95 @@
+"""Encoders: our GLB against trimesh's, every format on the teapot, and what compact GLB costs."""
+
+import gzip
+from collections.abc import Callable
+from functools import partial
+
+import trimesh
+
+from service.encoders.format import EncodeOptions
+from service.encoders.registry import BY_NAME, FORMATS
+from service.engine.gridded import gridded
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import build_mesh
+from service.settings.process import pin_blas
+from service.surface.bezier import BezierSurface
+from service.surface.lowered import PatchModel
+from tests.examples import patches_of
+from tools.benchmarks.alternately import alternately
+from tools.benchmarks.evaluation import hills
+
+GLB = BY_NAME["glb"]
+FORMS = {
+    "plain": EncodeOptions(),
+    "quantize": EncodeOptions(quantize=True),
+    "meshopt": EncodeOptions(compression="meshopt"),
+    "both": EncodeOptions(quantize=True, compression="meshopt"),
+}
+LEVEL = 6
+"""Of gzip: what zlib takes where nothing is said."""
+
+
+def run() -> None:
+    """Prints the tables."""
+    square = BezierSurface(hills(1, 3).points[0]).lower()
+    works = (
+        ("teapot at 16 divisions", patches_of("utah-teapot"), 16),
+        ("1 bicubic patch at 512 divisions", square, 512),
+    )
+    print("GLB with normals from a mesh; CPU time, medians of alternating rounds")
+    print(f"{'mesh':38}{'ours ms':>10}{'trimesh ms':>12}{'ours / trimesh':>16}")
+    for title, model, divisions in works:
+        against_trimesh(title, model, MeshOptions(resolution=(divisions, divisions)))
+    print()
+    print("Every encoder on the teapot at 16 divisions")
+    print(f"{'format':38}{'ms':>10}{'bytes':>12}")
+    for fmt in FORMATS:
+        mesh = build_mesh(patches_of("utah-teapot"), MeshOptions(), fmt)
+        seconds = alternately({fmt.name: partial(fmt.encode, mesh, EncodeOptions())}, rounds=5)
+        size = len(fmt.encode(mesh, EncodeOptions()))
+        print(f"{fmt.title:38}{seconds[fmt.name] * 1e3:10.2f}{size:12}")
+    print()
+    print("Compact GLB with normals, beyond the mesh itself; CPU time, alternating rounds")
+    print(f"{'mesh':34}{'form':>10}{'ms':>8}{'bytes':>11}{'share':>8}{'gzip ms':>9}{'gzip':>11}")
+    for title, model, divisions in works:
+        compact(title, model, MeshOptions(resolution=(divisions, divisions)))
+
+
+def against_trimesh(title: str, model: PatchModel, options: MeshOptions) -> None:
+    """Prints a line: our GLB and trimesh's, from the same arrays."""
+    mesh = build_mesh(model, options, GLB)
+    theirs = trimesh.Trimesh(
+        mesh.positions, mesh.triangles, vertex_normals=mesh.normals, process=False
+    )
+    rivals: dict[str, Callable[[], object]] = {
+        "ours": partial(GLB.encode, mesh, EncodeOptions()),
+        "trimesh": partial(theirs.export, file_type="glb", include_normals=True),
+    }
+    times = alternately(rivals, rounds=7)
+    ratio = times["ours"] / times["trimesh"]
+    print(f"{title:38}{times['ours'] * 1e3:10.2f}{times['trimesh'] * 1e3:12.2f}{ratio:16.3f}")
+
+
+def compact(title: str, model: PatchModel, options: MeshOptions) -> None:
+    """Prints a line for each form of GLB: its time and bytes, alone and after gzip."""
+    mesh = build_mesh(model, options, GLB)
+
+    def write(form: EncodeOptions) -> bytes:
+        return GLB.write(gridded(mesh, model, options) if form.quantize else mesh, form)
+
+    writers = {name: partial(write, form) for name, form in FORMS.items()}
+    files = {name: writer() for name, writer in writers.items()}
+    times = alternately(writers, rounds=5)
+    zipped = {name: partial(gzip.compress, file, LEVEL) for name, file in files.items()}
+    gzips = alternately(zipped, rounds=3)
+    for name, file in files.items():
+        share = len(file) / len(files["plain"])
+        print(
+            f"{title:34}{name:>10}{times[name] * 1e3:8.2f}{len(file):11}{share:8.2f}"
+            f"{gzips[name] * 1e3:9.1f}{len(zipped[name]()):11}"
+        )
+
+
+if __name__ == "__main__":
+    pin_blas()
+    run()
