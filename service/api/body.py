@@ -8,11 +8,11 @@ the same door as JSON: what JSON would say beside the points stands in the query
 """
 
 import re
+from asyncio import timeout
 from collections.abc import Callable, Coroutine, Sequence
 from functools import partial
 from typing import Any, ClassVar, cast
 
-from anyio import fail_after
 from fastapi import Request, Response
 from fastapi.routing import APIRoute
 
@@ -104,6 +104,8 @@ class BodyRoute(APIRoute):
 
     def _query(self, request: Request, decoder: Decoder | None) -> dict[str, Any]:
         """What the query says: beside a file all but the control points, else only a format."""
+        if decoder is None and not request.scope["query_string"]:
+            return {}
         query = request.query_params.multi_items()
         if decoder is None:
             if not self.formats:
@@ -167,7 +169,7 @@ async def _read_bytes(
     chunks: list[bytes] = []
     received = 0
     try:
-        with fail_after(settings.body_timeout):
+        async with timeout(settings.body_timeout):
             async for chunk in request.stream():
                 received += len(chunk)
                 if received > largest:

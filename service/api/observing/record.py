@@ -7,8 +7,7 @@ learn. It holds no path but a label, so that metrics, spans and logs never tell 
 import random
 import re
 import time
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -165,20 +164,33 @@ class Timing:
         self._mark = mark
         self._steps: dict[str, float] = {} if before is None else before._steps.copy()
 
-    @contextmanager
-    def step(self, name: str) -> Iterator[None]:
+    def step(self, name: str) -> "Step":
         """Measures what is done within, also where it fails; several of one name are added up."""
-        start = time.perf_counter()
-        try:
-            yield
-        finally:
-            seconds = time.perf_counter() - start
-            self._steps[name] = self._steps.get(name, 0.0) + seconds
-            record = current_record.get()
-            if record is not None:
-                record.steps.append((name, start, seconds))
+        return Step(self, name)
+
+    def add(self, name: str, start: float, seconds: float) -> None:
+        """Adds a step that began at `start` on the clock `time.perf_counter`."""
+        self._steps[name] = self._steps.get(name, 0.0) + seconds
+        record = current_record.get()
+        if record is not None:
+            record.steps.append((name, start, seconds))
 
     def __str__(self) -> str:
         """The header, in milliseconds."""
         steps = [f"{name};dur={seconds * 1e3:.3f}" for name, seconds in self._steps.items()]
         return ", ".join([self._mark, *steps] if self._mark else steps)
+
+
+class Step:
+    """The time between entering and leaving this context is a step."""
+
+    __slots__ = ("_name", "_start", "_timing")
+
+    def __init__(self, timing: Timing, name: str) -> None:
+        self._timing, self._name = timing, name
+
+    def __enter__(self) -> None:
+        self._start = time.perf_counter()
+
+    def __exit__(self, *_: object) -> None:
+        self._timing.add(self._name, self._start, time.perf_counter() - self._start)

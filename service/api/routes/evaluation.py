@@ -7,7 +7,7 @@ from service.api.body import BodyRoute
 from service.api.models import Curve, Points, SurfaceDocument
 from service.api.openapi.parameters import format_parameter, json_body
 from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, answer, error
-from service.api.services import JobDep, ServicesDep
+from service.api.services import ContextDep
 from service.encoders.curves.format import CurveFormat
 from service.encoders.curves.registry import CURVE_FORMATS
 from service.pipeline.curve import plan_curve
@@ -40,13 +40,14 @@ curves = APIRouter(route_class=CurveRoute)
     responses={200: answer(), **POST_ERRORS},
     openapi_extra=json_body("queryPoints"),
 )
-async def query_points(wanted: PointsRequest, services: ServicesDep, job: JobDep) -> Response:
+async def query_points(wanted: PointsRequest, context: ContextDep) -> Response:
     """Evaluates the surface at the parameters given, in float64, and answers in columns.
 
     Row k of each belongs to place k of `uv` or `barycentric`. Partials are those with respect to
     the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have none
     (`not_parametric`).
     """
+    services, job = context
     work = plan_points(wanted.to_surface(), wanted.to_query(), services.limits)
     return bytes_response(await job.run(work, "points"), job)
 
@@ -61,12 +62,13 @@ async def query_points(wanted: PointsRequest, services: ServicesDep, job: JobDep
     responses={200: answer(), **POST_ERRORS},
     openapi_extra=json_body("convertSurface"),
 )
-async def convert_surface(wanted: ConvertRequest, services: ServicesDep, job: JobDep) -> Response:
+async def convert_surface(wanted: ConvertRequest, context: ContextDep) -> Response:
     """Does the operations one after the other and answers the surface that comes out.
 
     The answer is a body for the other calls. Corner points keep their digits, and patches that
     shared an edge share it afterwards. Colours, texture coordinates and attributes come along.
     """
+    services, job = context
     settings = services.settings
     allowed = Allowed(settings.max_control_points, settings.max_degree)
     operations = wanted.to_operations()
@@ -88,14 +90,13 @@ async def convert_surface(wanted: ConvertRequest, services: ServicesDep, job: Jo
     },
     openapi_extra=json_body("createCurve", format_parameter(CURVE_FORMATS)),
 )
-async def create_curve(
-    wanted: CurveRequest, request: Request, services: ServicesDep, job: JobDep
-) -> Response:
+async def create_curve(wanted: CurveRequest, request: Request, context: ContextDep) -> Response:
     """Samples the curve.
 
     The answer is in the format that `Accept` prefers, or that `format` names; JSON if neither says
     anything. In glTF, OOGL and OBJ a curve in the plane lies at z = 0.
     """
+    services, job = context
     fmt: CurveFormat = request.state.format
     work = plan_curve(wanted.to_curve(), wanted.curve_options(), fmt, services.limits)
     content = await job.run(work, "curve")

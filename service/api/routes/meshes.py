@@ -9,7 +9,7 @@ from service.api.body import BodyRoute
 from service.api.models import Estimate, Mesh
 from service.api.openapi.parameters import format_parameter, surface_body
 from service.api.openapi.responses import MESH_HEADERS, POST_ERRORS, answer, error
-from service.api.services import JobDep, ServicesDep
+from service.api.services import ContextDep
 from service.decoders.registry import DECODERS
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
@@ -46,15 +46,14 @@ estimates = APIRouter(route_class=EstimateRoute)
     responses={200: answer(MESH_HEADERS, FORMATS), 406: error("NotAcceptable"), **POST_ERRORS},
     openapi_extra=surface_body("createMesh", format_parameter(FORMATS)),
 )
-async def create_mesh(
-    wanted: MeshRequest, request: Request, services: ServicesDep, job: JobDep
-) -> Response:
+async def create_mesh(wanted: MeshRequest, request: Request, context: ContextDep) -> Response:
     """Evaluates the surface and answers its mesh.
 
     The answer is in the format that `Accept` prefers, or that `format` names; JSON if neither says
     anything. The body is a JSON document with the options in it, or a file of control points with
     the options in the query.
     """
+    services, job = context
     fmt: Format = request.state.format
     options, encode = wanted.mesh_options(), encode_options(wanted)
     work = plan_mesh(wanted.to_surface(), options, fmt, encode, services.limits)
@@ -78,15 +77,14 @@ async def create_mesh(
         format_parameter(FORMATS, "The one format to estimate for; all of them if left out."),
     ),
 )
-async def estimate_mesh(
-    wanted: MeshRequest, request: Request, services: ServicesDep, job: JobDep
-) -> Response:
+async def estimate_mesh(wanted: MeshRequest, request: Request, context: ContextDep) -> Response:
     """Takes the body of `POST /v1/mesh` and answers how large the mesh would be.
 
     That is how many vertices and faces it would have, how many bytes in each format, and whether
     the request would be refused, at a small part of the cost of the mesh. What is wrong with the
     body itself is refused here as well.
     """
+    services, job = context
     named: Format | None = request.state.format
     formats: Sequence[Format] = FORMATS if named is None else (named,)
     options, encode = wanted.mesh_options(), encode_options(wanted)

@@ -23,7 +23,7 @@ from service.api.openapi.parameters import (
 )
 from service.api.openapi.responses import UNCHANGED_MESH, URL_HEADERS, answer, error
 from service.api.problems import EngineGone
-from service.api.services import JobDep, Services, ServicesDep
+from service.api.services import ContextDep, Services
 from service.api.stored import content_id, exists, surface_of
 from service.api.workers import Job
 from service.encoders.arithmetic import written_by
@@ -93,7 +93,7 @@ class Compression(NamedTuple):
     openapi_extra={"parameters": [*option_parameters(), IF_NONE_MATCH, ACCEPT_ENCODING]},
 )
 async def get_surface_mesh(
-    id: SurfaceId, suffix: Suffix, request: Request, services: ServicesDep, job: JobDep
+    id: SurfaceId, suffix: Suffix, request: Request, context: ContextDep
 ) -> Response:
     """For browsers, and for everything between them and this service that keeps answers.
 
@@ -107,6 +107,7 @@ async def get_surface_mesh(
     Equal requests that come together are computed once. Answers are kept in memory, compressed as
     well.
     """
+    services, job = context
     fmt = by_suffix(suffix)
     asked = mesh_query(request.query_params.multi_items())
     check_engine(asked.engine)

@@ -22,7 +22,7 @@ from service.api.openapi.responses import (
     error,
     links,
 )
-from service.api.services import JobDep, ServicesDep
+from service.api.services import ContextDep, ServicesDep
 from service.api.stored import content_id, exists, surface_of
 from service.decoders.registry import DECODERS
 from service.encoders.registry import FORMATS
@@ -67,9 +67,7 @@ _STORED = answer(
     },
     openapi_extra=surface_body("storeSurface", has_options=False),
 )
-async def store_surface(
-    wanted: SurfaceRequest, request: Request, services: ServicesDep, job: JobDep
-) -> Response:
+async def store_surface(wanted: SurfaceRequest, request: Request, context: ContextDep) -> Response:
     """Stores the surface under the SHA-256 of its content, which is its id from then on.
 
     The status is 201 where it is new, 200 where it was there. All ways to write a surface down have
@@ -78,6 +76,7 @@ async def store_surface(
     the surface that JSON would say, with what it does not hold in the query. Its meshes have
     addresses, which `links` names, and may be kept for ever by whoever fetches them.
     """
+    services, job = context
     id, content = await job.run(plan_content(wanted.to_surface()), "content")
     async with job.attended():
         with job.timing.step("store"):
@@ -127,13 +126,12 @@ async def list_surfaces(request: Request) -> Response:
     },
     openapi_extra={"parameters": [IF_NONE_MATCH]},
 )
-async def get_surface(
-    id: SurfaceId, request: Request, services: ServicesDep, job: JobDep
-) -> Response:
+async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> Response:
     """The definition of a built-in or a stored surface, as a body for the other calls.
 
     Under an id that is a hash it never changes; its `ETag` is the hash of the content, in quotes.
     """
+    services, job = context
     no_parameters(request.query_params)
     tag = f'"{content_id(id)}"'
     headers = {"ETag": tag, "Cache-Control": FOR_AN_HOUR if id in EXAMPLES else FOR_EVER}
