@@ -20,6 +20,7 @@ class Sized(Protocol):
 
 Value = TypeVar("Value", bound=Sized)
 Array = TypeVar("Array", bound=NDArray[Any])
+Made = TypeVar("Made")
 
 
 class _Build:
@@ -105,28 +106,30 @@ PLANS = ArrayCache(64 << 20)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Derived:
-    """What was made of an array, which is held so that its identity stays its own."""
+    """What was made of arrays, which are held so that their identities stay their own."""
 
-    source: NDArray[Any]
+    sources: tuple[NDArray[Any], ...]
     value: Any
-    nbytes: int
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes held, those of the arrays among them."""
+        size = len(self.value) if isinstance(self.value, bytes) else self.value.nbytes
+        return int(size) + sum(array.nbytes for array in self.sources)
 
 
-def derived(source: NDArray[Any], name: Hashable, build: Callable[[], Value]) -> Value:
-    """What `build` makes of a read-only array alone: kept for that very array.
+def derived(sources: tuple[NDArray[Any], ...], name: Hashable, build: Callable[[], Made]) -> Made:
+    """What `build` makes of read-only arrays alone: kept for these very arrays.
 
-    Of an array that may still be written nothing is kept.
+    It is bytes, or says how many bytes it holds. Of arrays that may still be written nothing is
+    kept.
     """
-    if source.flags.writeable:
+    if any(array.flags.writeable for array in sources):
         return build()
-
-    def made() -> _Derived:
-        value = build()
-        return _Derived(source, value, source.nbytes + value.nbytes)
-
-    found = MESH_PLANS.get((id(source), name), made)
+    key = ("derived", name, *map(id, sources))
+    found = MESH_PLANS.get(key, lambda: _Derived(sources, build()))
     assert isinstance(found, _Derived)
-    return cast(Value, found.value)
+    return cast(Made, found.value)
 
 
 MESH_PLANS: Cache[Sized] = Cache(64 << 20)

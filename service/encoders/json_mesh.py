@@ -17,6 +17,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from service.bases.arrays import IndexArray
+from service.bases.cache import derived
 from service.encoders.content import (
     REPORT_PART,
     absolute,
@@ -40,7 +41,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     positions, row = shared_positions(mesh)
     document: dict[str, object] = {
         "vertices": np.ascontiguousarray(positions),
-        "faces": _faces(mesh, None if mesh.welds is None else row),
+        "faces": _faces(mesh, row, "shared"),
     }
     single = {"normals": mesh.normals, "uvs": mesh.uvs, "colors": mesh.colors}
     rows = {
@@ -54,7 +55,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
             name: np.ascontiguousarray(values) for name, values in mesh.attributes
         }
     if mesh.welds is not None and (rows or mesh.attributes):
-        document["attribute_faces"] = _faces(mesh)
+        document["attribute_faces"] = _faces(mesh, None, "own")
     document["parts"] = list(_parts(mesh))
     if overlays := drawn(mesh.overlays):
         document["lines"] = [
@@ -92,7 +93,18 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     )
 
 
-def _faces(mesh: Mesh, row: IndexArray | None = None) -> bytes:
+def _faces(mesh: Mesh, row: IndexArray | None, name: str) -> bytes:
+    """The list of `_face_list`, kept with the faces under this name."""
+    runs = tuple((part.quads, part.triangles) for part in mesh.parts)
+    sources = [mesh.triangles, mesh.quads]
+    if mesh.welds is None:
+        row = None
+    else:
+        sources.append(mesh.welds)
+    return derived(tuple(sources), ("JSON", name, runs), lambda: _face_list(mesh, row))
+
+
+def _face_list(mesh: Mesh, row: IndexArray | None) -> bytes:
     """JSON list of all faces, part by part; quads before triangles within a part.
 
     `row`, shape (V,), translates vertices of the mesh to what the list shall name.

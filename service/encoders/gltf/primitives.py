@@ -88,7 +88,11 @@ def _parts(mesh: Mesh) -> Iterator[tuple[MeshPart, IndexArray | slice, IndexArra
     """Every part that has faces: its own vertices, and its triangles counted among those."""
     runs = tuple(part.triangles for part in mesh.parts)
     vertices = len(mesh.positions)
-    split = derived(mesh.triangles, ("glTF", runs), lambda: _split(mesh.triangles, runs, vertices))
+    split = derived(
+        (mesh.triangles,),
+        ("glTF", runs, vertices),
+        lambda: _split(mesh.triangles, runs, vertices),
+    )
     for part, (own, triangles) in zip(mesh.parts, split.pieces, strict=True):
         if len(triangles):
             yield part, own, triangles
