@@ -51,9 +51,13 @@ def settings_of(environment: Mapping[str, str]) -> Settings:
     return with_flags(Settings(memory_bytes=LIMIT // 2), ours)
 
 
-def check_memory(settings: Settings, limit: int) -> None:
-    """What is under way and the process itself fit into a limit, with some to spare."""
+def check_limits(settings: Settings, limit: int, patience: int) -> None:
+    """What is under way and the process itself fit into a limit of memory, with some to spare, and
+    the longest request and the drain into the seconds between SIGTERM and SIGKILL.
+    """
     assert settings.memory_bytes + PROCESS < 0.7 * limit
+    assert settings.drain_timeout >= settings.request_timeout, "the longest request ends"
+    assert patience >= settings.drain_delay + settings.drain_timeout + 5
 
 
 PROCESS = 200_000_000

@@ -13,7 +13,7 @@ from service.api.app import create_app
 from service.api.observing.health import DEADLINE
 from service.settings.values import Settings
 from service.storage.address import open_store
-from tests.deploy.files import DEPLOY, USER, check_memory, load, run, settings_of
+from tests.deploy.files import DEPLOY, USER, check_limits, load, run, settings_of
 from tests.programs import program
 
 KUBERNETES = "1.37"
@@ -98,19 +98,12 @@ def test_pod_may_not_write_nor_gain_rights(overlay: str) -> None:
 
 
 @overlays
-def test_memory_holds_what_the_settings_allow(overlay: str) -> None:
+def test_limits_hold_what_the_settings_allow(overlay: str) -> None:
+    settings = settings_in(overlay)
     limit = container_of(overlay)["resources"]["limits"]["memory"]
     assert limit == "1Gi"
-    check_memory(settings_in(overlay), 1 << 30)
-    assert settings_in(overlay).threads > 0, "the processors of the node would be counted"
-
-
-@overlays
-def test_there_is_time_to_drain(overlay: str) -> None:
-    settings = settings_in(overlay)
-    assert settings.drain_timeout >= settings.request_timeout, "the longest request ends"
-    needed = settings.drain_delay + settings.drain_timeout
-    assert pod_of(overlay)["terminationGracePeriodSeconds"] >= needed + 5
+    check_limits(settings, 1 << 30, pod_of(overlay)["terminationGracePeriodSeconds"])
+    assert settings.threads > 0, "the processors of the node would be counted"
     if of_kind(overlay, "Ingress"):
         assert settings.drain_delay >= 5, "whoever is in front must hear of it"
     assert "lifecycle" not in container_of(overlay), "the service itself waits"

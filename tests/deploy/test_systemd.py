@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.deploy.files import DEPLOY, check_memory, run, settings_of, variables
+from tests.deploy.files import DEPLOY, check_limits, run, settings_of, variables
 from tests.programs import program
 
 UNIT = DEPLOY / "systemd" / "surface-service.service"
@@ -41,15 +41,10 @@ def test_it_is_confined(unit: Path) -> None:
     assert float(mark) <= 1.5
 
 
-def test_memory_holds_what_the_settings_allow() -> None:
+def test_limits_hold_what_the_settings_allow() -> None:
     assert the("MemoryMax") == "1G"
-    check_memory(SETTINGS, 1 << 30)
+    check_limits(SETTINGS, 1 << 30, int(the("TimeoutStopSec")))
     assert SETTINGS.max_connections < int(the("LimitNOFILE"))
-
-
-def test_there_is_time_to_drain() -> None:
-    assert SETTINGS.drain_timeout >= SETTINGS.request_timeout
-    assert int(the("TimeoutStopSec")) >= SETTINGS.drain_delay + SETTINGS.drain_timeout + 5
 
 
 def test_it_stores_where_it_may_write() -> None:

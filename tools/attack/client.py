@@ -6,6 +6,7 @@ wrong.
 """
 
 import http.client
+import itertools
 import json
 import sys
 import time
@@ -54,38 +55,33 @@ REQUESTS = (
 
 
 def main(port: int) -> None:
-    """Makes requests until its standard input is closed or it is ended."""
-    expected = {request: _ask(port, None, request)[1] for request in REQUESTS}
-    number, connection = 0, None
+    """Makes requests until it is ended."""
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+    expected = {request: _ask(connection, request)[1] for request in REQUESTS}
     due = time.monotonic()
-    while True:
+    for number in itertools.count():
         request = REQUESTS[number % len(REQUESTS)]
-        if number % FRESH == 0 and connection is not None:
-            connection.close()
-            connection = None
+        if number % FRESH == 0:
+            connection.close()  # the next request opens it again
         start = time.monotonic()
         try:
-            connection, (status, content) = _ask(port, connection, request)
-            wrong = "other bytes" if content != expected[request][1] else "ok"
+            status, content = _ask(connection, request)
+            wrong = "other bytes" if content != expected[request] else "ok"
             what = wrong if status == request.status else f"status {status}"
         except (OSError, http.client.HTTPException) as error:
-            what, connection = type(error).__name__, None
+            what = type(error).__name__
+            connection.close()
         end = time.monotonic()
         print(f"{end:.6f} {request.kind} {end - start:.6f} {what}", flush=True)
-        number += 1
         due = max(due + PACE, end - PACE)
         time.sleep(max(0.0, due - time.monotonic()))
 
 
-def _ask(
-    port: int, connection: http.client.HTTPConnection | None, request: Request
-) -> tuple[http.client.HTTPConnection, tuple[int, bytes]]:
-    """The connection, to be used again, and the answer."""
-    connection = connection or http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+def _ask(connection: http.client.HTTPConnection, request: Request) -> tuple[int, bytes]:
     headers = {"Content-Type": "application/json"} if request.body is not None else {}
     connection.request(request.method, request.address, request.body, headers)
     answer = connection.getresponse()
-    return connection, (answer.status, answer.read())
+    return answer.status, answer.read()
 
 
 if __name__ == "__main__":

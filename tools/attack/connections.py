@@ -5,6 +5,7 @@ import socket
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import partial
 
 from tools.attack.bodies import PIECE
 from tools.attack.wire import (
@@ -27,13 +28,13 @@ from tools.attack.work import COLD, LARGE_ANSWER, grid
 IDLE = 1000
 
 
-async def idle(port: int) -> Counter[str]:
+async def idle(port: int, source: str = HOST) -> Counter[str]:
     """A thousand connections that say nothing, or nothing more after one answer."""
-    answers = await asyncio.gather(*(_idle(port, k % 2 == 0) for k in range(IDLE)))
+    answers = await asyncio.gather(*(_idle(port, k % 2 == 0, source) for k in range(IDLE)))
     return Counter(answers)
 
 
-async def _idle(port: int, asks: bool, source: str = HOST) -> str:
+async def _idle(port: int, asks: bool, source: str) -> str:
     try:
         async with connected(port, source) as (reader, writer):
             if asks:
@@ -47,12 +48,6 @@ async def _idle(port: int, asks: bool, source: str = HOST) -> str:
             return in_short(seen, len(seen))
     except (OSError, asyncio.IncompleteReadError):
         return "closed"
-
-
-async def one_address(port: int) -> Counter[str]:
-    """A thousand connections of one address, which is not that of the client that behaves."""
-    answers = await asyncio.gather(*(_idle(port, k % 2 == 0, "127.0.0.2") for k in range(IDLE)))
-    return Counter(answers)
 
 
 async def slow_bodies(port: int) -> Counter[str]:
@@ -197,13 +192,13 @@ async def worst(port: int) -> Counter[str]:
         slow_readers(port),
         gone_in_queue(port),
         gone_in_answer(port),
-        large_and_slow_for(port, 10),
+        _large_and_slow_for(port, 10),
         idle(port),
     )
     return sum(done, Counter())
 
 
-async def large_and_slow_for(port: int, seconds: float) -> Counter[str]:
+async def _large_and_slow_for(port: int, seconds: float) -> Counter[str]:
     with suppress(TimeoutError):
         async with asyncio.timeout(seconds):
             return await large_and_slow(port)
@@ -220,22 +215,15 @@ CONNECTIONS = (
     Attack("slow readers of large answers", slow_readers, rf"200|closed|{BUSY}"),
 )
 
-PROXIED = (Attack("1000 connections of one address", one_address, "open|closed|408"),)
+ONE_ADDRESS = partial(idle, source="127.0.0.2")
+"""Not the address of the client that behaves."""
+
+PROXIED = (Attack("1000 connections of one address", ONE_ADDRESS, "open|closed|408"),)
 """Attacks that only HAProxy withstands, as it is shipped: it counts connections by address."""
 
-SLOW_BODIES = Attack(
-    "slow bodies: 100 connections",
-    slow_bodies,
-    rf"408 body_too_slow|closed|{BUSY}",
-)
-HALF_BODIES = Attack(
-    "half of 64 MiB, then slowly",
-    large_and_slow,
-    rf"408 body_too_slow|closed|{BUSY}|4\d\d .*",
-)
+LATE = rf"408 body_too_slow|closed|{BUSY}"
+SLOW_BODIES = Attack("slow bodies: 100 connections", slow_bodies, LATE)
+HALF_BODIES = Attack("half of 64 MiB, then slowly", large_and_slow, rf"{LATE}|4\d\d .*")
 
-WORST = Attack(
-    "the worst of these at once",
-    worst,
-    rf"200|open|closed|gone|408 .*|422 .*|{BUSY}",
-)
+ALL = rf"200|open|closed|gone|408 .*|422 .*|{BUSY}"
+WORST = Attack("the worst of these at once", worst, ALL)

@@ -199,7 +199,6 @@ async def slow_heads(port: int) -> Counter[str]:
 
 async def pipelines(port: int) -> Counter[str]:
     """Thousands of requests on a connection, without a look at the answers for a while."""
-    answers: Counter[str] = Counter()
     kinds = (
         b"GET /health/live HTTP/1.1\r\nHost: x\r\n\r\n" * 5000,
         b"GET /v1/surfaces/utah-teapot/mesh.glb?resolution=16 HTTP/1.1\r\nHost: x\r\n\r\n" * 2000,
@@ -212,9 +211,7 @@ async def pipelines(port: int) -> Counter[str]:
         % tuple(range(1, 501)),
     )
     done = await asyncio.gather(*(_pipeline(port, kind) for kind in kinds * 4))
-    for statuses in done:
-        answers += statuses
-    return answers
+    return sum(done, Counter())
 
 
 async def _pipeline(port: int, requests: bytes) -> Counter[str]:

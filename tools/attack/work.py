@@ -113,20 +113,14 @@ async def busting(port: int) -> Counter[str]:
 
 async def uploads(port: int) -> Counter[str]:
     """Small surfaces, all different, until there is no room."""
-    answers: Counter[str] = Counter()
 
-    async def one_by_one(first: int) -> None:
-        end = asyncio.get_running_loop().time() + 6
-        for k in range(first, 100_000, 4):
-            if asyncio.get_running_loop().time() > end:
-                break
+    def surfaces() -> Iterator[Pieces]:
+        for k in range(100_000):
             net = np.full((8, 8, 3), k, np.float32)
             net[..., 0], net[..., 1] = np.indices((8, 8))
-            request = post("/v1/surfaces", saved(net), media_type=NPY)
-            answers.update(await storm(port, [request], 1))
+            yield post("/v1/surfaces", saved(net), media_type=NPY)
 
-    await asyncio.gather(*(one_by_one(k) for k in range(4)))
-    return answers
+    return await storm(port, surfaces(), seconds=6)
 
 
 async def operations(port: int) -> Counter[str]:

@@ -7,6 +7,7 @@ or, at many divisions, against `matrix` in float64, which is right to 1e-15.
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -75,7 +76,7 @@ def costs() -> None:
             print(f"{title:28}{dtype.__name__:9}{cells}")
 
 
-def rivals(patches: Patches, divisions: int, dtype: Real) -> dict[str, Callable[[], object]]:
+def rivals(patches: Patches, divisions: int, dtype: Real) -> dict[str, Callable[[], Any]]:
     """Calls of the methods that take this degree."""
     degree = max(patches.side_degrees)
     fit = [m for m in METHODS if m != "forward_difference" or degree <= MAX_DEGREE[dtype]]
@@ -92,14 +93,12 @@ def losses() -> None:
         own = None if patches.weights is None else patches.weights[0]
         truth = exact.positions(patches.points[0], own, (16, 16))
         for dtype in (np.float32, np.float64):
-            cells = ""
-            for method in METHODS:
-                if method == "forward_difference" and max(p, q) > MAX_DEGREE[dtype]:
-                    cells += f"{'-':>24}"
-                    continue
-                found = evaluate(patches, (16, 16), dtype=dtype, normals=False, method=method)
-                off = np.abs(found.positions[0] - truth).max() / patches.extent
-                cells += f"{off:24.1e}"
+            calls = rivals(patches, 16, dtype)
+            found = {m: np.abs(call().positions[0] - truth).max() for m, call in calls.items()}
+            cells = "".join(
+                f"{found[m] / patches.extent:24.1e}" if m in found else f"{'-':>24}"
+                for m in METHODS
+            )
             title = f"{'rational ' if weights else ''}{p} x {q}"
             print(f"{title:28}{dtype.__name__:9}{cells}")
 
@@ -115,15 +114,12 @@ def growth() -> None:
                 continue
             cells = ""
             for divisions in DIVISIONS:
-                right = evaluate(patches, (2, divisions), normals=False).positions
-                found = evaluate(
-                    patches,
-                    (2, divisions),
-                    dtype=dtype,
-                    normals=False,
-                    method="forward_difference",
+                differences = partial(evaluate, dtype=dtype, method="forward_difference")
+                right, found = (
+                    method(patches, (2, divisions), normals=False).positions
+                    for method in (evaluate, differences)
                 )
-                cells += f"{np.abs(found.positions - right).max() / patches.extent:12.1e}"
+                cells += f"{np.abs(found - right).max() / patches.extent:12.1e}"
             print(f"{degree:<28}{dtype.__name__:9}{cells}")
 
 

@@ -65,12 +65,8 @@ def _weights(rng: Random, shape: tuple[int, ...], most: float) -> Array:
     return most ** rng.uniform(-1, 1, shape)
 
 
-def _bicubic_moderate(rng: Random) -> Surface:
-    return BezierSurface(strewn(rng, 4, 4, MODERATE))
-
-
-def _bicubic_wild(rng: Random) -> Surface:
-    return BezierSurface(strewn(rng, 4, 4, WILD))
+def _bicubic(rng: Random, spread: float, size: float = 1.0) -> Surface:
+    return BezierSurface(size * strewn(rng, 4, 4, spread))
 
 
 def _any_degree(rng: Random) -> Surface:
@@ -109,10 +105,6 @@ def _spline(rng: Random, weights: float = 1.0) -> Surface:
     net = strewn(rng, rows, columns, 0.3 / max(rows, columns), 0.3)
     loads = None if weights == 1.0 else _weights(rng, (rows, columns), weights)
     return BsplineSurface(net, (p, q), (names[u], names[v]), loads)
-
-
-def _nurbs(rng: Random) -> Surface:
-    return _spline(rng, 5.0)
 
 
 def _creased(rng: Random) -> Surface:
@@ -305,10 +297,6 @@ def _level(rng: Random) -> Surface:
     return BsplineSurface(np.stack([x, y, 0 * x], axis=-1), (p, p))
 
 
-def _bilinear(rng: Random) -> Surface:
-    return BezierSurface(rng.uniform(-1, 1, (2, 2, 3)))
-
-
 def _far(rng: Random) -> Surface:
     """A metre, a thousand kilometres away."""
     away = 1e6 * rng.uniform(-1, 1, 3)
@@ -316,14 +304,6 @@ def _far(rng: Random) -> Surface:
     if surface:
         return TriangleSurface(_corner_grid(3) + rng.uniform(-0.2, 0.2, (10, 3)) + away)
     return BezierSurface(strewn(rng, 4, 4, MODERATE) + away, _weights(rng, (4, 4), 2.0))
-
-
-def _tiny(rng: Random) -> Surface:
-    return BezierSurface(1e-6 * strewn(rng, 4, 4, MODERATE))
-
-
-def _vast(rng: Random) -> Surface:
-    return BezierSurface(1e6 * strewn(rng, 4, 4, WILD))
 
 
 def _bent(rng: Random) -> Surface:
@@ -338,15 +318,15 @@ def _bent(rng: Random) -> Surface:
 
 FAMILIES: Mapping[str, Family] = MappingProxyType(
     {
-        "bicubic, moderate": Family(_bicubic_moderate, 60),
-        "bicubic, wild": Family(_bicubic_wild, 60),
+        "bicubic, moderate": Family(lambda rng: _bicubic(rng, MODERATE), 60),
+        "bicubic, wild": Family(lambda rng: _bicubic(rng, WILD), 60),
         "degrees 1 to 8": Family(_any_degree, 80),
         "degrees 1 to 8, anywhere": Family(_anywhere, 60),
         "rational": Family(_rational, 80),
         "rational, weights to 1000": Family(_heavy, 40),
         "degree 15": Family(_high, 20),
         "B-splines": Family(_spline, 80),
-        "NURBS": Family(_nurbs, 60),
+        "NURBS": Family(lambda rng: _spline(rng, 5.0), 60),
         "creases": Family(_creased, 60),
         "rings and tori": Family(_ring, 40),
         "spikes": Family(_spike, 60),
@@ -362,10 +342,10 @@ FAMILIES: Mapping[str, Family] = MappingProxyType(
         "quadrics": Family(_quadric, 30),
         "flat": Family(_flat, 20, flat=True),
         "flat B-splines": Family(_level, 10, flat=True),
-        "bilinear": Family(_bilinear, 10),
+        "bilinear": Family(lambda rng: BezierSurface(rng.uniform(-1, 1, (2, 2, 3))), 10),
         "far away": Family(_far, 30),
-        "tiny": Family(_tiny, 10),
-        "vast": Family(_vast, 10),
+        "tiny": Family(lambda rng: _bicubic(rng, MODERATE, 1e-6), 10),
+        "vast": Family(lambda rng: _bicubic(rng, WILD, 1e6), 10),
     }
 )
 """The families by name; their counts add up to a thousand and some."""

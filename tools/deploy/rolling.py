@@ -72,10 +72,11 @@ def two_behind_haproxy(folder: Path) -> Iterator[tuple[Proxy, tuple[Server, Serv
                 each.kill()
 
 
-def report(capsys: pytest.CaptureFixture[str], *lines: str) -> None:
+def report(capsys: pytest.CaptureFixture[str], tally: Tally, *lines: str) -> None:
     """Shows what was seen, whether the test passes or not."""
     with capsys.disabled():
-        print("", *lines, sep="\n  ")
+        failed = (*tally.broken[:20], *tally.wrong[:20])
+        print("", *tally.lines(), *lines, *failed, sep="\n  ")
 
 
 def check_store(folder: Path, traffic: Traffic, instances: tuple[Server, ...]) -> str:
@@ -126,12 +127,10 @@ def test_no_request_fails_while_instances_are_restarted(
         stored = check_store(tmp_path, traffic, instances)
     report(
         capsys,
-        *tally.lines(),
+        tally,
         f"{len(codes)} restarts, the longest stop {max(seconds):.1f} s, the most memory"
         f" {max(peaks) / 1e6:.0f} MB; {retries:.0f} retries, {kept:.0f} hits in HAProxy",
         stored,
-        *tally.broken[:20],
-        *tally.wrong[:20],
     )
     assert not tally.broken
     assert not tally.wrong
@@ -170,11 +169,9 @@ def test_killed_instances_lose_nothing_and_tear_nothing(
     refused = [line for line in tally.wrong if ": 502 " in line]
     report(
         capsys,
-        *tally.lines(),
+        tally,
         f"{KILLS} killed; {retries:.0f} retries, {len(refused)} answers 502",
         stored,
-        *tally.broken[:20],
-        *tally.wrong[:20],
     )
     assert tally.wrong == refused
     assert len(tally.broken) + len(refused) <= KILLS * sum(group.number for group in clients)
