@@ -11,7 +11,6 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.gridded import gridded
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import build_mesh
-from service.settings.process import pin_blas
 from service.surface.bezier import BezierSurface
 from service.surface.lowered import PatchModel
 from tests.examples import patches_of
@@ -88,8 +87,3 @@ def compact(title: str, model: PatchModel, options: MeshOptions) -> None:
             f"{title:34}{name:>10}{times[name] * 1e3:8.2f}{len(file):11}{share:8.2f}"
             f"{gzips[name] * 1e3:9.1f}{len(zipped[name]()):11}"
         )
-
-
-if __name__ == "__main__":
-    pin_blas()
-    run()

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.engine.evaluation.evaluate import Formulation, choose, evaluate
-from service.settings.process import pin_blas
 from service.surface.batches import TensorPatches
 from tests.strategies import example_batch
 from tools.benchmarks.alternately import alternately
@@ -102,8 +101,3 @@ def measure(work: Work) -> None:
             f"{work.title:38}{name + mark:20}{times[name] / vertices * 1e9:10.1f}"
             f"{ratio:9.1f}{against if name == chosen else ''}"
         )
-
-
-if __name__ == "__main__":
-    pin_blas()
-    run()

@@ -6,7 +6,6 @@ of the body that the service read included.
 """
 
 import gc
-import sys
 import time
 from collections.abc import Callable
 from functools import partial
@@ -43,7 +42,7 @@ def costs() -> list[Cost]:
     return sorted(found, key=lambda cost: -cost.seconds)
 
 
-def report() -> bool:
+def run() -> bool:
     """Prints the dearest bodies; whether none is dearer than it may be."""
     rows = costs()
     slowest, largest = rows[0], max(rows, key=lambda cost: cost.peak)
@@ -81,7 +80,3 @@ def _timed(post: Callable[[], object]) -> float:
     start = time.perf_counter()
     post()
     return time.perf_counter() - start
-
-
-if __name__ == "__main__":
-    sys.exit(0 if report() else 1)

@@ -15,7 +15,6 @@ from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.forward_difference import MAX_DEGREE
 from service.engine.options import Method
 from service.engine.scratch import Real
-from service.settings.process import pin_blas
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from tests.oracles import exact
 from tests.strategies import example_batch
@@ -121,8 +120,3 @@ def growth() -> None:
                 )
                 cells += f"{np.abs(found - right).max() / patches.extent:12.1e}"
             print(f"{degree:<28}{dtype.__name__:9}{cells}")
-
-
-if __name__ == "__main__":
-    pin_blas()
-    run()

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -69,7 +70,7 @@ def works() -> dict[str, list[Surface]]:
 
 @dataclass(frozen=True)
 class Line:
-    """What one surface came to at one tolerance, ours and Open CASCADE's."""
+    """One surface at one tolerance: ours, theirs; `found` in parts of the tolerance."""
 
     triangles: tuple[int, int]
     seconds: tuple[float, float]
@@ -128,27 +129,22 @@ def uniform(model: PatchModel, tolerance: float) -> int:
     """
     (batch,) = model.batches
     assert isinstance(batch, TensorPatches)
-    return min(_uniform(batch, tolerance, shape) for shape in SHAPES)
+    p, q = batch.degree
 
+    def misses(times: int, shape: tuple[int, int]) -> bool:
+        u, v = times * shape[0], times * shape[1]
+        bends = grid_bends(batch, (u, v), (blocks_along(u, p), blocks_along(v, q)))
+        return float(bends.deviations(1 / u, 1 / v).max()) > tolerance
 
-def _uniform(batch: TensorPatches, tolerance: float, shape: tuple[int, int]) -> int:
-    """The same for multiples of one pair of divisions."""
+    def least(shape: tuple[int, int]) -> int:
+        high = 1
+        while misses(high, shape):
+            high *= 2
+        # The bound is met from some number of divisions on.
+        times = range(high // 2 + 1, high)
+        return times.start + bisect_left(times, True, key=lambda n: not misses(n, shape))
 
-    def meets(times: int) -> bool:
-        divisions = times * shape[0], times * shape[1]
-        p, q = batch.degree
-        blocks = blocks_along(divisions[0], p), blocks_along(divisions[1], q)
-        bends = grid_bends(batch, divisions, blocks)
-        return float(bends.deviations(1 / divisions[0], 1 / divisions[1]).max()) <= tolerance
-
-    high = 1
-    while not meets(high):
-        high *= 2
-    low = high // 2
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if meets(middle) else (middle, high)
-    return 2 * high * high * shape[0] * shape[1] * batch.count
+    return min(2 * least(shape) ** 2 * shape[0] * shape[1] * batch.count for shape in SHAPES)
 
 
 def measured(surface: Surface, relative: float, occ: Occ) -> Line:

@@ -169,7 +169,8 @@ def run(arguments: Sequence[str] = ()) -> bool:
             line = f"{work.name:18}{size:10}{ours:11.1f}{others[0]:10.1f}{ratios[0]:8.3f}"
             more = f"{others[1]:10.1f}{ratios[1]:9.2f}" if options.against else ""
             print(line + more, flush=True)
-    print(*slow, sep="\n")
+    for line in slow:
+        print(line)
     return not slow
 
 
