@@ -75,6 +75,12 @@ class Cache(Generic[Value]):
                         self._keep(key, under_way.value)
         return cast(Value, under_way.value)
 
+    def clear(self) -> None:
+        """Forgets everything."""
+        with self._lock:
+            self._values.clear()
+            self._bytes = 0
+
     def _keep(self, key: Hashable, value: Value | None) -> None:
         if value is None or value.nbytes > self.capacity // 4:
             return

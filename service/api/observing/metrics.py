@@ -35,6 +35,7 @@ from service.api.negotiation import no_parameters
 from service.api.observing.health import is_ready
 from service.api.observing.record import RequestRecord
 from service.api.workers import Workers
+from service.bases.cache import MESH_PLANS
 from service.engine.mesh import ENGINE, MeshReport
 from service.storage.store import SurfaceStore
 
@@ -157,6 +158,9 @@ class StateCollector(Collector):
         yield _gauge("cache_bytes", "Memory of kept answers.", answers.bytes)
         yield _gauge("cache_limit_bytes", "Memory that kept answers may take.", answers.max_bytes)
         yield _gauge("cache_entries", "Kept answers.", len(answers))
+        yield _counter("plan_hits", "Meshes' plans used again.", MESH_PLANS.hits)
+        yield _counter("plan_misses", "Meshes' plans made anew.", MESH_PLANS.misses)
+        yield _gauge("plan_bytes", "Memory of kept plans.", MESH_PLANS.nbytes)
         yield from _workers(state.services.workers)
         yield from _store(state.store)
 
