@@ -157,13 +157,7 @@ class CurveRequest(RequestModel, CurveOptionFields):
         self.to_curve()
 
     def to_curve(self) -> Curve:
-        """The curve itself, which is built once.
-
-        Raises
-        ------
-        InvalidRequest
-            With pointers into the whole request.
-        """
+        """The curve itself, built once; `InvalidRequest` points into the whole request."""
         return self._built
 
     @cached_property

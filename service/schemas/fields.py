@@ -40,13 +40,7 @@ class RequestModel(StrictModel):
     """A whole request."""
 
     def build(self) -> None:
-        """Builds the surface or the curve of the request, which is kept in it.
-
-        Raises
-        ------
-        InvalidRequest
-            With pointers into the whole request.
-        """
+        """Builds the surface or curve of the request, and keeps it; raises `InvalidRequest`."""
 
 
 class Omittable:

@@ -31,13 +31,7 @@ class SurfaceRequest(RequestModel):
         self.to_surface()
 
     def to_surface(self) -> Surface:
-        """The surface itself, which is built once.
-
-        Raises
-        ------
-        InvalidRequest
-            With pointers into the whole request.
-        """
+        """The surface itself, built once; `InvalidRequest` points into the whole request."""
         return self._built
 
     @cached_property

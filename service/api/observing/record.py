@@ -166,14 +166,7 @@ class Timing:
 
     def step(self, name: str) -> "Step":
         """Measures what is done within, also where it fails; several of one name are added up."""
-        return Step(self, name)
-
-    def add(self, name: str, start: float, seconds: float) -> None:
-        """Adds a step that began at `start` on the clock `time.perf_counter`."""
-        self._steps[name] = self._steps.get(name, 0.0) + seconds
-        record = current_record.get()
-        if record is not None:
-            record.steps.append((name, start, seconds))
+        return Step(self._steps, name)
 
     def __str__(self) -> str:
         """The header, in milliseconds."""
@@ -182,15 +175,18 @@ class Timing:
 
 
 class Step:
-    """The time between entering and leaving this context is a step."""
+    """Adds the time between entering and leaving this context to the steps, and to the record."""
 
-    __slots__ = ("_name", "_start", "_timing")
+    __slots__ = ("_name", "_start", "_steps")
 
-    def __init__(self, timing: Timing, name: str) -> None:
-        self._timing, self._name = timing, name
+    def __init__(self, steps: dict[str, float], name: str) -> None:
+        self._steps, self._name = steps, name
 
     def __enter__(self) -> None:
         self._start = time.perf_counter()
 
     def __exit__(self, *_: object) -> None:
-        self._timing.add(self._name, self._start, time.perf_counter() - self._start)
+        seconds = time.perf_counter() - self._start
+        self._steps[self._name] = self._steps.get(self._name, 0.0) + seconds
+        if (record := current_record.get()) is not None:
+            record.steps.append((self._name, self._start, seconds))

@@ -16,7 +16,7 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse
 
 from service.api.answers import HEADERS, PAGE_HEADERS
-from service.api.services import ServicesDep
+from service.api.services import ContextDep
 from service.api.static_files import StaticFile
 from service.decoders.registry import BY_NAME, BY_SUFFIX
 
@@ -53,7 +53,7 @@ pages = APIRouter(include_in_schema=False)
 
 
 @pages.get("/")
-async def editor(request: Request, services: ServicesDep) -> Response:
+async def editor(request: Request, context: ContextDep) -> Response:
     """The editor, or what to run to have it. Its query is read by the editor."""
     if not (STATIC / THREE).is_file():
         return _missing(
@@ -61,17 +61,17 @@ async def editor(request: Request, services: ServicesDep) -> Response:
             'Nothing else depends on it; <a href="docs">the interface</a> answers as ever.',
             _EDITOR_HEADERS,
         )
-    return await services.static_files.answer(request, "page")
+    return await context.services.static_files.answer(request, "page")
 
 
 @pages.get("/page/{file}")
-async def editor_file(file: str, request: Request, services: ServicesDep) -> Response:
+async def editor_file(file: str, request: Request, context: ContextDep) -> Response:
     """A module of the editor, its style, a picture or three.js."""
-    return await services.static_files.answer(request, f"page/{file}")
+    return await context.services.static_files.answer(request, f"page/{file}")
 
 
 @pages.get("/docs")
-async def documentation(request: Request, services: ServicesDep) -> Response:
+async def documentation(request: Request, context: ContextDep) -> Response:
     """Swagger UI over /openapi.json, or what to run to have it."""
     if not all((STATIC / name).is_file() for name in SWAGGER):
         return _missing(
@@ -80,19 +80,19 @@ async def documentation(request: Request, services: ServicesDep) -> Response:
             '<a href="openapi.json">openapi.json</a>.',
             _DOCS_HEADERS,
         )
-    return await services.static_files.answer(request, "docs")
+    return await context.services.static_files.answer(request, "docs")
 
 
 @pages.get("/docs/{asset}")
-async def documentation_file(asset: str, request: Request, services: ServicesDep) -> Response:
+async def documentation_file(asset: str, request: Request, context: ContextDep) -> Response:
     """A script or the style of the documentation."""
-    return await services.static_files.answer(request, f"docs/{asset}")
+    return await context.services.static_files.answer(request, f"docs/{asset}")
 
 
 @pages.get("/openapi.json")
-async def openapi(request: Request, services: ServicesDep) -> Response:
+async def openapi(request: Request, context: ContextDep) -> Response:
     """The interface as a document."""
-    return await services.static_files.answer(request, "openapi.json")
+    return await context.services.static_files.answer(request, "openapi.json")
 
 
 def _missing(what: str, rest: str, headers: Mapping[str, str]) -> Response:

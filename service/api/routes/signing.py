@@ -10,7 +10,7 @@ from service.api.guard.signatures import signed_address
 from service.api.models import SignedAddress
 from service.api.openapi.parameters import json_body
 from service.api.openapi.responses import POST_ERRORS, answer
-from service.api.services import ServicesDep
+from service.api.services import ContextDep
 from service.schemas.request import SignRequest
 
 signing = APIRouter(route_class=BodyRoute)
@@ -26,7 +26,7 @@ signing = APIRouter(route_class=BodyRoute)
     responses={200: answer({}), **POST_ERRORS},
     openapi_extra=json_body("signAddress"),
 )
-async def sign_address(wanted: SignRequest, request: Request, services: ServicesDep) -> Response:
+async def sign_address(wanted: SignRequest, request: Request, context: ContextDep) -> Response:
     """Makes an address that may be read without a key by whoever has it, until it expires.
 
     That is for services where surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`):
@@ -35,8 +35,8 @@ async def sign_address(wanted: SignRequest, request: Request, services: Services
     can be signed, for seven days at most; and only where it is set up for that
     (`SURFACE_SIGNING_KEYS`), else there is no such call.
     """
-    assert services.signer is not None
+    assert context.services.signer is not None
     root = request.scope.get("root_path", "")
-    address, expires = signed_address(services.signer, wanted, root, time.time())
+    address, expires = signed_address(context.services.signer, wanted, root, time.time())
     headers = HEADERS | {"Cache-Control": "no-store"}
     return json_response({"url": address, "expires": expires}, headers=headers)

@@ -22,7 +22,7 @@ from service.api.openapi.responses import (
     error,
     links,
 )
-from service.api.services import ContextDep, ServicesDep
+from service.api.services import ContextDep
 from service.api.stored import content_id, exists, surface_of
 from service.decoders.registry import DECODERS
 from service.encoders.registry import FORMATS
@@ -161,7 +161,7 @@ async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> R
         503: error("StoreFailed"),
     },
 )
-async def delete_surface(id: StoredId, request: Request, services: ServicesDep) -> Response:
+async def delete_surface(id: StoredId, request: Request, context: ContextDep) -> Response:
     """Removes a stored surface, where the service is set up to allow it (`SURFACE_ALLOW_DELETE`).
 
     Built-in surfaces stay: 405. What others have kept of its meshes is theirs: addresses that may
@@ -170,10 +170,10 @@ async def delete_surface(id: StoredId, request: Request, services: ServicesDep) 
     no_parameters(request.query_params)
     if id in EXAMPLES:
         raise HTTPException(405, headers={"Allow": "GET, HEAD"})
-    if not await services.store.delete(content_id(id)):
+    if not await context.services.store.delete(content_id(id)):
         issue = Issue("unknown_surface", "No surface is kept under this id.", "/id")
         raise UnknownSurface(issue)
-    services.answers.forget(id)
+    context.services.answers.forget(id)
     return Response(status_code=204, headers=HEADERS)
 
 
