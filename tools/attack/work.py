@@ -116,8 +116,8 @@ async def uploads(port: int) -> Counter[str]:
 
     def surfaces() -> Iterator[Pieces]:
         for k in range(100_000):
-            net = np.full((8, 8, 3), k, np.float32)
-            net[..., 0], net[..., 1] = np.indices((8, 8))
+            net = np.full((32, 32, 3), k, np.float32)
+            net[..., 0], net[..., 1] = np.indices((32, 32))
             yield post("/v1/surfaces", saved(net), media_type=NPY)
 
     return await storm(port, surfaces(), seconds=6)
