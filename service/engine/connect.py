@@ -17,27 +17,39 @@ from service.bases import triangle
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.cache import MESH_PLANS
 from service.bases.distinct import distinct_rows
-from service.engine.connectivity import Connectivity, digest, equal_points, triangular_patches
+from service.engine.connectivity import (
+    FEW_POINTS,
+    Connectivity,
+    digest,
+    equal_points,
+    triangular_patches,
+)
 from service.engine.edge_curves import EdgeCurves
 from service.engine.raised import candidates
 from service.engine.stitch import Seams, find_seams
-from service.surface.batches import Patches, TrianglePatches
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
+from service.surface.lowered import Domain, PatchModel
 from service.surface.sides import BEGINS, ENDS
 
 
-def connect(batches: Sequence[Patches]) -> Seams:
+def connect(model: PatchModel) -> Seams:
     """Distinct edges and corners of all patches of a model.
 
     As `find_seams` finds them; but numbered, and directed, by the patches that come first, so that
     nothing of the connectivity depends on coordinates.
     """
+    batches = model.batches
     if all(batch.weights is None for batch in batches):
         points = [_border_points(batch) for batch in batches]
         border = points[0] if len(points) == 1 else np.concatenate(points)
-        numbers = equal_points(border)
         forms = tuple((isinstance(b, TrianglePatches), b.side_degrees, b.count) for b in batches)
+        columns = 0
+        if model.domain is not None and len(border) > FEW_POINTS:
+            columns = _plain_columns(batches[0], model.domain)
+        numbers = None if columns else equal_points(border)
         sources = MESH_PLANS.get(
-            ("sources", forms, digest(numbers)), lambda: _sources(batches, numbers)
+            ("sources", forms, columns, b"" if numbers is None else digest(numbers)),
+            lambda: _sources(batches, equal_points(border) if numbers is None else numbers),
         )
         assert isinstance(sources, _Sources)
         if sources.is_certain:
@@ -72,6 +84,26 @@ class _Sources:
             curves.append(EdgeCurves(ids, points, None, turned))
             first += len(rows)
         return Seams(self.connectivity, border[self.corners], tuple(curves))
+
+
+def _plain_columns(batch: Patches, domain: Domain) -> int:
+    """M_v, the patches along v, where the patches meet as the cells of a grid do and nowhere else; 0 elsewhere.
+
+    Neighbours have the same control points on the side between them; and all corners of the grid
+    differ, so that no two other sides have both ends in common.
+    """
+    if not isinstance(batch, TensorPatches):
+        return 0
+    grid = len(domain.u) - 1, len(domain.v) - 1
+    nets = batch.points.reshape(*grid, *batch.points.shape[1:])
+    meet = np.array_equal(nets[:-1, :, -1], nets[1:, :, 0])
+    if not (meet and np.array_equal(nets[:, :-1, :, -1], nets[:, 1:, :, 0])):
+        return 0
+    corners = np.empty((grid[0] + 1, grid[1] + 1, 3))
+    corners[:-1, :-1], corners[-1, :-1] = nets[:, :, 0, 0], nets[-1, :, -1, 0]
+    corners[:-1, -1], corners[-1, -1] = nets[:, -1, 0, -1], nets[-1, -1, -1, -1]
+    number = equal_points(corners.reshape(-1, 3))
+    return grid[1] if (number == np.arange(len(number))).all() else 0
 
 
 def _canonical(points: FloatArray) -> tuple[FloatArray, Bools]:

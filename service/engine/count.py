@@ -44,7 +44,7 @@ def count(model: PatchModel, options: MeshOptions) -> Counts:
     side has one division: then every face at a border is looked at.
     """
     kind = options.faces
-    layout = Layout.plan(connect(model.batches).connectivity, options.resolution)
+    layout = Layout.plan(connect(model).connectivity, options.resolution)
     groups = [_Group(shape, each, _tally(shape, kind)) for shape, each in layout.shapes]
     triangles = sum(len(group.patches) * group.tally.triangles for group in groups)
     quads = sum(len(group.patches) * group.tally.quads for group in groups)

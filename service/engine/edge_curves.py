@@ -17,3 +17,11 @@ class EdgeCurves:
     points: FloatArray
     weights: FloatArray | None
     turned: Bools | None = None
+
+    def take(self, chosen: Bools) -> "EdgeCurves":
+        """Some of the edges, as `chosen` (E,) tells; mostly all."""
+        if chosen.all():
+            return self
+        weights = None if self.weights is None else self.weights[chosen]
+        turned = None if self.turned is None else self.turned[chosen]
+        return EdgeCurves(self.ids[chosen], self.points[chosen], weights, turned)

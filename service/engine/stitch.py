@@ -170,16 +170,15 @@ def sample_edges(
     """
     parts = []
     for group in curves:
-        rows = np.flatnonzero(wanted[group.ids])
-        weights = None if group.weights is None else group.weights[rows]
+        chosen = group.take(wanted[group.ids])
+        points, weights = chosen.points, chosen.weights
         if method == "matrix":
-            place = _sample(group.points[rows], weights, divisions)
+            place = _sample(points, weights, divisions)
         else:
-            place = _sample_by(METHODS[method], group.points[rows], weights, divisions)
-        place[:, 0], place[:, -1] = group.points[rows, 0], group.points[rows, -1]
-        if group.turned is not None:
-            turned = group.turned[rows]
-            place[turned] = place[turned, ::-1]
+            place = _sample_by(METHODS[method], points, weights, divisions)
+        place[:, 0], place[:, -1] = points[:, 0], points[:, -1]
+        if chosen.turned is not None:
+            place[chosen.turned] = place[chosen.turned, ::-1]
         parts.append(place)
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
@@ -200,18 +199,21 @@ def _sample_by(
 def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> FloatArray:
     degree = points.shape[1] - 1
     basis = sampled(degree, divisions)
-    place = np.zeros((len(points), divisions + 1, 3))
-    total = np.zeros((len(points), divisions + 1, 1))
+    # The edges are the innermost axis: every sum runs over long contiguous rows.
+    place = np.zeros((divisions + 1, len(points) * 3))
+    total = np.zeros((divisions + 1, len(points)))
     for i in range(degree + 1):
         share = basis[:, i, None]
         if weights is not None:
-            share = share * weights[:, i, None, None]
-            total += share
-        place += share * points[:, i, None]
+            weighted = share * weights[:, i]
+            total += weighted
+            share = np.repeat(weighted, 3, axis=1)
+        place += share * points[:, i].reshape(-1)
+    samples = place.reshape(divisions + 1, -1, 3).swapaxes(0, 1)
     if weights is not None:
-        total[_plain(weights)] = 1.0
-        place /= total
-    return place
+        total[:, _plain(weights)] = 1.0
+        return samples / total.T[:, :, None]
+    return samples
 
 
 def _plain(weights: FloatArray) -> Bools:

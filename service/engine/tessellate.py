@@ -43,7 +43,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         float32 positions about a local origin, for formats that store them so; else float64 in
         model coordinates.
     """
-    seams = connect(model.batches)
+    seams = connect(model)
     layout = Layout.plan(seams.connectivity, options.resolution)
     dtype: Real = np.float32 if single else np.float64
     origin = local_origin(*model.bounds) if single else np.zeros(3)
@@ -111,7 +111,7 @@ def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, i
     size = grids * (ru + 1) * (rv + 1) + triangles * triangle.size(max(ru, rv))
     framed = False
     if ru != rv:
-        layout = Layout.plan(connect(model.batches).connectivity, options.resolution)
+        layout = Layout.plan(connect(model).connectivity, options.resolution)
         size, framed = layout.size, layout.framed
         # A framed grid has at least two divisions each way.
         shapes = [(b.resolution, len(b.patches)) for b in layout.blocks if not b.triangular]

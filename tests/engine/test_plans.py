@@ -34,7 +34,7 @@ def forget_plans() -> None:
 
 def check_seams(model: PatchModel) -> None:
     """The seams of a pattern are those that the coordinates tell, to the last bit."""
-    planned, found = connect(model.batches), find_seams(model.batches)
+    planned, found = connect(model), find_seams(model.batches)
     np.testing.assert_array_equal(planned.collapsed, found.collapsed)
     for one, other in ((planned.edge, found.edge), (planned.corner, found.corner)):
         pairs = np.unique(np.stack([one.ravel(), other.ravel()]), axis=1)

@@ -69,7 +69,7 @@ def test_a_mesh_takes_no_more_than_predicted(name: str) -> None:
 
 @pytest.mark.parametrize("surface", [hills(60), hills(40, weighted=True)])
 def test_lowering_takes_no_more_than_predicted(surface: BsplineSurface) -> None:
-    most = taken(lambda: Layout.plan(connect(surface.lower().batches).connectivity, (1, 2)))
+    most = taken(lambda: Layout.plan(connect(surface.lower()).connectivity, (1, 2)))
     assert most <= lowering_memory(surface.size()) <= LOOSEST * most
 
 

@@ -153,7 +153,7 @@ def test_no_family_of_surfaces_is_bent_in_another_way(name: str) -> None:
     """Cusps, folds, poles, wild weights, sizes from 1e-6 to 1e6: as one by one."""
     model = FAMILIES[name].surface(1).lower()
     flat = 0.1 / float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
-    layout = Layout.plan(connect(model.batches).connectivity, (5, 4))
+    layout = Layout.plan(connect(model).connectivity, (5, 4))
     rows = np.stack([c.values[:, 0] for c in layout_curvatures(model, layout, np.float64)])
     for block in layout.blocks:
         patch, sample = np.divmod(np.arange(block.count * len(block.patches)), block.count)
