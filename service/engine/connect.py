@@ -87,7 +87,7 @@ class _Sources:
 
 
 def _plain_columns(batch: Patches, domain: Domain) -> int:
-    """M_v, the patches along v, where the patches meet as the cells of a grid do and nowhere else; 0 elsewhere.
+    """M_v, the patches along v, where patches meet as the cells of a grid do, and only so; else 0.
 
     Neighbours have the same control points on the side between them; and all corners of the grid
     differ, so that no two other sides have both ends in common.

@@ -86,7 +86,9 @@ def plan_faces(
     sequence : ndarray of int, shape (P,), or None
         Patches in the order in which they are written.
     """
-    pattern = [b"" if rows is None else digest(rows) for rows in (leader, sequence)]
+    # Only samples that share a place can have another leader than themselves.
+    merged = None if leader is None else leader.take(layout.averages.members)
+    pattern = [b"" if rows is None else digest(rows) for rows in (merged, sequence)]
     key = ("faces", layout.key, options.faces, options.weld, *pattern)
     found = MESH_PLANS.get(key, lambda: _plan(key, layout, options, leader, sequence))
     assert isinstance(found, FacePlan)
