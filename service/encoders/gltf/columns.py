@@ -9,7 +9,7 @@ Khronos, glTF 2.0 Specification: 3.7.2.1 mesh primitives.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -39,8 +39,9 @@ class Column:
     unit: bool = False
 
     def take(self, rows: IndexArray | Ints | slice) -> "Column":
-        """The same of some vertices."""
-        return replace(self, values=self.values[rows])
+        """The attribute of some vertices."""
+        chosen = self.values[rows] if isinstance(rows, slice) else self.values.take(rows, axis=0)
+        return Column(chosen, self.normalized, self.unit)
 
 
 Columns: TypeAlias = dict[str, Column]

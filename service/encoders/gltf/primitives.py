@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import Bools, IndexArray
+from service.bases.arrays import Bools, IndexArray, Ints
 from service.bases.cache import derived
 from service.encoders.colors import translucent
 from service.encoders.content import drawn, refuse_quads
@@ -84,7 +84,7 @@ def _primitive(
     }
 
 
-def _parts(mesh: Mesh) -> Iterator[tuple[MeshPart, IndexArray | slice, IndexArray]]:
+def _parts(mesh: Mesh) -> Iterator[tuple[MeshPart, Ints | slice, IndexArray]]:
     """Every part that has faces: its own vertices, and its triangles counted among those."""
     runs = tuple(part.triangles for part in mesh.parts)
     vertices = len(mesh.positions)
@@ -102,7 +102,7 @@ def _parts(mesh: Mesh) -> Iterator[tuple[MeshPart, IndexArray | slice, IndexArra
 class _Split:
     """Runs of triangles: the vertices that each uses, and the triangles counted among those."""
 
-    pieces: tuple[tuple[IndexArray | slice, IndexArray], ...]
+    pieces: tuple[tuple[Ints | slice, IndexArray], ...]
 
     @property
     def nbytes(self) -> int:
@@ -116,14 +116,16 @@ def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int
     if len(runs) == 1:
         return _Split(((slice(None), index_rows(triangles[slice(*runs[0])], vertices)),))
     used, lookup = np.zeros(vertices, dtype=np.bool_), np.empty(vertices, dtype=np.uint32)
-    pieces: list[tuple[IndexArray | slice, IndexArray]] = []
+    pieces: list[tuple[Ints | slice, IndexArray]] = []
     for run in runs:
         own: IndexArray | slice = slice(0, 0)
         faces = triangles[slice(*run)]
         if len(faces):
             own, faces = _own_vertices(faces, used, lookup)
         count = own.stop - own.start if isinstance(own, slice) else len(own)
-        pieces.append((own, index_rows(faces, count)))
+        # Numbers of the size of addresses are what NumPy gathers by.
+        rows = own if isinstance(own, slice) else own.astype(np.intp)
+        pieces.append((rows, index_rows(faces, count)))
     return _Split(tuple(pieces))
 
 
