@@ -36,15 +36,6 @@ def test_links_stay_below_the_path_the_service_is_mounted_at() -> None:
             assert canonical.startswith("</shapes/v1/surfaces/saddle/mesh.glb?resolution=2&engine=")
 
 
-@pytest.mark.parametrize("example", EXAMPLES)
-def test_definition_may_be_posted_back(client: Client, example: str) -> None:
-    definition = client.get(f"/v1/surfaces/{example}").json()
-    posted = client.post("/v1/mesh?format=gltf", {**definition, "resolution": 3})
-    fetched = client.get(f"/v1/surfaces/{example}/mesh.gltf?resolution=3")
-    assert posted.status_code == 200
-    assert posted.content == fetched.content
-
-
 def test_formats_are_those_of_the_registry(client: Client) -> None:
     formats = client.get("/v1/formats").json()["formats"]
     assert [(f["name"], f["media_type"], f["suffix"]) for f in formats] == [

@@ -201,14 +201,6 @@ def test_a_tag_of_a_coding_that_is_not_accepted_does_not_count(client: Client) -
         assert answer.status_code == 200
 
 
-def test_any_tag(fresh: Client) -> None:
-    for _ in range(2):
-        answer = fresh.raw(SADDLE, {"If-None-Match": "*", "Accept-Encoding": "gzip"})
-        assert answer.status_code == 304
-    full = fresh.raw(SADDLE, {"Accept-Encoding": "gzip"})
-    assert answer.headers["etag"] == full.headers["etag"]
-
-
 def test_conditions_do_not_hide_what_is_wrong(fresh: Client) -> None:
     condition = {"If-None-Match": "*"}
     assert fresh.get("/v1/surfaces/none/mesh.glb", condition).status_code == 404
@@ -235,14 +227,6 @@ def test_nothing_is_kept_where_there_is_no_memory_for_it() -> None:
     assert two.headers["server-timing"].startswith("cache;desc=miss")
     assert (len(app.state.services.answers), app.state.services.answers.bytes) == (0, 0)
     assert app.state.services.answers.counts.misses == 2
-
-
-def test_failures_are_not_kept(fresh: Client) -> None:
-    address = "/v1/surfaces/utah-teapot/mesh.glb?tolerance=1e-12"
-    for _ in range(2):
-        answer = fresh.get(address)
-        assert answer.status_code == 422
-        assert answer.headers["cache-control"] == "no-store"
 
 
 def test_long_answers_are_sent_whole_from_the_cache(client: Client) -> None:

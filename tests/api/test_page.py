@@ -1,4 +1,4 @@
-"""The editor's page and its modules as they are served, and the service without three.js."""
+"""The pages of the editor and of the calls as they are served, and the service without scripts."""
 
 import json
 import re
@@ -81,18 +81,40 @@ def test_modules_are_short_and_say_what_they_are_for() -> None:
         assert lines[0].startswith("// "), path.name
 
 
-@pytest.mark.parametrize("name", ["..%2fpage.py", "index.html", "LICENSE", "three.d.ts"])
-def test_nothing_else_is_served(client: Client, name: str) -> None:
-    assert client.get(f"/page/{name}").status_code == 404
+@pytest.mark.parametrize(
+    "address",
+    [
+        *("/page/..%2fpage.py", "/page/index.html", "/page/LICENSE", "/page/three.d.ts"),
+        *("/docs/..%2f..%2fapp.py", "/docs/LICENSE", "/docs/swagger-ui.css.map"),
+    ],
+)
+def test_nothing_else_is_served(client: Client, address: str) -> None:
+    assert client.get(address).status_code == 404
 
 
-def test_page_without_three_says_what_to_run(
+def test_everything_on_the_page_of_the_calls_comes_from_here(client: Client) -> None:
+    page = client.get("/docs")
+    assert page.status_code == 200
+    icon, *sources = re.findall(r'(?:src|href)="([^"]+)"', page.text)
+    assert icon == "data:,"
+    assert sources
+    for source in sources:
+        assert source.startswith("docs/")
+        assert client.get(f"/{source}").status_code == 200
+    assert "<script>" not in page.text
+    assert "script-src 'self';" in page.headers["content-security-policy"]
+
+
+def test_pages_without_their_scripts_say_what_to_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(pages, "STATIC", tmp_path)
     with client_of(create_app(Settings())) as client:
-        answer = client.get("/")
-        assert answer.status_code == 503
-        assert "make web" in answer.text
-        assert client.get("/page/three.js").status_code == 404
-        assert client.get("/v1/formats").status_code == 200
+        for address in ("/", "/docs"):
+            answer = client.get(address)
+            assert answer.status_code == 503
+            assert "make web" in answer.text
+        for address in ("/page/three.js", "/docs/swagger-ui.css"):
+            assert client.get(address).status_code == 404
+        for address in ("/v1/formats", "/openapi.json"):
+            assert client.get(address).status_code == 200

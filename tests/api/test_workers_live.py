@@ -180,21 +180,6 @@ def test_the_last_who_waits_for_a_mesh_takes_the_work_along(looping: Looping) ->
         assert (looping.calls, looping.stopped) == (3, 1)
 
 
-def test_too_many_are_told_when_to_come_again(looping: Looping) -> None:
-    with serving(max_queue=2) as service:
-        computed = service.posted(LONG)
-        until(lambda: looping.calls == 1)
-        waiting = [service.posted(LONG), service.got(SADDLE)]
-        until(lambda: service.workers.waiting == 2)
-        for refused in (service.posted(LONG), service.got(SADDLE.replace("glb", "stl"))):
-            assert refused.refusal() == (429, "busy", 3)
-        assert service.workers.refused == 2
-        assert service.posted(SHORT).answer()[0] == 200
-        looping.gate.set()
-        assert [client.answer()[0] for client in (computed, *waiting)] == [200] * 3
-        until(service.given_back)
-
-
 def test_time_is_over_for_who_computes_and_who_waits(looping: Looping) -> None:
     with serving(request_timeout=0.5) as service:
         clients = [service.posted(LONG), service.got(SADDLE), service.posted(LONG)]

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.interpolate import BSpline
 
 from service.bases import knots as knot
 from tests.oracles.splines import basis_values, fractions, span_of
@@ -64,16 +63,3 @@ def test_the_basis_is_that_of_cox_and_de_boor(vector: KnotVector, shares: list[f
         got = np.zeros(vector.points)
         got[span[row] - vector.degree : span[row] + 1] = values[row]
         np.testing.assert_allclose(got, wanted, atol=1e-15)
-
-
-@settings(max_examples=40, deadline=None)
-@given(knot_vectors(), st.lists(fraction_of, min_size=1, max_size=8))
-def test_the_basis_is_that_of_scipy(vector: KnotVector, shares: list[float]) -> None:
-    """Its design matrix, which exists inside the domain."""
-    t = parameters(vector, shares)
-    span, values = knot.basis(*vector, t)
-    columns = span[:, None] - vector.degree + np.arange(vector.degree + 1)
-    got = np.zeros((len(t), vector.points))
-    np.put_along_axis(got, columns, values, axis=1)
-    wanted = BSpline(vector.knots, np.eye(vector.points), vector.degree)(t)
-    np.testing.assert_allclose(got, wanted, atol=1e-12)

@@ -4,13 +4,11 @@ from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import interpolate
 
 from service.bases.combine import combine
-from service.bases.knots import breaks, clamped, domain
+from service.bases.knots import breaks, domain
 from service.bases.refine import blossoms, raised_knots
 from tests.oracles.splines import fractions, spline_point
 from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
@@ -91,17 +89,6 @@ def test_raised_it_begins_and_ends_at_the_same_bits(
     target = raised_knots(own, degree, degree + more, low, high)
     made, _ = combine(points, None, *blossoms(own, degree, target, degree + more))
     np.testing.assert_array_equal(made[[0, -1]], points[[0, -1]])
-
-
-@pytest.mark.parametrize("degree", [1, 2, 3, 5])
-def test_scipy_inserts_the_same_points(degree: int) -> None:
-    knots = clamped(degree + 4, degree)
-    points = points_for(degree + 4, degree)[..., 0]
-    target = np.sort(np.append(knots, [0.5, 1.25]))
-    made, _ = combine(points[:, None], None, *blossoms(knots, degree, target, degree))
-    spline = interpolate.BSpline(knots, points, degree)
-    spline = spline.insert_knot(0.5).insert_knot(1.25)
-    np.testing.assert_allclose(made[:, 0], spline.c, atol=1e-13)
 
 
 def test_the_highest_degree_loses_nothing() -> None:

@@ -118,30 +118,27 @@ def damaged(draw: st.DrawFn) -> bytes:
 
 @settings(max_examples=300)
 @given(damaged())
-def test_damaged_files_are_refused_or_nets_and_cost_nothing(content: bytes) -> None:
+def test_damaged_files_are_refused_or_what_numpy_reads_and_cost_nothing(content: bytes) -> None:
+    found = None
     tracemalloc.start()
     try:
         with suppress(SurfaceError):
-            assert put_together(decode(content, None, MOST)).nbytes <= len(content)
+            found = put_together(decode(content, None, MOST))
         _, peak = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
     assert peak < 1 << 18
-
-
-@settings(max_examples=300)
-@given(damaged())
-def test_what_is_read_of_a_damaged_file_numpy_reads_as_well(content: bytes) -> None:
-    with suppress(SurfaceError), np.errstate(all="ignore"):
-        found = put_together(decode(content, None, MOST))
-        expected = np.load(io.BytesIO(content), allow_pickle=False)
+    if found is not None:
+        assert found.nbytes <= len(content)
+        with np.errstate(all="ignore"):
+            expected = np.load(io.BytesIO(content), allow_pickle=False)
         assert found.tobytes() == expected.tobytes()
 
 
-@pytest.mark.parametrize("end", range(len(FILE)))
-def test_every_truncation_is_told(end: int) -> None:
-    with pytest.raises(MalformedBody):
-        decode(FILE[:end], None, MOST)
+def test_every_truncation_is_told() -> None:
+    for end in range(len(FILE)):
+        with pytest.raises(MalformedBody):
+            decode(FILE[:end], None, MOST)
 
 
 MALFORMED = {
@@ -199,13 +196,6 @@ def test_numbers_of_another_type_are_refused(content: bytes, got: str) -> None:
         decode(content, None, MOST)
     issue = caught.value.issues[0]
     assert (issue.code, issue.got) == ("wrong_type", got)
-
-
-def test_nothing_of_a_pickle_is_read() -> None:
-    file = io.BytesIO()
-    np.save(file, np.array([[[print]]], dtype=object), allow_pickle=True)
-    with pytest.raises(SurfaceError):
-        decode(file.getvalue(), None, MOST)
 
 
 @pytest.mark.parametrize(

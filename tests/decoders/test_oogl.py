@@ -271,7 +271,7 @@ WORDS = st.sampled_from(
 )  # fmt: skip
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(st.lists(WORDS, max_size=12).map(b" ".join))
 def test_any_text_is_patches_or_refused(text: bytes) -> None:
     with suppress(SurfaceError):

@@ -10,24 +10,10 @@ from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.errors import UnsupportedByFormat
 from service.pipeline.mesh import plan_mesh
-from service.surface.channels import Channels
 from service.surface.examples import find
 from service.surface.triangle import TriangleSurface
 from tests.clients.geomview import read_oogl
 from tests.oracles import triangles
-
-
-def colored(degree: int = 5) -> TriangleSurface:
-    """A triangle that carries everything a surface can carry, each in a degree of its own."""
-    rng = np.random.default_rng(degree)
-    net = np.array([(j, k, 0) for _, j, k in triangles.keys(degree)], dtype=float)
-    net[:, 2] = rng.uniform(-1, 1, len(net))
-    carried = Channels(
-        colors=rng.uniform(0, 1, (6, 4)),
-        uvs=np.array([[0.0, 0], [2, 0], [0, 2]]),
-        attributes=(("height", rng.uniform(-9, 9, (10, 1))), ("six", rng.uniform(0, 1, (1, 6)))),
-    )
-    return TriangleSurface(net, rng.uniform(0.5, 2, len(net)), "z", "sail", carried)
 
 
 def test_geomview_dices_the_very_sphere(tmp_path: Path) -> None:
@@ -43,7 +29,9 @@ def test_geomview_dices_the_very_sphere(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("degree", "refused"), [(12, False), (13, True)])
 def test_the_exact_form_ends_at_degree_12(degree: int, refused: bool, tmp_path: Path) -> None:
-    work = plan_mesh(colored(degree), MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
+    net = np.array([(j, k, j * k) for _, j, k in triangles.keys(degree)], dtype=float)
+    surface = TriangleSurface(net)
+    work = plan_mesh(surface, MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
     if not refused:
         assert len(read_oogl(work.run().content, tmp_path).vertices) == 100
         return

@@ -2,6 +2,7 @@
 
 from dataclasses import FrozenInstanceError
 from math import inf, nan, pi, radians
+from typing import Any
 
 import pytest
 
@@ -30,23 +31,27 @@ def test_is_frozen() -> None:
     assert hash(MeshOptions()) == hash(MeshOptions())
 
 
-@pytest.mark.parametrize("resolution", [(0, 1), (1, 0), (-3, 4), (4, MAX_RESOLUTION + 1)])
-def test_refuses_resolutions_that_are_none(resolution: tuple[int, int]) -> None:
-    """With the field's pointer, what was got and what is needed."""
+@pytest.mark.parametrize(
+    ("options", "pointer"),
+    [
+        *(({"resolution": n}, "/resolution") for n in ((0, 1), (1, 0), (-3, 4))),
+        ({"resolution": (4, MAX_RESOLUTION + 1)}, "/resolution"),
+        *(({"crease_angle": angle}, "/crease_angle") for angle in (-0.1, 3.2, inf, nan)),
+        ({"isocurves": (-1, 0)}, "/isocurves"),
+        ({"isocurves": (0, 1025)}, "/isocurves"),
+        ({"wire_width": 0.0}, "/wire_width"),
+        ({"wire_width": nan}, "/wire_width"),
+        ({"wire_sides": 2}, "/wire_sides"),
+        ({"surface": False}, "/faces"),
+    ],
+)
+def test_what_cannot_be_meshed_is_refused(options: dict[str, Any], pointer: str) -> None:
     with pytest.raises(InvalidRequest) as caught:
-        MeshOptions(resolution=resolution)
+        MeshOptions(**options)
     (issue,) = caught.value.issues
-    assert (issue.code, issue.pointer) == ("out_of_range", "/resolution")
-    assert str(resolution[0]) in issue.got
-    assert str(MAX_RESOLUTION) in issue.needed
-
-
-@pytest.mark.parametrize("angle", [-0.1, 3.2, inf, nan])
-def test_refuses_crease_angles_that_are_none(angle: float) -> None:
-    """From 0 to π."""
-    with pytest.raises(InvalidRequest) as caught:
-        MeshOptions(crease_angle=angle)
-    assert caught.value.issues[0].pointer == "/crease_angle"
+    assert issue.pointer == pointer
+    assert issue.got
+    assert issue.needed
 
 
 def test_accepts_the_ends_of_the_ranges() -> None:

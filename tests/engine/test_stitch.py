@@ -146,17 +146,6 @@ def test_a_shared_edge_takes_the_larger_number() -> None:
     assert mesh.grids == ()
 
 
-@given(split_models(), st.permutations(range(4)), st.integers(1, 6))
-def test_the_order_of_the_patches_does_not_touch_a_bit_of_the_seams(
-    pieces: tuple[Array, list[Array]], order: list[int], divisions: int
-) -> None:
-    """The same border points whatever stands where in the batch."""
-    resolution = (divisions, divisions)
-    first = mesh_of(pieces[1], resolution=resolution)
-    second = mesh_of([pieces[1][k] for k in order], resolution=resolution)
-    assert border_bits(first) == border_bits(second)
-
-
 @given(split_models(), st.integers(1, 6))
 def test_a_patch_alone_has_the_same_seams_as_among_others(
     pieces: tuple[Array, list[Array]], divisions: int

@@ -12,7 +12,6 @@ from service.surface.batches import TensorPatches
 from service.surface.examples import EXAMPLES
 from service.surface.lowered import PatchModel
 from tests.engine.meshing import (
-    as_triangles,
     check_sound,
     check_upright,
     check_values,
@@ -22,7 +21,7 @@ from tests.engine.meshing import (
     shape_of,
 )
 from tests.examples import patches_of
-from tests.oracles import exact, quadrics
+from tests.oracles import exact
 from tests.oracles.topology import topology, welded_by_position
 from tests.strategies import (
     Array,
@@ -32,9 +31,6 @@ from tests.strategies import (
     resolutions,
     weighted_nets,
 )
-
-CLOSED = {"sphere": 2, "torus": 0, "cylinder": 2, "cone": 2}
-"""Examples without a border, and their Euler characteristic."""
 
 
 def model_of_net(net: Array, weights: Array | None) -> PatchModel:
@@ -106,43 +102,6 @@ def test_teapot_keeps_its_parts() -> None:
     for part in mesh.parts:
         poles = 4 * 4 if part.name in ("lid", "bottom") else 0
         assert part.triangles[1] - part.triangles[0] == cells[part.name] * 32 - poles
-
-
-@pytest.mark.parametrize("faces", ["triangles", "quads"])
-@pytest.mark.parametrize("example", CLOSED)
-def test_closed_examples_are_watertight(example: str, faces: str) -> None:
-    """Both in the bits of the positions and in what the mesh says; Euler's characteristic right."""
-    for resolution in ((8, 8), (3, 5), (2, 2)):
-        mesh = mesh_of(example, faces=faces, resolution=resolution)
-        shape = shape_of(mesh)
-        assert shape.watertight
-        assert mesh.report.watertight
-        assert (shape.euler, shape.components) == (CLOSED[example], 1)
-        assert topology(welded_by_position(mesh.positions, as_triangles(mesh))).watertight
-
-
-@pytest.mark.parametrize(
-    ("example", "part", "quadric"),
-    [
-        ("sphere", "sphere", quadrics.sphere),
-        ("torus", "torus", quadrics.torus),
-        ("cylinder", "side", quadrics.cylinder),
-        ("cone", "side", quadrics.cone),
-    ],
-)
-def test_quadrics_are_exact(example: str, part: str, quadric) -> None:  # type: ignore[no-untyped-def]
-    """Vertices on the closed form to 1e-12, and their normals the ones of the closed form."""
-    mesh = mesh_of(example, resolution=(13, 7))
-    run = next(p for p in mesh.parts if p.name == part)
-    used = np.unique(mesh.triangles[slice(*run.triangles)])
-    points = np.asarray(mesh.positions[used], dtype=float)
-    off, outward = quadric(points)
-    assert np.abs(off).max() < 1e-12
-    assert mesh.normals is not None
-    defined = ~np.isnan(outward).any(axis=1)
-    # The pole of the sphere has a normal, but not in cylindrical coordinates: it is its point.
-    assert defined.sum() >= len(used) - 4 * 13
-    assert np.abs(mesh.normals[used][defined] - outward[defined]).max() < 1e-9
 
 
 @given(weighted_nets(height_nets()), resolutions)
@@ -222,25 +181,6 @@ def test_large_coordinates_stand_about_a_local_origin(example: str, offset: floa
     assert truth.normals is not None
     assert np.abs(mesh.normals - truth.normals).max() < 1e-6
     check_sound(mesh)
-
-
-@pytest.mark.parametrize("single", [False, True])
-@pytest.mark.parametrize("power", [-100, -40, 40, 100])
-@pytest.mark.parametrize("example", ["utah-teapot", "cone"])
-def test_the_unit_of_length_does_not_matter(example: str, power: int, single: bool) -> None:
-    """Scaled by powers of two up to about 1e±30, every face and normal is the same."""
-    model = patches_of(example)
-    (batch,) = model.batches
-    factor = 2.0**power
-    scaled = PatchModel(
-        "scaled", (TensorPatches(batch.points * factor, batch.weights),), model.parts
-    )
-    mesh = mesh_of(scaled, single=single, resolution=(7, 7))
-    plain = mesh_of(example, single=single, resolution=(7, 7))
-    np.testing.assert_array_equal(mesh.triangles, plain.triangles)
-    np.testing.assert_array_equal(mesh.normals, plain.normals)
-    if not single:
-        np.testing.assert_array_equal(mesh.positions, plain.positions * factor)
 
 
 def digest(mesh: Mesh) -> str:

@@ -23,7 +23,6 @@ from service.surface.bezier import BezierSurface
 from service.surface.curve import BezierCurve
 from service.surface.examples import find
 from service.surface.group import GroupSurface, Member
-from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceSize
 from service.surface.sweeps import TubeSurface
 from service.surface.triangle import TriangleSurface
@@ -32,12 +31,9 @@ from tests.oracles.deviation import surface_to_mesh
 from tests.oracles.sheets import sheets_of
 from tests.strategies import (
     Array,
-    cube,
-    degenerate_nets,
     model_of,
     resolutions,
     split_models,
-    weighted_nets,
 )
 
 each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
@@ -51,19 +47,6 @@ def test_a_format_gets_the_precision_it_stores(fmt: Format) -> None:
     assert made.positions.dtype == (np.float32 if fmt.single else np.float64)
 
 
-def _counts(model: PatchModel, options: MeshOptions) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Predicted and true numbers of vertices, triangles and quads."""
-    once, copies = count_models(model, options)
-    assert once == copies
-    grids = sum(batch.count for batch in model.batches)
-    shapes = mesh_counts(SurfaceSize((3, 3), grids=grids), options)
-    assert shapes.vertices >= once.vertices
-    assert shapes.triangles >= once.triangles
-    assert shapes.quads >= once.quads
-    made = build_mesh(model, options, BY_NAME["json"])
-    return astuple(once), (len(made.positions), len(made.triangles), len(made.quads))
-
-
 faces: st.SearchStrategy[Faces] = st.sampled_from(["triangles", "quads"])
 
 
@@ -71,37 +54,12 @@ faces: st.SearchStrategy[Faces] = st.sampled_from(["triangles", "quads"])
 def test_predictions_are_upper_bounds(
     pieces: tuple[Array, list[Array]], resolution: tuple[int, int], kind: Faces, weld: bool
 ) -> None:
-    """Turned neighbours, hence strips where the divisions differ; welded or not."""
+    """From how large a surface is alone, turned neighbours among it; and each model is counted."""
     options = MeshOptions(resolution=resolution, faces=kind, weld=weld, uvs=True)
-    predicted, true = _counts(model_of(pieces[1]), options)
-    assert all(a >= b for a, b in zip(predicted, true, strict=True))
-
-
-@given(degenerate_nets(), resolutions, faces)
-def test_predictions_hold_for_degenerate_nets(
-    net: Array, resolution: tuple[int, int], kind: Faces
-) -> None:
-    """Poles turn quads into triangles."""
-    predicted, true = _counts(model_of([net]), MeshOptions(resolution=resolution, faces=kind))
-    assert all(a >= b for a, b in zip(predicted, true, strict=True))
-
-
-@given(weighted_nets(), resolutions)
-def test_predictions_are_exact_for_a_patch_alone(
-    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
-) -> None:
-    """Nothing to weld, nothing collapsed: as many vertices as samples."""
-    net, _ = weighted
-    corners = {tuple(corner) for corner in net[:: len(net) - 1, :: len(net[0]) - 1].reshape(4, 3)}
-    predicted, true = _counts(model_of([net]), MeshOptions(resolution=resolution))
-    if len(corners) == 4:
-        assert predicted == true
-
-
-def test_predictions_are_not_wasteful() -> None:
-    """A welded cube's faces are counted exactly, its vertices within those of its edges."""
-    predicted, true = _counts(model_of(cube()), MeshOptions(resolution=(10, 10)))
-    assert predicted == true
+    once, copies = count_models(model_of(pieces[1]), options)
+    assert once == copies
+    predicted = mesh_counts(SurfaceSize((3, 3), grids=len(pieces[1])), options)
+    assert all(a >= b for a, b in zip(astuple(predicted)[:3], astuple(once), strict=True))
 
 
 @each_format

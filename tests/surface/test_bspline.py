@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.interpolate import NdBSpline
 
 from service.bases import knots as knot
 from service.bases.bernstein import bernstein
@@ -76,23 +75,6 @@ def test_is_the_surface_of_cox_and_de_boor(
             place = Fraction(us[a]), Fraction(vs[b])
             wanted = spline_surface_point(net, exact, surface.degree, place)
             np.testing.assert_allclose(got[k, a, b], [float(x) for x in wanted], atol=1e-13)
-
-
-@settings(max_examples=25, deadline=None)
-@given(knot_vectors(), knot_vectors(), seeds, st.booleans())
-def test_is_the_surface_of_scipy(u: KnotVector, v: KnotVector, seed: int, rational: bool) -> None:
-    """NdBSpline over homogeneous control points."""
-    surface = surface_of(u, v, seed, rational)
-    weights = np.ones(surface.control_net.shape[:2]) if surface.weights is None else surface.weights
-    homogeneous = np.concatenate(
-        [surface.control_net * weights[..., None], weights[..., None]], axis=-1
-    )
-    peer = NdBSpline((u.knots, v.knots), homogeneous, surface.degree)
-    model = surface.lower()
-    got = values(model)
-    for k, (us, vs) in enumerate(zip(*parameters(model), strict=True)):
-        wanted = peer(np.stack(np.meshgrid(us, vs, indexing="ij"), axis=-1))
-        np.testing.assert_allclose(got[k], wanted[..., :3] / wanted[..., 3:], atol=1e-12)
 
 
 def test_one_span_is_a_bezier_patch_as_it_is() -> None:

@@ -187,14 +187,6 @@ def test_any_other_net_is_one_function_over_the_whole_domain(
         np.testing.assert_allclose(found, [float(x) for x in right], atol=1e-13)
 
 
-def ring(channels: Channels) -> BsplineSurface:
-    """A tube that closes along u, of four spans by one."""
-    angle = np.arange(4) * np.pi / 2
-    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    net = np.array([[[x, y, z] for z in (0.0, 1.0)] for x, y in circle])
-    return BsplineSurface(net, (3, 1), ("periodic", "clamped"), channels=channels)
-
-
 def test_spline_channels_are_limited() -> None:
     """By degree where they are Bézier nets, by numbers always."""
     random = np.random.default_rng(1)

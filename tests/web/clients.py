@@ -12,6 +12,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from playwright.sync_api import Browser
 
 from tests.programs import node_package
@@ -24,6 +26,12 @@ LIBRARIES = {"three": "GLTFLoader", "model-viewer": "</model-viewer>", "babylon"
 PACKAGES = ("three", "@google/model-viewer", "babylonjs", "babylonjs-loaders", "meshoptimizer")
 SERVED_AT = "http://127.0.0.1:8000"
 MODEL = re.compile(rf"{SERVED_AT}/v1/surfaces/[\w-]+/mesh\.glb[^'\"]*")
+
+
+def upright(rows: ArrayLike) -> NDArray[np.float64]:
+    """Points whose third coordinate points up, as glTF has them: (x, y, z) → (x, z, −y)."""
+    x, y, z = np.asarray(rows).T
+    return np.stack([x, z, -y], axis=1)
 
 
 def blocks(language: str) -> list[str]:

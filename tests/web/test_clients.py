@@ -13,7 +13,17 @@ from playwright.sync_api import Browser
 
 from tests.programs import program
 from tests.test_readme import run_shell
-from tests.web.clients import LIBRARIES, MODEL, SERVED_AT, blocks, held, open_client, page_of, site
+from tests.web.clients import (
+    LIBRARIES,
+    MODEL,
+    SERVED_AT,
+    blocks,
+    held,
+    open_client,
+    page_of,
+    site,
+    upright,
+)
 
 RESOLUTION = 32
 
@@ -57,12 +67,6 @@ def drawn(
         picture = stage.picture()
         stage.page.close()
     return Drawn(mesh, picture, stage.complaints)
-
-
-def upright(rows: list[list[float]]) -> NDArray[np.float64]:
-    """Points whose third coordinate points up, as glTF has them: (x, y, z) → (x, z, −y)."""
-    x, y, z = np.array(rows).T
-    return np.stack([x, z, -y], axis=1)
 
 
 def linear(srgb: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -94,3 +94,13 @@ def faces(indices: list[int], rows: Any) -> set[tuple[int, ...]]:
     corners = np.array(indices) if rows is None else rows[np.array(indices)]
     turned = (np.roll(face, -face.argmin()) for face in corners.reshape(-1, 3))
     return {tuple(face.tolist()) for face in turned}
+
+
+def test_the_json_form_and_lines(server: str, stage: Stage) -> None:
+    both = "overlays=control_net&quantize=true&compression=meshopt"
+    stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.gltf?resolution=4&{both}")
+    (net,) = stage.lines()
+    stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?resolution=4&overlays=control_net")
+    (wanted,) = stage.lines()
+    assert net["segments"] == wanted["segments"]
+    assert len(net["positions"]) == len(wanted["positions"])

@@ -1,68 +1,99 @@
-"""What a browser makes of the teapot: three.js in headless Chromium draws the served GLB."""
-
-from typing import Any
+"""What three.js makes of a GLB in headless Chromium: shading, curvatures, groups, wires."""
 
 import numpy as np
 import pytest
 
+from service.encoders.registry import BY_NAME
+from service.engine.build import build_scene
+from service.engine.options import MeshOptions
+from service.engine.scene import placed_points
+from service.pipeline.mesh import render
+from service.surface.examples import find
+from service.surface.group import GroupSurface, Member
+from service.surface.lowered import GroupModel
 from tests.web.browser import Stage
-
-PARTS = ["rim", "body", "handle", "spout", "lid", "bottom"]
-
-
-@pytest.fixture(scope="module")
-def drawn(server: str, viewer: Stage) -> Stage:
-    """The page with the teapot on it, drawn."""
-    viewer.complaints.clear()
-    viewer.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?resolution=16", 1800, 1200)
-    return viewer
+from tests.web.clients import upright
 
 
-@pytest.fixture(scope="module")
-def meshes(drawn: Stage) -> list[dict[str, Any]]:
-    """What three.js holds of every mesh; positions and normals as they stand in the world."""
-    return drawn.meshes()
-
-
-def test_the_console_stays_silent(drawn: Stage) -> None:
-    assert drawn.complaints == []
-
-
-def test_every_part_is_a_named_mesh(meshes: list[dict[str, Any]]) -> None:
-    assert sorted(mesh["name"] for mesh in meshes) == sorted(PARTS)
-    assert all(mesh["triangles"] > 0 for mesh in meshes)
-
-
-def test_normals_come_with_the_file_and_are_unit(meshes: list[dict[str, Any]]) -> None:
-    for mesh in meshes:
-        assert mesh["hasNormals"], mesh["name"]
-        assert not mesh["flatShaded"], mesh["name"]
-        assert mesh["longestNormalError"] < 1e-6, mesh["name"]
-
-
-def test_the_teapot_stands_upright(meshes: list[dict[str, Any]]) -> None:
-    """y is up: the pot stands on y = 0, and its highest point is the knob, on the axis."""
-    points = np.concatenate([mesh["positions"] for mesh in meshes])
-    low, high = points.min(axis=0), points.max(axis=0)
-    assert low[1] == pytest.approx(0, abs=1e-6)
-    assert high[1] < high[0] - low[0]
-    knob = points[points[:, 1] > high[1] - 1e-3]
-    assert np.hypot(knob[:, 0], knob[:, 2]).max() < 0.5
-
-
-def test_the_outside_looks_outwards(meshes: list[dict[str, Any]]) -> None:
-    """Normals of the body point away from the vertical axis."""
-    body = next(mesh for mesh in meshes if mesh["name"] == "body")
-    positions, normals = np.array(body["positions"]), np.array(body["normals"])
-    outwards = positions[:, 0] * normals[:, 0] + positions[:, 2] * normals[:, 2]
-    assert outwards.min() > 0
-
-
-def test_the_picture_is_smooth(drawn: Stage) -> None:
+def test_the_picture_is_smooth(server: str, stage: Stage) -> None:
     """Shaded by its normals the teapot shows hardly an edge; shaded flat, one at every triangle."""
-    smooth = drawn.page.evaluate("window.viewer.measure()")
+    stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?resolution=16", 1800, 1200)
+    smooth = stage.page.evaluate("window.viewer.measure()")
     assert 0.1 < smooth["coverage"] < 0.6
-    drawn.page.evaluate("window.viewer.shadeFlat()")
-    flat = drawn.page.evaluate("window.viewer.measure()")
+    stage.page.evaluate("window.viewer.shadeFlat()")
+    flat = stage.page.evaluate("window.viewer.measure()")
     assert smooth["edges"] < 0.01
     assert flat["edges"] > 4 * smooth["edges"]
+
+
+def test_curvatures_arrive(server: str, stage: Stage) -> None:
+    """A shader can read them: numbers by vertex, next to positions and normals."""
+    stage.show(f"{server}/v1/surfaces/torus/mesh.glb?relative_tolerance=0.01&curvatures=true")
+    (mesh,) = stage.meshes()
+    rho = np.hypot(*np.delete(np.array(mesh["positions"]), 1, axis=1).T)
+    points = np.array(mesh["positions"])
+    tube = np.hypot(rho - 1, points[:, 1])
+    np.testing.assert_allclose(tube, 0.4, atol=1e-6)
+    cosine = (rho - 1) / 0.4
+    own = {name: np.array(rows)[:, 0] for name, rows in mesh["own"].items()}
+    assert sorted(own) == ["_gaussian_curvature", "_mean_curvature"]
+    np.testing.assert_allclose(own["_gaussian_curvature"], cosine / (0.4 * rho), atol=1e-5)
+    np.testing.assert_allclose(own["_mean_curvature"], -(2.5 + cosine / rho) / 2, atol=1e-5)
+
+
+def linear_light(c: float) -> float:
+    """The formula of IEC 61966-2-1."""
+    return c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4
+
+
+def test_copies_stand_in_their_places_and_colours(server: str, stage: Stage) -> None:
+    """Every vertex of every member of the tea service, where it was placed."""
+    stage.show(f"{server}/v1/surfaces/tea-service/mesh.glb?resolution=3")
+    meshes = stage.meshes()
+    model = find("tea-service").surface().lower()
+    assert isinstance(model, GroupModel)
+    scene = build_scene(model, MeshOptions(resolution=(3, 3)), single=True)
+    # In the order of the members; three.js changes names that sound alike.
+    waiting = iter(meshes)
+    for node in scene.nodes:
+        wanted = upright(placed_points(scene.meshes[node.model].positions, node.matrix))
+        own = [next(waiting) for _ in scene.meshes[node.model].parts]
+        found = np.concatenate([mesh["positions"] for mesh in own])
+        for end in ("min", "max"):
+            bounds = (getattr(points, end)(axis=0) for points in (found, wanted))
+            np.testing.assert_allclose(*bounds, atol=1e-5)  # type: ignore[call-overload]
+        assert node.color is not None
+        light = [linear_light(c) for c in node.color[:3]]
+        for mesh in own:
+            np.testing.assert_allclose(mesh["color"], light, atol=1e-6)
+            determinant = 1 if node.matrix is None else np.linalg.det(node.matrix[:3, :3])
+            assert mesh["mirrored"] == (determinant < 0)
+    assert list(waiting) == []
+
+
+def test_a_mirrored_copy_is_lit_from_the_same_side(stage: Stage) -> None:
+    """A ball and its mirror image look alike, brighter above than below."""
+    ball, seen = find("sphere").surface(), []
+    for mirror in (1.0, -1.0):
+        member = Member(ball, color=(0.5, 0.5, 0.5), matrix=np.diag([1, mirror, 1, 1.0]))
+        stage.show(render(GroupSurface((member,), "z"), MeshOptions((6, 6)), BY_NAME["glb"]))
+        (mesh,) = stage.meshes()
+        assert mesh["mirrored"] == (mirror < 0)
+        outwards = np.einsum("vd,vd->v", mesh["positions"], mesh["normals"])
+        assert outwards.min() > 0.99
+        seen.append(stage.light())
+    assert seen[0][1] > 1.3 * seen[0][0]
+    np.testing.assert_allclose(seen[0], seen[1], rtol=0.01)
+
+
+def test_the_teapot_as_a_wireframe(server: str, stage: Stage) -> None:
+    """One request: tubes where the curves run, and nothing else."""
+    query = "faces=none&isocurves=3&wires=tubes&wire_width=0.02&resolution=8"
+    stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?{query}")
+    (mesh,) = stage.meshes()
+    assert mesh["name"] == "isocurves"
+    assert mesh["longestNormalError"] < 1e-6
+    assert min(stage.light()) > 0
+    points = np.array(mesh["positions"])
+    assert points[:, 1].max() == pytest.approx(3.15, abs=0.02)
+    assert points[:, 1].min() == pytest.approx(0, abs=0.02)

@@ -19,7 +19,7 @@ from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 from tests.forms import CURVES, REQUESTS
 from tests.web.browser import Stage
-from tests.web.test_three_colors import linear_light
+from tests.web.test_three import linear_light
 
 
 def rows(up: str, *columns: Any) -> np.ndarray:

@@ -12,7 +12,7 @@ from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.normals import unit_normals
 from service.surface.batches import TensorPatches
 from tests.examples import patches_of
-from tests.oracles import exact, quadrics
+from tests.oracles import exact
 from tests.oracles.limits import limit_normal
 from tests.strategies import (
     Array,
@@ -218,18 +218,6 @@ def test_teapot_poles_look_straight_up_and_down(
         assert tip.sum() == 4 * (resolution[0] + 1)
         np.testing.assert_array_equal(normals[tip], np.full((tip.sum(), 3), (0, 0, z)))
     assert found.poles == 8 * (resolution[0] + 1)
-
-
-def test_cone_apex_keeps_the_normal_of_every_ruling() -> None:
-    """At the apex u still says from which side one comes."""
-    model = patches_of("cone")
-    side = next(part for part in model.parts if part.name == "side")
-    found = evaluate(model.batches[0], (8, 4))
-    assert found.normals is not None
-    for k in range(side.first, side.last):
-        _, outward = quadrics.cone(np.asarray(found.positions[k, :, 0], dtype=float))
-        for along in range(5):
-            np.testing.assert_allclose(found.normals[k, :, along], outward, atol=1e-12)
 
 
 def test_near_a_pole_normals_are_right_too() -> None:

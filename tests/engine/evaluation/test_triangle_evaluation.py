@@ -14,7 +14,7 @@ from service.engine.evaluation.evaluate import evaluate
 from service.engine.scratch import Real
 from service.surface.batches import TrianglePatches
 from tests.oracles import exact, triangles
-from tests.strategies import Array, triangle_heights, triangle_nets, weights_like
+from tests.strategies import Array, triangle_nets, weights_like
 
 few = st.integers(1, 4)
 
@@ -98,23 +98,6 @@ def test_chunks_do_not_show(
             assert ours is not None
             assert theirs is not None
             assert np.abs(ours - theirs).max() < 50 * np.finfo(dtype).eps
-
-
-@given(weighted(triangle_heights()), st.integers(0, 5))
-def test_the_net_may_be_turned_about(given_: tuple[Array, Array | None], symmetry: int) -> None:
-    """Rotating it gives the same points and normals; reflecting it turns the normals round."""
-    net, weights = given_
-    other = None if weights is None else triangles.turned(weights, symmetry)
-    first = evaluate(batch(net, weights), (5, 5))
-    second = evaluate(batch(triangles.turned(net, symmetry), other), (5, 5))
-    assert first.normals is not None
-    assert second.normals is not None
-    # Samples lie as control points of degree 5 would.
-    there = triangles.turned(first.positions[0], symmetry)
-    assert np.abs(second.positions[0] - there).max() < 1e-13 * max(1, np.abs(net).max())
-    sign = -1 if symmetry >= 3 else 1
-    normals = triangles.turned(first.normals[0], symmetry)
-    assert np.abs(sign * second.normals[0] - normals).max() < 1e-11
 
 
 def degenerate() -> dict[str, Any]:

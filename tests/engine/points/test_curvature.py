@@ -57,27 +57,6 @@ def test_sphere_is_round_everywhere_poles_included(radius: float) -> None:
         np.testing.assert_allclose(k * radius, -1, rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize("distance", [2.0**-4, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-14, 0.0])
-def test_sphere_is_round_beside_its_poles(distance: float) -> None:
-    patches = tensor(quadrics.sphere())
-    south, north = [(u, distance) for u in (0.0, 0.3, 1.0)], [(u, 1 - distance) for u in (0.0, 0.3)]
-    for patch, places in ((0, south), (4, north)):
-        found = at(patches, patch, places)
-        np.testing.assert_allclose(found.gaussian, 1, rtol=0, atol=1e-11)
-        np.testing.assert_allclose(found.larger, -1, rtol=0, atol=1e-11)
-
-
-def test_torus() -> None:
-    """K = cos θ / (r (R + r cos θ)), k_2 = −1/r across the tube."""
-    points, _, found, _ = scattered(tensor(quadrics.torus(2.0, 0.5)))
-    rho = np.hypot(points[:, 0], points[:, 1])
-    cosine = (rho - 2.0) / 0.5
-    np.testing.assert_allclose(found.gaussian, cosine / (0.5 * rho), rtol=0, atol=1e-12)
-    np.testing.assert_allclose(found.smaller, -2.0, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(found.larger, -cosine / rho, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(found.mean, -(2 + cosine / rho) / 2, rtol=0, atol=1e-12)
-
-
 def test_cone_has_no_mean_curvature_at_its_apex() -> None:
     """H = −cos α / (2ρ) grows without bounds; K = 0 along every ruling, so that is its limit."""
     patches = tensor(quadrics.cone(1.0, 2.0))
@@ -177,12 +156,3 @@ def check(
         assert found.mean[k] == pytest.approx(right[1], abs=limit * measure)
         for got, truth in ((found.larger[k], right[2]), (found.smaller[k], right[3])):
             assert got == pytest.approx(truth, abs=(root or limit) * measure)
-
-
-def elevated(net: Array) -> Array:
-    """The net one degree higher along axis 0: P*_i = i/(p+1) P_{i−1} + (1 − i/(p+1)) P_i."""
-    share = (np.arange(len(net) + 1) / len(net))[:, None, None]
-    below = np.concatenate([net[:1], net])
-    above = np.concatenate([net, net[-1:]])
-    higher: Array = share * below + (1 - share) * above
-    return higher

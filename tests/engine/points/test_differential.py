@@ -66,13 +66,6 @@ def test_far_from_the_origin_only_the_position_is_rounded(
     np.testing.assert_allclose(far[0] - [2.0**20, -(2.0**21), 0], near[0], rtol=0, atol=2.0**-31)
 
 
-def shifted(patches: TensorPatches, place: tuple[Array, Array], du: float, dv: float) -> Array:
-    """Points of every patch beside a place."""
-    found = jets(patches, np.arange(patches.count), place[0] + du, place[1] + dv, 0)
-    points: Array = found.partials[0]
-    return points
-
-
 def test_corners_and_poles_are_their_control_points() -> None:
     """Bit for bit, as in a mesh."""
     patches = example_batch("sphere")

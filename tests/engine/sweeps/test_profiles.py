@@ -28,13 +28,6 @@ def bezier(points: Sequence[Sequence[float]]) -> CurvePieces:
     return BezierCurve(np.array(points, dtype=float)).lower()
 
 
-def polyline(points: Sequence[Sequence[float]]) -> CurvePieces:
-    """Straight pieces from point to point."""
-    ends = np.array(points, dtype=float)
-    pieces = np.stack([ends[:-1], ends[1:]], axis=1)
-    return CurvePieces(pieces, None, np.arange(float(len(ends))), ends)
-
-
 def edges(swept: Swept) -> Counter[tuple[int, int]]:
     """Directed edges between places, and how often each occurs."""
     found: Counter[tuple[int, int]] = Counter()

@@ -12,7 +12,6 @@ from service.engine.options import MeshOptions
 from service.engine.wires.draw import COLOR, NAME, width_of
 from service.engine.wires.isocurves import isocurves
 from service.engine.wires.paths import wire_paths
-from service.errors import InvalidRequest
 from service.pipeline.cost import mesh_size
 from service.surface.examples import find
 from service.surface.lowered import PatchModel
@@ -154,23 +153,6 @@ def test_the_width_follows_the_size_unless_it_is_told() -> None:
     model = patches_of("sphere")
     assert width_of(model, MeshOptions()) == pytest.approx(np.sqrt(12) / 300)
     assert width_of(model, MeshOptions(wire_width=0.25)) == 0.25
-
-
-@pytest.mark.parametrize(
-    ("options", "pointer"),
-    [
-        ({"isocurves": (-1, 0)}, "/isocurves"),
-        ({"isocurves": (0, 1025)}, "/isocurves"),
-        ({"wire_width": 0.0}, "/wire_width"),
-        ({"wire_width": float("nan")}, "/wire_width"),
-        ({"wire_sides": 2}, "/wire_sides"),
-        ({"surface": False}, "/faces"),
-    ],
-)
-def test_what_cannot_be_drawn_is_refused(options: dict[str, Any], pointer: str) -> None:
-    with pytest.raises(InvalidRequest) as caught:
-        MeshOptions(**options)
-    assert caught.value.issues[0].pointer == pointer
 
 
 def test_groups_have_wires_of_their_members() -> None:

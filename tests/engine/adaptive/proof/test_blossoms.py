@@ -21,12 +21,6 @@ def grid(rng: np.random.Generator, count: int) -> Array:
     return rng.integers(0, 33, (count, 1)) / 32
 
 
-def mean(shares: exact.Vector, parameters: Array) -> Fraction:
-    """Σ_k shares_k t_k of parameters (k, 1)."""
-    terms = zip(shares, parameters[:, 0].tolist(), strict=True)
-    return sum((share * Fraction(t) for share, t in terms), Fraction(0))
-
-
 def value(net: Array, u: Fraction, v: Fraction) -> exact.Vector:
     return exact.surface_point(exact.exact_net(net), u, v)
 
