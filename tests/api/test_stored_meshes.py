@@ -61,12 +61,6 @@ def test_without_the_engine_they_are_kept_for_an_hour(client: Client) -> None:
         assert unpinned.headers["link"] == pinned.headers["link"]
 
 
-def test_posted_and_stored_are_the_same_bytes(client: Client) -> None:
-    posted = client.post("/v1/mesh?format=glb", {**SAIL, "resolution": 3})
-    fetched = client.get(stored(client)["glb"] + "&resolution=3")
-    assert fetched.content == posted.content
-
-
 def test_a_tag_is_of_the_content_not_of_the_name(client: Client) -> None:
     example = client.get("/v1/surfaces/saddle").json()
     id = client.post("/v1/surfaces", example).json()["id"]
@@ -143,14 +137,6 @@ def test_what_is_kept_is_answered_without_the_store(
     assert client.get(address).content == first.content
     other_spelling = address.replace("?", "?weld=true&")
     assert client.get(other_spelling).content == first.content
-
-
-@pytest.mark.parametrize("id", ["0" * 64, "f" * 63, "F" * 64, "teapot", "%2e%2e"])
-def test_unknown_ids(client: Client, id: str) -> None:
-    answer = client.get(f"/v1/surfaces/{id}/mesh.glb")
-    assert answer.status_code == 404
-    assert answer.json()["errors"][0]["parameter"] == "id"
-    assert answer.headers["cache-control"] == "no-store"
 
 
 def test_where_numbers_are_rounded_differently_the_tag_is_another(

@@ -3,8 +3,6 @@
 import json
 from pathlib import Path
 
-import pytest
-
 from service.cli.main import main
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]}
@@ -20,19 +18,3 @@ def test_here_and_there_it_says_the_same(server: str, tmp_path: Path) -> None:
         assert ours.read_bytes() == theirs.read_bytes()
     told = json.loads(ours.read_bytes())
     assert (told["vertices"], told["quads"], told["accepted"]) == (12, 6, True)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "text"),
-    [
-        (["--format", "fbx"], 2, "--format: unknown"),
-        (["--resolution", "0"], 1, "--resolution: "),
-        (["--tolerance", "0"], 1, "--tolerance: "),
-        (["--resolution", "1", "--max-bytes", "9"], 1, "--resolution: "),
-    ],
-)
-def test_refusals_name_the_flag(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], code: int, text: str
-) -> None:
-    assert main(["estimate", "saddle", "-o", "-", *arguments]) == code
-    assert capsys.readouterr().err.startswith(f"surface: {text}")

@@ -71,19 +71,6 @@ def test_what_does_not_work(
     assert text in capsys.readouterr().err
 
 
-def test_refusals_name_the_place(
-    server: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "net.json"
-    for document, place in (
-        ({"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1]]]}, "/surface/control_net/1"),
-        ({"surface": SURFACE, "resolution": 4}, "/resolution"),
-    ):
-        file.write_text(json.dumps(document), encoding="utf-8")
-        assert main(["store", str(file), "--url", server]) == 1
-        assert capsys.readouterr().err.startswith(f"surface: {place}: ")
-
-
 def test_a_service_is_needed(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ending:
         main(["store", "saddle"])

@@ -11,9 +11,7 @@ from service.encoders.format import EncodeOptions, OoglForm
 from service.engine.mesh import Mesh
 from service.errors import UnsupportedByFormat
 from tests.clients.geomview import read_oogl
-from tests.meshes import Faces, carrying, sheet, silo, with_overlays, without_faces
-
-FORMS: list[OoglForm] = ["cquad", "mesh", "off"]
+from tests.meshes import carrying, sheet, silo, with_overlays, without_faces
 
 
 def encode(mesh: Mesh, form: OoglForm | None = None) -> bytes:
@@ -22,20 +20,6 @@ def encode(mesh: Mesh, form: OoglForm | None = None) -> bytes:
 
 def lines(content: bytes) -> list[str]:
     return content.decode("ascii").splitlines()
-
-
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("faces", ["triangles", "quads"])
-def test_geomview_reads_it_without_a_word(form: OoglForm, faces: Faces, tmp_path: Path) -> None:
-    mesh = silo(5, 3, faces)
-    read = read_oogl(encode(mesh, form), tmp_path)
-    expected = len(mesh.triangles) + len(mesh.quads) if form == "off" else 3 * 5 * 3
-    assert len(read.faces) == expected
-    for bound, expected_bound in (
-        (read.vertices.min(axis=0), mesh.report.bounds_min),
-        (read.vertices.max(axis=0), mesh.report.bounds_max),
-    ):
-        np.testing.assert_allclose(bound, expected_bound, atol=1e-5)
 
 
 @pytest.mark.parametrize("form", ["mesh", "off"])
@@ -56,7 +40,7 @@ def test_positions_keep_all_their_digits(form: OoglForm, tmp_path: Path) -> None
 def test_no_number_puzzles_geomview(value: float, tmp_path: Path) -> None:
     mesh = with_overlays(sheet(2))
     odd = replace(mesh, positions=mesh.positions + value)
-    for form in FORMS:
+    for form in ("cquad", "mesh", "off"):
         read_oogl(encode(odd, form), tmp_path)
 
 
