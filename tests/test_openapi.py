@@ -77,6 +77,10 @@ def errors(name: str, value: Any) -> list[str]:
     return [error.message for error in validator_of(name).iter_errors(value)]
 
 
+LONG_BODY = 1 << 14
+"""Bytes of a body from which on the library that judges schemas takes seconds."""
+
+
 @cache
 def validator_of(name: str) -> Draft202012Validator:
     return Draft202012Validator(DOCUMENT | {"$ref": f"#/components/schemas/{name}"})
@@ -408,8 +412,9 @@ def test_schema_of_requests_is_no_stricter_than_the_code() -> None:
     """What the schema refuses, the code refuses: a client may trust it and check beforehand."""
     checked = 0
     for case in HOSTILE:
+        body = case.build()
         try:
-            value = json.loads(case.build()) if not case.name.startswith("long") else None
+            value = json.loads(body) if len(body) < LONG_BODY else None
         except (ValueError, RecursionError):
             continue
         if value is not None and errors("MeshRequest", value):
