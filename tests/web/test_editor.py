@@ -146,7 +146,7 @@ def test_curvature_is_shown_with_a_legend(page: Page) -> None:
 
 
 def test_a_tube_has_no_curvature_to_show(page: Page) -> None:
-    page.check('input[name="look"][value="mean"]', force=True)
+    assert settled(page, lambda: page.check('input[name="look"][value="mean"]', force=True))
     page.click("#open")
     asked = settled(page, lambda: page.click('[data-example="hair"]'))
     assert "curvatures" not in asked
