@@ -29,8 +29,11 @@ PRIVATE = OPEN | {
 
 SEED = 20260101
 
-OPEN_EXAMPLES, PRIVATE_EXAMPLES = 150, 25
+OPEN_EXAMPLES, PRIVATE_EXAMPLES = 160, 25
 """The most requests of one operation in one phase."""
+
+REQUEST_TIMEOUT = 60
+"""Seconds that a mesh may be worked at: the default of SURFACE_REQUEST_TIMEOUT."""
 
 RULES = Path(__file__).with_name("schemathesis.toml")
 HOOKS = Path(__file__).with_name("schemathesis_hooks.py")
@@ -50,6 +53,7 @@ def judged(program: str, service: Server, examples: int, rules: str = "") -> tup
             f"--max-examples={examples}",
             f"--seed={SEED}",
             "--warnings=off",
+            f"--max-response-time={REQUEST_TIMEOUT}",
         ]
         # Nothing is remembered from one run to the next.
         environment = os.environ | {
