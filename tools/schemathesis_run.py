@@ -29,7 +29,7 @@ PRIVATE = OPEN | {
 
 SEED = 20260101
 
-OPEN_EXAMPLES, PRIVATE_EXAMPLES = 160, 25
+OPEN_EXAMPLES, PRIVATE_EXAMPLES = 200, 25
 """The most requests of one operation in one phase."""
 
 REQUEST_TIMEOUT = 60
