@@ -141,7 +141,7 @@ export interface paths {
          *     one id: the order of keys, the spelling of numbers (`1`, `1.0`, `1e0`, −0), what a default says
          *     and whether it is said make no difference; any other number does. A file of control points is
          *     the surface that JSON would say, with what it does not hold in the query. Its meshes have
-         *     addresses, which `links` names, and may be kept for ever by whoever fetches them.
+         *     addresses, which `links` names, and clients may cache them for ever.
          */
         post: operations["storeSurface"];
         delete?: never;
@@ -304,7 +304,7 @@ export interface paths {
         put?: never;
         /**
          * Signs an address of a private surface
-         * @description Makes an address that may be read without a key by whoever has it, until it expires.
+         * @description Makes an address that any client may read without a key until it expires.
          *
          *     That is for services where surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`):
          *     for a viewer on a page, say. The signature holds for that path and those parameters, in any
@@ -1915,7 +1915,7 @@ export interface components {
             angle_tolerance?: number;
             /**
              * Max Triangles
-             * @description Alone: the mesh of the least proved deviation that so many triangles allow; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
+             * @description Alone: the mesh of the least proved deviation with at most this many triangles; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
              * @example 2000
              */
             max_triangles?: number;
@@ -2686,7 +2686,7 @@ export interface components {
         };
         /**
          * SignRequest
-         * @description An address that shall be readable by whoever has it, until a moment.
+         * @description An address to be signed: until it expires, any client may read it without a key.
          */
         SignRequest: {
             /**
@@ -2710,7 +2710,7 @@ export interface components {
         };
         /**
          * SignedAddress
-         * @description An address that may be read by whoever has it.
+         * @description An address that any client may read without a key.
          */
         SignedAddress: {
             /**
@@ -3534,7 +3534,7 @@ export interface components {
     requestBodies: never;
     headers: {
         /**
-         * @description Id of the request, for the log and for whoever is asked about it: random, unless the request has such a header itself, of at most 128 letters, digits and `._:/+=@-`.
+         * @description Id of the request, to quote in a question to the operator, who finds it in the log. The client may send its own in this header, of at most 128 letters, digits and `._:/+=@-`; otherwise it is random.
          * @example 0af7651916cd43dd8448eb211c80319c
          */
         RequestId: string;
@@ -3659,7 +3659,7 @@ export interface operations {
                 relative_tolerance?: number;
                 /** @description Beside a file: Radians: how far apart the normals at two vertices of one edge of the mesh may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance. */
                 angle_tolerance?: number;
-                /** @description Beside a file: Alone: the mesh of the least proved deviation that so many triangles allow; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
+                /** @description Beside a file: Alone: the mesh of the least proved deviation with at most this many triangles; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
                 max_triangles?: number;
                 /** @description Beside a file: The same for the bytes of the answer in its format. */
                 max_bytes?: number;
@@ -3799,7 +3799,7 @@ export interface operations {
                 relative_tolerance?: number;
                 /** @description Beside a file: Radians: how far apart the normals at two vertices of one edge of the mesh may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance. */
                 angle_tolerance?: number;
-                /** @description Beside a file: Alone: the mesh of the least proved deviation that so many triangles allow; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
+                /** @description Beside a file: Alone: the mesh of the least proved deviation with at most this many triangles; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
                 max_triangles?: number;
                 /** @description Beside a file: The same for the bytes of the answer in its format. */
                 max_bytes?: number;
@@ -4267,7 +4267,7 @@ export interface operations {
                  */
                 angle_tolerance?: number;
                 /**
-                 * @description Alone: the mesh of the least proved deviation that so many triangles allow; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
+                 * @description Alone: the mesh of the least proved deviation with at most this many triangles; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
                  * @example 2000
                  */
                 max_triangles?: number;

@@ -13,7 +13,7 @@ from tests.scheduling import Scheduling, scheduling
 Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 
 # The same examples on every run and every machine; how long one takes is no property of it.
-hypothesis.settings.register_profile("surface", derandomize=True, deadline=None, max_examples=30)
+hypothesis.settings.register_profile("surface", derandomize=True, deadline=None, max_examples=40)
 hypothesis.settings.load_profile("surface")
 
 

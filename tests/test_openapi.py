@@ -77,7 +77,7 @@ def errors(name: str, value: Any) -> list[str]:
     return [error.message for error in validator_of(name).iter_errors(value)]
 
 
-LONG_BODY = 1 << 14
+LONG_BODY = 1 << 19
 """Bytes of a body from which on the library that judges schemas takes seconds."""
 
 

@@ -53,7 +53,7 @@ class Origins:
         # Pages that isolate themselves (COEP) take nothing of another origin that does not say so.
         embedded = b"cross-origin" if self._any else b"same-origin"
         self.always: RawHeaders = ((b"cross-origin-resource-policy", embedded),)
-        """What every answer carries, whoever asks."""
+        """The headers of every answer, whatever its origin."""
         if self._any:
             self.always += ((b"access-control-allow-origin", b"*"), *self._readable)
         elif origins:

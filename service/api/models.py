@@ -424,7 +424,7 @@ class StoredSurface(Answer):
 
 
 class SignedAddress(Answer):
-    """An address that may be read by whoever has it."""
+    """An address that any client may read without a key."""
 
     url: str
     """The address, with `expires` and `signature` at its end."""

@@ -304,7 +304,7 @@ class Job:
         return call()
 
     async def _in_thread(self, call: Callable[[], Result], release: Callable[[], None]) -> Result:
-        """What `call` returns; `release` is called when the thread has ended, whoever waits."""
+        """What `call` returns; `release` is called when the thread has ended."""
         run = to_thread.run_sync(_settled, call, limiter=self.workers.limiter)
         with stopped_by(self.stop):  # the task inherits this context and hands it to the thread
             task = asyncio.create_task(run)

@@ -35,7 +35,7 @@ class Cache(Generic[Value]):
     """Least-recently-used values by key, at most `capacity` bytes of them.
 
     What is handed out is shared between requests and threads, hence must be read-only. A value
-    larger than a quarter of the capacity is built and given, not kept: one absurd request must not
+    larger than an eighth of the capacity is built and given, not kept: one absurd request must not
     empty the cache for the others. Threads that ask for the same key at once build it once.
     """
 
@@ -82,7 +82,7 @@ class Cache(Generic[Value]):
             self._bytes = 0
 
     def _keep(self, key: Hashable, value: Value | None) -> None:
-        if value is None or value.nbytes > self.capacity // 4:
+        if value is None or value.nbytes > self.capacity // 8:
             return
         replaced = self._values.pop(key, None)
         self._bytes += value.nbytes - (0 if replaced is None else replaced.nbytes)

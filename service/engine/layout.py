@@ -16,7 +16,7 @@ from service.bases import triangle
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.cache import MESH_PLANS
 from service.bases.distinct import distinct_rows
-from service.engine.connectivity import Connectivity, digest
+from service.engine.connectivity import Connectivity
 from service.engine.patterns import AnyShape, Shape, TriangleShape
 from service.engine.weld import Averages
 from service.surface.batches import Patches
@@ -76,6 +76,8 @@ class Layout:
     ----------
     connectivity : Connectivity
         How the patches hang together.
+    resolution : tuple of int
+        Divisions asked for along u and v.
     blocks : tuple of Block
         Grids, first those of ordinary patches, then those of framed ones.
     divisions : ndarray of int, shape (E,)
@@ -90,6 +92,7 @@ class Layout:
     """
 
     connectivity: Connectivity
+    resolution: tuple[int, int]
     blocks: tuple[Block, ...]
     divisions: Ints
     base: Ints
@@ -108,11 +111,10 @@ class Layout:
         assert isinstance(found, Layout)
         return found
 
-    @cached_property
+    @property
     def key(self) -> Hashable:
-        """Equal for layouts that are equal, and for no others."""
-        own = [number for block in self.blocks for number in block.resolution]
-        return self.connectivity.key, digest(np.array([self.size, *own]), self.divisions)
+        """Equal for layouts that are equal."""
+        return self.connectivity.key, self.resolution
 
     @staticmethod
     def of(connectivity: Connectivity, resolution: tuple[int, int]) -> "Layout":
@@ -152,7 +154,18 @@ class Layout:
         before = (np.cumsum(inner) - inner.ravel()).reshape(inner.shape)
         extra[apart] = size + before[apart]
         size += int(inner.sum())
-        return Layout(connectivity, tuple(blocks), divisions, base, rus, rvs, extra, inner, size)
+        return Layout(
+            connectivity,
+            resolution,
+            tuple(blocks),
+            divisions,
+            base,
+            rus,
+            rvs,
+            extra,
+            inner,
+            size,
+        )
 
     @property
     def nbytes(self) -> int:

@@ -5,7 +5,6 @@ depends on the layout alone. Where some are kept apart, by creases, colours or t
 it also depends on the pattern in which they are.
 """
 
-from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,8 +33,6 @@ class FacePlan:
 
     Attributes
     ----------
-    key : hashable
-        Plans of equal keys are equal.
     samples : ndarray of int, shape (V,), or None
         The sample that each vertex comes from; None where every sample is a vertex.
     triangles : ndarray of uint32, shape (T, 3)
@@ -50,7 +47,6 @@ class FacePlan:
     watertight : bool
     """
 
-    key: Hashable
     samples: Ints | None
     triangles: IndexArray
     quads: IndexArray
@@ -90,17 +86,13 @@ def plan_faces(
     merged = None if leader is None else leader.take(layout.averages.members)
     pattern = [b"" if rows is None else digest(rows) for rows in (merged, sequence)]
     key = ("faces", layout.key, options.faces, options.weld, *pattern)
-    found = MESH_PLANS.get(key, lambda: _plan(key, layout, options, leader, sequence))
+    found = MESH_PLANS.get(key, lambda: _plan(layout, options, leader, sequence))
     assert isinstance(found, FacePlan)
     return found
 
 
 def _plan(
-    key: Hashable,
-    layout: Layout,
-    options: MeshOptions,
-    leader: Ints | None,
-    sequence: Ints | None,
+    layout: Layout, options: MeshOptions, leader: Ints | None, sequence: Ints | None
 ) -> FacePlan:
     welding = None
     if layout.framed or (options.weld and layout.shares):
@@ -119,7 +111,6 @@ def _plan(
     boundary, watertight = borders(layout, options, (triangles, quads), welds)
     vertices = layout.size if welding is None else len(welding.samples)
     plan = FacePlan(
-        key=key,
         samples=None if welding is None else welding.samples,
         triangles=triangles,
         quads=quads,

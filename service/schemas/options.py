@@ -50,7 +50,7 @@ class MeshOptionFields(StrictModel):
         0.2,
     )
     max_triangles: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = optional(
-        "Alone: the mesh of the least proved deviation that so many triangles allow; "
+        "Alone: the mesh of the least proved deviation with at most this many triangles; "
         "fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance "
         "it is a limit, and a mesh that needs more is refused (`too_many_triangles`).",
         2000,

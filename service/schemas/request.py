@@ -59,7 +59,7 @@ class MeshRequest(SurfaceRequest, MeshOptionFields):
 
 
 class SignRequest(RequestModel):
-    """An address that shall be readable by whoever has it, until a moment."""
+    """An address to be signed: until it expires, any client may read it without a key."""
 
     url: Annotated[str, Field(max_length=MAX_URL)] = Field(
         description="Address of a surface or of a mesh here, without the host: as `links` of a "

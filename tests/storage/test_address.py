@@ -1,6 +1,7 @@
 """Addresses of stores, and those that are none."""
 
 import errno
+import logging
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -102,6 +103,10 @@ def test_an_address_that_is_none_stops_the_start(
     with pytest.raises(InvalidSettings, match="SURFACE_STORE: got 'ftp://x'"):
         create_app(Settings(store="ftp://x"))
     monkeypatch.setenv("SURFACE_STORE", "ftp://x")
+    # The command sends the log of its whole process to standard error.
+    root = logging.getLogger()
+    monkeypatch.setattr(root, "handlers", [])
+    monkeypatch.setattr(root, "level", root.level)
     assert main(["serve"]) == 2
     assert capsys.readouterr().err.startswith("surface: SURFACE_STORE: got 'ftp://x', needed")
 

@@ -3,6 +3,7 @@ its URL from another origin, and hold what the service computed: its JSON, numbe
 
 import json
 from dataclasses import dataclass
+from time import monotonic
 from typing import Any
 
 import httpx
@@ -13,6 +14,7 @@ from playwright.sync_api import Browser
 
 from tests.programs import program
 from tests.test_readme import run_shell
+from tests.web.browser import Stage
 from tests.web.clients import (
     LIBRARIES,
     MODEL,
@@ -54,6 +56,15 @@ class Drawn:
     complaints: list[str]
 
 
+def drawn_picture(stage: Stage) -> NDArray[np.int64]:
+    """The picture as soon as it is not blank and stays as it is: a model is loaded, then drawn."""
+    deadline = monotonic() + 20
+    before, picture = stage.picture(), stage.picture()
+    while (not np.ptp(picture) or np.any(picture != before)) and monotonic() < deadline:
+        before, picture = picture, stage.picture()
+    return picture
+
+
 @pytest.fixture(scope="module", params=LIBRARIES)
 def drawn(
     request: pytest.FixtureRequest, server: str, stored: dict[str, Any], browser: Browser
@@ -64,7 +75,7 @@ def drawn(
     with site({"/": page}) as origin:
         stage = open_client(browser, f"{origin}/", pixels=True)
         (mesh,) = held(stage)
-        picture = stage.picture()
+        picture = drawn_picture(stage)
         stage.page.close()
     return Drawn(mesh, picture, stage.complaints)
 

@@ -61,8 +61,9 @@ _RATES: Json = {
 
 _ID: Json = {
     "RequestId": header(
-        "Id of the request, for the log and for whoever is asked about it: random, unless the "
-        "request has such a header itself, of at most 128 letters, digits and `._:/+=@-`.",
+        "Id of the request, to quote in a question to the operator, who finds it in the log. The "
+        "client may send its own in this header, of at most 128 letters, digits and "
+        "`._:/+=@-`; otherwise it is random.",
         "0af7651916cd43dd8448eb211c80319c",
         minLength=1,
         maxLength=128,

@@ -79,7 +79,7 @@ def _stored(wanted: SurfaceRequest) -> bytes:
 
 
 def _signed(wanted: SignRequest) -> bytes:
-    """Signed with a secret that nobody should use."""
+    """Signed with a secret that is no secret, so that the example is always the same."""
     url, expires = signed_address(Signer(["-" * MIN_SECRET]), wanted, "", _NOW)
     return orjson.dumps({"url": url, "expires": expires})
 

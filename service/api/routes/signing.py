@@ -27,7 +27,7 @@ signing = APIRouter(route_class=BodyRoute)
     openapi_extra=json_body("signAddress"),
 )
 async def sign_address(wanted: SignRequest, request: Request, context: ContextDep) -> Response:
-    """Makes an address that may be read without a key by whoever has it, until it expires.
+    """Makes an address that any client may read without a key until it expires.
 
     That is for services where surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`):
     for a viewer on a page, say. The signature holds for that path and those parameters, in any

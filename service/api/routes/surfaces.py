@@ -74,7 +74,7 @@ async def store_surface(wanted: SurfaceRequest, request: Request, context: Conte
     one id: the order of keys, the spelling of numbers (`1`, `1.0`, `1e0`, −0), what a default says
     and whether it is said make no difference; any other number does. A file of control points is
     the surface that JSON would say, with what it does not hold in the query. Its meshes have
-    addresses, which `links` names, and may be kept for ever by whoever fetches them.
+    addresses, which `links` names, and clients may cache them for ever.
     """
     services, job = context
     id, content = await job.run(plan_content(wanted.to_surface()), "content")
