@@ -11,7 +11,7 @@ from starlette.types import Message, Receive, Scope, Send
 
 from service.api.workers import Job
 from service.encoders.format import FileFormat
-from service.engine.mesh import MeshReport
+from service.engine.mesh.report import MeshReport
 
 CHUNK = 1 << 19
 """Bytes handed to the server at a time: it waits for a slow client after each. They are not copied,

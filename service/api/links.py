@@ -3,7 +3,7 @@
 from starlette.types import Scope
 
 from service.encoders.registry import FORMATS
-from service.engine.mesh import ENGINE
+from service.engine.mesh.report import ENGINE
 
 
 def surface_address(root: str, surface: str) -> str:

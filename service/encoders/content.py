@@ -6,8 +6,9 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.encoders.text import FLOAT64_CHARS
-from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
-from service.engine.near import leaders
+from service.engine.clustering import leaders
+from service.engine.mesh.mesh import Mesh, MeshPart, Overlay
+from service.engine.mesh.report import MeshReport
 from service.errors import Issue, UnsupportedByFormat
 
 

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Literal, TypeAlias
 
-from service.engine.mesh import Mesh, Overlay
-from service.engine.scene import Scene, flattened
+from service.engine.mesh.mesh import Mesh, Overlay
+from service.engine.scenes.scene import Scene, flattened
 from service.surface.batches import ChannelKind
 from service.surface.lowered import PatchModel
 

@@ -33,7 +33,7 @@ from service.encoders.text import (
     digits,
     json_document,
 )
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:

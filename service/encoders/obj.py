@@ -30,7 +30,7 @@ from service.encoders.text import (
     row_chunks,
     rows,
 )
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:

@@ -41,7 +41,7 @@ from service.encoders.text import (
     joined_rows,
     rows,
 )
-from service.engine.mesh import Mesh, Overlay
+from service.engine.mesh.mesh import Mesh, Overlay
 from service.errors import Issue, UnsupportedByFormat
 
 SEED_POINT, SEED_CHARS = "%g %g %g", 13

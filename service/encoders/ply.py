@@ -15,7 +15,7 @@ from service.bases.arrays import IndexArray
 from service.encoders.colors import in_bytes
 from service.encoders.content import COMMENT_CHARS, absolute, bound_comment
 from service.encoders.format import EncodeOptions, MeshSize
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 
 HEADER_BYTES = 512 + COMMENT_CHARS
 """More than the longest header without attributes: 19 lines, and two counts."""

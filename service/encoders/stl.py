@@ -15,7 +15,7 @@ from service.bases.arrays import FloatArray
 from service.bases.chunks import runs
 from service.encoders.content import absolute, refuse_quads
 from service.encoders.format import EncodeOptions, MeshSize
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.vectors import cross
 
 HEADER_BYTES = 84

@@ -3,9 +3,9 @@
 from service.engine.adaptive.aims import goal_of
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
-from service.engine.mesh import Mesh, Overlay
+from service.engine.mesh.mesh import Mesh, Overlay
 from service.engine.options import MeshOptions
-from service.engine.scene import Scene, arranged, flattened, in_single
+from service.engine.scenes.scene import Scene, arranged, flattened, in_single
 from service.engine.sweeps.sweep import sweep
 from service.engine.tessellate import overlays_of, tessellate
 from service.engine.wires.draw import line_overlay, with_lines, with_solids, without_faces

@@ -21,10 +21,10 @@ from service.engine.adaptive.storage import Storage, slack
 from service.engine.deviation.bound import largest
 from service.engine.extent import extent
 from service.engine.grid import CORNER, on_grid, step_of
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
-from service.engine.placing import scalings
-from service.engine.scene import Scene, arranged, shown, within
+from service.engine.scenes.placing import scalings
+from service.engine.scenes.scene import Scene, arranged, shown, within
 from service.engine.wires.draw import width_of
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.engine.light import tinted
 from service.engine.options import MeshOptions
-from service.engine.scene import placed_points
+from service.engine.scenes.colors import tinted
+from service.engine.scenes.scene import placed_points
 from service.engine.wires.draw import width_of
 from service.errors import InvalidRequest, Issue
 from service.surface.batches import (

@@ -12,21 +12,22 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import Ints, RealArray
-from service.engine.channels import agreeing, by_kind
-from service.engine.closure import closure
-from service.engine.connect import connect
 from service.engine.curvatures.ranges import ranges
 from service.engine.curvatures.rows import layout_curvatures
 from service.engine.deviation.bound import deviations, largest, with_bounds
 from service.engine.extent import local_origin, stored_bounds
-from service.engine.layout import Layout
-from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
+from service.engine.mesh.channels import agreeing, by_kind
+from service.engine.mesh.closure import closure
+from service.engine.mesh.connect import connect
+from service.engine.mesh.filling import SampleRows, sample
+from service.engine.mesh.layout import Layout
+from service.engine.mesh.mesh import Mesh, MeshPart, Overlay
+from service.engine.mesh.overlays import draw
+from service.engine.mesh.plans import FacePlan, plan_faces
+from service.engine.mesh.report import MeshReport
+from service.engine.mesh.weld import average_normals, chord, merge_samples
 from service.engine.options import MeshOptions
-from service.engine.overlays import draw
-from service.engine.plans import FacePlan, plan_faces
-from service.engine.sampling import SampleRows, sample
 from service.engine.scratch import Real
-from service.engine.weld import average_normals, chord, merge_samples
 from service.stopping import checkpoint
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel

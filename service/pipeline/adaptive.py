@@ -12,10 +12,10 @@ from service.engine.adaptive.budget import Attempt, nearest_within
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.models import NOT_PATCHES
 from service.engine.options import MeshOptions
-from service.engine.scene import Scene
+from service.engine.scenes.scene import Scene
 from service.errors import InvalidRequest, Issue, TooLarge
 from service.measuring import measured
 from service.pipeline.checks import check_bytes, check_vertices

@@ -11,9 +11,9 @@ import numpy as np
 from service.encoders.compression import compressions
 from service.encoders.format import EncodeOptions, Format
 from service.engine.adaptive.aims import stated
-from service.engine.count import Counts
 from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
+from service.engine.mesh.counts import Counts
 from service.engine.models import NOT_PATCHES, as_patches, reach
 from service.engine.options import MeshOptions
 from service.engine.sweeps import sweep

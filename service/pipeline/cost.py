@@ -13,8 +13,8 @@ from service.encoders import json_points
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.aims import stated
-from service.engine.count import Counts
 from service.engine.curvatures.ranges import NAMES as CURVATURES
+from service.engine.mesh.counts import Counts
 from service.engine.options import MeshOptions
 from service.engine.wires.draw import NAME as WIRES
 from service.engine.wires.draw import most_solids

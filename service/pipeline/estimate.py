@@ -11,10 +11,10 @@ from service.encoders.registry import FORMATS
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.aims import box, each_alone, goal_of, goals_of_models, stated, without
 from service.engine.adaptive.size_bound import MostTriangles, most_triangles
-from service.engine.count import Counts, count
 from service.engine.curvatures.care import surely_affordable
 from service.engine.curvatures.stretches import with_stretches
 from service.engine.gridded import grid_error
+from service.engine.mesh.counts import Counts, count
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
 from service.pipeline.checks import check_surface, count_models, sum_counts

@@ -6,14 +6,15 @@ import numpy as np
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.build import build, build_scene, lines_of
-from service.engine.count import Counts
 from service.engine.curvatures.stretches import with_stretches
 from service.engine.deviation.bound import largest
 from service.engine.gridded import gridded
-from service.engine.mesh import Mesh, MeshReport
+from service.engine.mesh.counts import Counts
+from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.report import MeshReport
 from service.engine.models import carrying
 from service.engine.options import MeshOptions
-from service.engine.scene import Scene, about_zero
+from service.engine.scenes.scene import Scene, about_zero
 from service.pipeline.adaptive import AdaptiveMesher, build_within_budget, check_content
 from service.pipeline.checks import (
     check_bytes,

@@ -14,7 +14,7 @@ from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, Field
 
-from service.engine.mesh import ENGINE
+from service.engine.mesh.report import ENGINE
 from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.accuracy import MAX_COUNT, SEEN
 from service.schemas.curves import CurveOptionFields

@@ -5,7 +5,7 @@ import pytest
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.mesh import ENGINE
+from service.engine.mesh.report import ENGINE
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.examples import find

@@ -16,7 +16,7 @@ from service.api.app import create_app
 from service.api.workers import Workers
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.mesh import ENGINE
+from service.engine.mesh.report import ENGINE
 from service.engine.options import MeshOptions
 from service.errors import SurfaceError
 from service.pipeline.mesh import encode_options, render

@@ -3,7 +3,7 @@
 import numpy as np
 
 from service.encoders.colors import in_bytes, translucent, with_opacity
-from service.engine.light import linear
+from service.engine.scenes.colors import linear
 
 LINEAR = {
     0x00: 0.0,

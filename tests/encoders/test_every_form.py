@@ -13,7 +13,7 @@ from service.encoders.format import EncodeOptions, OoglForm
 from service.encoders.registry import BY_NAME
 from service.engine.build import build
 from service.engine.curvatures.stretches import with_stretches
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import Faces, MeshOptions, OverlayName
 from service.errors import InvalidRequest, UnsupportedByFormat
 from service.pipeline.mesh import render

@@ -7,7 +7,7 @@ import pytest
 
 from service.encoders import ply
 from service.encoders.format import EncodeOptions
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 from tests.meshes import Faces, carrying, silo
 
 SCALARS = {"double": "<f8", "float": "<f4", "uchar": "u1"}

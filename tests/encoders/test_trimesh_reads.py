@@ -13,7 +13,7 @@ import trimesh
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 from tests.meshes import Faces, carrying, silo, single
 
 SIDES, ROWS = 12, 3

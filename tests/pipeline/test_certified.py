@@ -12,9 +12,9 @@ import trimesh
 from service.encoders.format import EncodeOptions, Format, OoglForm
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.adaptive.accuracy import Accuracy, Camera
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
-from service.engine.scene import Scene, placed_points, scene_parts
+from service.engine.scenes.scene import Scene, placed_points, scene_parts
 from service.errors import SurfaceError, TooLarge
 from service.pipeline.adaptive import counted
 from service.pipeline.limits import Limits

@@ -6,8 +6,8 @@ import pytest
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.adaptive.accuracy import Accuracy
-from service.engine.connect import connect
-from service.engine.layout import Layout
+from service.engine.mesh.connect import connect
+from service.engine.mesh.layout import Layout
 from service.engine.options import MeshOptions
 from service.errors import TooLarge
 from service.pipeline.cost import lowering_memory

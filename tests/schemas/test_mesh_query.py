@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.mesh import ENGINE
+from service.engine.mesh.report import ENGINE
 from service.errors import InvalidRequest
 from service.schemas.accuracy import NAMES
 from service.schemas.options import MeshOptionFields

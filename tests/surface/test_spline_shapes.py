@@ -3,7 +3,7 @@
 import numpy as np
 
 from service.bases import knots
-from service.engine.closure import Closure, closure
+from service.engine.mesh.closure import Closure, closure
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
 from tests.engine.meshing import as_triangles, check_sound, check_winding, mesh_of, shape_of

@@ -28,7 +28,7 @@ import numpy as np
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.build import build
 from service.engine.deviation.bends import blocks_along, grid_bends
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.settings.process import pin_blas
 from service.surface.batches import TensorPatches

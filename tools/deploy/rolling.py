@@ -16,7 +16,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from service.engine.mesh import ENGINE
+from service.engine.mesh.report import ENGINE
 from service.storage.keys import SURFACES
 from tools.deploy.load import Clients, Tally, under_load
 from tools.deploy.traffic import Traffic

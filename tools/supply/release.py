@@ -13,12 +13,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from service import __version__
-from service.engine.mesh import ENGINE
+from service.engine.mesh.report import ENGINE
 from tools.supply.packages import ROOT
 
 TAG = f"v{__version__}"
 GOLDEN = "tests/golden"
-ENGINE_FILE = "service/engine/mesh.py"
+ENGINE_FILE = "service/engine/mesh/report.py"
 
 
 def git(*arguments: str) -> str:

@@ -36,7 +36,7 @@ from service.api.observing.health import is_ready
 from service.api.observing.record import RequestRecord
 from service.api.workers import Workers
 from service.bases.cache import MESH_PLANS
-from service.engine.mesh import ENGINE, MeshReport
+from service.engine.mesh.report import ENGINE, MeshReport
 from service.storage.store import SurfaceStore
 
 TEXT, OPEN = exposition.CONTENT_TYPE_PLAIN_0_0_4, openmetrics.CONTENT_TYPE_LATEST

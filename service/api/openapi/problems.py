@@ -19,7 +19,7 @@ from service.api.workers import MAX_RETRY_AFTER
 from service.decoders import teapot
 from service.decoders.registry import DECODERS
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.mesh import ENGINE
+from service.engine.mesh.report import ENGINE
 from service.engine.options import MeshOptions
 from service.engine.points.places import Query
 from service.errors import Busy, DamagedObject, StoreFailed, SurfaceError

@@ -29,7 +29,7 @@ from service.api.workers import Job
 from service.encoders.arithmetic import written_by
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
-from service.engine.mesh import ENGINE
+from service.engine.mesh.report import ENGINE
 from service.errors import Issue
 from service.pipeline.cost import Cost, compression_cost
 from service.pipeline.mesh import encode_options, plan_mesh

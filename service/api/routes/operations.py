@@ -16,7 +16,7 @@ from service.api.openapi.requests import Json
 from service.api.openapi.responses import error
 from service.encoders.compression import compressions
 from service.encoders.registry import FORMATS
-from service.engine.mesh import ENGINE
+from service.engine.mesh.report import ENGINE
 
 catalogue = APIRouter()
 

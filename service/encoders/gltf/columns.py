@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import IndexArray, Ints, RealArray
-from service.engine.light import linear
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
+from service.engine.scenes.colors import linear
 
 
 @dataclass(frozen=True, eq=False, slots=True)

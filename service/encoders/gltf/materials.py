@@ -8,7 +8,7 @@ Khronos, glTF 2.0 Specification: 3.9 materials. KHR_materials_unlit.
 import numpy as np
 
 from service.encoders.gltf.buffer import JsonObject
-from service.engine.light import linear
+from service.engine.scenes.colors import linear
 from service.surface.lowered import Color
 
 UNLIT = "KHR_materials_unlit"

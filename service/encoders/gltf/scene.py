@@ -23,7 +23,7 @@ from service.encoders.gltf.buffer import BufferBuilder, JsonObject
 from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, binary, textual, whole
 from service.encoders.gltf.mesh import node_place
 from service.encoders.gltf.primitives import Piece, pieces
-from service.engine.scene import Scene, scene_parts
+from service.engine.scenes.scene import Scene, scene_parts
 from service.surface.lowered import Color, PlacedModel
 
 SAME = 1e-12

@@ -13,7 +13,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.goal import Goal, View
-from service.engine.placing import placing_error, scalings
+from service.engine.scenes.placing import placing_error, scalings
 from service.errors import InvalidRequest, Issue
 from service.surface.lowered import GroupModel, Model
 from service.surface.placement import placed_bounds

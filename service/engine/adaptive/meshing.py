@@ -32,10 +32,10 @@ from service.engine.adaptive.proof.rounding import check_goal, floor
 from service.engine.adaptive.refine import triangulate
 from service.engine.adaptive.storage import Storage, slack
 from service.engine.gridded import grid_steps
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.seams import Seams, find_seams
 from service.engine.options import MeshOptions
-from service.engine.scene import Scene, arranged, flattened, in_single
-from service.engine.stitch import Seams, find_seams
+from service.engine.scenes.scene import Scene, arranged, flattened, in_single
 from service.engine.wires.draw import only_lines
 from service.surface.lowered import GroupModel, PatchModel
 

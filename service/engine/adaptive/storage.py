@@ -8,7 +8,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 from service.engine.extent import local_origin
 from service.engine.grid import CORNER, on_grid
-from service.engine.placing import EPS, single_error
+from service.engine.scenes.placing import EPS, single_error
 from service.engine.scratch import Real
 
 

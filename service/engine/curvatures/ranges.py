@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from service.bases.arrays import RealArray
-from service.engine.mesh import Ranges
+from service.engine.mesh.report import Ranges
 
 NAMES = ("gaussian_curvature", "mean_curvature")
 """Of the attributes that hold them."""

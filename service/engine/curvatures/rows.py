@@ -12,14 +12,14 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints, RealArray
 from service.bases.bernstein import samples
 from service.bases.triangle import row_starts
-from service.engine.channels import ChannelRows
 from service.engine.curvatures.care import Care
 from service.engine.curvatures.forms import curvatures_of
 from service.engine.curvatures.grids import Chunk, grid_partials, triangle_partials
 from service.engine.curvatures.ranges import NAMES
-from service.engine.layout import Block, Layout
+from service.engine.mesh.channels import ChannelRows
+from service.engine.mesh.layout import Block, Layout
 from service.engine.points.answer import near_poles
-from service.engine.scene import placed_points
+from service.engine.scenes.scene import placed_points
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel

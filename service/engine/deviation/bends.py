@@ -137,7 +137,8 @@ def _small_bends(
     np.sqrt(largest, out=largest)
     p, q = patches.degree
     largest *= np.array([[[p * (p - 1)]], [[p * q]], [[q * (q - 1)]]])
-    return Bends(*largest.reshape(3, *blocks, -1), across(patches))
+    uu, uv, vv = largest.reshape(3, *blocks, -1)
+    return Bends(uu, uv, vv, across(patches))
 
 
 def _second_differences(

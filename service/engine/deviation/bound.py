@@ -19,12 +19,12 @@ from service.bases.arrays import FloatArray
 from service.engine.deviation.bends import blocks_along, grid_bends, slack, triangle_deviations
 from service.engine.deviation.lost import lost
 from service.engine.deviation.rounding import STEPS, edge_error, measured_errors, vertex_error
-from service.engine.layout import Block, Layout
-from service.engine.mesh import MeshPart
+from service.engine.mesh.filling import SampleRows
+from service.engine.mesh.layout import Block, Layout
+from service.engine.mesh.mesh import MeshPart
+from service.engine.mesh.seams import Seams
 from service.engine.options import MeshOptions
-from service.engine.sampling import SampleRows
 from service.engine.scratch import Real
-from service.engine.stitch import Seams
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
 

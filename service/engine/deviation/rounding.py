@@ -21,11 +21,13 @@ from service.bases.chunks import runs
 from service.bases.homogeneous import homogeneous
 from service.engine.deviation.bends import UNIT, weight_ratio
 from service.engine.evaluation.evaluate import choose
-from service.engine.layout import Layout
+from service.engine.mesh.connectivity import SAME_WEIGHT
+from service.engine.mesh.degree_matching import SAME_CURVE
+from service.engine.mesh.edges import sample_edges
+from service.engine.mesh.layout import Layout
+from service.engine.mesh.seams import Seams
 from service.engine.options import Method
-from service.engine.raised import SAME_CURVE
 from service.engine.scratch import Real
-from service.engine.stitch import SAME_WEIGHT, Seams, sample_edges
 from service.surface.batches import Patches, TrianglePatches
 
 MARGIN = 1.02

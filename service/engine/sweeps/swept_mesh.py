@@ -3,12 +3,13 @@
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
-from service.engine.borders import count_borders
 from service.engine.extent import extent, local_origin
-from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
+from service.engine.mesh.borders import count_borders
+from service.engine.mesh.mesh import Mesh, MeshPart, Overlay
+from service.engine.mesh.report import MeshReport
+from service.engine.mesh.weld import Welding, weld
 from service.engine.options import MeshOptions
 from service.engine.sweeps.rows import Swept
-from service.engine.weld import Welding, weld
 from service.stopping import checkpoint
 from service.surface.checks import Up
 

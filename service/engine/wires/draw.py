@@ -7,10 +7,11 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, Ints
 from service.engine.extent import extent, local_origin
-from service.engine.merge import merged
-from service.engine.mesh import Mesh, MeshReport, Overlay
+from service.engine.mesh.mesh import Mesh, Overlay
+from service.engine.mesh.report import MeshReport
 from service.engine.options import MeshOptions
-from service.engine.scene import in_single
+from service.engine.scenes.merge import merged
+from service.engine.scenes.scene import in_single
 from service.engine.scratch import Real
 from service.engine.sweeps.profiles import ribbons, tubes
 from service.engine.sweeps.rows import Swept

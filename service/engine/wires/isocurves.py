@@ -14,9 +14,10 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.evaluation.evaluate import evaluate
-from service.engine.layout import Layout
+from service.engine.mesh.edges import sample_edges
+from service.engine.mesh.layout import Layout
+from service.engine.mesh.seams import Seams, find_seams
 from service.engine.points.triangle_differential import triangle_jets
-from service.engine.stitch import Seams, find_seams, sample_edges
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 from service.surface.sides import BEGINS, ENDS

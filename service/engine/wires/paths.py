@@ -14,7 +14,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.distinct import distinct_rows
-from service.engine.near import leaders
+from service.engine.clustering import leaders
 from service.engine.points.differential import jets
 from service.engine.points.triangle_differential import triangle_jets
 from service.engine.sweeps.paths import Paths

@@ -14,7 +14,7 @@ from service.api.observing.health import SelfTest, computes_rightly
 from service.bases import bernstein
 from service.bases.arrays import RealArray
 from service.engine.evaluation import formulations
-from service.engine.mesh import ENGINE
+from service.engine.mesh.report import ENGINE
 from service.engine.scratch import Real
 from service.settings.values import Settings
 from service.storage import store as store_module

@@ -9,7 +9,7 @@ from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import mesh as gltf
 from service.encoders.gltf.buffer import BufferBuilder
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.errors import UnsupportedByFormat
 from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf
 from tests.meshes import carrying, silo, single, with_overlays

@@ -13,7 +13,7 @@ from service.encoders.gltf import meshopt
 from service.encoders.registry import BY_NAME
 from service.engine.build import build
 from service.engine.gridded import snapped
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.surface.examples import find
 from tests.clients.gltf_validator import issues

@@ -9,7 +9,7 @@ import numpy as np
 from service.engine.adaptive.borders.border import Border, divide_border
 from service.engine.adaptive.faces import SPAN, Faces, find_faces
 from service.engine.adaptive.goal import Goal
-from service.engine.stitch import Seams, find_seams
+from service.engine.mesh.seams import Seams, find_seams
 from service.surface.lowered import PatchModel
 from tests.oracles.exact import curve_point, exact_net
 from tests.strategies import Array, model_of

@@ -8,7 +8,7 @@ from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.faces import SPAN, Faces, find_faces
 from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.triangulation import Triangulation
-from service.engine.stitch import find_seams
+from service.engine.mesh.seams import find_seams
 from service.surface.lowered import PatchModel
 
 SAME = 1e-9

@@ -19,8 +19,8 @@ from service.engine.adaptive.aims import (
     stated,
 )
 from service.engine.adaptive.goal import Goal, View
-from service.engine.placing import placing_error, scalings
-from service.engine.scene import placed_points
+from service.engine.scenes.placing import placing_error, scalings
+from service.engine.scenes.scene import placed_points
 from service.errors import InvalidRequest
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find

@@ -8,7 +8,7 @@ from service.engine.adaptive.aims import goal_of
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.surface.lowered import PatchModel
 from tests.engine.meshing import check_sound

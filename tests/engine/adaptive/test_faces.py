@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 
 from service.engine.adaptive.faces import Faces, find_faces
-from service.engine.stitch import find_seams
+from service.engine.mesh.seams import find_seams
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
 from tests.strategies import Array, moved

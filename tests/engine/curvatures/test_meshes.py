@@ -5,12 +5,12 @@ import pytest
 
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.build import build
-from service.engine.connect import connect
 from service.engine.curvatures import care
 from service.engine.curvatures.ranges import NAMES
 from service.engine.curvatures.rows import layout_curvatures, parameters_of
-from service.engine.layout import Layout
-from service.engine.mesh import Mesh
+from service.engine.mesh.connect import connect
+from service.engine.mesh.layout import Layout
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.engine.points.answer import points
 from service.engine.points.differential import jets

@@ -9,7 +9,7 @@ from service.engine.curvatures.ranges import NAMES
 from service.engine.curvatures.stretches import with_stretches
 from service.engine.models import as_patches
 from service.engine.options import MeshOptions
-from service.engine.scene import placed_points
+from service.engine.scenes.scene import placed_points
 from service.surface.examples import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel

@@ -8,7 +8,7 @@ import pytest
 
 from service.engine.build import build
 from service.engine.deviation.bound import largest
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.surface.lowered import Part
 from tests.engine.meshing import mesh_of

@@ -5,11 +5,11 @@ from itertools import product
 import numpy as np
 import pytest
 
-from service.engine.connect import connect
 from service.engine.deviation.lost import FINE, _loses
-from service.engine.layout import Layout
+from service.engine.mesh.connect import connect
+from service.engine.mesh.layout import Layout
+from service.engine.mesh.patterns import Shape, TriangleShape
 from service.engine.options import Faces
-from service.engine.patterns import Shape, TriangleShape
 from tests.engine.deviation.test_bound import check
 from tests.engine.meshing import mesh_of
 from tests.strategies import Array, model_of

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.forward_difference import starting_differences
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import Method
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches

@@ -15,15 +15,16 @@ from service.engine.adaptive.assembly.shading import (
 from service.engine.adaptive.faces import Faces
 from service.engine.adaptive.storage import Storage, slack
 from service.engine.adaptive.triangulation import Triangulation
-from service.engine.borders import count_borders
-from service.engine.channels import ChannelRows, agreeing, by_kind
-from service.engine.closure import closure
 from service.engine.curvatures.ranges import ranges
 from service.engine.extent import stored_bounds
-from service.engine.mesh import Mesh, MeshPart, MeshReport, Overlay
+from service.engine.mesh.borders import count_borders
+from service.engine.mesh.channels import ChannelRows, agreeing, by_kind
+from service.engine.mesh.closure import closure
+from service.engine.mesh.mesh import Mesh, MeshPart, Overlay
+from service.engine.mesh.report import MeshReport
+from service.engine.mesh.weld import Welding, count_places, shared_places, weld
 from service.engine.options import MeshOptions
 from service.engine.vectors import largest_angle
-from service.engine.weld import Welding, count_places, shared_places, weld
 from service.surface.lowered import PatchModel
 
 

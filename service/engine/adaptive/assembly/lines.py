@@ -7,9 +7,9 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.storage import Storage
-from service.engine.mesh import Overlay
+from service.engine.mesh.mesh import Overlay
+from service.engine.mesh.overlays import control_net
 from service.engine.options import MeshOptions
-from service.engine.overlays import control_net
 from service.surface.lowered import PatchModel
 
 

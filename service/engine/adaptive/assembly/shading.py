@@ -10,12 +10,12 @@ from service.bases.chunks import chunks
 from service.bases.triangle import degree_of
 from service.bases.triangle_basis import triangle_bernstein
 from service.engine.adaptive.assembly.samples import Samples
-from service.engine.channels import CHUNK_VALUES, ChannelRows, limits_of
 from service.engine.curvatures.care import Care
 from service.engine.curvatures.rows import as_channels, stored, stretched
 from service.engine.evaluation.normals import unit_normals
 from service.engine.evaluation.triangle_nets import barycentric_places
 from service.engine.evaluation.triangle_normals import triangle_normals
+from service.engine.mesh.channels import CHUNK_VALUES, ChannelRows, limits_of
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel

@@ -9,7 +9,7 @@ from service.engine.adaptive.borders.chains import find_chains
 from service.engine.adaptive.borders.division import divide
 from service.engine.adaptive.faces import SPAN, Faces
 from service.engine.adaptive.goal import Goal
-from service.engine.stitch import Seams
+from service.engine.mesh.seams import Seams
 from service.surface.sides import BEGINS
 
 

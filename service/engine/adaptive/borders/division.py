@@ -28,7 +28,7 @@ from service.engine.adaptive.faces import SPAN
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.limits import Budget
 from service.engine.chords import halves, projected
-from service.engine.stitch import Seams
+from service.engine.mesh.seams import Seams
 
 CHUNK = 1 << 18
 """Coordinates of nets that are worked on at a time."""

@@ -14,7 +14,7 @@ from service.engine.adaptive.assembly.lines import draw_lines
 from service.engine.adaptive.assembly.samples import samples_of
 from service.engine.adaptive.faces import SPAN
 from service.engine.adaptive.storage import Storage
-from service.engine.mesh import Mesh
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.surface.batches import TrianglePatches
 from service.surface.bezier import BezierSurface

@@ -15,7 +15,7 @@ from service.engine.adaptive.faces import SPAN, find_faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.limits import Budget
-from service.engine.stitch import find_seams
+from service.engine.mesh.seams import find_seams
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
 from tests.oracles.exact import exact_net, surface_point

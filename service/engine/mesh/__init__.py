@@ -1,0 +1,1 @@
+"""Meshes at a given resolution: connectivity and plans, made once, and filling them."""

@@ -1,0 +1,84 @@
+"""How a mesh ends: edges that only one face uses."""
+
+import numpy as np
+
+from service.bases.arrays import IndexArray
+from service.engine.mesh.layout import Layout
+from service.engine.options import MeshOptions
+from service.surface.sides import BEGINS, ENDS
+
+
+def borders(
+    layout: Layout,
+    options: MeshOptions,
+    mesh_faces: tuple[IndexArray, IndexArray],
+    welds: IndexArray | None,
+) -> tuple[int, bool]:
+    """Edges that one face uses alone, and whether every edge is used by exactly two.
+
+    Where the edges of the patches tell, their divisions are added up. Where faces can have an edge
+    in common that is no edge of a patch, or lack one, the faces themselves are counted.
+    """
+    seams = layout.connectivity
+    lines = ~seams.collapsed
+    # With one division, different edges between the same corners are one line of the mesh, and a
+    # patch between two poles vanishes.
+    coarse = layout.divisions[seams.edge[lines]].min(initial=2) < 2
+    # With two, so are both halves of a side that returns to where it began.
+    returns = lines & (seams.corner[:, BEGINS] == seams.corner[:, ENDS])
+    coarse |= layout.divisions[seams.edge[returns]].min(initial=3) < 3
+    if options.weld:
+        counted = coarse or seams.is_folded or _meet_twice(layout)
+    else:
+        # Every face at a pole has a vertex of its own there.
+        counted = coarse or layout.has_poles
+    if counted:
+        return count_borders(mesh_faces, welds)
+    if not options.weld:
+        return int(layout.divisions[seams.edge[lines]].sum()), not lines.any()
+    uses = np.bincount(seams.edge[lines], minlength=len(layout.divisions))
+    boundary = int(layout.divisions[uses == 1].sum())
+    return boundary, boundary == 0 and bool((uses <= 2).all())
+
+
+def _meet_twice(layout: Layout) -> bool:
+    """Whether two patches share both sides of a corner that a line of the mesh cuts off.
+
+    That line, from side to side, is then one of both meshes. Of a grid the diagonals cut off two
+    corners; a triangle has a small triangle at each of its three.
+    """
+    edge, rows = layout.connectivity.edge, layout.triangular
+    grids, triangles = edge[~rows], edge[rows]
+    pairs = [grids[:, [0, 2]], grids[:, [1, 3]]]
+    pairs += [triangles[:, [0, 2]], triangles[:, [1, 2]], triangles[:, [0, 1]]]
+    corners = np.concatenate(pairs)
+    corners.sort(axis=1)
+    codes = corners[:, 0] * len(layout.connectivity.users) + corners[:, 1]
+    return len(np.unique(codes)) < len(codes)
+
+
+def count_borders(
+    mesh_faces: tuple[IndexArray, IndexArray], welds: IndexArray | None
+) -> tuple[int, bool]:
+    """Edges that one face uses alone, and whether every edge is used by two, counted on the faces.
+
+    `welds` tells for each vertex the first one at its position; None where all differ.
+    """
+    lines = np.empty(sum(rows.size for rows in mesh_faces), dtype=np.int64)
+    count = 0
+    for rows in mesh_faces:
+        for corner in range(rows.shape[1]):
+            begin, end = rows[:, corner - 1], rows[:, corner]
+            if welds is not None:
+                begin, end = welds[begin], welds[end]
+            line = lines[count : count + len(rows)]
+            np.minimum(begin, end, out=line)
+            line <<= 32
+            line |= np.maximum(begin, end)
+            count += len(rows)
+    lines.sort()
+    # Where another line begins, in the order of their ends; the last place is behind the last.
+    begins = np.ones(count + 1, dtype=bool)
+    begins[1:-1] = lines[1:] != lines[:-1]
+    alone = int((begins[:-1] & begins[1:]).sum())
+    return alone, bool(begins[::2].all() and not begins[1::2].any())

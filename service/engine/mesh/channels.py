@@ -1,0 +1,223 @@
+"""Colours, texture coordinates and attributes at all samples of a layout.
+
+A channel is a polynomial of its own degree over the parameters of each patch, so it is evaluated as
+the points are, but apart from them. Where samples are one place and their values differ by rounding
+alone, they get the same value, bit for bit: welding need only ask whether values are equal.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.bases.arrays import FloatArray, Ints, RealArray
+from service.bases.bernstein import bernstein, sampled
+from service.bases.bernstein import samples as parameters
+from service.bases.chunks import chunks
+from service.bases.triangle import row_starts
+from service.bases.triangle_basis import evaluate_triangles
+from service.engine.clustering import leaders
+from service.engine.extent import extent
+from service.engine.mesh.layout import Block, Layout
+from service.engine.scratch import Real
+from service.surface.batches import Channel, ChannelKind
+from service.surface.lowered import Domain, PatchModel
+from service.surface.sides import side_of
+
+CHUNK_VALUES = 1 << 20
+"""Values computed at a time."""
+
+SAME_RANGE = 2.0**-16
+"""Values nearer than this part of a channel's range are equal."""
+
+SAME_VALUE = 2.0**-20
+"""And nearer than this part of the largest value: eight units in the last place of a float32."""
+
+
+TINY = float(np.finfo(np.float32).smallest_subnormal)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ChannelRows:
+    """The values (N, d) of one channel at all samples, in the precision of the mesh.
+
+    Of a channel with a `unit` values differ by rounding alone where their quotient is nearly 1;
+    times the unit, what is below 1 is small.
+    """
+
+    name: str
+    kind: ChannelKind
+    values: RealArray
+    unit: float | None = None
+
+    def take(self, chosen: Ints) -> "ChannelRows":
+        """Some of the rows, in this order."""
+        return replace(self, values=self.values.take(chosen, axis=0))
+
+
+def sample_channels(
+    model: PatchModel, layout: Layout, dtype: Real, uvs: bool
+) -> tuple[ChannelRows, ...]:
+    """Every channel of the model; with `uvs`, parameters where it has no texture coordinates."""
+    carried = model.batches[0].channels
+    found = [
+        ChannelRows(channel.name, channel.kind, _rows(model, layout, number, dtype))
+        for number, channel in enumerate(carried)
+    ]
+    if uvs and not any(channel.kind == "uvs" for channel in carried):
+        found.append(ChannelRows("uvs", "uvs", _parameter_rows(layout, model.domain, dtype)))
+    return tuple(found)
+
+
+def by_kind(
+    channels: tuple[ChannelRows, ...],
+) -> tuple[RealArray | None, RealArray | None, tuple[tuple[str, RealArray], ...]]:
+    """Texture coordinates, colours, and attributes by name, as a mesh has them."""
+    found = {channel.kind: channel.values for channel in channels if channel.kind != "attribute"}
+    named = tuple((c.name, c.values) for c in channels if c.kind == "attribute")
+    return found.get("uvs"), found.get("colors"), named
+
+
+def agreeing(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
+    """For each sample the first one at its place where every channel has the same value.
+
+    Values that differ by rounding alone become equal, channel by channel.
+
+    Parameters
+    ----------
+    place : ndarray of int, shape (N,)
+        For each sample, one sample that stands for its position (that one for itself).
+    channels : tuple of ChannelRows
+        Written into.
+    """
+    own = np.arange(len(place))
+    # The few samples that share their place with another one, numbered among themselves.
+    shared = np.zeros(len(place), dtype=bool)
+    shared[place != own] = True
+    shared[place[shared]] = True
+    rows = np.flatnonzero(shared)
+    spot = np.searchsorted(rows, place[rows])
+    local = spot
+    for channel in channels:
+        values = channel.values[rows]
+        first = leaders(spot, _in_steps(channel, values), 1.0)
+        channel.values[rows] = values[first]
+        local = leaders(local, first[:, np.newaxis].astype(np.float64), 0.5)
+    alike = own
+    alike[rows] = rows[local]
+    return alike
+
+
+def _in_steps(channel: ChannelRows, values: RealArray) -> FloatArray:
+    """Values of a channel in units of the difference that counts as none.
+
+    With a unit by arsinh, which is linear about 0 and logarithmic beyond: what is small differs by
+    a difference, what is large by a quotient.
+    """
+    if channel.unit is None:
+        return values * _scale(channel.values)
+    steps: FloatArray = np.arcsinh(values.astype(np.float64) * channel.unit) / SAME_VALUE
+    return steps
+
+
+def _scale(values: RealArray) -> FloatArray:
+    """One over the difference that counts as none, column by column; 0 where all are zero."""
+    low, high = (bound.astype(np.float64) for bound in extent(values))
+    same = np.maximum(SAME_RANGE * (high - low), SAME_VALUE * np.maximum(-low, high))
+    # What float32 cannot tell from zero is zero.
+    return np.where(same > 0, 1.0 / np.maximum(same, TINY), 0.0)
+
+
+def _rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> RealArray:
+    """Values (N, d) of one channel: grids, then the samples beside them."""
+    dimension = model.batches[0].channels[number].dimension
+    rows = np.empty((layout.size, dimension), dtype=dtype)
+    for block in layout.blocks:
+        channel = model.batches[block.batch].channels[number]
+        out = rows[block.base : block.base + block.count * len(block.patches)]
+        out = out.reshape(len(block.patches), block.count, dimension)
+        if block.triangular:
+            _write_triangles(channel, block, out)
+            continue
+        _write_grids(channel, block, out)
+        for side, patches, along, samples in layout.extras_of(block):
+            edges = side_of(channel.nets, side)[patches]
+            basis = bernstein(edges.shape[1] - 1, along)
+            rows[samples] = np.einsum("ni,nid->nd", basis, edges)
+    if channel.kind == "colors":
+        np.clip(rows, 0.0, 1.0, out=rows)
+    # As for points: adding 0.0 turns -0.0 into 0.0.
+    np.add(rows, 0.0, out=rows)
+    return rows
+
+
+def _write_grids(channel: Channel, block: Block, out: RealArray) -> None:
+    """B(u) C B(v)ᵀ for every component of every patch; in float64, however it is stored."""
+    a, b = channel.nets.shape[1] - 1, channel.nets.shape[2] - 1
+    along_u, along_v = sampled(a, block.resolution[0]), sampled(b, block.resolution[1]).T
+    for rows in chunks(len(block.patches), block.count, CHUNK_VALUES):
+        nets = channel.nets[block.patches[rows]]
+        for component in range(channel.dimension):
+            plane = along_u @ np.ascontiguousarray(nets[..., component]) @ along_v
+            out[rows, :, component] = plane.reshape(len(nets), -1)
+
+
+def _write_triangles(channel: Channel, block: Block, out: RealArray) -> None:
+    """The same over the rows of triangles."""
+    for rows in chunks(len(block.patches), block.count, CHUNK_VALUES):
+        nets = channel.nets[block.patches[rows]]
+        out[rows] = evaluate_triangles(nets, block.resolution[0])
+
+
+def _parameter_rows(layout: Layout, domain: Domain | None, dtype: Real) -> RealArray:
+    """Parameters (N, 2) of every sample: in the surface's own domain, or in its patch."""
+    rows = np.empty((layout.size, 2), dtype=dtype)
+    for block in layout.blocks:
+        if block.triangular:
+            _write_triangle_parameters(block, rows)
+            continue
+        ends = limits_of(block.first + block.patches, domain)
+        u, v = (
+            _between(limits, parameters(r))
+            for limits, r in zip(ends, block.resolution, strict=True)
+        )
+        out = rows[block.base : block.base + block.count * len(block.patches)]
+        grid = out.reshape(len(u), u.shape[1], v.shape[1], 2)
+        grid[..., 0] = u[:, :, np.newaxis]
+        grid[..., 1] = v[:, np.newaxis]
+        for side, patches, along, samples in layout.extras_of(block):
+            limits = limits_of(block.first + patches, domain)
+            axis = 1 if side < 2 else 0
+            low, high = limits[axis].T
+            rows[samples, axis] = (1.0 - along) * low + along * high
+            rows[samples, 1 - axis] = limits[1 - axis][:, side % 2]
+    return rows
+
+
+def _write_triangle_parameters(block: Block, rows: RealArray) -> None:
+    """(s, t) of every sample of triangles."""
+    divisions = block.resolution[0]
+    out = rows[block.base : block.base + block.count * len(block.patches)]
+    out = out.reshape(len(block.patches), block.count, 2)
+    for row, (first, last) in enumerate(pairwise(row_starts(divisions).tolist())):
+        out[:, first:last, 0] = np.arange(last - first) / divisions
+        out[:, first:last, 1] = row / divisions
+
+
+def limits_of(patches: Ints, domain: Domain | None) -> tuple[FloatArray, FloatArray]:
+    """First and last u, and v, of patches by their numbers in the model: (m, 2) each."""
+    if domain is None:
+        unit = np.tile([0.0, 1.0], (len(patches), 1))
+        return unit, unit
+    row, column = np.divmod(patches, len(domain.v) - 1)
+    return _ends(domain.u, row), _ends(domain.v, column)
+
+
+def _ends(knots: FloatArray, span: NDArray[np.intp]) -> FloatArray:
+    return np.stack([knots[span], knots[span + 1]], axis=1)
+
+
+def _between(limits: FloatArray, t: FloatArray) -> FloatArray:
+    """Parameters (m, R+1) from limits (m, 2); the ends are the very limits."""
+    return limits[:, :1] * (1.0 - t) + limits[:, 1:] * t

@@ -1,0 +1,193 @@
+"""Whether a surface returns to where it began, and how smoothly.
+
+A surface closes along u if its last line of Bézier points is its first one, number by number, and
+so are the weights up to a common factor. The seam is then
+
+- C1 if the partial across it, in the parameters of the surface's domain, is the same on both sides;
+- else G1 if the tangent planes are the same, and the surface does not turn back;
+- else C0.
+
+With t the tangent of the seam, a and b the partials across it, C1 says that a − b vanishes and G1
+that det(a, b, t) does. Times powers of the seam's weight these are polynomials of the parameter
+along the seam, of degree 2q and 4q − 1 at most (q and 3q − 1 without weights) on each patch. So a
+polynomial that vanishes at the 4q + 1 parameters where it is computed vanishes everywhere; what
+is computed vanishes up to the tolerances below. Where there is no tangent plane, at a pole, only
+the rest of the seam counts.
+"""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.bernstein import bernstein, samples
+from service.engine.mesh.connectivity import SAME_WEIGHT
+from service.engine.vectors import cross
+from service.surface.batches import TensorPatches
+from service.surface.lowered import PatchModel
+from service.surface.sides import side_of
+
+Continuity: TypeAlias = Literal["C0", "G1", "C1"]
+
+SAME_PARTIAL = 1e-6
+"""How far the partials may differ, in units of the longest on the seam: nets are often written
+with six digits."""
+
+SAME_PLANE = 1e-6
+"""How far the unit normals may differ: an angle in radians."""
+
+NO_PLANE = 1e-9
+"""Sine of the angle, or length in units of the longest, below which two tangents span no plane."""
+
+CHUNK_PATCHES = 1024
+"""Patches along a seam that are looked at together."""
+
+
+@dataclass(frozen=True, slots=True)
+class Closure:
+    """How a surface closes along u and along v: the continuity of the seam; None where open."""
+
+    u: Continuity | None
+    v: Continuity | None
+
+
+def closure(model: PatchModel, edge: Ints | None = None) -> Closure | None:
+    """How the surface closes; None for patches that are not pieces of one surface.
+
+    `edge` (P, 4) numbers the distinct edges that sides are, where these are known: a surface whose
+    first and last sides are different edges is open.
+    """
+    if model.domain is None:
+        return None
+    (batch,) = model.batches
+    if not isinstance(batch, TensorPatches):
+        return None
+    (p, q), u, v = batch.degree, model.domain.u, model.domain.v
+    number = np.arange(batch.count).reshape(len(u) - 1, len(v) - 1)
+    found: list[Continuity | None] = []
+    ends = (number[0], number[-1]), (number[:, 0], number[:, -1])
+    for side, (first, last), degree, knots in zip((0, 2), ends, (p, q), (u, v), strict=True):
+        # Most surfaces are open, and that is seen at once.
+        if edge is not None and (edge[first, side] != edge[last, side + 1]).any():
+            found.append(None)
+        else:
+            found.append(_along(batch, first, last, side, degree / np.diff(knots)))
+    return Closure(*found)
+
+
+def _along(
+    batch: TensorPatches, first: Ints, last: Ints, side: int, factors: FloatArray
+) -> Continuity | None:
+    """Continuity of the seam between this side of the first patches and the next of the last."""
+    begin, end = side_of(batch.points, side)[first], side_of(batch.points, side + 1)[last]
+    if not np.array_equal(begin, end):
+        return None
+    return _continuity(
+        _border(batch, first, side, factors[0]), _border(batch, last, side + 1, factors[-1])
+    )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Border:
+    """A side of the patches along one border of the surface.
+
+    `line` and `next` (M, n+1, 3) are its Bézier points and those beside them; `factor` makes of
+    what lies between them the partial across the border.
+    """
+
+    line: FloatArray
+    next: FloatArray
+    line_weights: FloatArray
+    next_weights: FloatArray
+    factor: float
+
+    def across(self, place: FloatArray, basis: FloatArray) -> FloatArray:
+        """The partial across the border at points S of it, (M, K, 3).
+
+        S_u = p/h Σ_j B_j w_1j (P_1j − S) / Σ_j B_j w_0j
+        """
+        total = self.line_weights @ basis.T
+        shares = basis * self.next_weights[:, np.newaxis]
+        away: FloatArray = shares @ self.next - shares.sum(axis=-1)[..., np.newaxis] * place
+        away *= (self.factor / total)[..., np.newaxis]
+        return away
+
+    def along(self, place: FloatArray, basis: FloatArray) -> FloatArray:
+        """A tangent of the border at its points S, (M, K, 3), in some length.
+
+        W S' ~ Σ_j B_j^{n−1} (w_{j+1} (P_{j+1} − S) − w_j (P_j − S))
+        """
+        change = np.diff(self.line * self.line_weights[..., np.newaxis], axis=1)
+        tangent: FloatArray = basis @ change
+        tangent -= (np.diff(self.line_weights, axis=1) @ basis.T)[..., np.newaxis] * place
+        return tangent
+
+    def points(self, basis: FloatArray) -> FloatArray:
+        """The points S of the border, (M, K, 3)."""
+        shares = basis * self.line_weights[:, np.newaxis]
+        place: FloatArray = shares @ self.line / shares.sum(axis=-1)[..., np.newaxis]
+        return place
+
+    def take(self, run: slice) -> "_Border":
+        """The same for some of the patches."""
+        return _Border(
+            self.line[run],
+            self.next[run],
+            self.line_weights[run],
+            self.next_weights[run],
+            self.factor,
+        )
+
+    @property
+    def longest(self) -> float:
+        """Upper bound of the partials across, as far as weights do not add to it."""
+        return abs(self.factor) * float(np.linalg.norm(self.next - self.line, axis=-1).max())
+
+
+def _border(batch: TensorPatches, patches: Ints, side: int, factor: float) -> _Border:
+    line, beside = (side_of(batch.points, side, k)[patches] - batch.middle for k in range(2))
+    weights = np.ones(batch.points.shape[:-1]) if batch.weights is None else batch.weights
+    heavy, heavy_beside = (side_of(weights, side, k)[patches] for k in range(2))
+    return _Border(line, beside, heavy, heavy_beside, -factor if side % 2 else factor)
+
+
+def _continuity(first: _Border, last: _Border) -> Continuity | None:
+    """Of the seam where two borders are one; None if their weights are not."""
+    if not _same_weights(first, last):
+        return None
+    degree = first.line.shape[1] - 1
+    places = samples(4 * degree)
+    basis, below = bernstein(degree, places), bernstein(degree - 1, places)
+    longest = max(first.longest, last.longest)
+    apart, planes, smooth = 0.0, 0, True
+    for start in range(0, len(first.line), CHUNK_PATCHES):
+        ours, theirs = (
+            border.take(slice(start, start + CHUNK_PATCHES)) for border in (first, last)
+        )
+        seam = ours.points(basis)
+        a, b, t = ours.across(seam, basis), theirs.across(seam, basis), ours.along(seam, below)
+        apart = max(apart, float(np.linalg.norm(a - b, axis=-1).max()))
+        (normal, there), (other, other_there) = _normals(a, t, longest), _normals(b, t, longest)
+        both = there & other_there
+        planes += int(both.sum())
+        turned = np.linalg.norm(normal - other, axis=-1) > SAME_PLANE
+        smooth = smooth and not (turned & both).any() and bool((there == other_there).all())
+    if apart <= SAME_PARTIAL * longest and longest > 0:
+        return "C1"
+    return "G1" if smooth and planes else "C0"
+
+
+def _normals(across: FloatArray, along: FloatArray, longest: float) -> tuple[FloatArray, Bools]:
+    """Unit normals of the planes that two tangents span, and where they span one."""
+    normal = cross(across, along)
+    size, length, other = (np.linalg.norm(rows, axis=-1) for rows in (normal, across, along))
+    there = (size > NO_PLANE * length * other) & (length > NO_PLANE * longest)
+    unit = np.divide(normal, size[..., np.newaxis], where=there[..., np.newaxis], out=normal)
+    return unit, there
+
+
+def _same_weights(first: _Border, last: _Border) -> bool:
+    """Whether the weights of two borders are the same up to a common factor."""
+    ours, theirs = (b.line_weights / b.line_weights.max() for b in (first, last))
+    return bool((np.abs(ours - theirs) <= SAME_WEIGHT).all())

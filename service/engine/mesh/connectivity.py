@@ -1,0 +1,112 @@
+"""Connectivity: which sides of patches are one edge, which corners one point, which sides points.
+
+It depends on which control points are equal, and not on where they lie. So it is found once for a
+pattern of equal points (`service.engine.mesh.seams`), and everything that follows from it and from
+the resolution is planned once (`service.engine.mesh.layout`, `service.engine.mesh.plans`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from hashlib import blake2b
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.distinct import distinct_rows
+from service.surface.batches import Patches, TrianglePatches
+
+SAME_WEIGHT = 2.0**-44
+"""How far the weights of one edge, their largest made 1, may differ on two sides of it: a common
+factor changes their last digits."""
+
+FEW_POINTS = 40
+"""Up to here all pairs of points are compared sooner than sorted."""
+
+
+@dataclass(frozen=True, eq=False)
+class Connectivity:
+    """How the P patches of a model hang together, whatever their shapes.
+
+    Attributes
+    ----------
+    counts : tuple of int
+        Patches of each batch.
+    triangular : ndarray of bool, shape (P,)
+        Which patches are triangles.
+    edge : ndarray of int, shape (P, 4)
+        Number of the distinct edge that each side is (sides: `service.surface.sides`).
+    backward : ndarray of bool, shape (P, 4)
+        Whether the side runs against the direction of its edge.
+    collapsed : ndarray of bool, shape (P, 4)
+        Whether the side is one point.
+    corner : ndarray of int, shape (P, 4)
+        Number of the distinct point at each corner.
+    users : ndarray of int, shape (E,)
+        How many sides each edge has; 1 is a border of the model.
+    corners : int
+        Distinct points at corners, C.
+    """
+
+    counts: tuple[int, ...]
+    triangular: Bools
+    edge: Ints
+    backward: Bools
+    collapsed: Bools
+    corner: Ints
+    users: Ints
+    corners: int
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes held."""
+        arrays = (self.triangular, self.edge, self.backward, self.collapsed, self.corner)
+        return sum(array.nbytes for array in (*arrays, self.users))
+
+    @cached_property
+    def key(self) -> bytes:
+        """Equal for connectivities that are equal, and for no others."""
+        return digest(
+            np.array([len(self.counts), *self.counts]),
+            self.triangular,
+            self.edge,
+            self.backward,
+            self.collapsed,
+            self.corner,
+        )
+
+    @cached_property
+    def is_folded(self) -> bool:
+        """Whether two sides of a patch are one edge."""
+        ordered = np.sort(self.edge, axis=1)
+        return bool((ordered[:, 1:] == ordered[:, :-1]).any())
+
+
+def triangular_patches(batches: Sequence[Patches]) -> Bools:
+    """Which patches of all batches are triangles, shape (P,)."""
+    return np.concatenate([np.full(b.count, isinstance(b, TrianglePatches)) for b in batches])
+
+
+def equal_points(points: FloatArray) -> Ints:
+    """For each point (N, 3) the first one that is equal to it: one decision for the whole engine.
+
+    Points are equal if their coordinates are, bit for bit.
+    """
+    found: Ints
+    if len(points) <= FEW_POINTS:
+        found = (points[:, None] == points).all(axis=-1).argmax(axis=1)
+    else:
+        first, number = distinct_rows(points)
+        found = first[number]
+    return found
+
+
+def digest(*arrays: NDArray[Any]) -> bytes:
+    """A key for arrays: their BLAKE2b hash of 32 bytes, as safe against collisions as SHA-256."""
+    found = blake2b(digest_size=32)
+    for array in arrays:
+        found.update(str(array.shape).encode())
+        found.update(np.ascontiguousarray(array).data)
+    return found.digest()

@@ -1,0 +1,106 @@
+"""Edges that are one curve, written in different degrees.
+
+Every Bézier curve of degree n is one of degree n + 1 too (`service.bases.polynomials.elevate`), so
+a cubic patch may meet a quadratic one along a whole edge though no control point but the ends is
+the same. Raising costs roundings, hence curves count as one when their nets in the highest degree
+are equal up to these, and their ends to the last bit.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.polynomials import elevate
+from service.engine.clustering import leaders
+from service.engine.mesh.edges import EdgeCurves
+
+SAME_CURVE = 2.0**-44
+"""How far nets of one curve may differ, relative to their largest coordinate and, weights, to
+themselves. No point of the one curve is then further from the other than ten times that: the nets
+are off by √3 + 1, weights move points by 4 √3, and the rest is the rounding of the raising."""
+
+
+def lowest(
+    curves: Sequence[EdgeCurves], lines: Bools, begin: Ints, end: Ints
+) -> tuple[Ints, Bools]:
+    """For each edge the one of lowest degree that is the same curve, and whether it runs back.
+
+    Parameters
+    ----------
+    curves : sequence of EdgeCurves
+        All distinct edges, E of them, by degree.
+    lines : ndarray of bool, shape (E,)
+        Which are not points.
+    begin, end : ndarray of int, shape (E,)
+        Corners at which they begin and end.
+
+    Returns
+    -------
+    leader : ndarray of int, shape (E,)
+        Itself, or an edge of lower degree that is its own leader.
+    turned : ndarray of bool, shape (E,)
+        Whether the leader runs in the opposite direction.
+    """
+    leader, turned = np.arange(len(lines)), np.zeros(len(lines), dtype=bool)
+    degree = np.zeros(len(lines), dtype=np.intp)
+    for group in curves:
+        degree[group.ids] = group.points.shape[1] - 1
+    pair, edges, highest = candidates(lines, degree, begin, end)
+    for common in np.unique(highest).tolist():
+        here = highest == common
+        edge, place = edges[here], pair[here]
+        # Every one from the one end of its pair to the other, closed ones in both directions.
+        back = begin[edge] > end[edge]
+        closed = np.flatnonzero(begin[edge] == end[edge])
+        edge, place = np.concatenate([edge, edge[closed]]), np.concatenate([place, place[closed]])
+        back = np.concatenate([back, ~back[closed]])
+        # Low degrees have low numbers: they lead.
+        order = np.lexsort((back, edge, place))
+        edge, back, place = edge[order], back[order], place[order]
+        _, first, number = np.unique(place, return_index=True, return_inverse=True)
+        found = leaders(first[number], _values(curves, edge, back, common), SAME_CURVE)
+        joins = degree[edge[found]] < degree[edge]
+        leader[edge[joins]] = edge[found[joins]]
+        turned[edge[joins]] = back[joins] != back[found[joins]]
+    return leader, turned
+
+
+def candidates(lines: Bools, degree: Ints, begin: Ints, end: Ints) -> tuple[Ints, Ints, Ints]:
+    """Edges between two corners that have edges of several degrees between them.
+
+    Returns
+    -------
+    pair, edges, highest : ndarray of int, shape (m,)
+        A number for their two corners, they themselves, and the highest degree between these.
+    """
+    edges = np.flatnonzero(lines)
+    low, high = np.minimum(begin, end)[edges], np.maximum(begin, end)[edges]
+    _, pair = np.unique(low * (high.max(initial=0) + 1) + high, return_inverse=True)
+    least, most = np.full(len(pair), 1 << 30), np.zeros(len(pair), dtype=np.intp)
+    np.minimum.at(least, pair, degree[edges])
+    np.maximum.at(most, pair, degree[edges])
+    several = (least < most)[pair]
+    return pair[several], edges[several], most[pair[several]]
+
+
+def _values(curves: Sequence[EdgeCurves], edge: Ints, back: Bools, degree: int) -> FloatArray:
+    """Edges raised to one degree as numbers that are nearly equal if the curves are, a row each.
+
+    The net in units of its largest coordinate, the logarithms of that and of the weights.
+    """
+    nets = np.zeros((len(edge), degree + 1, 4))
+    for group in curves:
+        place = np.searchsorted(group.ids, edge).clip(max=len(group.ids) - 1)
+        rows = np.flatnonzero(group.ids[place] == edge)
+        if not len(rows):
+            continue
+        weights = None if group.weights is None else group.weights[place[rows]].T
+        points, weights = elevate((group.points[place[rows]].swapaxes(0, 1), weights), degree)
+        nets[rows, :, :3] = points.swapaxes(0, 1)
+        if weights is not None:
+            nets[rows, :, 3] = np.log(weights / weights.max(axis=0)).T
+    nets[back] = nets[back, ::-1]
+    size = np.abs(nets[..., :3]).max(axis=(1, 2))
+    nets[..., :3] /= size[:, None, None]
+    return np.concatenate([nets.reshape(len(edge), -1), np.log(size)[:, None]], axis=1)

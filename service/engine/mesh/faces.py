@@ -1,0 +1,98 @@
+"""Vertices joined to faces: the pattern of every patch, read through its vertices."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from service.bases.arrays import IndexArray, Ints
+from service.engine.mesh.layout import Layout
+from service.engine.mesh.patterns import faces
+from service.engine.mesh.weld import Welding
+from service.engine.options import Faces
+
+
+def join(
+    layout: Layout, welding: Welding | None, kind: Faces, sequence: Ints | None
+) -> tuple[IndexArray, IndexArray, Ints]:
+    """Triangles (T, 3), quads (Q, 4), patch by patch in sequence; and how many are before each.
+
+    Without a welding every sample is the vertex of its own number. Of both kinds of faces the
+    numbers before each patch and in all have the shape (2, P + 1).
+    """
+    groups = layout.shapes
+    patterns = [faces(shape, kind) for shape, _ in groups]
+    total = len(layout.base)
+    counts = np.zeros((2, total), dtype=np.intp)
+    for (_, patches), pattern in zip(groups, patterns, strict=True):
+        counts[0, patches], counts[1, patches] = len(pattern[0]), len(pattern[1])
+    if welding is None and total == 1:
+        return (*patterns[0], _ends(counts))
+    position = np.arange(total)
+    if sequence is not None:
+        position[sequence] = position.copy()
+        counts = counts[:, sequence]
+    found: list[IndexArray] = []
+    for which, corners in enumerate((3, 4)):
+        ends = counts[which].cumsum()
+        out = np.empty((ends[-1], corners), dtype=np.uint32)
+        for (shape, patches), pattern in zip(groups, patterns, strict=True):
+            local = pattern[which]
+            if not len(local):
+                continue
+            samples = layout.patch_samples(patches, shape)
+            vertices = samples if welding is None else welding.vertex[samples]
+            # Gathering through the pattern writes all faces of all these patches in one go.
+            whole = np.take(vertices.astype(np.uint32), local, axis=1)
+            for run in _runs(position[patches]):
+                first = ends[position[patches[run.start]]] - len(local)
+                rows = slice(first, first + (run.stop - run.start) * len(local))
+                out[rows] = whole[run].reshape(-1, corners)
+        found.append(out)
+    triangles, quads = found
+    if welding is not None and layout.folds:
+        triangles, quads, counts = _without_slivers(triangles, quads, counts, welding.welds)
+    return triangles, quads, _ends(counts)
+
+
+def _runs(numbers: Ints) -> list[slice]:
+    """Where numbers follow one another without a gap."""
+    breaks = np.flatnonzero(np.diff(numbers) != 1) + 1
+    ends = [0, *breaks.tolist(), len(numbers)]
+    return [slice(first, last) for first, last in pairwise(ends)]
+
+
+def _ends(counts: Ints) -> Ints:
+    """Faces before each patch and in all, (2, P + 1), from the numbers of those that each has."""
+    return np.concatenate([np.zeros((2, 1), dtype=np.intp), counts.cumsum(axis=1)], axis=1)
+
+
+def _without_slivers(
+    triangles: IndexArray, quads: IndexArray, counts: Ints, place: Ints
+) -> tuple[IndexArray, IndexArray, Ints]:
+    """Drops faces that have one place twice; of a quad with one such pair a triangle is left.
+
+    Patterns know of sides that are one point. But where two sides that meet are one edge, the
+    diagonal of the cell between them is a point as well; and with a single division so is a side
+    that returns to where it began, and a patch that closes is a line.
+    """
+    total = counts.shape[1]
+    owner, owner_of_quad = (np.repeat(np.arange(total), n) for n in counts)
+    around = place[quads]
+    repeated = around == np.roll(around, -1, axis=1)
+    whole = ~repeated.any(axis=1) & (around[:, 0] != around[:, 2]) & (around[:, 1] != around[:, 3])
+    halved = np.flatnonzero(repeated.sum(axis=1) == 1)
+    # Leave out the first of the two corners that coincide.
+    keep = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
+    halves = np.take_along_axis(quads[halved], keep[repeated[halved].argmax(axis=1)], axis=1)
+    triangles = np.concatenate([triangles, halves])
+    owner = np.concatenate([owner, owner_of_quad[halved]])
+    corner = place[triangles]
+    distinct = (corner != np.roll(corner, -1, axis=1)).all(axis=1)
+    order = np.flatnonzero(distinct)[np.argsort(owner[distinct], kind="stable")]
+    left = np.stack(
+        [
+            np.bincount(owner[order], minlength=total),
+            np.bincount(owner_of_quad[whole], minlength=total),
+        ]
+    )
+    return triangles[order], quads[whole], left

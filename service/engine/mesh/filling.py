@@ -1,0 +1,114 @@
+"""Positions, normals and channels at all samples of a layout.
+
+Grids are evaluated patch by patch; then every border is overwritten with the samples of its edge,
+which depend on the edge alone.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints, RealArray
+from service.engine.evaluation.evaluate import evaluate
+from service.engine.evaluation.normals import unit_normals
+from service.engine.mesh.channels import ChannelRows, sample_channels
+from service.engine.mesh.edges import sample_edges
+from service.engine.mesh.layout import Layout
+from service.engine.mesh.seams import Seams
+from service.engine.options import MeshOptions, Method
+from service.engine.scratch import Real
+from service.surface.batches import TensorPatches
+from service.surface.lowered import PatchModel
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SampleRows:
+    """All samples in one run: (N, 3), (N, 3) or None, and (N, d) of every channel."""
+
+    positions: RealArray
+    normals: RealArray | None
+    channels: tuple[ChannelRows, ...]
+    poles: int
+
+    def take(self, chosen: Ints) -> "SampleRows":
+        """Some of the rows, in this order."""
+        return SampleRows(
+            self.positions.take(chosen, axis=0),
+            None if self.normals is None else self.normals.take(chosen, axis=0),
+            tuple(channel.take(chosen) for channel in self.channels),
+            self.poles,
+        )
+
+
+def sample(
+    model: PatchModel,
+    seams: Seams,
+    layout: Layout,
+    options: MeshOptions,
+    *,
+    dtype: Real,
+    origin: FloatArray,
+) -> SampleRows:
+    """Evaluates the blocks, then writes the samples of every edge over its sides."""
+    results = [
+        evaluate(
+            block.of(model.batches),
+            block.resolution,
+            dtype=dtype,
+            normals=options.normals,
+            origin=origin,
+            method=options.method,
+        )
+        for block in layout.blocks
+    ]
+    poles = sum(result.poles for result in results)
+    extras = layout.size - sum(block.count * len(block.patches) for block in layout.blocks)
+    positions = _run([result.positions for result in results], extras)
+    normals = None
+    if options.normals:
+        normals = _run([r.normals for r in results if r.normals is not None], extras)
+    _write_edges(positions, seams, layout, origin, options.method)
+    if layout.framed and normals is not None:
+        poles += _write_extra_normals(model, layout, normals)
+    if dtype is np.float64:
+        # People read these numbers: adding 0.0 turns -0.0 into 0.0.
+        for rows in (positions, normals):
+            if rows is not None:
+                np.add(rows, 0.0, out=rows)
+    channels = sample_channels(model, layout, dtype, options.uvs)
+    return SampleRows(positions, normals, channels, poles)
+
+
+def _run(grids: list[RealArray], extras: int) -> RealArray:
+    """Grids (m, Ru+1, Rv+1, d) as one run of rows, with room for the extra samples."""
+    rows = [grid.reshape(-1, grid.shape[-1]) for grid in grids]
+    if len(rows) == 1 and not extras:
+        return rows[0]
+    return np.concatenate([*rows, np.zeros((extras, rows[0].shape[1]), rows[0].dtype)])
+
+
+def _write_edges(
+    positions: RealArray, seams: Seams, layout: Layout, origin: FloatArray, method: Method
+) -> None:
+    """Every side gets the very samples of its edge, every corner its control point."""
+    for writes in layout.edge_writes:
+        points = sample_edges(seams.curves, writes.wanted, writes.divisions, method)
+        points -= origin
+        positions[writes.targets] = points.reshape(-1, 3).take(writes.sources, axis=0)
+    samples, corner = layout.corner_writes
+    positions[samples] = (seams.corner_points - origin).take(corner, axis=0)
+
+
+def _write_extra_normals(model: PatchModel, layout: Layout, normals: RealArray) -> int:
+    """Normals of the samples beside the grids; how many of them are limits."""
+    limits = 0
+    for block in layout.blocks:
+        batch = model.batches[block.batch]
+        if not isinstance(batch, TensorPatches):
+            continue  # triangles have no samples beside their rows
+        for side, patches, along, samples in layout.extras_of(block):
+            across = np.full(len(along), float(side % 2))
+            u, v = (across, along) if side < 2 else (along, across)
+            normals[samples], found = unit_normals(batch, patches, u, v)
+            limits += found
+    return limits

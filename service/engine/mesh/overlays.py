@@ -1,0 +1,89 @@
+"""Lines beside the faces: the control net, and the boundary curves of the patches."""
+
+import numpy as np
+
+from service.bases import triangle
+from service.bases.arrays import FloatArray, IndexArray, Ints
+from service.engine.mesh.edges import sample_edges
+from service.engine.mesh.layout import Layout
+from service.engine.mesh.mesh import Overlay
+from service.engine.mesh.seams import find_seams
+from service.engine.options import MeshOptions
+from service.engine.scratch import Real
+from service.surface.batches import TensorPatches, TrianglePatches
+from service.surface.lowered import PatchModel
+
+
+def draw(
+    model: PatchModel,
+    options: MeshOptions,
+    origin: FloatArray,
+    dtype: Real,
+) -> tuple[Overlay, ...]:
+    """The overlays asked for, in that order, in the precision and about the origin of the mesh."""
+    return tuple(
+        control_net(model, origin, dtype)
+        if name == "control_net"
+        else _boundary(model, options, origin, dtype)
+        for name in options.overlays
+    )
+
+
+def control_net(model: PatchModel, origin: FloatArray, dtype: Real) -> Overlay:
+    """All control points; neighbours in a net are joined, four of them in a grid bound a cell."""
+    positions, segments, cells = [], [], []
+    first = 0
+    for batch in model.nets:
+        positions.append((batch.points - origin).reshape(-1, 3).astype(dtype))
+        each = first + np.arange(batch.count) * (len(positions[-1]) // batch.count)
+        if isinstance(batch, TrianglePatches):
+            lines = _triangle_pattern(batch.degree)
+        else:
+            lines, quads = _net_pattern(batch)
+            cells.append((quads + each[:, None, None]).reshape(-1, 4))
+        segments.append((lines + each[:, None, None]).reshape(-1, 2))
+        first += len(positions[-1])
+    return Overlay(
+        "control_net",
+        np.concatenate(positions),
+        np.concatenate(segments).astype(np.uint32),
+        # Cells alone are no picture of a net that has triangles.
+        np.concatenate(cells).astype(np.uint32) if len(cells) == len(model.nets) else None,
+    )
+
+
+def _net_pattern(batch: TensorPatches) -> tuple[Ints, Ints]:
+    """Segments (L, 2) and cells (C, 4) of one net, i slower than j."""
+    p, q = batch.degree
+    number = np.arange((p + 1) * (q + 1)).reshape(p + 1, q + 1)
+    along_u = np.stack([number[:-1], number[1:]], axis=-1).reshape(-1, 2)
+    along_v = np.stack([number[:, :-1], number[:, 1:]], axis=-1).reshape(-1, 2)
+    cells = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], axis=-1)
+    return np.concatenate([along_u, along_v]), cells.reshape(-1, 4)
+
+
+def _triangle_pattern(degree: int) -> Ints:
+    """Segments (L, 2) of one triangular net: along its rows, then to both sides of the next."""
+    left = np.delete(np.arange(triangle.size(degree)), triangle.side_rows(degree)[1])
+    above = degree + 1 + np.arange(len(left))
+    lines = [(left, left + 1), (left, above), (left + 1, above)]
+    return np.concatenate([np.stack(ends, axis=1) for ends in lines])
+
+
+def _boundary(model: PatchModel, options: MeshOptions, origin: FloatArray, dtype: Real) -> Overlay:
+    """Every distinct edge once, as a line through the samples that the faces use."""
+    seams = find_seams(model.batches)
+    divisions = Layout.of(seams.connectivity, options.resolution).divisions
+    lines = np.zeros(len(divisions), dtype=bool)
+    lines[seams.edge[~seams.collapsed]] = True
+    positions = [np.empty((0, 3), dtype)]
+    segments: list[IndexArray] = [np.empty((0, 2), np.uint32)]
+    first = 0
+    for number in np.unique(divisions[lines]).tolist():
+        wanted = lines & (divisions == number)
+        points = sample_edges(seams.curves, wanted, number, options.method) - origin
+        index = first + np.arange(points.size // 3, dtype=np.uint32).reshape(len(points), -1)
+        segments.append(np.stack([index[:, :-1], index[:, 1:]], axis=-1).reshape(-1, 2))
+        positions.append(points.reshape(-1, 3).astype(dtype))
+        first += points.size // 3
+    return Overlay("boundary", np.concatenate(positions), np.concatenate(segments))

@@ -1,0 +1,151 @@
+"""Vertices and faces of a mesh, planned once for a layout and the samples that become one vertex.
+
+Where a model is smooth across its edges, all samples at one place are one vertex, and the plan
+depends on the layout alone. Where some are kept apart, by creases, colours or texture coordinates,
+it also depends on the pattern in which they are.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import IndexArray, Ints
+from service.bases.cache import MESH_PLANS
+from service.engine.mesh.borders import borders
+from service.engine.mesh.connectivity import digest
+from service.engine.mesh.faces import join
+from service.engine.mesh.layout import Layout
+from service.engine.mesh.patterns import used_samples
+from service.engine.mesh.weld import (
+    Welding,
+    count_places,
+    number_vertices,
+    shared_places,
+    without_unused,
+)
+from service.engine.options import Faces, MeshOptions
+from service.stopping import checkpoint
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FacePlan:
+    """What a mesh is but for its numbers; all arrays are read-only.
+
+    Attributes
+    ----------
+    samples : ndarray of int, shape (V,), or None
+        The sample that each vertex comes from; None where every sample is a vertex.
+    triangles : ndarray of uint32, shape (T, 3)
+    quads : ndarray of uint32, shape (Q, 4)
+    ends : ndarray of int, shape (2, P + 1)
+        Triangles and quads before each patch, in the order in which patches are written.
+    grids, welds
+        As in `Mesh`.
+    places : int
+        Different positions.
+    boundary_edges : int
+    watertight : bool
+    """
+
+    samples: Ints | None
+    triangles: IndexArray
+    quads: IndexArray
+    ends: Ints
+    grids: tuple[IndexArray, ...]
+    welds: IndexArray | None
+    places: int
+    boundary_edges: int
+    watertight: bool
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes held."""
+        return sum(array.nbytes for array in self.arrays)
+
+    @property
+    def arrays(self) -> list[Ints | IndexArray]:
+        """All arrays."""
+        found = [self.triangles, self.quads, self.ends, *self.grids, self.samples, self.welds]
+        return [array for array in found if array is not None]
+
+
+def plan_faces(
+    layout: Layout, options: MeshOptions, leader: Ints | None, sequence: Ints | None
+) -> FacePlan:
+    """The plan of a mesh, kept for the next one.
+
+    Parameters
+    ----------
+    leader : ndarray of int, shape (N,), or None
+        For each sample the one whose vertex it shares; None where all samples at one place do. Not
+        read where the options say that nothing is welded.
+    sequence : ndarray of int, shape (P,), or None
+        Patches in the order in which they are written.
+    """
+    # Only samples that share a place can have another leader than themselves.
+    merged = None if leader is None else leader.take(layout.averages.members)
+    pattern = [b"" if rows is None else digest(rows) for rows in (merged, sequence)]
+    key = ("faces", layout.key, options.faces, options.weld, *pattern)
+    found = MESH_PLANS.get(key, lambda: _plan(layout, options, leader, sequence))
+    assert isinstance(found, FacePlan)
+    return found
+
+
+def _plan(
+    layout: Layout, options: MeshOptions, leader: Ints | None, sequence: Ints | None
+) -> FacePlan:
+    welding = None
+    if layout.framed or (options.weld and layout.shares):
+        used = _used(layout, options.faces) if layout.framed or layout.has_poles else None
+        own = np.arange(layout.size)
+        merged = layout.places if leader is None else leader
+        welding = number_vertices(layout.places, merged if options.weld else own, used)
+    checkpoint()
+    faces = join(layout, welding, options.faces, sequence)
+    if welding is not None and layout.folds and options.weld:
+        welding = without_unused(welding, faces[:2])
+        faces = join(layout, welding, options.faces, sequence)
+    checkpoint()
+    triangles, quads, ends = faces
+    welds = shared_places(welding) if options.weld else None
+    boundary, watertight = borders(layout, options, (triangles, quads), welds)
+    vertices = layout.size if welding is None else len(welding.samples)
+    plan = FacePlan(
+        samples=None if welding is None else welding.samples,
+        triangles=triangles,
+        quads=quads,
+        ends=ends,
+        grids=_grids(layout, welding),
+        welds=welds,
+        places=count_places(vertices, welds),
+        boundary_edges=boundary,
+        watertight=watertight,
+    )
+    for array in plan.arrays:
+        array.flags.writeable = False
+    return plan
+
+
+def _used(layout: Layout, kind: Faces) -> Ints:
+    """Samples that occur in faces: not those that a frame replaces, nor all those at a pole."""
+    samples = [
+        layout.patch_samples(patches, shape)[:, used_samples(shape, kind)].ravel()
+        for shape, patches in layout.shapes
+    ]
+    return np.concatenate(samples)
+
+
+def _grids(layout: Layout, welding: Welding | None) -> tuple[IndexArray, ...]:
+    """The vertex at every sample of every patch; nothing where a frame or a triangle is no grid."""
+    if layout.framed or layout.triangular.any():
+        return ()
+    grids = []
+    for block in layout.blocks:
+        size = block.count * len(block.patches)
+        rows = slice(block.base, block.base + size)
+        if welding is None:
+            vertex = np.arange(rows.start, rows.stop, dtype=np.uint32)
+        else:
+            vertex = welding.vertex[rows].astype(np.uint32)
+        grids.append(vertex.reshape(-1, block.resolution[0] + 1, block.resolution[1] + 1))
+    return tuple(grids)

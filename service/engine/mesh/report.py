@@ -1,0 +1,49 @@
+"""What is known about a mesh: the report that travels with it, and the version of its numbers."""
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from service.engine.mesh.closure import Closure
+
+Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
+"""Least and greatest of two things."""
+
+ENGINE = 2
+"""Version of the numbers. Raised only when the same request would give other figures."""
+
+
+@dataclass(frozen=True, slots=True)
+class MeshReport:
+    """What is known about a mesh; in every format that has a place for it.
+
+    `vertices` counts positions: where normals differ at one, it is still one.
+    `bounds_min` and `bounds_max` are those of the vertices as stored, in model coordinates.
+    `boundary_edges` counts the edges that only one face uses; `watertight` means that every edge
+    is used by exactly two. `poles_repaired` counts the samples at which du × dv vanishes and the
+    normal is a limit. `closure` tells along which parameters the surface closes, and how smoothly;
+    it is there if the patches are pieces of one surface. `engine` is the version of the numbers
+    (`ENGINE`).
+
+    `deviation_bound`, in model units: no point of the surface is further than this from the faces
+    as they are stored, a certainty; None where there are no faces of a parametric surface.
+    `mesh_deviation_bound`, where it was asked for: no point of the faces is further than this from
+    the surface. `normal_angle`, in radians, where it was asked for: the largest measured between
+    the normals at two vertices that an edge joins. `curvature`, where it was asked for: least and
+    greatest Gaussian, then mean curvature of the vertices.
+    """
+
+    vertices: int
+    triangles: int
+    quads: int
+    patches: int
+    bounds_min: tuple[float, float, float]
+    bounds_max: tuple[float, float, float]
+    watertight: bool
+    boundary_edges: int
+    poles_repaired: int
+    closure: Closure | None = None
+    deviation_bound: float | None = None
+    mesh_deviation_bound: float | None = None
+    normal_angle: float | None = None
+    curvature: Ranges | None = None
+    engine: int = ENGINE

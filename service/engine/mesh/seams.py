@@ -1,0 +1,180 @@
+"""Which borders of patches are one and the same, decided by their control points alone.
+
+Two sides are one edge if their control points are equal, in either direction, and their weights
+are, up to a common factor; or if they are so when the one of lower degree is raised to the other's
+(`service.engine.mesh.degree_matching`), and then the edge is that of lower degree. Every distinct
+edge is sampled once (`service.engine.mesh.edges`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.distinct import distinct_rows
+from service.engine.clustering import leaders
+from service.engine.mesh.connectivity import SAME_WEIGHT, Connectivity, triangular_patches
+from service.engine.mesh.degree_matching import lowest
+from service.engine.mesh.edges import EdgeCurves
+from service.stopping import checkpoint
+from service.surface.batches import Patches
+from service.surface.sides import BEGINS, ENDS
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Seams:
+    """The edges and corners of a model: a connectivity, and where they lie.
+
+    Attributes
+    ----------
+    connectivity : Connectivity
+    corner_points : ndarray of float64, shape (C, 3)
+        The distinct points at corners.
+    curves : tuple of EdgeCurves
+        The distinct edges, by degree.
+    """
+
+    connectivity: Connectivity
+    corner_points: FloatArray
+    curves: tuple[EdgeCurves, ...]
+
+    @property
+    def edge(self) -> Ints:
+        """Number of the distinct edge that each side is, shape (P, 4)."""
+        return self.connectivity.edge
+
+    @property
+    def backward(self) -> Bools:
+        """Whether each side runs against the direction of its edge, shape (P, 4)."""
+        return self.connectivity.backward
+
+    @property
+    def collapsed(self) -> Bools:
+        """Whether each side is one point, shape (P, 4)."""
+        return self.connectivity.collapsed
+
+    @property
+    def corner(self) -> Ints:
+        """Number of the distinct point at each corner, shape (P, 4)."""
+        return self.connectivity.corner
+
+    @property
+    def users(self) -> Ints:
+        """How many sides each edge has, shape (E,)."""
+        return self.connectivity.users
+
+
+def find_seams(batches: Sequence[Patches]) -> Seams:
+    """Distinct edges and corners of all patches of a model."""
+    total = sum(batch.count for batch in batches)
+    edge = np.empty(total * 4, dtype=np.intp)
+    backward = np.empty(total * 4, dtype=bool)
+    curves: list[EdgeCurves] = []
+    found = 0
+    for sides in _sides_by_degree(batches):
+        checkpoint()
+        points, weights, turned = _canonical(sides)
+        place = sides.place
+        if weights is not None:
+            # Of weights that differ in rounding the least stand for all, not the first to come.
+            order = np.lexsort(weights.T)
+            place, turned = place[order], turned[order]
+            points, weights = points[order], weights[order]
+        distinct, number = distinct_rows(points.reshape(len(points), -1))
+        if weights is not None:
+            leader = leaders(distinct[number], weights, SAME_WEIGHT)
+            distinct, number = np.unique(leader, return_inverse=True)
+        edge[place] = number + found
+        backward[place] = turned
+        ids = np.arange(found, found + len(distinct))
+        curves.append(
+            EdgeCurves(ids, points[distinct], None if weights is None else weights[distinct])
+        )
+        found += len(distinct)
+    checkpoint()
+    corners = np.concatenate([batch.corners for batch in batches]).reshape(-1, 3)
+    distinct, number = distinct_rows(corners)
+    collapsed = np.concatenate([batch.collapsed for batch in batches])
+    corner = number.reshape(-1, 4)
+    if np.count_nonzero([group.points.shape[1] > 1 for group in curves]) > 1:
+        edge, backward, curves = _across_degrees(edge, backward, curves, collapsed, corner)
+    connectivity = Connectivity(
+        counts=tuple(batch.count for batch in batches),
+        triangular=triangular_patches(batches),
+        edge=edge.reshape(-1, 4),
+        backward=backward.reshape(-1, 4),
+        collapsed=collapsed,
+        corner=corner,
+        users=np.bincount(edge),
+        corners=len(distinct),
+    )
+    return Seams(connectivity, corners[distinct], tuple(curves))
+
+
+def _across_degrees(
+    edge: Ints, backward: Bools, curves: list[EdgeCurves], collapsed: Bools, corner: Ints
+) -> tuple[Ints, Bools, list[EdgeCurves]]:
+    """Sides (P · 4,) and edges anew, those that are one curve in several degrees joined."""
+    _, side = np.unique(edge, return_index=True)
+    against = backward[side]
+    begin, end = (corner[:, which].ravel()[side] for which in (BEGINS, ENDS))
+    begin, end = np.where(against, end, begin), np.where(against, begin, end)
+    leader, turned = lowest(curves, ~collapsed.ravel()[side], begin, end)
+    kept = leader == np.arange(len(leader))
+    number = np.cumsum(kept) - 1
+    left = []
+    for group in curves:
+        rows = kept[group.ids]
+        weights = None if group.weights is None else group.weights[rows]
+        left.append(EdgeCurves(number[group.ids[rows]], group.points[rows], weights))
+    return number[leader[edge]], backward ^ turned[edge], left
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Sides:
+    """All sides of one degree: where they belong (patch · 4 + side) and their control points."""
+
+    place: Ints
+    points: FloatArray
+    weights: FloatArray | None
+
+
+def _sides_by_degree(batches: Sequence[Patches]) -> list[_Sides]:
+    """Sides of all patches, those of one degree together, whatever batch they come from."""
+    groups: dict[int, list[_Sides]] = {}
+    first = 0
+    for batch in batches:
+        patches = 4 * (first + np.arange(batch.count))
+        first += batch.count
+        for side, degree in enumerate(batch.side_degrees):
+            groups.setdefault(degree, []).append(_Sides(patches + side, *batch.side(side)))
+    return [_joined(groups[degree]) for degree in sorted(groups)]
+
+
+def _joined(parts: list[_Sides]) -> _Sides:
+    points = np.concatenate([part.points for part in parts])
+    weights = None
+    if any(part.weights is not None for part in parts):
+        weights = np.concatenate(
+            [np.ones(p.points.shape[:2]) if p.weights is None else p.weights for p in parts]
+        )
+        # Only the ratio of weights matters.
+        weights = weights / weights.max(axis=1, keepdims=True)
+    return _Sides(np.concatenate([part.place for part in parts]), points, weights)
+
+
+def _canonical(sides: _Sides) -> tuple[FloatArray, FloatArray | None, Bools]:
+    """Each side in the direction in which its numbers come first in dictionary order."""
+    rows = sides.points.reshape(len(sides.points), -1)
+    turned = sides.points[:, ::-1].reshape(rows.shape)
+    if sides.weights is not None:
+        rows = np.concatenate([rows, sides.weights], axis=1)
+        turned = np.concatenate([turned, sides.weights[:, ::-1]], axis=1)
+    differs = rows != turned
+    at = np.arange(len(rows)), differs.argmax(axis=1)
+    turn = rows[at] > turned[at]
+    points = np.where(turn[:, None, None], sides.points[:, ::-1], sides.points)
+    if sides.weights is None:
+        return points, None, turn
+    return points, np.where(turn[:, None], sides.weights[:, ::-1], sides.weights), turn

@@ -1,0 +1,166 @@
+"""Vertices out of samples: which samples are one vertex, and with which normal."""
+
+from dataclasses import dataclass
+from math import sin
+
+import numpy as np
+
+from service.bases.arrays import IndexArray, Ints, RealArray
+from service.engine.clustering import leaders
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Welding:
+    """Samples and the vertices they became.
+
+    `vertex` (N,) is the vertex of each sample; `samples` (V,) the sample that each vertex comes
+    from; `welds` (V,) the first vertex at the same position.
+    """
+
+    vertex: Ints
+    samples: Ints
+    welds: Ints
+
+
+def weld(
+    place: Ints,
+    used: Ints | None,
+    normals: RealArray | None,
+    crease_angle: float,
+    merge: bool,
+    *,
+    alike: Ints | None = None,
+) -> Welding:
+    """Merges samples at one place whose normals agree; writes their mean into `normals`.
+
+    A vertex stands where its first sample stood, so that the vertices of a patch that meets no
+    other keep their order.
+
+    Parameters
+    ----------
+    place : ndarray of int, shape (N,)
+        For each sample, one sample that stands for its position (that one for itself).
+    used : ndarray of int, optional
+        Samples that occur in faces; all of them if left out or if there are no faces at all.
+    normals : ndarray, shape (N, 3), or None
+        Unit normals, if vertices have them.
+    crease_angle : float
+        Radians; normals further apart than this stay apart.
+    merge : bool
+        False keeps every sample a vertex of its own.
+    alike : ndarray of int, optional
+        For each sample, one at its place that has the same colour, texture coordinates and so on
+        (that one for itself). Others stay apart, though they may share the mean of their normals.
+    """
+    leader = merge_samples(place, normals, crease_angle, alike) if merge else np.arange(len(place))
+    return number_vertices(place, leader, used)
+
+
+def chord(angle: float) -> float:
+    """How far two unit vectors at this angle, in radians, are apart."""
+    return 2 * sin(angle / 2)
+
+
+def merge_samples(
+    place: Ints, normals: RealArray | None, crease_angle: float, alike: Ints | None
+) -> Ints:
+    """For each sample the one whose vertex it shares; their mean is written into `normals`.
+
+    Parameters and rules are those of `weld`.
+    """
+    leader = place if alike is None else alike
+    if normals is not None:
+        leader = leaders(place, normals, chord(crease_angle))
+        own = np.arange(len(place))
+        average_normals(normals, Averages.of(leader))
+        if alike is not None:
+            shared = np.flatnonzero(leader != own)
+            normals[shared] = normals[leader[shared]]
+            leader = leaders(leader, alike[:, np.newaxis].astype(np.float64), 0.5)
+    return leader
+
+
+def number_vertices(place: Ints, leader: Ints, used: Ints | None) -> Welding:
+    """The vertices of samples of which some share those of others: of their `leader`s.
+
+    Parameters are those of `weld`; `leader[leader]` equals `leader`.
+    """
+    own = np.arange(len(place))
+    kept = leader == own
+    if used is not None and len(used):
+        wanted = np.zeros(len(place), dtype=bool)
+        wanted[leader[used]] = True
+        kept &= wanted
+    samples = np.flatnonzero(kept)
+    # The first vertex at every place; written backwards, it is the one that stays.
+    first = np.zeros(len(place), dtype=np.intp)
+    first[place[samples[::-1]]] = own[: len(samples)][::-1]
+    # A sample in no face is no vertex, but a grid may show it: then another one at its place does.
+    number = first[place]
+    number[samples] = own[: len(samples)]
+    return Welding(number[leader], samples, first[place[samples]])
+
+
+def without_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Welding:
+    """The welding without vertices that none of these faces has.
+
+    A place that no face has keeps its vertices: a grid may show it.
+    """
+    used = np.zeros(len(welding.samples), dtype=bool)
+    for rows in faces:
+        used[rows] = True
+    shown = np.zeros_like(used)
+    shown[welding.welds[used]] = True
+    used |= ~shown[welding.welds]
+    kept = np.flatnonzero(used)
+    number = np.cumsum(used) - 1
+    first = np.zeros_like(number)
+    first[welding.welds[kept[::-1]]] = number[kept[::-1]]
+    vertex = np.where(used, number, first[welding.welds])
+    return Welding(vertex[welding.vertex], welding.samples[kept], first[welding.welds[kept]])
+
+
+def shared_places(welding: Welding | None) -> IndexArray | None:
+    """The first vertex at each vertex's position; None where all positions differ."""
+    if welding is None or bool((welding.welds == np.arange(len(welding.welds))).all()):
+        return None
+    return welding.welds.astype(np.uint32)
+
+
+def count_places(vertices: int, welds: IndexArray | None) -> int:
+    """How many different positions there are."""
+    if welds is None:
+        return vertices
+    return int(np.count_nonzero(welds == np.arange(vertices)))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Averages:
+    """Which rows are averaged: each of `members` (n,) with row `leaders[slot]`, a (g,) row."""
+
+    members: Ints
+    leaders: Ints
+    slot: Ints
+
+    @staticmethod
+    def of(leader: Ints) -> "Averages":
+        """Every row that has another leader than itself is averaged with that."""
+        members = np.flatnonzero(leader != np.arange(len(leader)))
+        leaders, slot = np.unique(leader[members], return_inverse=True)
+        return Averages(members, leaders, slot)
+
+
+def average_normals(normals: RealArray, averages: Averages) -> None:
+    """Gives each leader the mean direction of its group: (n_0 + … + n_k) / |n_0 + … + n_k|."""
+    leaders, slot = averages.leaders, averages.slot
+    total = normals.take(leaders, axis=0).astype(np.float64)
+    own = normals.take(averages.members, axis=0)
+    for axis in range(3):
+        total[:, axis] += np.bincount(slot, own[:, axis], len(leaders))
+    length = np.linalg.norm(total, axis=1)
+    # Opposite normals, merged because the crease angle said so, have no mean: the first stays.
+    clear = length > 1e-6
+    if clear.all():
+        normals[leaders] = total / length[:, None]
+    else:
+        normals[leaders[clear]] = total[clear] / length[clear, None]

@@ -1,0 +1,1 @@
+"""Several models as one: placements, base colours, and meshes put together."""

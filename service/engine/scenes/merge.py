@@ -1,0 +1,137 @@
+"""Several meshes as one: their arrays one after another, their reports added up."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from service.bases.arrays import IndexArray, RealArray
+from service.engine.curvatures.ranges import together
+from service.engine.mesh.mesh import Mesh, MeshPart
+from service.engine.mesh.report import MeshReport
+
+
+def merged(meshes: Sequence[Mesh], name: str) -> Mesh:
+    """One mesh of all vertices, faces, parts and overlays, in the order of the meshes.
+
+    Nothing is welded across meshes. They share a precision, an origin and a vertical axis, all or
+    none have normals, and all have the same attributes. Where some have colours or texture
+    coordinates, the others are white and have (0, 0).
+    """
+    counts = [len(mesh.positions) for mesh in meshes]
+    first = np.cumsum([0, *counts]).astype(np.uint32)
+    return replace(
+        meshes[0],
+        name=name,
+        positions=np.concatenate([mesh.positions for mesh in meshes]),
+        normals=_attribute([mesh.normals for mesh in meshes]),
+        uvs=_filled([mesh.uvs for mesh in meshes], counts, 0.0),
+        colors=_filled([mesh.colors for mesh in meshes], counts, 1.0),
+        attributes=tuple(
+            (name, np.concatenate([dict(mesh.attributes)[name] for mesh in meshes]))
+            for name, _ in meshes[0].attributes
+        ),
+        triangles=_shifted([mesh.triangles for mesh in meshes], first),
+        quads=_shifted([mesh.quads for mesh in meshes], first),
+        parts=_parts(meshes),
+        # One mesh that is not made of grids keeps all others from being drawn as grids.
+        grids=tuple(
+            grid + start
+            for mesh, start in zip(meshes, first[:-1], strict=True)
+            for grid in mesh.grids
+        )
+        if all(mesh.grids for mesh in meshes)
+        else (),
+        welds=_welds(meshes, first),
+        overlays=tuple(overlay for mesh in meshes for overlay in mesh.overlays),
+        report=added([mesh.report for mesh in meshes]),
+    )
+
+
+def added(reports: Sequence[MeshReport]) -> MeshReport:
+    """What is known of several meshes together: watertight if each of them is."""
+    low = np.min([report.bounds_min for report in reports], axis=0).tolist()
+    high = np.max([report.bounds_max for report in reports], axis=0).tolist()
+    return replace(
+        reports[0],
+        vertices=sum(report.vertices for report in reports),
+        triangles=sum(report.triangles for report in reports),
+        quads=sum(report.quads for report in reports),
+        patches=sum(report.patches for report in reports),
+        bounds_min=(low[0], low[1], low[2]),
+        bounds_max=(high[0], high[1], high[2]),
+        watertight=all(report.watertight for report in reports),
+        boundary_edges=sum(report.boundary_edges for report in reports),
+        poles_repaired=sum(report.poles_repaired for report in reports),
+        closure=reports[0].closure if len(reports) == 1 else None,
+        deviation_bound=_largest(reports, "deviation_bound"),
+        mesh_deviation_bound=_largest(reports, "mesh_deviation_bound"),
+        normal_angle=_largest(reports, "normal_angle"),
+        curvature=together([report.curvature for report in reports]),
+    )
+
+
+def _largest(reports: Sequence[MeshReport], name: str) -> float | None:
+    """What holds for all: the largest; None where it is not known of one that has faces."""
+    found = [getattr(report, name) for report in reports if report.triangles + report.quads]
+    return None if not found or None in found else max(found)
+
+
+def _attribute(rows: Sequence[RealArray | None]) -> RealArray | None:
+    """Rows of all meshes; None where a mesh has none."""
+    there = [array for array in rows if array is not None]
+    return np.concatenate(there) if len(there) == len(rows) else None
+
+
+def _filled(
+    rows: Sequence[RealArray | None], counts: Sequence[int], value: float
+) -> RealArray | None:
+    """Rows of all meshes, as wide as the widest; None where no mesh has any.
+
+    What a mesh lacks, rows or columns, has this value.
+    """
+    there = [array for array in rows if array is not None]
+    if not there:
+        return None
+    width = max(array.shape[1] for array in there)
+    whole = np.full((sum(counts), width), value, dtype=there[0].dtype)
+    first = 0
+    for array, count in zip(rows, counts, strict=True):
+        if array is not None:
+            whole[first : first + count, : array.shape[1]] = array
+        first += count
+    return whole
+
+
+def _shifted(faces: Sequence[IndexArray], first: IndexArray) -> IndexArray:
+    """Faces of all meshes, counted among all vertices."""
+    return np.concatenate([rows + start for rows, start in zip(faces, first, strict=False)])
+
+
+def _parts(meshes: Sequence[Mesh]) -> tuple[MeshPart, ...]:
+    """Runs of faces of all meshes, counted among all faces."""
+    parts: list[MeshPart] = []
+    triangles = quads = 0
+    for mesh in meshes:
+        parts += (
+            replace(
+                part,
+                triangles=(part.triangles[0] + triangles, part.triangles[1] + triangles),
+                quads=(part.quads[0] + quads, part.quads[1] + quads),
+            )
+            for part in mesh.parts
+        )
+        triangles += len(mesh.triangles)
+        quads += len(mesh.quads)
+    return tuple(parts)
+
+
+def _welds(meshes: Sequence[Mesh], first: IndexArray) -> IndexArray | None:
+    """The first vertex at each position; no position belongs to two meshes."""
+    if all(mesh.welds is None for mesh in meshes):
+        return None
+    rows = (
+        np.arange(len(mesh.positions), dtype=np.uint32) if mesh.welds is None else mesh.welds
+        for mesh in meshes
+    )
+    return _shifted(list(rows), first)

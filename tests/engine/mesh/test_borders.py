@@ -1,0 +1,44 @@
+"""Edges counted on the faces, beside a dictionary of them."""
+
+from collections import Counter
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.mesh.borders import count_borders
+
+VERTICES = 6
+corner = st.integers(0, VERTICES - 1)
+
+
+@settings(max_examples=100)
+@given(
+    triangles=st.lists(st.tuples(corner, corner, corner), max_size=8),
+    quads=st.lists(st.tuples(corner, corner, corner, corner), max_size=4),
+    welds=st.none() | st.permutations(range(VERTICES)),
+    twice=st.booleans(),
+)
+def test_every_edge_is_counted(
+    triangles: list[tuple[int, ...]],
+    quads: list[tuple[int, ...]],
+    welds: list[int] | None,
+    twice: bool,
+) -> None:
+    if twice:
+        triangles, quads = (rows + [row[::-1] for row in rows] for rows in (triangles, quads))
+    lowest = list(range(VERTICES)) if welds is None else [min(k, w) for k, w in enumerate(welds)]
+    uses = Counter(
+        tuple(sorted((lowest[a], lowest[b])))
+        for row in (*triangles, *quads)
+        for a, b in zip(row, row[1:] + row[:1], strict=True)
+    )
+    faces = (
+        np.array(triangles, dtype=np.uint32).reshape(-1, 3),
+        np.array(quads, dtype=np.uint32).reshape(-1, 4),
+    )
+    boundary, watertight = count_borders(
+        faces, None if welds is None else np.array(lowest, dtype=np.uint32)
+    )
+    assert boundary == sum(count == 1 for count in uses.values())
+    assert watertight == all(count == 2 for count in uses.values())

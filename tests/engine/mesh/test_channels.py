@@ -1,0 +1,268 @@
+"""Colours, texture coordinates and attributes: right at every sample, equal where patches meet."""
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from service.bases import triangle
+from service.bases.arrays import RealArray
+from service.engine.mesh.channels import ChannelRows, agreeing
+from service.engine.mesh.mesh import Mesh
+from service.surface.batches import Channel, TensorPatches
+from service.surface.bezier import BezierSurface
+from service.surface.channels import Channels
+from service.surface.lowered import Part, PatchModel
+from service.surface.patches import PatchSurface
+from service.surface.triangle import TriangleSurface
+from tests.engine.meshing import check_sound, mesh_of, shape_of
+from tests.oracles import exact
+from tests.oracles.triangles import exact_triangle, value
+from tests.oracles.triangles import places as triangle_places
+from tests.strategies import (
+    Array,
+    model_of,
+    moved,
+    nets,
+    quarters,
+    resolutions,
+    turned,
+    weights_like,
+)
+
+SQUARE = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
+
+
+@st.composite
+def values(draw: st.DrawFn, dimension: int, low: float = -100.0, high: float = 100.0) -> Array:
+    """A net of any degree from 0 to 6."""
+    shape = (draw(st.integers(1, 7)), draw(st.integers(1, 7)), dimension)
+    return draw(arrays.arrays(np.float64, shape, elements=st.floats(low, high)))
+
+
+def oracle(net: Array, resolution: tuple[int, int]) -> Array:
+    """Values at the samples, (Ru+1)(Rv+1) rows, each rounded once."""
+    fractions = exact.exact_net(net)
+    return np.array(
+        [
+            [float(x) for x in exact.surface_point(fractions, u, v)]
+            for u in exact.divisions(resolution[0])
+            for v in exact.divisions(resolution[1])
+        ]
+    )
+
+
+def attribute(mesh: Mesh, name: str) -> RealArray:
+    (found,) = (rows for title, rows in mesh.attributes if title == name)
+    return found
+
+
+def close(found: Any, right: Any, net: Array, single: bool = False) -> None:
+    """Equal to the precision of the mesh, relative to the net."""
+    size = max(1.0, float(np.abs(net).max()))
+    np.testing.assert_allclose(found, right, rtol=0, atol=(1e-7 if single else 4e-15) * size)
+
+
+@settings(max_examples=40)
+@given(st.data(), nets(), resolutions, st.booleans())
+def test_every_channel_is_its_own_polynomial(
+    data: st.DataObject, net: Array, resolution: tuple[int, int], single: bool
+) -> None:
+    """Of a degree of its own, and whatever the weights of the points."""
+    weights = data.draw(st.none() | weights_like(net))
+    colors = data.draw(values(data.draw(st.sampled_from([3, 4])), 0.0, 1.0))
+    uvs, flow = data.draw(values(2)), data.draw(values(data.draw(st.integers(1, 6))))
+    surface = BezierSurface(net, weights, channels=Channels(colors, uvs, (("flow", flow),)))
+    made = mesh_of(surface.lower(), resolution=resolution, weld=False, single=single)
+    assert made.colors is not None
+    assert made.uvs is not None
+    assert made.colors.dtype == made.uvs.dtype == made.positions.dtype
+    close(made.colors, oracle(colors, resolution), colors, single)
+    close(made.uvs, oracle(uvs, resolution), uvs, single)
+    close(attribute(made, "flow"), oracle(flow, resolution), flow, single)
+    assert made.colors.min() >= 0
+    assert made.colors.max() <= 1
+
+
+def test_the_corners_are_the_control_values() -> None:
+    """To the last bit."""
+    net = np.random.default_rng(1).random((4, 3, 2))
+    surface = BezierSurface(SQUARE, channels=Channels(attributes=(("a", net),)))
+    rows = attribute(mesh_of(surface.lower(), resolution=(7, 5)), "a")
+    np.testing.assert_array_equal(rows[[0, 5, -6, -1]], net[[0, 0, -1, -1], [0, -1, 0, -1]])
+
+
+def with_values(pieces: list[Array], values_: list[Array]) -> PatchModel:
+    """A model of patches of one degree with an attribute `a`, patch by patch."""
+    batch = TensorPatches(
+        np.stack(pieces) + 0.0, channels=(Channel("a", "attribute", np.stack(values_)),)
+    )
+    return PatchModel("model", (batch,), (Part("model", 0, len(pieces)),))
+
+
+@settings(max_examples=40)
+@given(st.data(), resolutions)
+def test_frames_have_the_values_of_their_neighbours(
+    data: st.DataObject, resolution: tuple[int, int]
+) -> None:
+    """Quarters turned about: sides of other divisions than their grids, and nothing comes apart."""
+    net, carried = np.empty((3, 3, 3)), np.empty((4, 4, 2))
+    net[..., 0], net[..., 1] = np.meshgrid(np.arange(3.0), np.arange(3.0), indexing="ij")
+    net[..., 2] = data.draw(arrays.arrays(np.float64, (3, 3), elements=st.integers(-4, 4)))
+    carried[:] = data.draw(arrays.arrays(np.float64, (4, 4, 2), elements=st.integers(-64, 64)))
+    symmetries = data.draw(st.lists(st.sampled_from((0, 3, 5, 6)), min_size=4, max_size=4))
+    patches = [turned(piece, s) for piece, s in zip(quarters(net), symmetries, strict=True)]
+    nets_ = [turned(piece, s) for piece, s in zip(quarters(carried), symmetries, strict=True)]
+    made = mesh_of(with_values(patches, nets_), resolution=resolution)
+    check_sound(made)
+    assert shape_of(made).boundary == made.report.boundary_edges
+    plain = mesh_of(model_of(patches), resolution=resolution)
+    assert len(made.positions) == len(plain.positions)
+    assert made.welds is None
+    # x and y are linear in u and v: the vertex tells its parameters.
+    for position, row in zip(made.positions, attribute(made, "a"), strict=True):
+        u, v = (Fraction(float(c)).limit_denominator(10**6) / 2 for c in position[:2])
+        right = exact.surface_point(exact.exact_net(carried), u, v)
+        np.testing.assert_allclose(row, [float(x) for x in right], atol=1e-10)
+
+
+def strip(left: Array, right: Array) -> PatchModel:
+    """Two flat patches side by side with an attribute each."""
+    return with_values([SQUARE, moved(SQUARE, 1.0)], [left, right])
+
+
+def test_equal_values_weld_and_others_stay_apart() -> None:
+    """Along half of a seam the values agree."""
+    left = np.array([[[0.0], [0]], [[5], [5]]])
+    right = np.array([[[5.0], [9]], [[0], [0]]])
+    made = mesh_of(strip(left, right), resolution=(4, 4))
+    # The seam's five samples: one agrees, at v = 0.
+    assert len(made.positions) == 2 * 25 - 1
+    assert made.report.vertices == 2 * 25 - 5
+    assert mesh_of(strip(left, left[::-1]), resolution=(4, 4)).welds is None
+
+
+@pytest.mark.parametrize(("off", "welded"), [(2.0**-18, True), (2.0**-14, False)])
+def test_rounding_is_no_difference(off: float, welded: bool) -> None:
+    """Of the range of the values; and what is welded has one of them."""
+    left = np.array([[[0.0], [0]], [[1], [1]]])
+    right = np.array([[[1.0 + off], [1.0 + off]], [[0], [0]]])
+    made = mesh_of(strip(left, right), resolution=(1, 1))
+    assert len(made.positions) == (6 if welded else 8)
+
+
+def test_creases_have_equal_values_bit_for_bit() -> None:
+    """Normals stay apart, the attribute of the place is one."""
+    random = np.random.default_rng(4)
+    edge = random.random((6, 1))
+    left, right = random.random((6, 6, 1)), random.random((6, 6, 1))
+    left[-1], right[0] = edge, edge + 1e-9
+    wall = np.array([[[1.0, 0, 0], [1, 1, 0]], [[1, 0, 1], [1, 1, 1]]])
+    made = mesh_of(with_values([SQUARE, wall], [left, right]), resolution=(8, 8))
+    assert made.welds is not None
+    assert len(made.positions) == 2 * 81
+    rows = attribute(made, "a")
+    np.testing.assert_array_equal(rows, rows[made.welds])
+
+
+def test_channels_change_no_position_and_no_report() -> None:
+    """Beside other values at every seam."""
+    surface = model_of(quarters(np.random.default_rng(3).random((4, 4, 3))))
+    (batch,) = surface.batches
+    apart = np.arange(4.0)[:, None, None, None] + np.zeros((4, 1, 1, 1))
+    changed = PatchModel(
+        "model",
+        (TensorPatches(batch.points, None, (Channel("a", "attribute", apart),)),),
+        surface.parts,
+    )
+    plain, made = (mesh_of(m, resolution=(6, 6)) for m in (surface, changed))
+    assert made.report == plain.report
+    assert len(made.positions) == 4 * 49
+    assert made.welds is not None
+    np.testing.assert_array_equal(made.positions[made.welds == np.arange(4 * 49)], plain.positions)
+
+
+def test_a_pole_has_as_many_vertices_as_values() -> None:
+    """One with a constant, one a triangle with a value that runs about it."""
+    roof = np.array([[[0.0, 0, 0], [0, 0, 1]], [[1, 0, 0], [0, 0, 1]]])
+    ramp = np.array([[[0.0], [0]], [[8], [8]]])
+    one = mesh_of(with_values([roof], [ramp * 0]), resolution=(8, 1))
+    many = mesh_of(with_values([roof], [ramp]), resolution=(8, 1))
+    assert len(one.positions) == 10
+    assert len(many.positions) == 17
+    assert one.report == many.report
+    check_sound(many)
+
+
+def test_patches_blend_values_of_vertices() -> None:
+    """In the degree of the patches, polynomial also where the points have weights."""
+    random = np.random.default_rng(2)
+    vertices, weights = random.random((12, 3)), random.random(12) + 0.5
+    carried = random.random((12, 3))
+    indices = np.array([[[0, 1, 2], [3, 4, 5], [6, 7, 8]], [[6, 7, 8], [9, 10, 11], [0, 1, 2]]])
+    surface = PatchSurface(vertices, indices, weights, channels=Channels(carried))
+    made = mesh_of(surface.lower(), resolution=(3, 4), weld=False)
+    right = np.concatenate([oracle(carried[index], (3, 4)) for index in indices])
+    close(made.colors, right, carried)
+
+
+def test_agreement_is_asked_of_every_channel() -> None:
+    """Samples 0, 2, 3, 4 are one place: equal in one channel, not in the other."""
+    place = np.array([0, 1, 0, 0, 0])
+    first = ChannelRows("a", "attribute", np.array([[1.0], [7], [1 + 1e-9], [1], [0]]))
+    second = ChannelRows("b", "attribute", np.array([[3.0, 0], [0, 0], [3, 0], [3, 1], [3, 0]]))
+    assert agreeing(place, (first, second)).tolist() == [0, 1, 0, 3, 4]
+    assert first.values[2] == 1.0
+
+
+def test_without_normals_values_alone_keep_vertices_apart() -> None:
+    left = np.array([[[0.0], [0]], [[5], [5]]])
+    right = np.array([[[5.0], [9]], [[0], [0]]])
+    made = mesh_of(strip(left, right), resolution=(4, 4), normals=False)
+    assert len(made.positions) == 2 * 25 - 1
+    assert len(mesh_of(strip(left, left[::-1]), resolution=(4, 4), normals=False).positions) == 45
+
+
+def test_white_is_not_more_than_white() -> None:
+    """Where rounding would have it so."""
+    surface = BezierSurface(SQUARE, channels=Channels(np.ones((65, 65, 3))))
+    made = mesh_of(surface.lower(), resolution=(37, 41))
+    assert made.colors is not None
+    assert made.colors.max() == 1.0
+    assert made.colors.min() > 1 - 1e-14
+
+
+@settings(max_examples=25)
+@given(st.integers(1, 4), st.integers(0, 7), st.integers(1, 7), st.booleans())
+def test_triangles_have_channels_of_their_own_degree(
+    degree: int, other: int, divisions: int, single: bool
+) -> None:
+    """Against de Casteljau in fractions, over the samples in their order."""
+    random = np.random.default_rng((degree, other, divisions))
+    points = random.random((triangle.size(degree), 3))
+    colors, flow = random.random((triangle.size(other), 3)), random.random((triangle.size(3), 2))
+    surface = TriangleSurface(points, channels=Channels(colors, attributes=(("flow", flow),)))
+    made = mesh_of(surface.lower(), resolution=(divisions, 1), weld=False, single=single)
+    assert made.colors is not None
+    for found, net in ((made.colors, colors), (attribute(made, "flow"), flow)):
+        fractions = exact_triangle(net)
+        right = [
+            [float(x) for x in value(fractions, place)] for place in triangle_places(divisions)
+        ]
+        close(found, right, net, single)
+
+
+def test_a_triangle_and_a_square_weld_where_their_values_agree() -> None:
+    """Along one edge of a flat quadrilateral, its texture x and y."""
+    vertices = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0]])
+    squares, triangles = np.array([[[0, 1], [2, 3]]]), np.array([[2, 4, 3]])
+    channels = Channels(uvs=vertices[:, :2])
+    surface = PatchSurface(vertices, squares, channels=channels, triangles=triangles)
+    made = mesh_of(surface.lower(), resolution=(4, 4))
+    assert len(made.positions) == 25 + 15 - 5
+    assert made.uvs is not None
+    np.testing.assert_allclose(made.uvs, made.positions[:, :2], atol=1e-15)

@@ -1,0 +1,200 @@
+"""Which surfaces close, how smoothly they say they do, and whether their meshes agree."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.encoders.content import report_object
+from service.engine.mesh import closure as module
+from service.engine.mesh.closure import SAME_PARTIAL, SAME_PLANE, Closure, closure
+from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
+from service.surface.examples import find
+from service.surface.lowered import PatchModel
+from tests.engine.meshing import check_sound, check_winding, mesh_of, shape_of
+from tests.examples import patches_of
+from tests.spline_strategies import points_for, weights_for
+from tests.strategies import Array
+
+HALF = np.sqrt(0.5)
+
+
+def ring(rows: int = 7, columns: int = 5) -> Array:
+    """Control points around a ring: rows the long way, columns around its tube, normals outward."""
+    a = 2 * np.pi * np.arange(rows)[:, None] / rows
+    b = 2 * np.pi * np.arange(columns)[None] / columns
+    away = 3 + np.cos(b)
+    return np.stack([away * np.cos(a), away * np.sin(a), np.sin(b) + 0 * a], axis=-1)
+
+
+def again(net: Array, count: int = 1) -> Array:
+    """The net with its first rows once more at the end."""
+    return np.concatenate([net, net[:count]])
+
+
+def loop(first: Array, last: Array) -> Array:
+    """A wall over a closed curve that leaves (0, 0) by `first` and comes back by `last`."""
+    way = np.array([[0.0, 0], first, [5, 1], [4, 6], [-3, 5], -np.array(last), [0, 0]])
+    net = np.zeros((7, 2, 3))
+    net[..., :2] = way[:, None]
+    net[:, 1, 2] = 1
+    return net
+
+
+def circle(breaks: list[float]) -> BsplineSurface:
+    """The cylinder of the books: a full circle of degree 2 with double knots."""
+    corners = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1], [1, 0]]
+    net = np.zeros((9, 2, 3))
+    net[..., :2] = np.array(corners)[:, None]
+    net[:, 1, 2] = 1
+    weights = np.array([1, HALF, 1, HALF, 1, HALF, 1, HALF, 1])[:, None] * [1.0, 1.0]
+    vector = np.repeat(breaks, [3, 2, 2, 2, 3])
+    return BsplineSurface(net, (2, 1), (vector, "clamped"), weights)
+
+
+def closed(surface: Any) -> Closure | None:
+    return closure(surface.lower())
+
+
+@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("degree", [(2, 3), (3, 3), (4, 2)])
+def test_periodic_surfaces_close_both_ways(degree: tuple[int, int], rational: bool) -> None:
+    weights = weights_for(7, 3, 5) if rational else None
+    surface = BsplineSurface(ring(), degree, ("periodic", "periodic"), weights)
+    assert closed(surface) == Closure("C1", "C1")
+    mesh = mesh_of(surface.lower(), resolution=(3, 4))
+    check_sound(mesh)
+    check_winding(mesh)
+    assert mesh.report.watertight
+    assert shape_of(mesh).euler == 0
+    # One normal at every position, on the seams as well.
+    assert mesh.welds is None
+
+
+def test_the_first_row_once_more_is_a_corner() -> None:
+    """C0, watertight, and two normals along the seam."""
+    surface = BsplineSurface(again(ring()), knots=("clamped", "periodic"))
+    assert closed(surface) == Closure("C0", "C1")
+    mesh = mesh_of(surface.lower(), resolution=(3, 4))
+    check_sound(mesh)
+    assert mesh.report.watertight
+    assert mesh.normals is not None
+    assert mesh.welds is not None
+    twice = np.flatnonzero(mesh.welds != np.arange(len(mesh.welds)))
+    assert len(twice) == 4 * 5
+    np.testing.assert_allclose(mesh.positions[twice, 1], mesh.positions[twice[0], 1], atol=1e-12)
+    cosines = (mesh.normals[twice] * mesh.normals[mesh.welds[twice]]).sum(axis=1)
+    assert cosines.max() < np.cos(np.radians(1))
+    assert cosines.min() < 0.7
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "wanted"),
+    [
+        ((2.0, -1.0), (2.0, -1.0), "C1"),
+        ((2.0, -1.0), (4.0, -2.0), "G1"),
+        ((2.0, -1.0), (2.0, -1.1), "C0"),
+        ((2.0, -1.0), (-2.0, 1.0), "C0"),
+        ((2.0, -1.0), (-4.0, 2.0), "C0"),
+        ((2.0, -1.0), (0.0, 0.0), "C0"),
+        ((2.0, -1.0), (2.0 + SAME_PARTIAL / 10, -1.0), "C1"),
+        ((2.0, -1.0), (2.0, -1.0 + 40 * SAME_PLANE), "C0"),
+    ],
+)
+@pytest.mark.parametrize("across", [False, True])
+def test_what_the_two_rows_beside_the_seam_say(
+    first: tuple[float, float], last: tuple[float, float], wanted: str, across: bool
+) -> None:
+    """Equal differences: C1. Parallel: G1. Any others, and a fold: C0. And so along v."""
+    net = loop(np.array(first), np.array(last))
+    for surface in (
+        BsplineSurface(net.swapaxes(0, 1) if across else net, (1, 3) if across else (3, 1)),
+        BezierSurface(net.swapaxes(0, 1) if across else net),
+    ):
+        got = closed(surface)
+        assert got is not None
+        assert (got.v, got.u) == (wanted, None) if across else (got.u, got.v) == (wanted, None)
+
+
+def test_partials_are_those_of_the_domain() -> None:
+    """The same net is C1 over even knots only."""
+    net = loop(np.array([2.0, -1.0]), np.array([2.0, -1.0]))
+    even, uneven = (np.array([0, 0, 0, 0, *inner, 9, 9, 9, 9]) for inner in ((2, 5, 7), (2, 5, 6)))
+    assert closed(BsplineSurface(net, (3, 1), (even, "clamped"))) == Closure("C1", None)
+    assert closed(BsplineSurface(net, (3, 1), (uneven, "clamped"))) == Closure("G1", None)
+
+
+def test_weights_may_differ_by_a_factor() -> None:
+    """w_i = 2^i only moves the parameter: the same curve, G1 and no longer C1."""
+    net = np.zeros((4, 2, 3))
+    net[:, :, :2] = np.array([[0, 0], [1, 0.5], [-1, -0.5], [0, 0]])[:, None]
+    net[:, 1, 2] = 1
+    weights = np.array([1.0, 2, 4, 8])[:, None] * [1.0, 1.0]
+    assert closed(BezierSurface(net)) == Closure("C1", None)
+    assert closed(BezierSurface(net, weights)) == Closure("G1", None)
+    weights[-1, 1] = 7
+    assert closed(BezierSurface(net, weights)) == Closure(None, None)
+
+
+def test_tangent_planes_that_agree_in_the_control_points_alone_do_not_agree() -> None:
+    """Parallel differences of varying ratio: the cubics beside the seam are not one."""
+    net = np.zeros((4, 3, 3))
+    net[..., 1] = np.arange(3)
+    net[1] += [[1, 0, 1], [1, 0, 2], [1, 0, 1]]
+    net[2] -= [[2, 0, 2], [3, 0, 6], [2, 0, 2]]
+    assert closed(BezierSurface(net)) == Closure("C0", None)
+    net[2] = 2 * net[0] - net[1] + 0 * net[2]
+    assert closed(BezierSurface(net)) == Closure("C1", None)
+
+
+def test_a_vase_closes_one_way_and_has_poles() -> None:
+    """At a pole there is no tangent plane across the seam: the rest of it counts."""
+    net = ring(6, 5)
+    net[:, :, 2] = np.arange(5)
+    net[:, 0], net[:, -1] = (0, 0, 0), (0, 0, 4)
+    for u_knots, points, wanted in (("periodic", net, "C1"), ("clamped", again(net), "C0")):
+        surface = BsplineSurface(points, (3, 3), (u_knots, "clamped"))  # type: ignore[arg-type]
+        assert closed(surface) == Closure(wanted, None)  # type: ignore[arg-type]
+        assert mesh_of(surface.lower(), resolution=(3, 3)).report.watertight
+
+
+def test_in_runs_of_patches_it_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fault in the last of them is found."""
+    monkeypatch.setattr(module, "CHUNK_PATCHES", 1)
+    net = ring()
+    assert closed(BsplineSurface(net, knots=("periodic", "periodic"))) == Closure("C1", "C1")
+    wall = np.repeat(loop(np.array([2.0, -1.0]), np.array([2.0, -1.0]))[:, :1], 5, axis=1)
+    wall[..., 2] = np.arange(5)
+    assert closed(BsplineSurface(wall)) == Closure("C1", None)
+    wall[1, -1, 1] += 1
+    assert closed(BsplineSurface(wall)) == Closure("C0", None)
+
+
+def test_what_does_not_close() -> None:
+    """An open patch, and several patches that are not one surface."""
+    assert closed(find("saddle").surface()) == Closure(None, None)
+    assert closed(BsplineSurface(points_for(6, 1, 5))) == Closure(None, None)
+    assert closed(find("torus").surface()) is None
+
+
+def test_the_report_tells() -> None:
+    """Continuity only where there is a seam; nothing of patches that are not one surface."""
+
+    def told(model: PatchModel) -> dict[str, object]:
+        report = report_object(mesh_of(model, resolution=(2, 2)).report, ())
+        return {key: report[key] for key in report if key.startswith(("clos", "cont"))}
+
+    both = BsplineSurface(ring(), knots=("periodic", "periodic"))
+    assert told(both.lower()) == {
+        "closed_u": True,
+        "closed_v": True,
+        "continuity_u": "C1",
+        "continuity_v": "C1",
+    }
+    assert told(circle([0, 1, 2, 3, 5]).lower()) == {
+        "closed_u": True,
+        "closed_v": False,
+        "continuity_u": "G1",
+    }
+    assert told(patches_of("torus")) == {}

@@ -1,0 +1,125 @@
+"""What is counted beforehand is what comes out."""
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.bases import triangle
+from service.engine.mesh.counts import Counts, count
+from service.engine.mesh.patterns import Shape, TriangleShape, faces, rim
+from service.engine.options import Faces, MeshOptions
+from service.engine.tessellate import tessellate
+from service.surface.batches import TensorPatches, TrianglePatches
+from service.surface.examples import EXAMPLES
+from service.surface.lowered import GroupModel, Part, PatchModel
+from tests.strategies import (
+    degenerate_nets,
+    model_of,
+    resolutions,
+    split_models,
+    triangle_nets,
+)
+
+MODELS = [
+    pytest.param(own, id=f"{example.id}-{k}")
+    for example in EXAMPLES.values()
+    for model in [example.surface().lower()]
+    for k, own in enumerate(model.models if isinstance(model, GroupModel) else [model])
+    if isinstance(own, PatchModel)
+]
+
+
+def meshed(model: PatchModel, options: MeshOptions) -> Counts:
+    report = tessellate(model, options).report
+    return Counts(report.vertices, report.triangles, report.quads)
+
+
+def check(model: PatchModel, resolution: tuple[int, int], **more: Any) -> None:
+    """Compares both kinds of faces, welded and not."""
+    kinds: tuple[Faces, ...] = ("triangles", "quads")
+    for kind, weld in product(kinds, (True, False)):
+        options = MeshOptions(resolution, faces=kind, weld=weld, normals=False, **more)
+        assert count(model, options) == meshed(model, options), (kind, weld)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_examples(model: PatchModel) -> None:
+    for resolution in ((1, 1), (2, 1), (2, 2), (3, 3), (2, 5)):
+        check(model, resolution)
+
+
+def test_normals_and_creases_change_no_count() -> None:
+    cone = EXAMPLES["cone"].surface().lower()
+    assert isinstance(cone, PatchModel)
+    for angle in (0.0, 1.0):
+        options = MeshOptions((5, 5), crease_angle=angle)
+        assert count(cone, options) == meshed(cone, options)
+
+
+@settings(max_examples=15)
+@given(split_models(), resolutions)
+def test_patches_that_meet(model: Any, resolution: tuple[int, int]) -> None:
+    check(model_of(model[1]), resolution)
+
+
+@settings(max_examples=30)
+@given(st.lists(degenerate_nets(), min_size=1, max_size=3), resolutions)
+def test_degenerate_patches_side_by_side(nets: list[Any], resolution: tuple[int, int]) -> None:
+    check(model_of(nets), resolution)
+
+
+@settings(max_examples=20)
+@given(triangle_nets(), st.lists(st.sampled_from([0, 1, 2]), unique=True), resolutions)
+def test_triangles_with_points_for_sides(
+    net: Any, points: list[int], resolution: tuple[int, int]
+) -> None:
+    net = np.array(net)
+    degree = triangle.degree_of(len(net))
+    for side in points:
+        row = triangle.side_rows(degree)[side]
+        net[row] = net[row[0]]
+    model = PatchModel("one", (TrianglePatches(net[np.newaxis]),), (Part("one", 0, 1),))
+    check(model, resolution)
+
+
+def corners(*places: int) -> Any:
+    """A bilinear patch over some of four points; equal numbers are one point."""
+    points = np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1]], dtype=np.float64)
+    return points[list(places)].reshape(2, 2, 3)
+
+
+@pytest.mark.parametrize("places", list(product(range(4), repeat=4))[::11])
+def test_patches_of_which_corners_are_one(places: tuple[int, ...]) -> None:
+    for resolution in ((1, 1), (1, 2), (2, 2), (3, 4)):
+        check(model_of([corners(*places)]), resolution)
+        check(model_of([corners(*places), corners(0, 1, 2, 3)]), resolution)
+
+
+@pytest.mark.parametrize("kind", ["triangles", "quads"])
+def test_the_rim_and_the_cells_inside_are_all_faces(kind: Any) -> None:
+    shapes = [
+        Shape((ru, rv), sides or (rv, rv, ru, ru), (a, b, c, d))
+        for ru, rv in product((2, 3, 6), repeat=2)
+        for sides in (None, (rv, rv + 1, ru, 2 * ru))
+        for a, b, c, d in product((False, True), repeat=4)
+    ]
+    for shape in shapes:
+        ru, rv = shape.resolution
+        inside = (ru - 2) * (rv - 2)
+        triangles, quads = rim(shape, kind)
+        more = (2 * inside, 0) if kind == "triangles" else (0, inside)
+        found = len(triangles) + more[0], len(quads) + more[1]
+        assert found == tuple(map(len, faces(shape, kind)))
+
+
+def test_a_long_patch_is_counted_without_its_samples() -> None:
+    net = np.zeros((2, 2, 3))
+    net[1, :, 0] = net[:, 1, 1] = 1
+    model = PatchModel("one", (TensorPatches(net[np.newaxis]),), (Part("one", 0, 1),))
+    wanted = Counts(60_001**2, 2 * 60_000**2, 0)
+    assert count(model, MeshOptions((60_000, 60_000))) == wanted
+    assert TriangleShape(4).inner == 3

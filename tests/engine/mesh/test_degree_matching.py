@@ -1,0 +1,186 @@
+"""Neighbours of different degree: one curve, one edge."""
+
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.mesh.degree_matching import SAME_CURVE
+from service.engine.mesh.seams import Seams, find_seams
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
+from service.surface.lowered import Part, PatchModel
+from tests.engine.meshing import check_sound, mesh_of, shape_of
+from tests.oracles import triangles
+from tests.strategies import Array, model_of, moved, symmetries, turned
+
+Curve = tuple[Array, Array]
+"""Control points (n+1, 3) and weights (n+1,)."""
+
+
+def raised(curve: Curve, degree: int) -> Curve:
+    """The same curve in a higher degree, rounded once at the end."""
+    row = [
+        [Fraction(w) * Fraction(x) for x in point] + [Fraction(w)]
+        for point, w in zip(curve[0].tolist(), curve[1].tolist(), strict=True)
+    ]
+    for n in range(len(row) - 1, degree):
+        shares = [Fraction(i, n + 1) for i in range(n + 2)]
+        row = [
+            [s * a + (1 - s) * b for a, b in zip(row[max(i - 1, 0)], row[min(i, n)], strict=True)]
+            for i, s in enumerate(shares)
+        ]
+    points = np.array([[float(x / r[3]) for x in r[:3]] for r in row])
+    return points, np.array([float(r[3]) for r in row])
+
+
+def curves(count: int, degree: int, seed: int, rational: bool) -> list[Curve]:
+    """Curves side by side, without pattern: x counts them, y is their parameter."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-0.3, 0.3, (count, degree + 1, 3))
+    points[..., 0] += np.arange(count)[:, None]
+    points[..., 1] += np.linspace(0, 1, degree + 1)
+    weights = rng.uniform(0.3, 3, (count, degree + 1)) if rational else np.ones((count, degree + 1))
+    return list(zip(points, weights, strict=True))
+
+
+def ribbons(
+    lines: list[Curve], degrees: list[int], turns: list[int], rational: bool = False
+) -> PatchModel:
+    """Patch k is ruled between curves k and k + 1, both in degree `degrees[k]`; turned about."""
+    nets, weights = [], []
+    for k, degree in enumerate(degrees):
+        sides = [raised(lines[k + i], degree) for i in range(2)]
+        nets.append(turned(np.stack([points for points, _ in sides]), turns[k]))
+        # A common factor does not matter.
+        weights.append(turned(np.stack([(1 + k) * ws for _, ws in sides]), turns[k]))
+    return model_of(nets, weights if rational else None)
+
+
+def lines_of(seams: Seams) -> list[tuple[int, int]]:
+    """Degree and users of every edge that is not a point."""
+    used = np.unique(seams.edge[~seams.collapsed])
+    found = []
+    for group in seams.curves:
+        found += [
+            (group.points.shape[1] - 1, int(seams.users[edge]))
+            for edge in group.ids
+            if edge in used
+        ]
+    return sorted(found)
+
+
+@given(
+    st.integers(1, 3),
+    st.lists(st.integers(0, 3), min_size=2, max_size=4),
+    st.integers(0, 99),
+    st.booleans(),
+    st.data(),
+)
+@settings(max_examples=40)
+def test_neighbours_of_any_degrees_share_their_edge(
+    base: int, more: list[int], seed: int, rational: bool, data: st.DataObject
+) -> None:
+    """The edge is that of the lower degree, in whatever order and direction the patches come."""
+    degrees = [base + k for k in more]
+    count = len(degrees)
+    turns = data.draw(st.lists(symmetries, min_size=count, max_size=count))
+    model = ribbons(curves(count + 1, base, seed, rational), degrees, turns, rational)
+    seams = find_seams(model.batches)
+    inner = [(min(a, b), 2) for a, b in pairwise(degrees)]
+    outer = [(degrees[0], 1), (degrees[-1], 1)] + [(1, 1)] * (2 * count)
+    assert lines_of(seams) == sorted(inner + outer)
+    mesh = mesh_of(model, resolution=(3, 4))
+    check_sound(mesh)
+    assert (shape_of(mesh).components, shape_of(mesh).euler) == (1, 1)
+
+
+@pytest.mark.parametrize("degree", [2, 3, 5])
+@pytest.mark.parametrize("first", [True, False])
+def test_a_triangle_meets_a_grid_of_another_degree(degree: int, first: bool) -> None:
+    """A quadratic triangle beside a patch, each in a batch of its own."""
+    rng = np.random.default_rng(degree)
+    net = np.array([(j, k, 0.0) for _, j, k in triangles.keys(2)]) + rng.uniform(-0.2, 0.2, (6, 3))
+    triangle = TrianglePatches(net[None])
+    side = triangle.side(2)[0][0]
+    shared = raised((side, np.ones(3)), degree)[0] if degree > 2 else side
+    # The lower degree may also be the patch's: then it is the triangle that was raised.
+    patch = TensorPatches(np.stack([shared[::-1], shared[::-1] - (0, 2, 1)])[None])
+    batches: tuple[Patches, ...] = (triangle, patch) if first else (patch, triangle)
+    model = PatchModel("pair", batches, (Part("pair", 0, 2),))
+    assert lines_of(find_seams(batches)).count((2, 2)) == 1
+    for resolution in ((2, 2), (3, 5)):
+        mesh = mesh_of(model, resolution=resolution)
+        check_sound(mesh)
+        assert (shape_of(mesh).components, shape_of(mesh).euler) == (1, 1)
+
+
+@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_closed_edges_meet_in_either_direction(rational: bool, mirrored: bool) -> None:
+    """A loop and the same loop in a higher degree, run through the other way or symmetric."""
+    points = np.array([[1.0, 0, 0], [1, 1.7, 0], [-2.3, 0.9, 0.2], [-1, -1.1, 0], [1, 0, 0]])
+    weights = np.array([1.0, 0.7, 1.9, 0.8, 1.0]) if rational else np.ones(5)
+    if mirrored:
+        points[3], weights[3] = points[1] * (1, -1, 1), weights[1]
+        points[2, 1:] = 0
+    loop, other = (points, weights), raised((points, weights), 6)
+    for step in (1, -1):
+        rings = [
+            (np.stack([net, moved(net, 0, 0, height)])[:, ::turn], np.stack([ws, ws])[:, ::turn])
+            for (net, ws), height, turn in ((loop, -1, 1), (other, 1, step))
+        ]
+        model = model_of([net for net, _ in rings], [ws for _, ws in rings] if rational else None)
+        seams = find_seams(model.batches)
+        assert (4, 2) in lines_of(seams)
+        mesh = mesh_of(model, resolution=(2, 8))
+        check_sound(mesh)
+        assert shape_of(mesh).boundary == 16
+
+
+def test_what_comes_merely_close_stays_apart() -> None:
+    """A thousandth of a millionth aside, or with another weight."""
+    (line,) = curves(1, 2, 3, rational=True)
+    cubic, weights = raised(line, 3)
+    for shift, factor, shared in ((0.0, 1.0, True), (1e-9, 1.0, False), (0.0, 1 + 1e-9, False)):
+        points, ws = cubic.copy(), weights.copy()
+        points[1, 2] += shift
+        ws[1] *= factor
+        model = model_of(
+            [np.stack([line[0], line[0] - (1, 0, 0)]), np.stack([points, moved(points, 1, 0, 0)])],
+            [np.stack([line[1]] * 2), np.stack([ws] * 2)],
+        )
+        assert ((2, 2) in lines_of(find_seams(model.batches))) == shared
+
+
+def test_merged_edges_stay_as_near_as_is_said() -> None:
+    """Sampled on both sides, far from the origin and rational."""
+    worst = 0.0
+    for seed in range(20):
+        (line,) = curves(1, 3, seed, rational=True)
+        points = line[0] + 1000
+        higher = raised((points, line[1]), 7)
+        meshes = [
+            mesh_of(model_of([np.stack([p, p - (1, 0, 0)])], [np.stack([w, w])]), resolution=(1, 9))
+            for p, w in ((points, line[1]), higher)
+        ]
+        gap = meshes[0].positions[:10] - meshes[1].positions[:10]
+        worst = max(worst, float(np.abs(gap).max()) / 1000)
+    assert worst <= 10 * SAME_CURVE
+
+
+def test_size_does_not_make_curves_the_same() -> None:
+    """A loop and a larger copy from the same point; two arches beneath a huge one."""
+    loop = np.array([[0.0, 0, 0], [1, 2, 0], [-1, 2, 1], [0, 0, 0]])
+    larger = raised((2 * loop, np.ones(4)), 4)[0]
+    model = model_of([np.stack([net, moved(net, 0, 0, 9)]) for net in (loop, larger)])
+    assert (3, 2) not in lines_of(find_seams(model.batches))
+    arch = np.array([[0.0, 0, 0], [1, 1, 0], [2, 0, 0]])
+    other = raised((arch * (1, 1 + 1e-9, 1), np.ones(3)), 3)[0]
+    huge = raised((arch * (1, 1e15, 1), np.ones(3)), 4)[0]
+    model = model_of([np.stack([net, moved(net, 0, 0, 9)]) for net in (arch, other, huge)])
+    assert [line for line in lines_of(find_seams(model.batches)) if line[0] > 1] == [
+        (2, 1), (2, 1), (3, 1), (3, 1), (4, 1), (4, 1),
+    ]  # fmt: skip

@@ -1,0 +1,109 @@
+"""Index patterns, drawn in the parameter square: they must tile it, without gap or overlap."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from service.engine.mesh.patterns import Divisions, Shape, faces
+from service.engine.options import Faces
+from tests.oracles.topology import topology
+
+Place = tuple[Fraction, Fraction]
+divisions = st.integers(1, 9)
+
+
+def places(shape: Shape) -> list[Place]:
+    """(u, v) of every local index: the grid row by row, then the sides unlike it, in turn."""
+    ru, rv = shape.resolution
+    grid = [(Fraction(i, ru), Fraction(j, rv)) for i in range(ru + 1) for j in range(rv + 1)]
+    zero, one = Fraction(0), Fraction(1)
+    for side, count in enumerate(shape.sides):
+        for k in range(1, 0 if count == shape.own[side] else count):
+            t, end = Fraction(k, count), one if side % 2 else zero
+            grid.append((end, t) if side < 2 else (t, end))
+    return grid
+
+
+def area(loop: list[Place]) -> Fraction:
+    """Twice the signed area of a polygon."""
+    pairs = zip(loop, loop[1:] + loop[:1], strict=True)
+    return sum((a[0] * b[1] - b[0] * a[1] for a, b in pairs), Fraction(0))
+
+
+def check_tiling(shape: Shape, kind: Faces) -> None:
+    """Every face turns to the left, all have area, together they are the unit square."""
+    triangles, quads = faces(shape, kind)
+    where = places(shape)
+    loops = [*triangles.tolist(), *quads.tolist()]
+    areas = [area([where[i] for i in loop]) for loop in loops]
+    assert min(areas) > 0
+    assert sum(areas) == 2
+    # Merge what stands at one place: corners belong to two sides, sides to the grid.
+    first: dict[Place, int] = {}
+    merged = [first.setdefault(place, k) for k, place in enumerate(where)]
+    shape_ = topology([[merged[i] for i in loop] for loop in loops])
+    assert (shape_.euler, shape_.components, shape_.boundary) == (1, 1, sum(shape.sides))
+    assert (shape_.non_manifold, shape_.misoriented, shape_.degenerate) == (0, 0, 0)
+
+
+@given(divisions, divisions, st.sampled_from(["triangles", "quads"]))
+def test_a_plain_grid_tiles_the_square(ru: int, rv: int, kind: Faces) -> None:
+    """Two triangles or a quad a cell."""
+    shape = Shape((ru, rv), (rv, rv, ru, ru))
+    check_tiling(shape, kind)
+    triangles, quads = faces(shape, kind)
+    expected = (0, ru * rv) if kind == "quads" else (2 * ru * rv, 0)
+    assert (len(triangles), len(quads)) == expected
+
+
+@given(
+    divisions,
+    divisions,
+    st.tuples(*[st.booleans()] * 4),
+    st.sampled_from(["triangles", "quads"]),
+)
+def test_strips_join_finer_sides_to_any_grid(
+    ru: int, rv: int, finer: tuple[bool, bool, bool, bool], kind: Faces
+) -> None:
+    """Any sides may take the larger of the two numbers: no T-junction, no triangle turned over.
+
+    A grid of one division has no line of samples inside to join to: it is given a second one,
+    and then a side of its own may be the coarser.
+    """
+    sides: Divisions = tuple(  # type: ignore[assignment]
+        max(ru, rv) if more else own for more, own in zip(finer, (rv, rv, ru, ru), strict=True)
+    )
+    assume(sides != (rv, rv, ru, ru))
+    check_tiling(Shape((max(ru, 2), max(rv, 2)), sides), kind)
+
+
+@pytest.mark.parametrize("kind", ["triangles", "quads"])
+@pytest.mark.parametrize("side", range(4))
+def test_a_collapsed_side_loses_its_faces(side: int, kind: Faces) -> None:
+    """A triangle for every division of that side is gone, or a quad has become a triangle."""
+    ru, rv = 4, 3
+    own = (rv, rv, ru, ru)[side]
+    collapsed = tuple(k == side for k in range(4))
+    shape = Shape((ru, rv), (rv, rv, ru, ru), collapsed)  # type: ignore[arg-type]
+    triangles, quads = faces(shape, kind)
+    if kind == "quads":
+        assert (len(quads), len(triangles)) == (ru * rv - own, own)
+    else:
+        assert len(triangles) == 2 * ru * rv - own
+    number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
+    pole = (number[0], number[-1], number[:, 0], number[:, -1])[side]
+    for face in [*triangles.tolist(), *quads.tolist()]:
+        assert len(set(face) & set(pole.tolist())) <= 1
+
+
+def test_patterns_are_shared_and_read_only() -> None:
+    """Cached by shape."""
+    shape = Shape((5, 4), (4, 4, 5, 5))
+    triangles, _ = faces(shape, "triangles")
+    assert faces(Shape((5, 4), (4, 4, 5, 5)), "triangles")[0] is triangles
+    assert triangles.dtype == np.uint32
+    with pytest.raises(ValueError, match="read-only"):
+        triangles[0] = 0

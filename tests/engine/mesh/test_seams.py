@@ -1,0 +1,356 @@
+"""Seams: shared edges become shared vertices, bit for bit, however the patches lie."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.bases.distinct import distinct_rows
+from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.seams import find_seams
+from service.surface.batches import TensorPatches
+from service.surface.lowered import Part, PatchModel
+from tests.engine.meshing import (
+    check_sound,
+    check_upright,
+    check_winding,
+    mesh_of,
+    shape_of,
+)
+from tests.examples import patches_of
+from tests.strategies import (
+    ROTATIONS,
+    Array,
+    cube,
+    height_nets,
+    model_of,
+    moved,
+    resolutions,
+    split_models,
+    turned,
+    weights_like,
+)
+
+
+def test_the_teapots_edges_are_the_known_ones() -> None:
+    """52 edges of two patches, 16 open ones, and 8 sides in one point."""
+    seams = find_seams(patches_of("utah-teapot").batches)
+    lines = np.bincount(seams.edge[~seams.collapsed], minlength=len(seams.users))
+    assert (np.sum(lines == 2), np.sum(lines == 1), lines.max()) == (52, 16, 2)
+    assert seams.collapsed.sum() == 8
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_equal_rows_have_equal_numbers(seed: int) -> None:
+    """And the first row of every number is the first one there is."""
+    rows = np.random.default_rng(seed).integers(0, 3, (40, 3)).astype(float)
+    first, number = distinct_rows(rows)
+    np.testing.assert_array_equal(rows[first][number], rows)
+    assert len(first) == len(np.unique(rows, axis=0))
+    for k, row in enumerate(first.tolist()):
+        assert row == np.flatnonzero(number == k)[0]
+
+
+def border_bits(mesh: Mesh) -> set[bytes]:
+    """The positions of all border samples of all patches of a mesh made of grids."""
+    found: set[bytes] = set()
+    for batch in mesh.grids:
+        for grid in batch:
+            border = np.concatenate([grid[0], grid[-1], grid[:, 0], grid[:, -1]])
+            found |= {row.tobytes() for row in mesh.positions[border]}
+    return found
+
+
+@given(split_models(), st.integers(1, 7))
+def test_pieces_of_a_surface_weld_however_they_are_turned(
+    pieces: tuple[Array, list[Array]], divisions: int
+) -> None:
+    """Rotated, hence with reversed and exchanged parameters: one disc, its normals smooth."""
+    mesh = mesh_of(pieces[1], resolution=(divisions, divisions))
+    check_sound(mesh)
+    check_upright(mesh)
+    shape = shape_of(mesh)
+    assert (shape.components, shape.euler, shape.boundary) == (1, 1, 8 * divisions)
+    assert (shape.misoriented, shape.non_manifold) == (0, 0)
+    # One tangent plane across every seam: one vertex a position.
+    assert len(mesh.positions) == shape.vertices == (2 * divisions + 1) ** 2
+    assert mesh.welds is None
+
+
+@given(split_models(oriented=False), resolutions)
+def test_unequal_divisions_leave_no_t_junction(
+    pieces: tuple[Array, list[Array]], resolution: tuple[int, int]
+) -> None:
+    """A turned neighbour divides its edge otherwise: the edge takes the larger number for both."""
+    for faces in ("triangles", "quads"):
+        mesh = mesh_of(pieces[1], resolution=resolution, faces=faces)
+        check_sound(mesh)
+        check_upright(mesh)
+        shape = shape_of(mesh)
+        assert (shape.components, shape.euler, shape.non_manifold) == (1, 1, 0)
+        # The border is the outer one and nothing else: no crack within.
+        low, high = (f(np.asarray(pieces[0]), axis=(0, 1)) for f in (np.min, np.max))
+        place = np.arange(len(mesh.positions)) if mesh.welds is None else mesh.welds
+        for a, b in open_edges(mesh, place):
+            middle = (mesh.positions[a] + mesh.positions[b])[:2] / 2
+            outer = np.isclose(middle, low[:2]) | np.isclose(middle, high[:2])
+            assert outer.any()
+
+
+def open_edges(mesh: Mesh, place: np.ndarray) -> list[tuple[int, int]]:
+    """Edges, between places, that belong to one face."""
+    uses: dict[frozenset[int], int] = {}
+    for face in mesh.triangles.tolist() + mesh.quads.tolist():
+        loop = [int(place[i]) for i in face]
+        for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
+            uses[frozenset((a, b))] = uses.get(frozenset((a, b)), 0) + 1
+    return [(min(edge), max(edge)) for edge, times in uses.items() if times == 1]
+
+
+@given(
+    st.sampled_from(["sphere", "torus", "cone", "cylinder"]),
+    st.lists(st.sampled_from(ROTATIONS), min_size=16, max_size=16),
+    st.tuples(st.integers(2, 7), st.integers(2, 7)),
+    st.sampled_from(["triangles", "quads"]),
+)
+def test_quadrics_stay_closed_however_their_patches_are_turned(
+    example: str, turns: list[int], resolution: tuple[int, int], faces: str
+) -> None:
+    """Strips between unequal divisions meet poles, creases and rational edges."""
+    (batch,) = patches_of(example).batches
+    assert batch.weights is not None
+    pieces = [turned(net, k) for net, k in zip(batch.points, turns, strict=False)]
+    weights = [turned(net, k) for net, k in zip(batch.weights, turns, strict=False)]
+    mesh = mesh_of(model_of(pieces, weights), resolution=resolution, faces=faces)
+    check_sound(mesh)
+    if min(resolution) > 2:  # at two divisions a chord cuts across the strip beside it
+        check_winding(mesh)
+    assert mesh.report.watertight
+    assert shape_of(mesh).euler == (0 if example == "torus" else 2)
+
+
+def test_a_shared_edge_takes_the_larger_number() -> None:
+    """At 2 × 5 two squares meet in an edge that one divides in 2, the other in 5."""
+    plane = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
+    # The first one's edge x = 1 runs along v: 5 divisions. The second is turned, so that its
+    # edge x = 1 runs along u: 2 divisions.
+    other = turned(moved(plane, 1), 5)
+    mesh = mesh_of([plane, other], resolution=(2, 5))
+    check_sound(mesh)
+    check_winding(mesh)
+    on_edge = mesh.positions[mesh.positions[:, 0] == 1]
+    np.testing.assert_allclose(np.sort(on_edge[:, 1]), np.arange(6) / 5, atol=1e-15)
+    assert shape_of(mesh).euler == 1
+    assert mesh.grids == ()
+
+
+@given(split_models(), st.integers(1, 6))
+def test_a_patch_alone_has_the_same_seams_as_among_others(
+    pieces: tuple[Array, list[Array]], divisions: int
+) -> None:
+    """So that parts of a model computed on different machines still fit together."""
+    resolution = (divisions, divisions)
+    together = border_bits(mesh_of(pieces[1], resolution=resolution))
+    alone = [border_bits(mesh_of([piece], resolution=resolution)) for piece in pieces[1]]
+    assert set.union(*alone) == together
+
+
+@given(height_nets(), st.data())
+def test_seams_of_rational_pieces_weld(net: Array, data: st.DataObject) -> None:
+    """Equal weights, or weights equal up to a factor, which is the same curve."""
+    weights = data.draw(weights_like(net))
+    mirrored = net * (-1, 1, 1) + 2 * net[0, 0] * (1, 0, 0)
+    # Reversed along u, the mirror image looks up again and meets the first at u = 1.
+    for factor in (1.0, 2.0, 3.0):
+        model = model_of([net, mirrored[::-1]], [weights, weights[::-1] * factor])
+        mesh = mesh_of(model, resolution=(4, 5), crease_angle=0)
+        check_sound(mesh)
+        shape = shape_of(mesh)
+        assert (shape.components, shape.euler, shape.non_manifold) == (1, 1, 0)
+
+
+def neighbours(count: int) -> tuple[Array, Array, Array]:
+    """Pairs of patches (count, 2, 3, 3, 3) that share an edge, weights, and other weights.
+
+    The other weights are the first ones times a factor that no float multiplies exactly.
+    """
+    rng = np.random.default_rng(17)
+    nets = rng.uniform(-1, 1, (count, 2, 3, 3, 3))
+    nets[:, 1, 0] = nets[:, 0, -1]
+    weights = rng.uniform(0.2, 5, (count, 2, 3, 3))
+    weights[:, 1, 0] = weights[:, 0, -1]
+    factors = np.ones((count, 2, 1, 1))
+    factors[:, 1] = rng.uniform(0.1, 10, (count, 1, 1))
+    return nets, weights, weights * factors
+
+
+def test_a_common_factor_of_the_weights_does_not_touch_a_bit_of_the_seam() -> None:
+    """Both patches, in either order: the same points along the edge."""
+    for nets, weights in zip(*neighbours(20)[::2], strict=True):
+        found = []
+        for order in ([0, 1], [1, 0]):
+            mesh = mesh_of(
+                model_of([nets[k] for k in order], [weights[k] for k in order]),
+                resolution=(6, 6),
+                weld=False,
+            )
+            sides = [mesh.grids[0][place][0 if k else -1] for place, k in enumerate(order)]
+            found += [mesh.positions[side].tobytes() for side in sides]
+        assert len(set(found)) == 1
+
+
+def test_a_rational_edge_of_equal_weights_meets_a_polynomial_one() -> None:
+    """The same curve written in two ways, in two batches."""
+    net = np.array([[[0.0, 0, 0], [0, 1, 2], [0, 2, 0]], [[1, 0, 0], [1, 1, 1], [1, 2, 0]]])
+    weights = np.array([[1.0, 2, 1], [0.7, 0.7, 0.7]])
+    other = moved(net, 1)
+    other[0] = net[-1]
+    model = PatchModel(
+        "mixed",
+        (TensorPatches(net[None], weights[None]), TensorPatches(other[None])),
+        (Part("mixed", 0, 2),),
+    )
+    mesh = mesh_of(model, resolution=(3, 6))
+    check_sound(mesh)
+    assert (shape_of(mesh).components, shape_of(mesh).euler) == (1, 1)
+
+
+def test_other_weights_are_another_curve() -> None:
+    """Equal points do not make equal edges."""
+    net = np.array([[[0.0, 0, 0], [0, 1, 2], [0, 2, 0]], [[1, 0, 0], [1, 1, 1], [1, 2, 0]]])
+    mirrored = (net * (-1, 1, 1))[::-1]
+    same, other = np.ones((2, 3)), np.array([[1.0, 1, 1], [1, 3, 1]])
+    assert shape_of(mesh_of(model_of([net, mirrored], [same, same]))).boundary == 6 * 16
+    assert shape_of(mesh_of(model_of([net, mirrored], [same, other]))).boundary == 8 * 16
+
+
+@given(st.lists(st.sampled_from(ROTATIONS), min_size=6, max_size=6), resolutions)
+def test_a_cube_has_eight_corners_and_twelve_creases(
+    turns: list[int], resolution: tuple[int, int]
+) -> None:
+    """Six bilinear patches, turned about at random: closed, outward, of volume 1."""
+    mesh = mesh_of(cube(turns), resolution=resolution)
+    check_sound(mesh)
+    check_winding(mesh)
+    shape = shape_of(mesh)
+    assert shape.watertight
+    assert mesh.report.watertight
+    assert shape.euler == 2
+
+
+@pytest.mark.parametrize(("angle", "vertices"), [(0.05, 8), (0.2, 6)])
+def test_the_crease_angle_decides(angle: float, vertices: int) -> None:
+    """Two squares at 0.1 radians: creased below that, one smooth seam above."""
+    flat = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
+    tilted = flat * (np.cos(0.1), 1, 1) + (1, 0, 0)
+    tilted[1, :, 2] = np.sin(0.1)
+    mesh = mesh_of([flat, tilted], resolution=(1, 1), crease_angle=angle)
+    check_sound(mesh)
+    assert len(mesh.positions) == vertices
+    assert shape_of(mesh).vertices == 6
+
+
+def ring(smooth: bool = True) -> Array:
+    """One patch whose last row is its first: a closed band round the z axis."""
+    rows = [(1, 0), (1, 2), (-3, 2), (-3, -2), (1, -2), (1, 0)]
+    if not smooth:
+        rows[1] = (2, 2)
+    return np.array([[[x, y, z] for z in (1.0, 0.0)] for x, y in rows], dtype=float)
+
+
+@pytest.mark.parametrize("symmetry", range(8))
+def test_a_patch_welds_with_itself(symmetry: int) -> None:
+    """A closed band in one patch: no seam left, in whichever direction it is closed."""
+    mesh = mesh_of([turned(ring(), symmetry)], resolution=(12, 12))
+    check_sound(mesh)
+    check_winding(mesh)
+    shape = shape_of(mesh)
+    assert len(mesh.positions) == shape.vertices == 12 * 13
+    assert (shape.boundary, shape.euler, shape.components) == (24, 0, 1)
+    assert mesh.welds is None
+
+
+def test_a_moebius_strip_has_one_border() -> None:
+    """Closed with a half turn: one seam run through twice in one direction, and nothing breaks."""
+    net = np.array(
+        [
+            [[1, 0, -1], [1, 0, 1]],
+            [[1, 3, -1], [1, 3, 1]],
+            [[-4, 2, -1], [-4, 2, 1]],
+            [[-4, -2, 1], [-4, -2, -1]],
+            [[1, -3, 1], [1, -3, -1]],
+            [[1, 0, 1], [1, 0, -1]],
+        ],
+        dtype=float,
+    )
+    mesh = mesh_of([net], resolution=(20, 4))
+    check_sound(mesh)
+    shape = shape_of(mesh)
+    assert (shape.euler, shape.boundary, shape.components) == (0, 40, 1)
+    assert shape.misoriented == 4
+
+
+def test_three_pages_meet_in_one_spine() -> None:
+    """Not a manifold, and the report does not call it watertight."""
+    page = np.array([[[0.0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 0, 1]]])
+    pages = [page @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) for c, s in _angles(3)]
+    mesh = mesh_of(pages, resolution=(3, 3))
+    check_sound(mesh)
+    shape = shape_of(mesh)
+    assert (shape.non_manifold, shape.boundary) == (3, 27)
+    assert not mesh.report.watertight
+
+
+def _angles(count: int) -> list[tuple[float, float]]:
+    return [(np.cos(2 * pi * k / count), np.sin(2 * pi * k / count)) for k in range(count)]
+
+
+@pytest.mark.parametrize("divisions", [2, 3, 8])
+def test_a_pillow_is_what_its_report_says(divisions: int) -> None:
+    """Two patches with all four sides in common; at two corners their diagonals coincide too."""
+    front = np.stack([*np.meshgrid([0.0, 1, 2], [0.0, 1, 2], indexing="ij"), np.zeros((3, 3))], -1)
+    back = front.copy()
+    front[1, 1, 2], back[1, 1, 2] = 1, -1
+    mesh = mesh_of([front, back.swapaxes(0, 1)], resolution=(divisions, divisions))
+    check_winding(mesh)
+    check_sound(mesh)
+    assert shape_of(mesh).boundary == 0
+
+
+@given(height_nets(degree=st.integers(1, 3)), st.integers(1, 4))
+def test_neighbours_of_different_degree_in_the_other_direction_weld(net: Array, n: int) -> None:
+    """Only the common edge need be the same curve: here degree p against degree p + 1 across."""
+    last = net[-1:]
+    across = np.concatenate([last, moved(last, 1), moved(last, 2), moved(last, 3, z=1)])
+    model = model_of([net, across])
+    mesh = mesh_of(model, resolution=(n, n + 1))
+    check_sound(mesh)
+    assert (shape_of(mesh).components, shape_of(mesh).euler) == (1, 1)
+
+
+FOLDED = (
+    [
+        [[0, 0, 0], [1, 0, 0], [2, 0, 0]],
+        [[1, 0, 0], [1, 1, 3], [2, 2, 1]],
+        [[2, 0, 0], [3, 1, 2], [3, 3, 3]],
+    ],
+    [[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [1, 1, 1]]],
+    [[[0, 0, 0], [0, 0, 0], [0, 0, 0]], [[1, 0, 0], [1, 0, 0], [1, 0, 0]]],
+    [[[0, 0, 0], [0, 0, 0]], [[1, 0, 0], [1, 1, 0]]],
+)
+"""Two sides that meet are one edge (twice); a patch that is a line; one with a pole."""
+
+
+@pytest.mark.parametrize("net", FOLDED)
+@pytest.mark.parametrize("faces", ["triangles", "quads"])
+@pytest.mark.parametrize("weld", [True, False])
+@pytest.mark.parametrize("resolution", [(1, 1), (2, 2), (4, 4), (3, 5), (5, 1)])
+def test_a_folded_patch_is_what_its_report_says(
+    net: list[list[list[float]]], faces: str, weld: bool, resolution: tuple[int, int]
+) -> None:
+    """No face has a place twice, and the open edges are those that the faces have."""
+    check_sound(
+        mesh_of([np.array(net, dtype=float)], faces=faces, weld=weld, resolution=resolution)
+    )

@@ -1,0 +1,116 @@
+"""What placements do to distances, against exact arithmetic; and to the bounds of meshes."""
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.mesh.mesh import Mesh
+from service.engine.scenes.placing import placing_error, single_error
+from service.engine.scenes.scene import arranged, flattened, in_single, placed_points, scene_parts
+from service.surface.lowered import GroupModel, PlacedModel
+from tests.meshes import silo
+from tests.strategies import Array, placements
+
+TURN = np.array([[0.0, -2, 0, 5], [2, 0, 0, 0], [0, 0, 2, 1], [0, 0, 0, 1]])
+SHEAR = np.array([[1.0, 0, 0, 0], [3, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+
+
+def exact(matrix: Array, point: Array) -> list[Fraction]:
+    """L x + t without rounding."""
+    row = [Fraction(x) for x in (*point.tolist(), 1.0)]
+    return [
+        sum((Fraction(a) * x for a, x in zip(line, row, strict=True)), Fraction(0))
+        for line in matrix[:3].tolist()
+    ]
+
+
+def distance(one: list[Fraction], other: list[Fraction]) -> float:
+    return math.sqrt(sum((a - b) ** 2 for a, b in zip(one, other, strict=True)))
+
+
+@settings(max_examples=30)
+@given(placements(), st.integers(0, 2**32))
+def test_a_copy_is_as_near_to_its_place_as_it_says(matrix: Array, seed: int) -> None:
+    points = np.random.default_rng(seed).uniform(-3, 5, (8, 3))
+    copies = placed_points(points, matrix)
+    error = placing_error(matrix, points.min(axis=0), points.max(axis=0))
+    for point, copy in zip(points, copies, strict=True):
+        assert distance(exact(matrix, point), [Fraction(x) for x in copy.tolist()]) <= error
+
+
+@settings(max_examples=30)
+@given(st.integers(0, 2**32), st.floats(-4, 6), st.booleans())
+def test_rounding_to_float32_is_bounded(seed: int, far: float, local: bool) -> None:
+    points = np.random.default_rng(seed).normal(size=(9, 3)) + 10**far
+    low, high = points.min(axis=0), points.max(axis=0)
+    origin = low.astype(np.float32).astype(np.float64) if local else np.zeros(3)
+    error = single_error(low, high, origin)
+    stored = (points - origin).astype(np.float32)
+    for point, row in zip(points.tolist(), stored.astype(np.float64).tolist(), strict=True):
+        there = [Fraction(x) + Fraction(o) for x, o in zip(row, origin.tolist(), strict=True)]
+        assert distance([Fraction(x) for x in point], there) <= error
+    assert error < 1e-6 * float(np.abs(points - origin).max()) + 1e-12
+
+
+def bounded(bound: float | None, both: float | None = None) -> Mesh:
+    """A mesh of three parts that has bounds."""
+    mesh = silo()
+    parts = tuple(
+        replace(part, deviation_bound=None if bound is None else bound / (k + 1))
+        for k, part in enumerate(mesh.parts)
+    )
+    report = replace(mesh.report, deviation_bound=bound, mesh_deviation_bound=both)
+    return replace(mesh, parts=parts, report=report)
+
+
+def group(*matrices: Array | None) -> GroupModel:
+    members = tuple(PlacedModel(f"m{k}", 0, None, matrix) for k, matrix in enumerate(matrices))
+    return GroupModel("group", (), members)
+
+
+def test_bounds_grow_as_distances_do() -> None:
+    scene = arranged(group(None, TURN, SHEAR), (bounded(0.25, 0.5),))
+    stretch = np.linalg.norm(SHEAR[:3, :3], 2)
+    assert stretch > 3
+    assert scene.report.deviation_bound is not None
+    assert scene.report.mesh_deviation_bound is not None
+    np.testing.assert_allclose(scene.report.deviation_bound, 0.25 * stretch, rtol=1e-9)
+    np.testing.assert_allclose(scene.report.mesh_deviation_bound, 0.5 * stretch, rtol=1e-9)
+    assert scene.report.deviation_bound > 0.25 * stretch
+    parts = scene_parts(scene)
+    found = [part.deviation_bound for part in parts]
+    expected = [0.25 * s / (k + 1) for s in (1.0, 2.0, float(stretch)) for k in range(3)]
+    np.testing.assert_allclose(np.array(found, dtype=float), expected, rtol=1e-9)
+    assert [part.name for part in parts][:4] == ["m0/base", "m0/wall", "m0/roof", "m1/base"]
+    # An unplaced copy is the mesh itself.
+    assert found[0] == 0.25
+
+
+def test_flattened_copies_keep_their_bounds_and_float32_adds_to_them() -> None:
+    scene = arranged(group(TURN, None), (bounded(0.25),))
+    whole = flattened(scene)
+    assert whole.report.deviation_bound == scene.report.deviation_bound
+    bounds = [part.deviation_bound for part in whole.parts]
+    assert bounds == [part.deviation_bound for part in scene_parts(scene)]
+    single = in_single(whole)
+    narrow = single.report.deviation_bound
+    assert narrow is not None
+    assert whole.report.deviation_bound is not None
+    assert 0 < narrow - whole.report.deviation_bound < 1e-6
+    assert all(
+        part.deviation_bound is not None and 0 < part.deviation_bound - bound < 1e-6
+        for part, bound in zip(single.parts, bounds, strict=True)
+        if bound is not None
+    )
+
+
+def test_what_is_not_known_of_one_copy_is_not_known_of_the_whole() -> None:
+    models = (bounded(0.25), bounded(None))
+    members = (PlacedModel("a", 0), PlacedModel("b", 1))
+    scene = arranged(GroupModel("group", (), members), models)
+    assert scene.report.deviation_bound is None
+    assert [part.deviation_bound is None for part in scene_parts(scene)] == [False] * 3 + [True] * 3

@@ -1,0 +1,219 @@
+"""Groups as scenes, and flattened to one mesh: places, normals, winding, what is shared."""
+
+from itertools import pairwise
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engine.build import build, build_scene
+from service.engine.evaluation.evaluate import evaluate
+from service.engine.mesh.mesh import Mesh
+from service.engine.models import as_patches, carrying
+from service.engine.options import MeshOptions
+from service.surface.batches import ChannelKind
+from service.surface.bezier import BezierSurface
+from service.surface.channels import Channels
+from service.surface.examples import find
+from service.surface.group import GroupSurface, Member
+from service.surface.lowered import GroupModel
+from service.surface.patches import PatchSurface
+from tests.engine.meshing import (
+    as_triangles,
+    check_sound,
+    mesh_of,
+    places_of,
+)
+from tests.oracles.topology import volume
+from tests.strategies import Array, placements
+
+RED = (1.0, 0.0, 0.0)
+NET = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
+MIRROR = np.diag([-1.0, 1.0, 1.0, 1.0])
+
+
+def group_of(*members: Member, **more: Any) -> GroupModel:
+    return GroupSurface(members, **more).lower()
+
+
+def area_vectors(mesh: Mesh) -> Array:
+    """Normal of every triangle, as long as the triangle is large."""
+    a, b, c = (mesh.positions[as_triangles(mesh)[:, k]] for k in range(3))
+    areas: Array = np.cross(b - a, c - a) / 2
+    return areas
+
+
+def body_volume(mesh: Mesh) -> float:
+    return float(volume(mesh.positions, as_triangles(mesh)))
+
+
+@settings(max_examples=30)
+@given(
+    st.sampled_from(["torus", "cone", "tveit", "saddle"]),
+    placements(),
+    st.sampled_from(["triangles", "quads"]),
+    st.booleans(),
+)
+def test_a_flattened_copy_is_the_placed_mesh(
+    example: str, matrix: Array, faces: str, weld: bool
+) -> None:
+    """Points times the matrix, normals times its inverse transposed, faces as before or turned."""
+    options = MeshOptions(resolution=(3, 4), faces=faces, weld=weld)  # type: ignore[arg-type]
+    surface = find(example).surface()
+    mesh = build(group_of(Member(surface, matrix=matrix), up=surface.up), options)
+    check_sound(mesh)
+    own = mesh_of(example, resolution=(3, 4), faces=faces, weld=weld)
+    linear, shift = matrix[:3, :3], matrix[:3, 3]
+    np.testing.assert_allclose(mesh.positions, own.positions @ linear.T + shift, atol=1e-13)
+    assert own.normals is not None
+    assert mesh.normals is not None
+    expected = own.normals @ np.linalg.inv(linear)
+    expected /= np.linalg.norm(expected, axis=1, keepdims=True)
+    np.testing.assert_allclose(mesh.normals, expected, atol=1e-12)
+    # The same law with the determinant's absolute value: no face turns its back.
+    areas = area_vectors(own) @ np.linalg.inv(linear) * abs(np.linalg.det(linear))
+    np.testing.assert_allclose(area_vectors(mesh), areas, atol=1e-11)
+    if own.report.watertight:
+        wanted = abs(np.linalg.det(linear)) * body_volume(own)
+        assert body_volume(mesh) == pytest.approx(wanted, rel=1e-12)
+
+
+@pytest.mark.parametrize("faces", ["triangles", "quads"])
+def test_a_mirrored_body_still_looks_outwards(faces: str) -> None:
+    """Its faces, its normals, and its grids, which the forms of OOGL are made of."""
+    options = MeshOptions(resolution=(5, 3), faces=faces)  # type: ignore[arg-type]
+    mesh = build(group_of(Member(find("sphere").surface(), matrix=MIRROR), up="z"), options)
+    assert body_volume(mesh) > 0
+    assert mesh.normals is not None
+    np.testing.assert_allclose(mesh.normals, mesh.positions, atol=1e-12)
+    for grid in mesh.grids[0]:
+        corners = mesh.positions[[grid[1, 1], grid[2, 1], grid[1, 2]]]
+        across = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        assert np.dot(across, corners[0]) > 0
+
+
+def test_members_become_parts_under_their_names_and_colors() -> None:
+    """A surface of several parts keeps them below its name."""
+    model = group_of(
+        Member(find("cylinder").surface(), "drum", RED),
+        Member(find("saddle").surface()),
+        Member(find("cylinder").surface(), "other", matrix=MIRROR),
+    )
+    mesh = build(model, MeshOptions(resolution=(4, 4), overlays=("boundary",)))
+    names = [part.name for part in mesh.parts]
+    drum = ["drum/side", "drum/top", "drum/bottom"]
+    assert names == [*drum, "saddle", "other/side", "other/top", "other/bottom"]
+    assert [part.color for part in mesh.parts] == [(*RED, 1.0)] * 3 + [None] * 4
+    runs = [part.triangles for part in mesh.parts]
+    assert all(before[1] == after[0] for before, after in pairwise(runs))
+    assert runs[-1][1] == len(mesh.triangles)
+    overlays = [overlay.name for overlay in mesh.overlays]
+    assert overlays == ["drum/boundary", "saddle/boundary", "other/boundary"]
+    first, _, last = (overlay.positions for overlay in mesh.overlays)
+    # The cylinder is z-up in a group that is y-up: turned, and then mirrored.
+    np.testing.assert_array_equal(first * [-1, 1, 1], last)
+    assert np.ptp(first[:, 1]) == 2
+
+
+def test_equal_members_are_meshed_once_and_counted_each() -> None:
+    ball = find("sphere").surface()
+    model = group_of(*(Member(ball, matrix=np.diag([k, k, k, 1.0])) for k in (1, 2, 3)), up="z")
+    scene = build_scene(model, MeshOptions(resolution=(4, 4)), single=True)
+    (mesh,) = scene.meshes
+    assert [node.model for node in scene.nodes] == [0, 0, 0]
+    report = scene.report
+    assert report.vertices == 3 * mesh.report.vertices
+    assert report.triangles == 3 * mesh.report.triangles
+    assert (report.bounds_min, report.bounds_max) == ((-3, -3, -3), (3, 3, 3))
+    assert report.watertight
+
+
+def test_copies_keep_to_themselves() -> None:
+    """Two copies in one place are not welded to each other, each is within itself."""
+    ball = find("sphere").surface()
+    mesh = build(group_of(Member(ball), Member(ball)), MeshOptions(resolution=(3, 3)))
+    places = places_of(mesh)
+    half = len(places) // 2
+    np.testing.assert_array_equal(places[half:], places[:half] + half)
+
+
+def test_a_framed_member_takes_the_grids_from_all() -> None:
+    """A mesh with strips is none of grids."""
+    turned = np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]])
+    table = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0], [2, 1, 0]])
+    uneven = PatchSurface(table, np.array([[[0, 1], [2, 3]], [[2, 4], [3, 5]]]))
+    options = MeshOptions(resolution=(2, 5))
+    alone = build(group_of(Member(BezierSurface(turned))), options)
+    both = build(group_of(Member(BezierSurface(turned)), Member(uneven)), options)
+    assert len(alone.grids) == 1
+    assert both.grids == ()
+    check_sound(both)
+
+
+@settings(max_examples=20)
+@given(placements())
+def test_placed_patches_are_the_patches_of_placed_points(matrix: Array) -> None:
+    """Affine invariance, rational and mirrored too."""
+    surface = find("cone").surface()
+    model = as_patches(group_of(Member(surface, "first", matrix=matrix), Member(surface), up="z"))
+    assert [(part.name, part.first, part.last) for part in model.parts] == [
+        ("first", 0, 8),
+        ("cone", 8, 16),
+    ]
+    placed, own = (evaluate(batch, (3, 3)) for batch in model.batches)
+    at = own.positions @ matrix[:3, :3].T + matrix[:3, 3]
+    if np.linalg.det(matrix[:3, :3]) < 0:
+        at = at.swapaxes(1, 2)
+    np.testing.assert_allclose(placed.positions, at, atol=1e-13)
+
+
+def test_far_members_keep_their_shape_in_single_precision() -> None:
+    """About an origin of the whole, where all of it is far away."""
+    matrix = np.eye(4)
+    matrix[:3, 3] = 1e6
+    model = group_of(Member(find("sphere").surface(), matrix=matrix), up="z")
+    mesh = build(model, MeshOptions(resolution=(4, 4)), single=True)
+    assert mesh.positions.dtype == np.float32
+    assert mesh.origin.tolist() == [1e6] * 3
+    assert np.abs(np.linalg.norm(mesh.positions, axis=1) - 1).max() < 1e-6
+    check_sound(mesh)
+
+
+def test_base_colors_become_colors_of_vertices() -> None:
+    """White where nothing was said; what a base colour multiplies is light."""
+    painted = BezierSurface(NET, channels=Channels(colors=np.full((1, 1, 3), 0.5)))
+    tinted = Member(painted, "tinted", (0.5, 1.0, 0.0, 0.25))
+    mesh = build(
+        group_of(Member(painted), tinted, Member(find("tveit").surface())),
+        MeshOptions(resolution=(1, 1)),
+    )
+    assert mesh.colors is not None
+    first, second, third = np.split(mesh.colors, 3)
+    np.testing.assert_array_equal(first, [[0.5, 0.5, 0.5, 1]] * 4)
+    # Twice half in sRGB: 0.2140411 squared is 0.0458136, which is sRGB 0.236967.
+    np.testing.assert_allclose(second, [[0.236967, 0.5, 0, 0.25]] * 4, atol=1e-6)
+    np.testing.assert_array_equal(third, [[1, 1, 1, 1]] * 4)
+
+
+def test_attributes_that_all_members_have_are_kept_in_one_mesh() -> None:
+    """Whatever their order."""
+    heat, flow = np.ones((1, 1, 1)), np.ones((1, 1, 2))
+    one, other = (
+        BezierSurface(NET, channels=Channels(attributes=attributes))
+        for attributes in ((("heat", heat), ("flow", flow)), (("flow", flow * 2), ("cold", heat)))
+    )
+    model = group_of(Member(one), Member(other))
+    kinds: frozenset[ChannelKind] = frozenset({"attribute"})
+    mesh = build(carrying(model, kinds, apart=False), MeshOptions(resolution=(1, 1)))
+    ((name, values),) = mesh.attributes
+    assert name == "flow"
+    np.testing.assert_array_equal(values, [[1, 1]] * 4 + [[2, 2]] * 4)
+    scene = build_scene(
+        cast(GroupModel, carrying(model, kinds, apart=True)), MeshOptions(resolution=(1, 1))
+    )
+    assert [[n for n, _ in m.attributes] for m in scene.meshes] == [
+        ["flow", "heat"],
+        ["cold", "flow"],
+    ]

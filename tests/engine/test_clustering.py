@@ -1,0 +1,42 @@
+"""Grouping by place and nearness, against its definition."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.engine.clustering import MAX_ROUNDS, leaders
+
+rows = st.lists(
+    st.tuples(st.integers(0, 3), st.integers(0, 6), st.integers(0, 6)), min_size=1, max_size=40
+)
+
+
+def places_of(names: list[int]) -> np.ndarray:
+    """For each row the first with the same name."""
+    return np.array([names.index(name) for name in names], dtype=np.intp)
+
+
+@given(rows, st.sampled_from([0.0, 1.0, 2.5, 100.0]))
+def test_groups_are_what_they_are_said_to_be(
+    found: list[tuple[int, int, int]], reach: float
+) -> None:
+    """Followers are near their leader, leaders of one place are not near each other."""
+    place = places_of([name for name, _, _ in found])
+    values = np.array([[x, y] for _, x, y in found], dtype=np.float64)
+    leader = leaders(place, values, reach)
+    np.testing.assert_array_equal(leader[leader], leader)
+    np.testing.assert_array_equal(place[leader], place)
+    assert (leader <= np.arange(len(leader))).all()
+    assert (np.linalg.norm(values - values[leader], axis=1) <= reach).all()
+    chosen = np.unique(leader)
+    for a in chosen:
+        for b in chosen:
+            if a < b and place[a] == place[b]:
+                assert np.linalg.norm(values[a] - values[b]) > reach
+
+
+def test_a_crowd_at_one_place_ends_single() -> None:
+    """More groups than are told apart: the rest stay alone, and none is lost."""
+    count = 3 * MAX_ROUNDS
+    leader = leaders(np.zeros(count, dtype=np.intp), np.arange(count)[:, None] * 10.0, 1.0)
+    np.testing.assert_array_equal(leader, np.arange(count))
