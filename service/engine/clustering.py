@@ -30,13 +30,13 @@ def leaders(place: Ints, values: RealArray, reach: float) -> Ints:
     leader = np.arange(len(place))
     open_ = np.flatnonzero(place != leader)
     chosen = place[open_]
-    for _ in range(MAX_ROUNDS):
-        if not len(open_):
-            break
+    for _ in range(MAX_ROUNDS if len(open_) else 0):
         step = values[open_] - values[chosen]
         near = np.einsum("nd,nd->n", step, step) <= reach**2
         leader[open_[near]] = chosen[near]
         open_ = open_[~near]
+        if not len(open_):
+            break
         _, first, back = np.unique(place[open_], return_index=True, return_inverse=True)
         chosen = open_[first][back]
     return leader

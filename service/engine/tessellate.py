@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases import triangle
-from service.bases.arrays import Ints, RealArray
 from service.engine.curvatures.ranges import ranges
 from service.engine.curvatures.rows import layout_curvatures
 from service.engine.deviation.bound import deviations, largest, with_bounds
@@ -19,13 +18,15 @@ from service.engine.extent import local_origin, stored_bounds
 from service.engine.mesh.channels import agreeing, by_kind
 from service.engine.mesh.closure import closure
 from service.engine.mesh.connect import connect
-from service.engine.mesh.filling import SampleRows, sample
+from service.engine.mesh.connectivity import digest
+from service.engine.mesh.creases import Sharing, find_creases
+from service.engine.mesh.filling import SampleRows, fill, sample
 from service.engine.mesh.layout import Layout
 from service.engine.mesh.mesh import Mesh, MeshPart, Overlay
 from service.engine.mesh.overlays import draw
 from service.engine.mesh.plans import FacePlan, plan_faces
 from service.engine.mesh.report import MeshReport
-from service.engine.mesh.weld import average_normals, chord, merge_samples
+from service.engine.mesh.weld import merge_samples
 from service.engine.options import MeshOptions
 from service.engine.scratch import Real
 from service.stopping import checkpoint
@@ -55,10 +56,8 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     checkpoint()
     bounds = deviations(model, seams, layout, options, rows, origin=origin)
     checkpoint()
-    leader = _merge(layout, rows, options)
-    plan = plan_faces(layout, options, leader, model.sequence)
-    if plan.samples is not None:
-        rows = rows.take(plan.samples)
+    plan = plan_faces(layout, options, _sharing(layout, rows, options), model.sequence)
+    rows = fill(rows, plan)
     checkpoint()
     low, high = stored_bounds(rows.positions, origin)
     uvs, colors, attributes = by_kind(rows.channels)
@@ -124,31 +123,22 @@ def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, i
     return size, (2 * size if framed else 2 * cells + small), 0
 
 
-def _merge(layout: Layout, rows: SampleRows, options: MeshOptions) -> Ints | None:
-    """For each sample the one whose vertex it shares; None where all samples at one place do.
+def _sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sharing | None:
+    """Which samples at one place share a vertex; None where all of them do, or nothing is welded.
 
-    Writes the mean of the normals that become one.
+    A place may have several colours or texture coordinates, as it may have several normals. Where
+    it has channels, the means are written into the normals.
     """
     if not (options.weld and layout.shares):
         return None
-    place = layout.places
-    # A position may have several colours or texture coordinates, as it may have several normals.
-    alike = agreeing(place, rows.channels) if rows.channels else None
-    if alike is None and (rows.normals is None or _is_smooth(layout, rows.normals, options)):
-        if rows.normals is not None:
-            average_normals(rows.normals, layout.averages)
+    if rows.channels:
+        alike = agreeing(layout.places, rows.channels)
+        leader = merge_samples(layout.places, rows.normals, options.crease_angle, alike)
+        leaders = leader.take(layout.averages.members)
+        return Sharing(leaders, digest(leaders), is_averaged=True)
+    if rows.normals is None:
         return None
-    leader = merge_samples(place, rows.normals, options.crease_angle, alike)
-    return None if np.array_equal(leader, place) else leader
-
-
-def _is_smooth(layout: Layout, normals: RealArray, options: MeshOptions) -> bool:
-    """Whether no normals at one place differ by more than the crease angle from the first."""
-    averages = layout.averages
-    first = averages.leaders.take(averages.slot)
-    step = normals.take(averages.members, axis=0)
-    step -= normals.take(first, axis=0)
-    return bool((np.einsum("nd,nd->n", step, step) <= chord(options.crease_angle) ** 2).all())
+    return find_creases(rows.normals, layout.averages, options.crease_angle)
 
 
 def _parts(model: PatchModel, plan: FacePlan) -> tuple[MeshPart, ...]:

@@ -8,12 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints, RealArray
+from service.bases.arrays import FloatArray, RealArray
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.normals import unit_normals
 from service.engine.mesh.channels import ChannelRows, sample_channels
+from service.engine.mesh.creases import mean_normals
 from service.engine.mesh.edges import sample_edges
 from service.engine.mesh.layout import Layout
+from service.engine.mesh.plans import FacePlan
 from service.engine.mesh.seams import Seams
 from service.engine.options import MeshOptions, Method
 from service.engine.scratch import Real
@@ -30,14 +32,23 @@ class SampleRows:
     channels: tuple[ChannelRows, ...]
     poles: int
 
-    def take(self, chosen: Ints) -> "SampleRows":
-        """Some of the rows, in this order."""
-        return SampleRows(
-            self.positions.take(chosen, axis=0),
-            None if self.normals is None else self.normals.take(chosen, axis=0),
-            tuple(channel.take(chosen) for channel in self.channels),
-            self.poles,
-        )
+
+def fill(rows: SampleRows, plan: FacePlan) -> SampleRows:
+    """The vertices of a plan: rows of samples, and the mean normals of those that share one."""
+    if plan.samples is None:
+        return rows
+    normals = None
+    if rows.normals is not None:
+        normals = rows.normals.take(plan.samples, axis=0)
+        if plan.means is not None:
+            averages, vertices = plan.means
+            normals[vertices] = mean_normals(rows.normals, averages)
+    return SampleRows(
+        rows.positions.take(plan.samples, axis=0),
+        normals,
+        tuple(channel.take(plan.samples) for channel in rows.channels),
+        rows.poles,
+    )
 
 
 def sample(

@@ -17,8 +17,8 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.cache import MESH_PLANS
 from service.bases.distinct import distinct_rows
 from service.engine.mesh.connectivity import Connectivity
+from service.engine.mesh.creases import Averages
 from service.engine.mesh.patterns import AnyShape, Shape, TriangleShape
-from service.engine.mesh.weld import Averages
 from service.surface.batches import Patches
 from service.surface.sides import BEGINS, ENDS, along_sides
 

@@ -13,6 +13,7 @@ from service.bases.arrays import IndexArray, Ints
 from service.bases.cache import MESH_PLANS
 from service.engine.mesh.borders import borders
 from service.engine.mesh.connectivity import digest
+from service.engine.mesh.creases import Averages, Sharing
 from service.engine.mesh.faces import join
 from service.engine.mesh.layout import Layout
 from service.engine.mesh.patterns import used_samples
@@ -35,6 +36,8 @@ class FacePlan:
     ----------
     samples : ndarray of int, shape (V,), or None
         The sample that each vertex comes from; None where every sample is a vertex.
+    means : Averages and ndarray of int, shape (G,), or None
+        Groups of samples whose mean normal is that of a vertex, and the number of that vertex.
     triangles : ndarray of uint32, shape (T, 3)
     quads : ndarray of uint32, shape (Q, 4)
     ends : ndarray of int, shape (2, P + 1)
@@ -48,6 +51,7 @@ class FacePlan:
     """
 
     samples: Ints | None
+    means: tuple[Averages, Ints] | None
     triangles: IndexArray
     quads: IndexArray
     ends: Ints
@@ -66,52 +70,60 @@ class FacePlan:
     def arrays(self) -> list[Ints | IndexArray]:
         """All arrays."""
         found = [self.triangles, self.quads, self.ends, *self.grids, self.samples, self.welds]
+        if self.means is not None:
+            averages, vertices = self.means
+            found += [averages.leaders, averages.members, averages.slot, vertices]
         return [array for array in found if array is not None]
 
 
 def plan_faces(
-    layout: Layout, options: MeshOptions, leader: Ints | None, sequence: Ints | None
+    layout: Layout, options: MeshOptions, sharing: Sharing | None, sequence: Ints | None
 ) -> FacePlan:
     """The plan of a mesh, kept for the next one.
 
     Parameters
     ----------
-    leader : ndarray of int, shape (N,), or None
-        For each sample the one whose vertex it shares; None where all samples at one place do. Not
-        read where the options say that nothing is welded.
+    sharing : Sharing or None
+        Which samples at one place share a vertex; None where all of them do. Not read where the
+        options say that nothing is welded.
     sequence : ndarray of int, shape (P,), or None
         Patches in the order in which they are written.
     """
-    # Only samples that share a place can have another leader than themselves.
-    merged = None if leader is None else leader.take(layout.averages.members)
-    pattern = [b"" if rows is None else digest(rows) for rows in (merged, sequence)]
-    key = ("faces", layout.key, options.faces, options.weld, *pattern)
-    found = MESH_PLANS.get(key, lambda: _plan(layout, options, leader, sequence))
+    pattern = b"" if sharing is None else (sharing.key, sharing.is_averaged)
+    order = b"" if sequence is None else digest(sequence)
+    key = ("faces", layout.key, options.faces, options.weld, options.normals, pattern, order)
+    found = MESH_PLANS.get(key, lambda: _plan(layout, options, sharing, sequence))
     assert isinstance(found, FacePlan)
     return found
 
 
 def _plan(
-    layout: Layout, options: MeshOptions, leader: Ints | None, sequence: Ints | None
+    layout: Layout, options: MeshOptions, sharing: Sharing | None, sequence: Ints | None
 ) -> FacePlan:
-    welding = None
+    welding = means = None
     if layout.framed or (options.weld and layout.shares):
         used = _used(layout, options.faces) if layout.framed or layout.has_poles else None
-        own = np.arange(layout.size)
-        merged = layout.places if leader is None else leader
-        welding = number_vertices(layout.places, merged if options.weld else own, used)
+        leader = np.arange(layout.size)
+        if options.weld and sharing is None:
+            leader = layout.places
+        elif options.weld and sharing is not None:
+            leader[layout.averages.members] = sharing.leaders
+        welding = number_vertices(layout.places, leader, used)
     checkpoint()
     faces = join(layout, welding, options.faces, sequence)
     if welding is not None and layout.folds and options.weld:
         welding = without_unused(welding, faces[:2])
         faces = join(layout, welding, options.faces, sequence)
     checkpoint()
+    if welding is not None and options.weld and options.normals:
+        means = None if sharing and sharing.is_averaged else _means(welding, leader)
     triangles, quads, ends = faces
     welds = shared_places(welding) if options.weld else None
     boundary, watertight = borders(layout, options, (triangles, quads), welds)
     vertices = layout.size if welding is None else len(welding.samples)
     plan = FacePlan(
         samples=None if welding is None else welding.samples,
+        means=means,
         triangles=triangles,
         quads=quads,
         ends=ends,
@@ -124,6 +136,21 @@ def _plan(
     for array in plan.arrays:
         array.flags.writeable = False
     return plan
+
+
+def _means(welding: Welding, leader: Ints) -> tuple[Averages, Ints] | None:
+    """Groups of samples that share a vertex, and that vertex; those of no vertex are left out."""
+    averages = Averages.of(leader)
+    vertex = np.searchsorted(welding.samples, averages.leaders)
+    vertex = np.minimum(vertex, len(welding.samples) - 1)
+    there = welding.samples[vertex] == averages.leaders
+    if not there.all():
+        kept = there[averages.slot]
+        number = np.cumsum(there) - 1
+        averages = Averages(
+            averages.leaders[there], averages.members[kept], number[averages.slot[kept]]
+        )
+    return (averages, vertex[there]) if len(averages.leaders) else None
 
 
 def _used(layout: Layout, kind: Faces) -> Ints:

@@ -1,12 +1,12 @@
 """Vertices out of samples: which samples are one vertex, and with which normal."""
 
 from dataclasses import dataclass
-from math import sin
 
 import numpy as np
 
 from service.bases.arrays import IndexArray, Ints, RealArray
 from service.engine.clustering import leaders
+from service.engine.mesh.creases import Averages, chord, mean_normals
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,11 +56,6 @@ def weld(
     return number_vertices(place, leader, used)
 
 
-def chord(angle: float) -> float:
-    """How far two unit vectors at this angle, in radians, are apart."""
-    return 2 * sin(angle / 2)
-
-
 def merge_samples(
     place: Ints, normals: RealArray | None, crease_angle: float, alike: Ints | None
 ) -> Ints:
@@ -72,7 +67,8 @@ def merge_samples(
     if normals is not None:
         leader = leaders(place, normals, chord(crease_angle))
         own = np.arange(len(place))
-        average_normals(normals, Averages.of(leader))
+        averages = Averages.of(leader)
+        normals[averages.leaders] = mean_normals(normals, averages)
         if alike is not None:
             shared = np.flatnonzero(leader != own)
             normals[shared] = normals[leader[shared]]
@@ -132,35 +128,3 @@ def count_places(vertices: int, welds: IndexArray | None) -> int:
     if welds is None:
         return vertices
     return int(np.count_nonzero(welds == np.arange(vertices)))
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Averages:
-    """Which rows are averaged: each of `members` (n,) with row `leaders[slot]`, a (g,) row."""
-
-    members: Ints
-    leaders: Ints
-    slot: Ints
-
-    @staticmethod
-    def of(leader: Ints) -> "Averages":
-        """Every row that has another leader than itself is averaged with that."""
-        members = np.flatnonzero(leader != np.arange(len(leader)))
-        leaders, slot = np.unique(leader[members], return_inverse=True)
-        return Averages(members, leaders, slot)
-
-
-def average_normals(normals: RealArray, averages: Averages) -> None:
-    """Gives each leader the mean direction of its group: (n_0 + … + n_k) / |n_0 + … + n_k|."""
-    leaders, slot = averages.leaders, averages.slot
-    total = normals.take(leaders, axis=0).astype(np.float64)
-    own = normals.take(averages.members, axis=0)
-    for axis in range(3):
-        total[:, axis] += np.bincount(slot, own[:, axis], len(leaders))
-    length = np.linalg.norm(total, axis=1)
-    # Opposite normals, merged because the crease angle said so, have no mean: the first stays.
-    clear = length > 1e-6
-    if clear.all():
-        normals[leaders] = total / length[:, None]
-    else:
-        normals[leaders[clear]] = total[clear] / length[clear, None]

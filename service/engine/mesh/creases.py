@@ -1,0 +1,117 @@
+"""Creases: which samples at one place share a vertex, and the mean of their normals."""
+
+from dataclasses import dataclass
+from math import sin
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints, RealArray
+from service.engine.clustering import leaders
+from service.engine.mesh.connectivity import digest
+
+OPPOSITE = 1e-6
+"""A sum of unit normals shorter than this has no direction."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Averages:
+    """Groups of samples whose normals are averaged.
+
+    Attributes
+    ----------
+    leaders : ndarray of int, shape (G,)
+        The first sample of each group.
+    members : ndarray of int, shape (n,)
+        All others.
+    slot : ndarray of int, shape (n,)
+        The group of each member.
+    """
+
+    leaders: Ints
+    members: Ints
+    slot: Ints
+
+    @staticmethod
+    def of(leader: Ints) -> "Averages":
+        """The groups of samples of which `leader` (N,) names the first one."""
+        members = np.flatnonzero(leader != np.arange(len(leader)))
+        first, slot = np.unique(leader[members], return_inverse=True)
+        return Averages(first, members, slot)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sharing:
+    """The samples that share their vertex with the first one at their place, or with another.
+
+    Attributes
+    ----------
+    leaders : ndarray of int, shape (n,)
+        For each member of the groups of samples at one place the sample whose vertex it shares.
+    key : bytes
+        Equal for equal leaders.
+    is_averaged : bool
+        Whether the normals of the leaders are the means already.
+    """
+
+    leaders: Ints
+    key: bytes
+    is_averaged: bool = False
+
+
+def chord(angle: float) -> float:
+    """How far two unit vectors at this angle, in radians, are apart."""
+    return 2 * sin(angle / 2)
+
+
+def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing | None:
+    """Which samples at one place share a vertex: those whose normals are within an angle.
+
+    The first sample of a place leads the first group; the first sample that is further from it
+    than the angle leads the next one (`service.engine.clustering`).
+
+    Parameters
+    ----------
+    normals : ndarray, shape (N, 3)
+    places : Averages
+        The samples at one place.
+    angle : float
+        Radians.
+
+    Returns
+    -------
+    Sharing or None
+        None if all samples at one place share their vertex: there is no crease.
+    """
+    own = normals.take(places.members, axis=0)
+    step = normals.take(places.leaders, axis=0).take(places.slot, axis=0)
+    np.subtract(own, step, out=step)
+    near = np.einsum("nd,nd->n", step, step) <= chord(angle) ** 2
+    if near.all():
+        return None
+    rest = np.flatnonzero(~near)
+    _, first, back = np.unique(places.slot[rest], return_index=True, return_inverse=True)
+    group = leaders(first[back], own[rest], chord(angle))
+    found = places.leaders.take(places.slot)
+    found[rest] = places.members[rest[group]]
+    return Sharing(found, digest(near, group))
+
+
+def mean_normals(normals: RealArray, averages: Averages) -> FloatArray:
+    """The mean direction (n_0 + … + n_k) / |n_0 + … + n_k| of each group, (G, 3).
+
+    Opposite normals, which share a vertex because the angle of creases said so, have no mean: the
+    first one stands for all.
+    """
+    first = normals.take(averages.leaders, axis=0).astype(np.float64)
+    own = normals.take(averages.members, axis=0).astype(np.float64)
+    total = np.empty((3, len(first)))
+    for axis in range(3):
+        total[axis] = np.bincount(averages.slot, own[:, axis], len(first))
+    total += first.T
+    squares = total * total
+    length = np.sqrt(squares[0] + squares[1] + squares[2])
+    unclear = length <= OPPOSITE
+    if unclear.any():
+        total[:, unclear], length[unclear] = first[unclear].T, 1.0
+    total /= length
+    return total.T
