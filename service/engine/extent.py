@@ -6,6 +6,9 @@ from service.bases.arrays import FloatArray, RealArray
 
 FOLD = 128
 
+MOST_TRANSPOSED = 1 << 15
+"""Points up to which a transposed copy is the faster way."""
+
 FAR = 256.0
 """A model further from zero than this multiple of its extent is stored about a local origin:
 float32 would leave it fewer than 16 binary digits."""
@@ -14,11 +17,14 @@ float32 would leave it fewer than 16 binary digits."""
 def extent(points: RealArray) -> tuple[RealArray, RealArray]:
     """Least and greatest coordinates of points (N, d), N ≥ 1, in their own precision.
 
-    A reduction over rows of three numbers runs row by row; folded to rows of 128 points it runs
-    over whole vectors, some ten times faster.
+    A reduction over rows of three numbers runs row by row. Over the columns of a transposed copy,
+    or folded to rows of 128 points, it runs over whole vectors, some ten times faster.
     """
+    if len(points) <= MOST_TRANSPOSED:
+        columns = points.T.copy()
+        return columns.min(axis=1), columns.max(axis=1)
     whole = len(points) // FOLD * FOLD
-    if whole < 4 * FOLD or not points.flags.c_contiguous:
+    if not points.flags.c_contiguous:
         return points.min(axis=0), points.max(axis=0)
     width = points.shape[1]
     rows = points[:whole].reshape(-1, width * FOLD)

@@ -11,9 +11,10 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases import triangle
+from service.bases.arrays import FloatArray
 from service.engine.curvatures.ranges import ranges
 from service.engine.curvatures.rows import layout_curvatures
-from service.engine.deviation.bound import deviations, largest, with_bounds
+from service.engine.deviation.bound import bounds_of_parts, deviations, largest
 from service.engine.extent import local_origin, stored_bounds
 from service.engine.mesh.channels import agreeing, by_kind
 from service.engine.mesh.closure import closure
@@ -68,7 +69,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         uvs=uvs,
         triangles=plan.triangles,
         quads=plan.quads,
-        parts=with_bounds(model, _parts(model, plan), bounds),
+        parts=_parts(model, plan, bounds),
         grids=plan.grids,
         welds=plan.welds,
         overlays=draw(model, options, origin, dtype),
@@ -141,14 +142,15 @@ def _sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sharing 
     return find_creases(rows.normals, layout.averages, options.crease_angle)
 
 
-def _parts(model: PatchModel, plan: FacePlan) -> tuple[MeshPart, ...]:
-    """The parts of a mesh: runs of its faces."""
-    triangles, quads = plan.ends.tolist()
+def _parts(model: PatchModel, plan: FacePlan, bounds: FloatArray) -> tuple[MeshPart, ...]:
+    """The parts of a mesh: runs of its faces, each with the bound of its patches (P,)."""
+    triangles, quads = plan.ends
     return tuple(
         MeshPart(
             part.name,
-            (triangles[part.first], triangles[part.last]),
-            (quads[part.first], quads[part.last]),
+            (int(triangles[part.first]), int(triangles[part.last])),
+            (int(quads[part.first]), int(quads[part.last])),
+            deviation_bound=bound,
         )
-        for part in model.parts
+        for part, bound in zip(model.parts, bounds_of_parts(model, bounds), strict=True)
     )

@@ -9,7 +9,6 @@ points lie wildly. Of the latter a factor of 2.4 is that points of equal paramet
 where the mesh may well be nearer.
 """
 
-from dataclasses import replace
 from decimal import ROUND_CEILING, Context
 from math import isfinite
 
@@ -21,7 +20,6 @@ from service.engine.deviation.lost import lost
 from service.engine.deviation.rounding import STEPS, edge_error, measured_errors, vertex_error
 from service.engine.mesh.filling import SampleRows
 from service.engine.mesh.layout import Block, Layout
-from service.engine.mesh.mesh import MeshPart
 from service.engine.mesh.seams import Seams
 from service.engine.options import MeshOptions
 from service.engine.scratch import Real
@@ -76,16 +74,11 @@ def largest(bounds: FloatArray) -> float | None:
     return float(ROUNDED_UP.create_decimal_from_float(bound)) if isfinite(bound) else None
 
 
-def with_bounds(
-    model: PatchModel, parts: tuple[MeshPart, ...], bounds: FloatArray
-) -> tuple[MeshPart, ...]:
-    """The parts of a mesh, each with the bound of its patches."""
+def bounds_of_parts(model: PatchModel, bounds: FloatArray) -> list[float | None]:
+    """For each part of a model the bound of its patches."""
     if model.sequence is not None:
         bounds = bounds[model.sequence]
-    return tuple(
-        replace(part, deviation_bound=largest(bounds[run.first : run.last]))
-        for part, run in zip(parts, model.parts, strict=True)
-    )
+    return [largest(bounds[part.first : part.last]) for part in model.parts]
 
 
 def _bent(patches: Patches, layout: Layout, block: Block) -> FloatArray:
@@ -95,8 +88,8 @@ def _bent(patches: Patches, layout: Layout, block: Block) -> FloatArray:
         return triangle_deviations(patches, ru) + slack(patches, 1 / ru, 1 / ru)
     p, q = patches.degree
     numbers = block.first + block.patches
-    apart = layout.extra[numbers] >= 0
-    if not (layout.framed and apart.any()):
+    apart = layout.extra[numbers] >= 0 if layout.framed else np.zeros(1)
+    if not apart.any():
         bends = grid_bends(patches, (ru, rv), (blocks_along(ru, p), blocks_along(rv, q)))
         return bends.deviations(1 / ru, 1 / rv) + slack(patches, 1 / ru, 1 / rv)
     sides = np.where(apart, layout.inner[numbers] + 1, np.inf)

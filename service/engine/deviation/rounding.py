@@ -78,9 +78,9 @@ def edge_error(seams: Seams, layout: Layout, method: Method) -> float:
     if method == "matrix" or not layout.framed:
         return lost
     largest = 0.0
-    for writes in layout.edge_writes:
-        apart = sample_edges(curves, writes.wanted, writes.divisions, method)
-        apart -= sample_edges(curves, writes.wanted, writes.divisions)
+    for divisions, chosen in layout.border_writes.groups:
+        apart = sample_edges(curves, chosen, divisions, method)
+        apart -= sample_edges(curves, chosen, divisions)
         largest = max(largest, float(np.square(apart).sum(axis=2).max()))
     return lost + MARGIN * sqrt(largest)
 
@@ -168,10 +168,10 @@ def _triangle_rows(nets: FloatArray, divisions: int) -> Iterator[tuple[slice, Fl
 
 def _sizes(patches: Patches, origin: FloatArray) -> tuple[float, float, float]:
     """Longest control point in model coordinates, about the origin, and about the middle."""
-    low, high = patches.bounds
-    world = np.maximum(-low, high)
-    far, near = np.maximum(origin - low, high - origin), (high - low) / 2
-    return hypot(*world.tolist()), hypot(*far.tolist()), hypot(*near.tolist())
+    box = list(zip(*(each.tolist() for each in (*patches.bounds, origin)), strict=True))
+    world = hypot(*(max(-low, high) for low, high, _ in box))
+    far = hypot(*(max(start - low, high - start) for low, high, start in box))
+    return world, far, hypot(*((high - low) / 2 for low, high, _ in box))
 
 
 def _terms(patches: Patches, resolution: tuple[int, int], normals: bool) -> tuple[int, int]:

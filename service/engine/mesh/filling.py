@@ -102,12 +102,18 @@ def _write_edges(
     positions: RealArray, seams: Seams, layout: Layout, origin: FloatArray, method: Method
 ) -> None:
     """Every side gets the very samples of its edge, every corner its control point."""
-    for writes in layout.edge_writes:
-        points = sample_edges(seams.curves, writes.wanted, writes.divisions, method)
-        points -= origin
-        positions[writes.targets] = points.reshape(-1, 3).take(writes.sources, axis=0)
-    samples, corner = layout.corner_writes
-    positions[samples] = (seams.corner_points - origin).take(corner, axis=0)
+    writes = layout.border_writes
+    points = [
+        sample_edges(seams.curves, chosen, divisions, method).swapaxes(0, 1).reshape(-1, 3)
+        for divisions, chosen in writes.groups
+    ]
+    table = np.concatenate([*points, seams.corner_points])
+    if origin.any():
+        table -= origin
+    rows = table.astype(positions.dtype).take(writes.sources, axis=0)
+    # Whole rows as single items: written almost twice as fast.
+    row = np.dtype((np.void, rows.itemsize * 3))
+    positions.view(row)[writes.targets] = rows.view(row)
 
 
 def _write_extra_normals(model: PatchModel, layout: Layout, normals: RealArray) -> int:

@@ -55,15 +55,20 @@ class Block:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class EdgeWrites:
-    """Where the samples of the edges that have R divisions go.
+class BorderWrites:
+    """Which samples of edges, and which corners, are written over the borders of patches.
 
-    Samples `targets` (n,) of the model are rows `sources` (n,) of those of the `wanted` edges (E,),
-    all R + 1 of one edge after the other.
+    Attributes
+    ----------
+    groups : tuple of (int, ndarray of bool, shape (E,))
+        A number of divisions R, and which edges have it. In a table of points, the (R + 1) E_R
+        samples of these come one group after another, those of equal parameter together; the
+        corners (C,) come last.
+    targets, sources : ndarrays of int, shape (n,)
+        Samples of the model, and the row of the table for each of them.
     """
 
-    divisions: int
-    wanted: Bools
+    groups: tuple[tuple[int, Bools], ...]
     targets: Ints
     sources: Ints
 
@@ -233,25 +238,26 @@ class Layout:
         return Averages.of(self.places)
 
     @cached_property
-    def edge_writes(self) -> tuple[EdgeWrites, ...]:
-        """Where the samples of the edges go, by their divisions."""
+    def border_writes(self) -> BorderWrites:
+        """What is written over the borders of the patches."""
         edge = self.connectivity.edge.ravel()
-        writes = []
+        groups, targets, sources = [], [], []
+        first = 0
         for divisions, sides in self.side_groups():
-            wanted = np.zeros(len(self.divisions), dtype=bool)
-            wanted[edge[sides]] = True
-            row = np.cumsum(wanted) - 1
-            sources = row[edge[sides], None] * (divisions + 1) + np.arange(divisions + 1)
-            targets = self.side_samples(sides, divisions)
-            writes.append(EdgeWrites(divisions, wanted, targets.ravel(), sources.ravel()))
-        return tuple(writes)
-
-    @cached_property
-    def corner_writes(self) -> tuple[Ints, Ints]:
-        """Samples at corners and at poles, and for each the number of its corner."""
+            chosen = np.zeros(len(self.divisions), dtype=bool)
+            chosen[edge[sides]] = True
+            groups.append((divisions, chosen))
+            count = int(np.count_nonzero(chosen))
+            row = np.cumsum(chosen)[edge[sides]] - 1 + first
+            # The ends of a side are corners.
+            inside = np.arange(1, divisions)
+            sources.append((row[:, None] + count * inside).ravel())
+            targets.append(self.side_samples(sides, divisions)[:, 1:-1].ravel())
+            first += count * (divisions + 1)
         poles, at = self.collapsed_samples()
-        samples = np.concatenate([self.corner_samples().ravel(), poles])
-        return samples, np.concatenate([self.connectivity.corner.ravel(), at])
+        targets += [self.corner_samples().ravel(), poles]
+        sources += [first + self.connectivity.corner.ravel(), first + at]
+        return BorderWrites(tuple(groups), np.concatenate(targets), np.concatenate(sources))
 
     def grid_samples(self, sides: Ints, divisions: int) -> Ints:
         """Samples of the grids along sides (patch · 4 + side) that have R divisions: (n, R+1)."""
