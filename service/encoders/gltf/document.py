@@ -78,12 +78,16 @@ def binary(document: JsonObject, buffer: Packed) -> bytes:
     length = buffer.length
     if length:
         document["buffers"] = [{"byteLength": length}, *buffer.others]
-    text = json_text(document)
+    return assembled(json_text(document), buffer.chunks, length)
+
+
+def assembled(text: bytes, chunks: Iterable[memoryview | bytes], length: int) -> bytes:
+    """The binary file of a document's text and of a buffer of `length` bytes (4.4)."""
     text += b" " * (-len(text) % 4)
     binary_head = struct.pack("<II", length, CHUNK_BIN) if length else b""
     total = 12 + 8 + len(text) + len(binary_head) + length
     head = struct.pack("<5I", GLB_MAGIC, GLB_VERSION, total, len(text), CHUNK_JSON)
-    return b"".join((head, text, binary_head, *buffer.chunks))
+    return b"".join((head, text, binary_head, *chunks))
 
 
 def textual(document: JsonObject, buffer: Packed) -> bytes:

@@ -15,6 +15,7 @@ from service.encoders.gltf.buffer import BufferBuilder, JsonObject
 from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, binary, textual, whole
 from service.encoders.gltf.primitives import pieces
 from service.encoders.gltf.quantized import grid_place
+from service.encoders.gltf.templates import planned_glb
 from service.engine.mesh.mesh import Mesh
 
 
@@ -26,7 +27,8 @@ def encode_glb(mesh: Mesh, options: EncodeOptions) -> bytes:
     UnsupportedByFormat
         If the mesh holds quads.
     """
-    return binary(*_document(mesh, options))
+    planned = planned_glb(mesh, options, lambda: _document(mesh, options))
+    return planned or binary(*_document(mesh, options))
 
 
 def encode_gltf(mesh: Mesh, options: EncodeOptions) -> bytes:

@@ -54,7 +54,7 @@ def pieces(mesh: Mesh, buffer: BufferBuilder, options: EncodeOptions) -> Iterato
     """Every part that has faces and every overlay that has lines."""
     refuse_quads(mesh, "glTF")
     columns = quantized_columns(mesh) if mesh.step else plain_columns(mesh)
-    for part, own, triangles in _parts(mesh):
+    for part, own, triangles in split_parts(mesh):
         checkpoint()
         mine = {name: column.take(own) for name, column in columns.items()}
         yield Piece(part.name, _primitive(mine, triangles, buffer, options), mesh, part.color)
@@ -84,7 +84,7 @@ def _primitive(
     }
 
 
-def _parts(mesh: Mesh) -> Iterator[tuple[MeshPart, Ints | slice, IndexArray]]:
+def split_parts(mesh: Mesh) -> Iterator[tuple[MeshPart, Ints | slice, IndexArray]]:
     """Every part that has faces: its own vertices, and its triangles counted among those."""
     runs = tuple(part.triangles for part in mesh.parts)
     vertices = len(mesh.positions)

@@ -1,0 +1,114 @@
+"""Binary glTF of a planned mesh: what its faces, names and attributes determine is kept.
+
+Of such a file only the vertices, their bounds, the report and the local origin differ from one mesh
+to the next. A template keeps the text of the document around these, and the bytes of the indices.
+"""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from service.bases.arrays import Ints
+from service.bases.cache import derived
+from service.encoders.colors import translucent
+from service.encoders.content import drawn, report_object
+from service.encoders.format import EncodeOptions
+from service.encoders.gltf.columns import Columns, plain_columns
+from service.encoders.gltf.document import File, assembled
+from service.encoders.gltf.primitives import split_parts
+from service.encoders.text import json_text
+from service.engine.extent import extent
+from service.engine.mesh.mesh import Mesh
+
+PLACE = "\ue000{}\ue000"
+"""Stands in the text of a template where a value comes; the letters are of no script."""
+
+_PLACE = re.compile(f'"{PLACE.format("([a-z0-9]+)")}"'.encode())
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Template:
+    """A file but for its numbers.
+
+    Attributes
+    ----------
+    text : tuple of bytes
+        The document: text, the name of a value, text, and so on.
+    pieces : tuple of (rows, indices)
+        For each primitive its vertices, and the bytes of its triangles.
+    length : int
+        Bytes of the buffer.
+    """
+
+    text: tuple[bytes, ...]
+    pieces: tuple[tuple[Ints | slice, bytes], ...]
+    length: int
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes held."""
+        rows = sum(own.nbytes for own, _ in self.pieces if not isinstance(own, slice))
+        return sum(map(len, self.text)) + sum(len(each) for _, each in self.pieces) + rows
+
+    def fill(self, mesh: Mesh, columns: Columns) -> bytes:
+        """The file of a mesh with these attributes."""
+        values = {b"report": json_text(report_object(mesh.report, mesh.parts))}
+        values[b"origin"] = json_text(mesh.origin.tolist())
+        chunks: list[memoryview | bytes] = []
+        for number, (own, indices) in enumerate(self.pieces):
+            mine = {name: column.take(own).values for name, column in columns.items()}
+            for name, bound in zip((b"low", b"high"), extent(mine["POSITION"]), strict=True):
+                values[b"%s%d" % (name, number)] = json_text(bound.tolist())
+            chunks += (array.data.cast("B") for array in mine.values())
+            chunks.append(indices)
+        text = list(self.text)
+        text[1::2] = [values[name] for name in text[1::2]]
+        return assembled(b"".join(text), chunks, self.length)
+
+
+def planned_glb(mesh: Mesh, options: EncodeOptions, document: Callable[[], File]) -> bytes | None:
+    """The binary form of a mesh whose faces are those of a plan; None of any other mesh.
+
+    `document` makes the document and the buffer of the mesh, for a template that is not there yet.
+    """
+    plain = options.compression == "none" and not mesh.step and not drawn(mesh.overlays)
+    if mesh.triangles.flags.writeable or not plain or len(mesh.quads):
+        return None
+    columns = plain_columns(mesh)
+    key = (
+        "glTF template",
+        mesh.name,
+        len(mesh.positions),
+        mesh.up,
+        bool(mesh.origin.any()),
+        mesh.colors is not None and translucent(mesh.colors),
+        tuple((part.name, part.triangles, part.color) for part in mesh.parts),
+        tuple((name, column.values.shape[1]) for name, column in columns.items()),
+    )
+    template = derived((mesh.triangles,), key, lambda: _template(mesh, len(columns), document()))
+    return template.fill(mesh, columns) if template.pieces else None
+
+
+def _template(mesh: Mesh, columns: int, file: File) -> Template:
+    """The template of a file; without pieces if a name in it looks like the place of a value."""
+    document, buffer = file
+    document["asset"]["extras"]["report"] = PLACE.format("report")
+    for node in document.get("nodes", ()):
+        if "translation" in node:
+            node["translation"] = PLACE.format("origin")
+    bounded = [accessor for accessor in document.get("accessors", ()) if "min" in accessor]
+    for number, accessor in enumerate(bounded):
+        accessor["min"], accessor["max"] = (
+            PLACE.format(f"{end}{number}") for end in ("low", "high")
+        )
+    if buffer.length:
+        document["buffers"] = [{"byteLength": buffer.length}]
+    text = _PLACE.split(json_text(document))
+    own = [rows for _, rows, _ in split_parts(mesh)]
+    # Of each primitive the attributes come first; then its indices, and what fills them up.
+    stride = 2 * (columns + 1)
+    ends = range(stride, len(own) * stride + 1, stride)
+    indices = [b"".join(buffer.chunks[end - 2 : end]) for end in ends]
+    expected = 1 + 2 * len(own) + (len(own) if mesh.origin.any() else 0)
+    pieces = tuple(zip(own, indices, strict=True)) if len(text) == 2 * expected + 1 else ()
+    return Template(tuple(text), pieces, buffer.length)
