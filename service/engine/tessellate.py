@@ -85,7 +85,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
             watertight=plan.watertight,
             boundary_edges=plan.boundary_edges,
             poles_repaired=rows.poles,
-            closure=closure(model, seams.edge),
+            closure=closure(model, seams.connectivity),
             deviation_bound=largest(bounds),
             curvature=ranges(attributes),
         ),

@@ -37,7 +37,6 @@ ACM TOG 19 (2000), on rational patches.
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
 from math import dist
 
 import numpy as np
@@ -49,9 +48,6 @@ from service.bases.homogeneous import homogeneous
 from service.bases.restriction import restrictions
 from service.engine.evaluation.triangle_nets import differences
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
-
-SMALL = 1 << 14
-"""Numbers of a matrix of second differences, up to which one product is faster than several."""
 
 CHUNK = 1 << 17
 """Numbers of the cut nets that are worked on at a time: they fit the second-level cache."""
@@ -98,8 +94,6 @@ def grid_bends(
 ) -> Bends:
     """Bends of the patches over `blocks` along u and v, which lines of the grid bound."""
     p, q = patches.degree
-    if patches.weights is None and blocks[0] * blocks[1] * (p + 1) ** 2 * (q + 1) ** 2 <= SMALL:
-        return _small_bends(patches, divisions, blocks)
     found = np.zeros((4, *blocks, patches.count))
     found[3] = across(patches)
     each = 4 * blocks[0] * blocks[1] * (p + 1) * (q + 1)
@@ -116,61 +110,6 @@ def grid_bends(
                 found[row, ..., rows] = longest.reshape(*blocks, -1)
     found[:3] *= np.array([p * (p - 1), p * q, q * (q - 1)])[:, None, None, None]
     return Bends(*found)
-
-
-def _small_bends(
-    patches: TensorPatches, divisions: tuple[int, int], blocks: tuple[int, int]
-) -> Bends:
-    """Bends of polynomial patches by one product with a cached matrix of second differences."""
-    matrix, ends = _second_differences(patches.degree, divisions, blocks)
-    largest = np.empty((3, blocks[0] * blocks[1], patches.count))
-    for rows in chunks(patches.count, 3 * len(matrix), CHUNK):
-        points = patches.points[rows].reshape(-1, matrix.shape[1], 3) - patches.middle
-        vectors = matrix @ points.transpose(2, 1, 0)
-        np.multiply(vectors, vectors, out=vectors)
-        squares = vectors[0]
-        squares += vectors[1]
-        squares += vectors[2]
-        squares = squares.reshape(-1, *largest.shape[1:2], len(points))
-        for row, (first, last) in enumerate(pairwise(ends)):
-            squares[first:last].max(axis=0, out=largest[row, :, rows], initial=0.0)
-    np.sqrt(largest, out=largest)
-    p, q = patches.degree
-    largest *= np.array([[[p * (p - 1)]], [[p * q]], [[q * (q - 1)]]])
-    uu, uv, vv = largest.reshape(3, *blocks, -1)
-    return Bends(uu, uv, vv, across(patches))
-
-
-def _second_differences(
-    degree: tuple[int, int], divisions: tuple[int, int], blocks: tuple[int, int]
-) -> tuple[FloatArray, tuple[int, ...]]:
-    """Rows that make Δ_u², Δ_u Δ_v and Δ_v² over all blocks of a net of (p+1)(q+1) points.
-
-    Row (vector, block u, block v); the ends of the vectors of each kind.
-    """
-    p, q = degree
-    counts = [max(p - 1, 0) * (q + 1), p * q, (p + 1) * max(q - 1, 0)]
-
-    def build() -> FloatArray:
-        kinds = []
-        for along_u, along_v in ((2, 0), (1, 1), (0, 2)):
-            rows = _differences(p, along_u, divisions[0], blocks[0])
-            columns = _differences(q, along_v, divisions[1], blocks[1])
-            product = np.einsum("iak,jbl->ijabkl", rows, columns)
-            kinds.append(product.reshape(-1, (p + 1) * (q + 1)))
-        return np.concatenate(kinds)
-
-    matrix = PLANS.array(("second differences", degree, divisions, blocks), build)
-    return matrix, (0, counts[0], counts[0] + counts[1], sum(counts))
-
-
-def _differences(degree: int, order: int, divisions: int, blocks: int) -> FloatArray:
-    """Rows (i, block) that make differences of this order, cut into blocks, of n + 1 points."""
-    if order > degree:
-        return np.empty((0, blocks, degree + 1))
-    rows = np.diff(np.eye(degree + 1), order, axis=0)
-    cut = _shares(degree - order, divisions, blocks) @ rows
-    return cut.reshape(-1, blocks, degree + 1)
 
 
 def triangle_deviations(patches: TrianglePatches, divisions: int) -> FloatArray:
@@ -213,12 +152,13 @@ def slack(patches: Patches, along_u: float, along_v: float) -> float:
 
     A coordinate of P − c is right to 5 units in the last place of the largest, a second difference
     of such to 28; cutting takes means of these, of at most 4 times the size, by sums of n + 1
-    products with bases right to 3 n units: 8 (p + q) + 16 in all. Where one product does both, it
-    is a sum of (p + 1)(q + 1) products, whose factors are right to 3 (p + q) + 8 units and at most
-    4 in all: no more than 4 ((p + 1)(q + 1) + 3 (p + q) + 8) + 20 units. The rest is relative.
+    products with bases right to 3 n units: 8 (p + q) + 16 in all. Where one product does both
+    (`service.engine.deviation.products`), it is a sum of (p + 1)(q + 1) products, whose factors are
+    right to 3 (p + q) + 12 units and at most 4 in all: 4 ((p + 1)(q + 1) + 3 (p + q) + 12) + 20
+    units at most. The rest is relative.
     """
     p, q = (patches.degree,) * 2 if isinstance(patches, TrianglePatches) else patches.degree
-    units = ((p + 1) * (q + 1) + 4 * (p + q) + 13) * (p * along_u + q * along_v) ** 2
+    units = ((p + 1) * (q + 1) + 4 * (p + q) + 17) * (p * along_u + q * along_v) ** 2
     if patches.weights is not None:
         units *= 2 * weight_ratio(patches)
     return units * UNIT * across(patches) / 2
@@ -260,13 +200,13 @@ def _cut(net: FloatArray, divisions: tuple[int, int], blocks: tuple[int, int]) -
     planes, rows, columns, count = net.shape
     if blocks == (1, 1):
         return net[:, :, np.newaxis, :, np.newaxis]
-    along_u = _shares(rows - 1, divisions[0], blocks[0]) @ net.reshape(planes, rows, -1)
+    along_u = shares(rows - 1, divisions[0], blocks[0]) @ net.reshape(planes, rows, -1)
     lines = along_u.reshape(-1, columns, count)
-    cut = _shares(columns - 1, divisions[1], blocks[1]) @ lines
+    cut = shares(columns - 1, divisions[1], blocks[1]) @ lines
     return cut.reshape(planes, rows, blocks[0], columns, blocks[1], count)
 
 
-def _shares(degree: int, divisions: int, blocks: int) -> FloatArray:
+def shares(degree: int, divisions: int, blocks: int) -> FloatArray:
     """What the control points of blocks are made of, row (i, block): cached, read-only."""
 
     def build() -> FloatArray:

@@ -17,6 +17,7 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.engine.deviation.bends import blocks_along, grid_bends, slack, triangle_deviations
 from service.engine.deviation.lost import lost
+from service.engine.deviation.products import bend, is_small
 from service.engine.deviation.rounding import STEPS, edge_error, measured_errors, vertex_error
 from service.engine.mesh.filling import SampleRows
 from service.engine.mesh.layout import Block, Layout
@@ -89,6 +90,8 @@ def _bent(patches: Patches, layout: Layout, block: Block) -> FloatArray:
     p, q = patches.degree
     numbers = block.first + block.patches
     apart = layout.extra[numbers] >= 0 if layout.framed else np.zeros(1)
+    if not apart.any() and is_small(patches, (ru, rv)):
+        return bend(patches, (ru, rv)) + slack(patches, 1 / ru, 1 / rv)
     if not apart.any():
         bends = grid_bends(patches, (ru, rv), (blocks_along(ru, p), blocks_along(rv, q)))
         return bends.deviations(1 / ru, 1 / rv) + slack(patches, 1 / ru, 1 / rv)

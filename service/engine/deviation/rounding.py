@@ -50,7 +50,7 @@ def vertex_error(
     float64, right to 12 (p + q + 1) units.
     """
     unit = float(np.finfo(dtype).eps) / 2
-    _, far, near = _sizes(patches, origin)
+    _, far, near = sizes = _sizes(patches, origin)
     terms, degrees = _terms(patches, resolution, normals)
     basis = 12 * (degrees + 1) * UNIT
     if patches.weights is None:
@@ -59,7 +59,7 @@ def vertex_error(
     else:
         # Numerator and denominator, their quotient; the way back from the middle.
         grids = near * ((2 * (terms + 4) + 1) * unit + 2 * basis + 12 * UNIT) + 3 * far * unit
-    edges = _of_edges(patches, degrees, unit, origin)
+    edges = _of_edges(patches, degrees, unit, sizes)
     tiny = (terms + 8) * weight_ratio(patches) * float(np.finfo(dtype).tiny)
     return MARGIN * (grids + edges) + tiny
 
@@ -104,17 +104,19 @@ def measured_errors(
         stored = positions[rows, part].astype(np.float64) + shift
         squares = np.square(stored - points).sum(axis=-1).max(axis=1)
         np.maximum(largest[rows], squares, out=largest[rows])
-    _, far, near = _sizes(patches, origin)
+    _, far, near = sizes = _sizes(patches, origin)
     degrees = 2 * patches.degree if isinstance(patches, TrianglePatches) else sum(patches.degree)
     compared = (28 * (degrees + 2) * near + 2 * far) * UNIT
     unit = float(np.finfo(positions.dtype).eps) / 2
-    edges = _of_edges(patches, degrees, unit, origin)
+    edges = _of_edges(patches, degrees, unit, sizes)
     return MARGIN * (np.sqrt(largest) + compared + edges)
 
 
-def _of_edges(patches: Patches, degrees: int, unit: float, origin: FloatArray) -> float:
+def _of_edges(
+    patches: Patches, degrees: int, unit: float, sizes: tuple[float, float, float]
+) -> float:
     """What samples of edges lose: evaluated in float64 in model coordinates, then stored."""
-    world, far, near = _sizes(patches, origin)
+    world, far, near = sizes
     lost = world * 16 * (degrees + 2) * UNIT + far * (unit + UNIT)
     if patches.weights is not None:
         # The weights of an edge are those of one of its patches, equal but for rounding.

@@ -22,7 +22,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein, samples
-from service.engine.mesh.connectivity import SAME_WEIGHT
+from service.engine.mesh.connectivity import SAME_WEIGHT, Connectivity
 from service.engine.vectors import cross
 from service.surface.batches import TensorPatches
 from service.surface.lowered import PatchModel
@@ -52,17 +52,20 @@ class Closure:
     v: Continuity | None
 
 
-def closure(model: PatchModel, edge: Ints | None = None) -> Closure | None:
+def closure(model: PatchModel, connectivity: Connectivity | None = None) -> Closure | None:
     """How the surface closes; None for patches that are not pieces of one surface.
 
-    `edge` (P, 4) numbers the distinct edges that sides are, where these are known: a surface whose
-    first and last sides are different edges is open.
+    A surface whose first and last sides are different edges is open: the connectivity, where it is
+    known, tells that at once.
     """
     if model.domain is None:
         return None
     (batch,) = model.batches
     if not isinstance(batch, TensorPatches):
         return None
+    if connectivity is not None and not connectivity.is_joined:
+        return Closure(None, None)
+    edge = None if connectivity is None else connectivity.edge
     (p, q), u, v = batch.degree, model.domain.u, model.domain.v
     number = np.arange(batch.count).reshape(len(u) - 1, len(v) - 1)
     found: list[Continuity | None] = []

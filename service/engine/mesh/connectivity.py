@@ -23,7 +23,7 @@ SAME_WEIGHT = 2.0**-44
 factor changes their last digits."""
 
 FEW_POINTS = 40
-"""Up to here all pairs of points are compared sooner than sorted."""
+"""Up to here points are looked up one by one sooner than sorted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +78,11 @@ class Connectivity:
         )
 
     @cached_property
+    def is_joined(self) -> bool:
+        """Whether two sides of any patches are one edge."""
+        return bool((self.users > 1).any())
+
+    @cached_property
     def is_folded(self) -> bool:
         """Whether two sides of a patch are one edge."""
         ordered = np.sort(self.edge, axis=1)
@@ -96,10 +101,11 @@ def equal_points(points: FloatArray) -> Ints:
     """
     found: Ints
     if len(points) <= FEW_POINTS:
-        found = (points[:, None] == points).all(axis=-1).argmax(axis=1)
+        first: dict[tuple[float, ...], int] = {}
+        found = np.array([first.setdefault(tuple(p), k) for k, p in enumerate(points.tolist())])
     else:
-        first, number = distinct_rows(points)
-        found = first[number]
+        leaders, number = distinct_rows(points)
+        found = leaders[number]
     return found
 
 

@@ -210,8 +210,7 @@ class Layout:
         """Whether samples of one patch or of several have places in common."""
         # A triangle has three corners.
         corners = self.connectivity.corner.size - int(np.count_nonzero(self.triangular))
-        shared = bool((self.connectivity.users > 1).any())
-        return shared or self.connectivity.corners < corners or self.has_poles
+        return self.connectivity.is_joined or self.connectivity.corners < corners or self.has_poles
 
     @cached_property
     def places(self) -> Ints:
