@@ -11,6 +11,7 @@ from starlette.types import Message, Receive, Scope, Send
 
 from service.api.workers import Job
 from service.encoders.format import FileFormat
+from service.encoders.pieces import Content, Pieces
 from service.engine.mesh.report import MeshReport
 
 CHUNK = 1 << 19
@@ -51,6 +52,10 @@ _FORBIDDEN = re.compile(r'[/\\:*?"<>|]+')
 class ChunkedResponse(Response):
     """A body of known length, sent in chunks; left out where only its head was asked for."""
 
+    def render(self, content: Any) -> Any:
+        """The body as it is: bytes, or pieces that are not joined."""
+        return content
+
     async def __call__(self, scope: Scope, _receive: Receive, send: Send) -> None:
         """Sends the head, then the body from one buffer without joining or copying the whole."""
         await send(
@@ -59,12 +64,13 @@ class ChunkedResponse(Response):
         await send_pieces(b"" if scope["method"] == "HEAD" else self.body, send)
 
 
-async def send_pieces(body: bytes | memoryview, send: Send) -> None:
+async def send_pieces(body: Content | memoryview, send: Send) -> None:
     """A body piece by piece, none of it copied: the server waits for a slow client after each."""
-    whole = memoryview(body)
-    for start in range(0, len(whole), CHUNK):
-        piece = whole[start : start + CHUNK]
-        await send({"type": "http.response.body", "body": piece, "more_body": True})
+    for content in body if isinstance(body, Pieces) else (body,):
+        whole = memoryview(content)
+        for start in range(0, len(whole), CHUNK):
+            piece = whole[start : start + CHUNK]
+            await send({"type": "http.response.body", "body": piece, "more_body": True})
     await send(_END)
 
 
@@ -100,7 +106,7 @@ def report_headers(report: MeshReport | None) -> dict[str, str]:
 
 
 def file_response(
-    content: bytes, fmt: FileFormat, name: str, headers: Mapping[str, str]
+    content: Content, fmt: FileFormat, name: str, headers: Mapping[str, str]
 ) -> Response:
     """A file; with a name to save it under, unless it is JSON for a program."""
     named = dict(headers)

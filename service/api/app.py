@@ -37,7 +37,7 @@ from service.api.static_files import StaticFiles
 from service.api.workers import Workers
 from service.errors import InvalidSettings
 from service.settings.environment import from_environment
-from service.settings.process import free_at_once, pin_blas
+from service.settings.process import bound_plans, free_at_once, pin_blas
 from service.settings.values import Settings, document_limits, result_limits
 from service.storage.address import InvalidStore, open_store
 from service.storage.store import SurfaceStore
@@ -51,6 +51,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     pin_blas()
     free_at_once()
     settings = settings or from_environment()
+    bound_plans(settings.memory_bytes)
     app = Application(
         title="Surface Service",
         version=__version__,

@@ -35,12 +35,13 @@ class Cache(Generic[Value]):
     """Least-recently-used values by key, at most `capacity` bytes of them.
 
     What is handed out is shared between requests and threads, hence must be read-only. A value
-    larger than an eighth of the capacity is built and given, not kept: one absurd request must not
+    larger than 1/`share` of the capacity is built and given, not kept: one absurd request must not
     empty the cache for the others. Threads that ask for the same key at once build it once.
     """
 
-    def __init__(self, capacity: int) -> None:
+    def __init__(self, capacity: int, share: int = 8) -> None:
         self.capacity = capacity
+        self._share = share
         self.hits = self.misses = 0
         self._values: OrderedDict[Hashable, Value] = OrderedDict()
         self._builds: dict[Hashable, _Build] = {}
@@ -82,7 +83,7 @@ class Cache(Generic[Value]):
             self._bytes = 0
 
     def _keep(self, key: Hashable, value: Value | None) -> None:
-        if value is None or value.nbytes > self.capacity // 8:
+        if value is None or value.nbytes > self.capacity // self._share:
             return
         replaced = self._values.pop(key, None)
         self._bytes += value.nbytes - (0 if replaced is None else replaced.nbytes)
@@ -138,5 +139,5 @@ def derived(sources: tuple[NDArray[Any], ...], name: Hashable, build: Callable[[
     return cast(Made, found.value)
 
 
-MESH_PLANS: Cache[Sized] = Cache(64 << 20)
+MESH_PLANS: Cache[Sized] = Cache(256 << 20, share=4)
 """What depends on connectivity, resolution and options alone: layouts, welds, faces of meshes."""

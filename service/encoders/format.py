@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Literal, TypeAlias
 
+from service.encoders.pieces import Content
 from service.engine.mesh.mesh import Mesh, Overlay
 from service.engine.scenes.scene import Scene, flattened
 from service.surface.batches import ChannelKind
@@ -89,7 +90,8 @@ class Format(FileFormat):
     nothing else takes any, so that the bound is exact where their number is. A format that writes
     fewer digits than positions have has `coarseness`: how far from its place it may put a vertex.
     `reads` names the fields of `EncodeOptions` that concern the format; where others are given, the
-    `COMPACT` ones are refused and the rest ignored.
+    `COMPACT` ones are refused and the rest ignored. `encode_pieces` gives the same file, a long one
+    without copying its arrays.
     """
 
     quads: bool
@@ -103,6 +105,7 @@ class Format(FileFormat):
     fixed: bool = False
     coarseness: Callable[[Mesh, EncodeOptions], float] | None = None
     reads: frozenset[str] = frozenset()
+    encode_pieces: Callable[[Mesh, EncodeOptions], Content] | None = None
 
     @property
     def ignored(self) -> frozenset[str]:
@@ -115,10 +118,10 @@ class Format(FileFormat):
         """Whether it can hold whole numbers, and compressed ones."""
         return self.reads >= COMPACT
 
-    def write(self, made: Mesh | Scene, options: EncodeOptions) -> bytes:
+    def write(self, made: Mesh | Scene, options: EncodeOptions) -> Content:
         """The file of a mesh, or of a scene: as one mesh where the format has no nodes."""
         if isinstance(made, Mesh):
-            return self.encode(made, options)
+            return (self.encode_pieces or self.encode)(made, options)
         if self.encode_scene is None:
             return self.encode(flattened(made), options)
         return self.encode_scene(made, options)

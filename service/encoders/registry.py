@@ -27,6 +27,7 @@ FORMATS: tuple[Format, ...] = (
         quads=False,
         overlays=True,
         encode=gltf.encode_glb,
+        encode_pieces=gltf.glb_pieces,
         byte_bound=gltf_sizes.glb_byte_bound,
         encode_scene=gltf_scene.encode_glb_scene,
         carries=EVERYTHING,

@@ -6,6 +6,7 @@ from math import inf
 from typing import TYPE_CHECKING, TypeAlias
 
 from service.encoders.format import MeshSize
+from service.encoders.pieces import Content
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.aims import diagonal_of, goal_of, stated
 from service.engine.adaptive.budget import Attempt, nearest_within
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 AnyMesh: TypeAlias = Mesh | Scene
 Build: TypeAlias = Callable[[Accuracy, float | None], AnyMesh]
-Encode: TypeAlias = Callable[[AnyMesh], bytes]
+Encode: TypeAlias = Callable[[AnyMesh], Content]
 
 ATTEMPTS = 3
 """Meshes as costly as can be that a search may make; nearly all that it makes cost less."""
@@ -103,7 +104,7 @@ class AdaptiveMesher:
 
 def build_within_budget(
     work: "MeshWork", model: Model, options: MeshOptions, accuracy: Accuracy
-) -> tuple[AnyMesh, bytes]:
+) -> tuple[AnyMesh, Content]:
     """The mesh of the least certified deviation that the budget allows, and its file."""
     finest = (FINEST_SINGLE if work.fmt.single else FINEST) * diagonal_of(model)
     effort = Effort(EFFORT * work.limits.max_multiplications)
@@ -113,7 +114,7 @@ def build_within_budget(
 
 def search_budget(
     build: Build, encode: Encode, accuracy: Accuracy, finest: float, effort: Effort
-) -> tuple[AnyMesh, bytes]:
+) -> tuple[AnyMesh, Content]:
     """Searches the tolerance of the nearest mesh within a budget.
 
     A finer tolerance than `finest`, in model units, is not tried. Of the `effort`, all of which the
@@ -128,7 +129,7 @@ def search_budget(
     """
     most = effort.whole / ATTEMPTS
 
-    def tried(allowed: Accuracy, tolerance: float) -> Attempt[tuple[AnyMesh, bytes]]:
+    def tried(allowed: Accuracy, tolerance: float) -> Attempt[tuple[AnyMesh, Content]]:
         before = effort.spent
         mesh = build(allowed, tolerance)
         content = encode(mesh)
@@ -143,7 +144,7 @@ def search_budget(
     _check_budget("/max_triangles", "triangles", mesh.report.triangles, accuracy.max_triangles)
     _check_budget("/max_bytes", "bytes", len(content), accuracy.max_bytes)
 
-    def attempt(tolerance: float) -> Attempt[tuple[AnyMesh, bytes]] | None:
+    def attempt(tolerance: float) -> Attempt[tuple[AnyMesh, Content]] | None:
         effort.allow(most)
         try:
             return tried(accuracy, tolerance)
@@ -168,7 +169,7 @@ def check_mesh(mesh: AnyMesh, work: "MeshWork", accuracy: Accuracy) -> None:
     check_bytes(work.fmt.byte_bound(size, work.encode), work.fmt, work.limits, where)
 
 
-def check_content(content: bytes, accuracy: Accuracy | None) -> None:
+def check_content(content: Content, accuracy: Accuracy | None) -> None:
     """Refuses a file that is larger than it was to be."""
     most = None if accuracy is None else accuracy.max_bytes
     if most is not None and len(content) > most:
@@ -212,7 +213,7 @@ def _too_many_bytes(got: str, most: int) -> Issue:
     return Issue("too_many_bytes", message, "/max_bytes", got, f"at most {most}")
 
 
-def _budget_share(mesh: AnyMesh, content: bytes, budget: Accuracy) -> float:
+def _budget_share(mesh: AnyMesh, content: Content, budget: Accuracy) -> float:
     """The larger share of what a budget allows."""
     counts = (mesh.report.triangles, budget.max_triangles), (len(content), budget.max_bytes)
     return max(count / most for count, most in counts if most is not None)

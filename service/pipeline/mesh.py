@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
+from service.encoders.pieces import Content
 from service.engine.build import build, build_scene, lines_of
 from service.engine.curvatures.stretches import with_stretches
 from service.engine.deviation.bound import largest
@@ -39,7 +40,7 @@ PLAIN = EncodeOptions()
 class Answer:
     """A file, the name of what is in it, and the report on the mesh: exact patches have none."""
 
-    content: bytes
+    content: Content
     report: MeshReport | None
     name: str
 
@@ -122,7 +123,7 @@ class MeshWork:
             mesh = build_mesh(model, options, self.fmt)
         return gridded(mesh, model, options) if self.encode.quantize else mesh
 
-    def encode_mesh(self, mesh: Mesh | Scene) -> bytes:
+    def encode_mesh(self, mesh: Mesh | Scene) -> Content:
         """The mesh as a file."""
         checkpoint()
         return self.fmt.write(mesh, self.encode)
@@ -202,7 +203,7 @@ def render(
     limits: Limits = DEFAULT_LIMITS,
 ) -> bytes:
     """The surface as a file; raises what `plan_mesh` and the work raise."""
-    return plan_mesh(surface, options, fmt, encode, limits).run().content
+    return bytes(plan_mesh(surface, options, fmt, encode, limits).run().content)
 
 
 def encode_options(wanted: MeshOptionFields) -> EncodeOptions:

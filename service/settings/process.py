@@ -10,8 +10,13 @@ from pathlib import Path, PurePosixPath
 import numpy as np  # noqa: F401  (its BLAS must be loaded before it can be told anything)
 from threadpoolctl import threadpool_limits
 
+from service.bases.cache import MESH_PLANS
+
 LEAST = 1 << 24
 """Bytes below which the service answers hardly anything."""
+
+PLANS = 256 << 20
+"""Bytes at most of the plans of meshes: enough for a dozen of a million vertices."""
 
 M_MMAP_THRESHOLD = -3
 """Number of the parameter in glibc's `malloc.h`."""
@@ -42,6 +47,11 @@ def free_at_once() -> None:
     """
     if platform.libc_ver()[0] == "glibc":
         ctypes.CDLL(None).mallopt(M_MMAP_THRESHOLD, OWN_PAGES)
+
+
+def bound_plans(memory: int) -> None:
+    """Lets plans of meshes take 1/8 of this memory in bytes, and at most `PLANS`."""
+    MESH_PLANS.capacity = min(memory // 8, PLANS)
 
 
 def give_back() -> None:

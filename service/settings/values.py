@@ -116,7 +116,8 @@ class Settings(BaseModel):
         le=1 << 45,
         description="Memory for all that is under way together: bodies, surfaces, meshes, answers "
         "not yet sent, and what is kept of answers. What would take more is refused beforehand. "
-        "The process itself takes some 120 MB beside it. Left out, it is half of what the machine, "
+        "The process itself takes some 120 MB beside it, and what is planned for meshes at most "
+        "1/8 of it or 256 MB. Left out, it is half of what the machine, "
         "or the container, has.",
     )
     cache_bytes: Bytes = Field(

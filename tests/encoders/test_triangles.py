@@ -21,7 +21,7 @@ def test_geomview_dices_the_very_sphere(tmp_path: Path) -> None:
     work = plan_mesh(
         find("octahedral-sphere").surface(), MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez")
     )
-    read = read_oogl(work.run().content, tmp_path)
+    read = read_oogl(bytes(work.run().content), tmp_path)
     # Eight patches of 10 × 10 points each, single precision.
     assert len(read.vertices) == 800
     assert np.abs(np.linalg.norm(read.vertices, axis=1) - 1).max() < 1e-6
@@ -33,7 +33,7 @@ def test_the_exact_form_ends_at_degree_12(degree: int, refused: bool, tmp_path: 
     surface = TriangleSurface(net)
     work = plan_mesh(surface, MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
     if not refused:
-        assert len(read_oogl(work.run().content, tmp_path).vertices) == 100
+        assert len(read_oogl(bytes(work.run().content), tmp_path).vertices) == 100
         return
     with pytest.raises(UnsupportedByFormat) as caught:
         work.run()

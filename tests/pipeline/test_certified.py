@@ -67,7 +67,7 @@ def arrived(content: bytes, name: str) -> Array:
 def test_every_example_is_as_near_as_it_was_asked_for(example: str) -> None:
     surface = find(example).surface()
     answer = plan_mesh(surface, by(relative_tolerance=0.02), BY_NAME["json"]).run()
-    document = json.loads(answer.content)
+    document = json.loads(bytes(answer.content))
     points = np.array(document["vertices"])
     report = answer.report
     assert report is not None
@@ -90,12 +90,12 @@ def test_every_format_has_the_mesh(example: str, fmt: Format) -> None:
     surface, options = find(example).surface(), by(relative_tolerance=0.05)
     work = plan_mesh(surface, options, fmt)
     answer = work.run()
-    assert answer.content == render(surface, options, fmt)
+    assert bytes(answer.content) == render(surface, options, fmt)
     assert answer.report is not None
     made = built(work)
-    assert len(answer.content) <= fmt.byte_bound(counted(made, work.stored), EncodeOptions())
+    assert len(bytes(answer.content)) <= fmt.byte_bound(counted(made, work.stored), EncodeOptions())
     if fmt.name in {"glb", "stl", "ply", "off", "obj"}:
-        assert len(arrived(answer.content, fmt.name)) == answer.report.triangles
+        assert len(arrived(bytes(answer.content), fmt.name)) == answer.report.triangles
 
 
 def true_deviation(surface: Surface, corners: Array) -> float:
@@ -114,10 +114,10 @@ def test_what_is_written_is_what_is_certified(name: str, far: float) -> None:
     assert bound is not None
     assert bound <= tolerance
     if name == "json":
-        document = json.loads(answer.content)
+        document = json.loads(bytes(answer.content))
         corners = np.array(document["vertices"])[np.array(document["faces"])]
     else:
-        corners = arrived(answer.content, name)
+        corners = arrived(bytes(answer.content), name)
     found = true_deviation(surface, corners)
     assert found <= bound
     assert found > bound / 4
@@ -141,7 +141,7 @@ def test_copies_are_as_near_as_their_placement_leaves_them(name: str) -> None:
     bound = answer.report.deviation_bound
     assert bound is not None
     assert bound <= 0.05
-    corners = arrived(answer.content, name)
+    corners = arrived(bytes(answer.content), name)
     worst = 0.0
     for member in STRETCHED.members:
         (sheet,) = sheets_of(member.surface)
@@ -302,7 +302,7 @@ def test_a_far_copy_in_stl_is_rounded_after_it_was_placed() -> None:
     group = copies(Member(BezierSurface(WAVES), matrix=far))
     assert refusal(group, by(tolerance=0.001), "stl") == [("tolerance_too_small", "/tolerance")]
     answer = plan_mesh(group, by(tolerance=0.05), BY_NAME["stl"]).run()
-    found = true_deviation(BezierSurface(WAVES + 1e5), arrived(answer.content, "stl"))
+    found = true_deviation(BezierSurface(WAVES + 1e5), arrived(bytes(answer.content), "stl"))
     assert answer.report is not None
     assert answer.report.deviation_bound is not None
     assert found <= answer.report.deviation_bound <= 0.05

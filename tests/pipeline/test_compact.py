@@ -60,7 +60,7 @@ def test_the_bound_is_that_of_what_is_stored(options: MeshOptions) -> None:
     answer = plan_mesh(surface, options, GLB, FORMS["both"]).run()
     assert answer.report is not None
     assert plain.report is not None
-    gltf = read_glb(answer.content)
+    gltf = read_glb(bytes(answer.content))
     bound = gltf.document["asset"]["extras"]["report"]["deviation_bound"]
     assert bound == answer.report.deviation_bound
     assert bound is not None
@@ -87,7 +87,7 @@ def test_near_what_the_grid_takes_a_tolerance_still_holds_and_below_it_is_refuse
     bound = answer.report.deviation_bound
     assert bound is not None
     assert bound <= 2.2 * moved
-    gltf = read_glb(answer.content)
+    gltf = read_glb(bytes(answer.content))
     found = surface_to_mesh(sheets_of(surface.lower()), corners(gltf), 400)
     assert found.distance <= bound
     for tolerance in (1.9 * moved, 0.5 * moved):
@@ -164,7 +164,7 @@ def test_triangles_smaller_than_the_grid_stay_and_the_mesh_is_closed() -> None:
     answer = work.run()
     assert answer.report is not None
     assert answer.report.watertight
-    shapes = corners(read_glb(answer.content))
+    shapes = corners(read_glb(bytes(answer.content)))
     assert len(shapes) == answer.report.triangles
     assert (shapes[:, 0] == shapes[:, 1]).all(axis=1).any()
 

@@ -250,7 +250,7 @@ def test_the_bound_of_a_file_of_six_digits_holds_for_what_is_written() -> None:
         answer = plan_mesh(surface, options, BY_NAME["oogl"], EncodeOptions(form)).run()
         assert answer.report is not None
         assert answer.report.deviation_bound is not None
-        bounds[form], files[form] = answer.report.deviation_bound, answer.content
+        bounds[form], files[form] = answer.report.deviation_bound, bytes(answer.content)
     exact = build_mesh(surface.lower(), options, BY_NAME["oogl"]).report.deviation_bound
     assert bounds["mesh"] == bounds["off"] == exact
     assert files[None] == files["cquad"]

@@ -74,7 +74,8 @@ def compact(title: str, model: PatchModel, options: MeshOptions) -> None:
     mesh = build_mesh(model, options, GLB)
 
     def write(form: EncodeOptions) -> bytes:
-        return GLB.write(gridded(mesh, model, options) if form.quantize else mesh, form)
+        made = GLB.write(gridded(mesh, model, options) if form.quantize else mesh, form)
+        return bytes(made)
 
     writers = {name: partial(write, form) for name, form in FORMS.items()}
     files = {name: writer() for name, writer in writers.items()}

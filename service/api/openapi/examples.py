@@ -17,7 +17,7 @@ from service.encoders.text import json_text
 from service.pipeline.curve import plan_curve
 from service.pipeline.documents import plan_conversion
 from service.pipeline.estimate import estimate_object, plan_estimate
-from service.pipeline.mesh import encode_options, plan_mesh
+from service.pipeline.mesh import encode_options, render
 from service.pipeline.points import plan_points
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
@@ -51,7 +51,7 @@ _NOW = 1_799_996_400
 
 
 def _mesh(wanted: MeshRequest) -> bytes:
-    return plan_mesh(wanted.to_surface(), wanted.mesh_options(), BY_NAME["json"]).run().content
+    return render(wanted.to_surface(), wanted.mesh_options(), BY_NAME["json"])
 
 
 def _estimate(wanted: MeshRequest) -> bytes:

@@ -182,7 +182,7 @@ async def _make(services: Services, counters: RequestCounters, asked: Asked, job
         ),
         **report_headers(answer.report),
     }
-    entry = Entry(subject, answer.content, described, services.origins.always)
+    entry = Entry(subject, bytes(answer.content), described, services.origins.always)
     answers.put(entry, age)
     return Made(entry, job.timing)
 

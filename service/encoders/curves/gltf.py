@@ -25,7 +25,7 @@ POINT_BYTES = 12 + 12 + 4 + 4
 
 def encode_glb(line: Polyline) -> bytes:
     """The binary form."""
-    return binary(*_document(line))
+    return bytes(binary(*_document(line)))
 
 
 def encode_gltf(line: Polyline) -> bytes:

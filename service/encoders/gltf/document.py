@@ -15,6 +15,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt, quantized
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject, Packed
 from service.encoders.gltf.materials import LINE_MATERIAL, UNLIT
+from service.encoders.pieces import Content, joined
 from service.encoders.text import json_text
 
 GENERATOR = "Surface Service"
@@ -73,7 +74,7 @@ def whole(
     return {key: value for key, value in document.items() if value != []}, packed
 
 
-def binary(document: JsonObject, buffer: Packed) -> bytes:
+def binary(document: JsonObject, buffer: Packed) -> Content:
     """The file of a document and its buffer, as header and chunks."""
     length = buffer.length
     if length:
@@ -81,13 +82,13 @@ def binary(document: JsonObject, buffer: Packed) -> bytes:
     return assembled(json_text(document), buffer.chunks, length)
 
 
-def assembled(text: bytes, chunks: Iterable[memoryview | bytes], length: int) -> bytes:
+def assembled(text: bytes, chunks: Iterable[memoryview | bytes], length: int) -> Content:
     """The binary file of a document's text and of a buffer of `length` bytes (4.4)."""
     text += b" " * (-len(text) % 4)
     binary_head = struct.pack("<II", length, CHUNK_BIN) if length else b""
     total = 12 + 8 + len(text) + len(binary_head) + length
     head = struct.pack("<5I", GLB_MAGIC, GLB_VERSION, total, len(text), CHUNK_JSON)
-    return b"".join((head, text, binary_head, *chunks))
+    return joined((head + text + binary_head, *chunks), total)
 
 
 def textual(document: JsonObject, buffer: Packed) -> bytes:

@@ -16,11 +16,23 @@ from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, binary, textual, 
 from service.encoders.gltf.primitives import pieces
 from service.encoders.gltf.quantized import grid_place
 from service.encoders.gltf.templates import planned_glb
+from service.encoders.pieces import Content
 from service.engine.mesh.mesh import Mesh
 
 
 def encode_glb(mesh: Mesh, options: EncodeOptions) -> bytes:
     """The binary form.
+
+    Raises
+    ------
+    UnsupportedByFormat
+        If the mesh holds quads.
+    """
+    return bytes(glb_pieces(mesh, options))
+
+
+def glb_pieces(mesh: Mesh, options: EncodeOptions) -> Content:
+    """The binary form; a long one as pieces, the arrays of the mesh among them.
 
     Raises
     ------

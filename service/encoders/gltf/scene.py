@@ -33,7 +33,7 @@ rounding leaves 1e-16."""
 
 def encode_glb_scene(scene: Scene, options: EncodeOptions) -> bytes:
     """The binary form; raises `UnsupportedByFormat` if a mesh holds quads."""
-    return binary(*_Document(scene, options).finished())
+    return bytes(binary(*_Document(scene, options).finished()))
 
 
 def encode_gltf_scene(scene: Scene, options: EncodeOptions) -> bytes:

@@ -16,6 +16,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.gltf.columns import Columns, plain_columns
 from service.encoders.gltf.document import File, assembled
 from service.encoders.gltf.primitives import split_parts
+from service.encoders.pieces import Content
 from service.encoders.text import json_text
 from service.engine.extent import extent
 from service.engine.mesh.mesh import Mesh
@@ -50,7 +51,7 @@ class Template:
         rows = sum(own.nbytes for own, _ in self.pieces if not isinstance(own, slice))
         return sum(map(len, self.text)) + sum(len(each) for _, each in self.pieces) + rows
 
-    def fill(self, mesh: Mesh, columns: Columns) -> bytes:
+    def fill(self, mesh: Mesh, columns: Columns) -> Content:
         """The file of a mesh with these attributes."""
         values = {b"report": json_text(report_object(mesh.report, mesh.parts))}
         values[b"origin"] = json_text(mesh.origin.tolist())
@@ -66,7 +67,7 @@ class Template:
         return assembled(b"".join(text), chunks, self.length)
 
 
-def planned_glb(mesh: Mesh, options: EncodeOptions, document: Callable[[], File]) -> bytes | None:
+def planned_glb(mesh: Mesh, options: EncodeOptions, document: Callable[[], File]) -> Content | None:
     """The binary form of a mesh whose faces are those of a plan; None of any other mesh.
 
     `document` makes the document and the buffer of the mesh, for a template that is not there yet.

@@ -128,7 +128,7 @@ def test_copies_of_a_group_stand_where_they_did(tmp_path: Path) -> None:
     group = GroupSurface((Member(BezierSurface(NET), name="a"), copy))
     options = MeshOptions((3, 3), overlays=("control_net",))
     work = plan_mesh(group, options, BY_NAME["glb"], QUANTIZED)
-    content = work.run().content
+    content = bytes(work.run().content)
     assert issues(content, tmp_path / "model.glb") == []
     small, plain = read_glb(content), read_glb(render(group, options, BY_NAME["glb"]))
     for name in ("a", "b"):

@@ -28,6 +28,12 @@ MODELS = [
 ]
 
 
+@pytest.fixture(autouse=True)
+def _room_for_plans(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever applications of other tests have set."""
+    monkeypatch.setattr(MESH_PLANS, "capacity", 64 << 20)
+
+
 def forget_plans() -> None:
     """The next mesh makes its plan anew."""
     MESH_PLANS.clear()
