@@ -187,15 +187,16 @@ def test_blas_is_pinned() -> None:
 RESIDENT = """
 import numpy as np
 from pathlib import Path
-from service.settings.process import free_at_once
+from service.settings.process import give_back, share_heap
 
-free_at_once()
+share_heap()
 resident = lambda: int(Path("/proc/self/statm").read_text().split()[1]) * 4096
 # Freeing a large block is what would raise the threshold, if it were not set.
 np.ones(1 << 21).sum()
 before = resident()
 kept = [np.ones(1 << (10 if k % 2 else 17)) for k in range(128)]
 kept = kept[1::2]
+give_back()
 print(resident() - before)
 """
 

@@ -21,7 +21,7 @@ from service.engine.options import MeshOptions, OverlayName
 from service.errors import SurfaceError
 from service.pipeline.cost import lowering_memory
 from service.pipeline.mesh import plan_mesh
-from service.settings.process import free_at_once, pin_blas
+from service.settings.process import pin_blas, share_heap
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
@@ -138,7 +138,7 @@ def traced(name: str, surface: Surface) -> Iterator[Measured]:
 def resident(name: str, divisions: int, fmt: str) -> Measured:
     """A large mesh, made in this process, which did nothing before."""
     pin_blas()
-    free_at_once()
+    share_heap()
     surface, options = surfaces()[name], MeshOptions((divisions, divisions))
     plan_mesh(surface, MeshOptions((2, 2)), BY_NAME[fmt]).run()
     before = resident_memory()

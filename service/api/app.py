@@ -37,7 +37,7 @@ from service.api.static_files import StaticFiles
 from service.api.workers import Workers
 from service.errors import InvalidSettings
 from service.settings.environment import from_environment
-from service.settings.process import bound_plans, free_at_once, pin_blas
+from service.settings.process import bound_plans, pin_blas, share_heap
 from service.settings.values import Settings, document_limits, result_limits
 from service.storage.address import InvalidStore, open_store
 from service.storage.store import SurfaceStore
@@ -49,7 +49,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     `log` takes the lines about requests, of which there are none without it.
     """
     pin_blas()
-    free_at_once()
+    share_heap()
     settings = settings or from_environment()
     bound_plans(settings.memory_bytes)
     app = Application(

@@ -18,11 +18,14 @@ LEAST = 1 << 24
 PLANS = 256 << 20
 """Bytes at most of the plans of meshes: enough for a dozen of a million vertices."""
 
-M_MMAP_THRESHOLD = -3
-"""Number of the parameter in glibc's `malloc.h`."""
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
+"""Numbers of the parameters in glibc's `malloc.h`."""
 
-OWN_PAGES = 1 << 18
+OWN_PAGES = 1 << 22
 """Bytes from which a block of memory has pages of its own, which it gives back when it is freed."""
+
+KEPT = 1 << 26
+"""Bytes that the heap keeps."""
 
 
 def pin_blas() -> None:
@@ -34,19 +37,23 @@ def pin_blas() -> None:
     threadpool_limits(limits=1, user_api="blas")
 
 
-def free_at_once() -> None:
-    """Makes large arrays give their memory back to the system when they are freed.
+def share_heap() -> None:
+    """Makes all threads use one heap, and lets it keep up to `KEPT` bytes that are free at its end.
 
-    By itself glibc takes ever larger blocks, up to 32 MiB, from heaps that shrink only at their
-    ends: after a few large meshes on two threads 470 MB were resident where now 120 are. Fresh
-    pages cost large meshes up to a fifth of their time. Elsewhere than on glibc nothing is done.
+    By itself glibc has a heap for each thread, in which ever larger blocks lie: after a few large
+    meshes on two threads 420 MB were resident where now 280 are, and 250 when `give_back` has been
+    called. If every large block had pages of its own, the system would zero them for each mesh
+    anew, which takes up to twice as long as the mesh. Elsewhere than on glibc nothing is done.
 
     References
     ----------
-    mallopt(3): the threshold adjusts itself unless it is set.
+    mallopt(3): the first two adjust themselves unless they are set.
     """
     if platform.libc_ver()[0] == "glibc":
-        ctypes.CDLL(None).mallopt(M_MMAP_THRESHOLD, OWN_PAGES)
+        libc = ctypes.CDLL(None)
+        libc.mallopt(M_MMAP_THRESHOLD, OWN_PAGES)
+        libc.mallopt(M_TRIM_THRESHOLD, KEPT)
+        libc.mallopt(M_ARENA_MAX, 1)
 
 
 def bound_plans(memory: int) -> None:
