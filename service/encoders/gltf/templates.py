@@ -36,20 +36,20 @@ class Template:
     text : tuple of bytes
         The document: text, the name of a value, text, and so on.
     pieces : tuple of (rows, indices)
-        For each primitive its vertices, and the bytes of its triangles.
+        For each primitive its vertices, and the bytes of its triangles and behind them.
     length : int
         Bytes of the buffer.
     """
 
     text: tuple[bytes, ...]
-    pieces: tuple[tuple[Ints | slice, bytes], ...]
+    pieces: tuple[tuple[Ints | slice, list[bytes | memoryview]], ...]
     length: int
 
     @property
     def nbytes(self) -> int:
         """Bytes held."""
         rows = sum(own.nbytes for own, _ in self.pieces if not isinstance(own, slice))
-        return sum(map(len, self.text)) + sum(len(each) for _, each in self.pieces) + rows
+        return sum(map(len, self.text)) + sum(len(each) for _, indices in self.pieces for each in indices) + rows
 
     def fill(self, mesh: Mesh, columns: Columns) -> Content:
         """The file of a mesh with these attributes."""
@@ -61,7 +61,7 @@ class Template:
             for name, bound in zip((b"low", b"high"), extent(mine["POSITION"]), strict=True):
                 values[b"%s%d" % (name, number)] = json_text(bound.tolist())
             chunks += (array.data.cast("B") for array in mine.values())
-            chunks.append(indices)
+            chunks += indices
         text = list(self.text)
         text[1::2] = [values[name] for name in text[1::2]]
         return assembled(b"".join(text), chunks, self.length)
@@ -109,7 +109,7 @@ def _template(mesh: Mesh, columns: int, file: File) -> Template:
     # Of each primitive the attributes come first; then its indices, and what fills them up.
     stride = 2 * (columns + 1)
     ends = range(stride, len(own) * stride + 1, stride)
-    indices = [b"".join(buffer.chunks[end - 2 : end]) for end in ends]
+    indices = [buffer.chunks[end - 2 : end] for end in ends]
     expected = 1 + 2 * len(own) + (len(own) if mesh.origin.any() else 0)
     pieces = tuple(zip(own, indices, strict=True)) if len(text) == 2 * expected + 1 else ()
     return Template(tuple(text), pieces, buffer.length)

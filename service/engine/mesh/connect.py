@@ -107,12 +107,20 @@ def _plain_columns(batch: Patches, domain: Domain) -> int:
 
 
 def _canonical(points: FloatArray) -> tuple[FloatArray, Bools]:
-    """Edges in the direction in which their numbers come first in dictionary order."""
-    backward = points[:, ::-1]
-    rows, turned = points.reshape(len(points), -1), backward.reshape(len(points), -1)
-    at = np.arange(len(rows)), (rows != turned).argmax(axis=1)
-    turn = rows[at] > turned[at]
-    return np.where(turn[:, None, None], backward, points), turn
+    """Edges (E, n+1, d) in the direction in which their numbers come first in dictionary order.
+
+    Written over them; and which were turned. For most edges their first numbers decide.
+    """
+    first, last = points[:, 0, 0], points[:, -1, 0]
+    turn = first > last
+    tied = np.flatnonzero(first == last)
+    if len(tied):
+        own = points[tied]
+        rows, turned = own.reshape(len(own), -1), own[:, ::-1].reshape(len(own), -1)
+        at = np.arange(len(rows)), (rows != turned).argmax(axis=1)
+        turn[tied] = rows[at] > turned[at]
+    points[turn] = points[turn, ::-1]
+    return points, turn
 
 
 @lru_cache(maxsize=256)
