@@ -49,7 +49,11 @@ class Template:
     def nbytes(self) -> int:
         """Bytes held."""
         rows = sum(own.nbytes for own, _ in self.pieces if not isinstance(own, slice))
-        return sum(map(len, self.text)) + sum(len(each) for _, indices in self.pieces for each in indices) + rows
+        return (
+            sum(map(len, self.text))
+            + sum(len(each) for _, indices in self.pieces for each in indices)
+            + rows
+        )
 
     def fill(self, mesh: Mesh, columns: Columns) -> Content:
         """The file of a mesh with these attributes."""

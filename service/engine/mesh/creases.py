@@ -25,18 +25,34 @@ class Averages:
         All others.
     slot : ndarray of int, shape (n,)
         The group of each member.
+    pairs : int
+        The first groups and members, this many, are those of one member.
     """
 
     leaders: Ints
     members: Ints
     slot: Ints
+    pairs: int
 
     @staticmethod
-    def of(leader: Ints) -> "Averages":
-        """The groups of samples of which `leader` (N,) names the first one."""
-        members = np.flatnonzero(leader != np.arange(len(leader)))
-        first, slot = np.unique(leader[members], return_inverse=True)
-        return Averages(first, members, slot)
+    def of(leader: Ints, members: Ints | None = None) -> "Averages":
+        """The groups of samples of which `leader` (N,) names the first one.
+
+        `members` are those that have another leader than themselves, where they are known.
+        """
+        if members is None:
+            members = np.flatnonzero(leader != np.arange(len(leader)))
+        first, slot, counts = np.unique(leader[members], return_inverse=True, return_counts=True)
+        paired = counts == 1
+        pairs = int(np.count_nonzero(paired))
+        number = np.empty(len(first), np.intp)
+        number[paired], number[~paired] = np.arange(pairs), np.arange(pairs, len(first))
+        order = np.argsort(~paired[slot], kind="stable")
+        members, slot = members[order], number[slot[order]]
+        # Of pairs the groups are in the order of their members.
+        first = np.concatenate([first[paired][slot[:pairs]], first[~paired]])
+        slot[:pairs] = np.arange(pairs)
+        return Averages(first, members, slot, pairs)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -104,9 +120,12 @@ def mean_normals(normals: RealArray, averages: Averages) -> FloatArray:
     """
     first = normals.take(averages.leaders, axis=0).astype(np.float64)
     own = normals.take(averages.members, axis=0).astype(np.float64)
-    total = np.empty((3, len(first)))
-    for axis in range(3):
-        total[axis] = np.bincount(averages.slot, own[:, axis], len(first))
+    pairs, total = averages.pairs, np.empty((3, len(first)))
+    np.add(own[:pairs].T, 0.0, out=total[:, :pairs])  # turns −0 into 0
+    if pairs < len(first):
+        slot = averages.slot[pairs:] - pairs
+        for axis in range(3):
+            total[axis, pairs:] = np.bincount(slot, own[pairs:, axis])
     total += first.T
     squares = total * total
     length = np.sqrt(squares[0] + squares[1] + squares[2])

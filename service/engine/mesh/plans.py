@@ -145,12 +145,9 @@ def _means(welding: Welding, leader: Ints) -> tuple[Averages, Ints] | None:
     vertex = np.minimum(vertex, len(welding.samples) - 1)
     there = welding.samples[vertex] == averages.leaders
     if not there.all():
-        kept = there[averages.slot]
-        number = np.cumsum(there) - 1
-        averages = Averages(
-            averages.leaders[there], averages.members[kept], number[averages.slot[kept]]
-        )
-    return (averages, vertex[there]) if len(averages.leaders) else None
+        averages = Averages.of(leader, np.sort(averages.members[there[averages.slot]]))
+        vertex = np.searchsorted(welding.samples, averages.leaders)
+    return (averages, vertex) if len(averages.leaders) else None
 
 
 def _used(layout: Layout, kind: Faces) -> Ints:
