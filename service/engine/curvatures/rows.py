@@ -17,7 +17,8 @@ from service.engine.curvatures.forms import curvatures_of
 from service.engine.curvatures.grids import Chunk, grid_partials, triangle_partials
 from service.engine.curvatures.ranges import NAMES
 from service.engine.mesh.channels import ChannelRows
-from service.engine.mesh.layout import Block, Layout
+from service.engine.mesh.layout import Layout
+from service.engine.mesh.runs import Block
 from service.engine.points.answer import near_poles
 from service.engine.scenes.scene import placed_points
 from service.engine.scratch import Real

@@ -20,7 +20,8 @@ from service.engine.deviation.lost import lost
 from service.engine.deviation.products import bend, is_small
 from service.engine.deviation.rounding import STEPS, edge_error, measured_errors, vertex_error
 from service.engine.mesh.filling import SampleRows
-from service.engine.mesh.layout import Block, Layout
+from service.engine.mesh.layout import Layout
+from service.engine.mesh.runs import Block
 from service.engine.mesh.seams import Seams
 from service.engine.options import MeshOptions
 from service.engine.scratch import Real

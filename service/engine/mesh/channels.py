@@ -19,7 +19,8 @@ from service.bases.triangle import row_starts
 from service.bases.triangle_basis import evaluate_triangles
 from service.engine.clustering import leaders
 from service.engine.extent import extent
-from service.engine.mesh.layout import Block, Layout
+from service.engine.mesh.layout import Layout
+from service.engine.mesh.runs import Block
 from service.engine.scratch import Real
 from service.surface.batches import Channel, ChannelKind
 from service.surface.lowered import Domain, PatchModel

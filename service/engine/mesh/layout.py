@@ -6,52 +6,20 @@ the two numbers of divisions. Where a neighbour divides a shared edge more finel
 at the end.
 """
 
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from service.bases import triangle
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import Bools, Ints
 from service.bases.cache import MESH_PLANS
 from service.bases.distinct import distinct_rows
 from service.engine.mesh.connectivity import Connectivity
 from service.engine.mesh.creases import Averages
 from service.engine.mesh.patterns import AnyShape, Shape, TriangleShape
-from service.surface.batches import Patches
-from service.surface.sides import BEGINS, ENDS, along_sides
-
-_NONE: Ints = np.empty(0, dtype=np.intp)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Block:
-    """Patches of one batch that are sampled alike; their samples lie in one run.
-
-    `batch` is the number of the batch, `first` its first patch in the model; `patches` are numbers
-    within the batch, `base` is the first sample.
-    """
-
-    batch: int
-    first: int
-    patches: Ints
-    resolution: tuple[int, int]
-    base: int
-    triangular: bool
-    whole: bool
-
-    @property
-    def count(self) -> int:
-        """Samples of one patch."""
-        if self.triangular:
-            return triangle.size(self.resolution[0])
-        return (self.resolution[0] + 1) * (self.resolution[1] + 1)
-
-    def of(self, batches: Sequence[Patches]) -> Patches:
-        """The patches themselves."""
-        batch = batches[self.batch]
-        return batch if self.whole else batch.take(self.patches)
+from service.engine.mesh.runs import Block, SampleRuns
+from service.surface.sides import along_sides
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -74,37 +42,24 @@ class BorderWrites:
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class Layout(SampleRuns):
     """Where every sample lies; it depends on the connectivity and the resolution alone.
 
     Attributes
     ----------
-    connectivity : Connectivity
-        How the patches hang together.
     resolution : tuple of int
         Divisions asked for along u and v.
     blocks : tuple of Block
         Grids, first those of ordinary patches, then those of framed ones.
     divisions : ndarray of int, shape (E,)
         Of every distinct edge.
-    base, ru, rv : ndarrays of int, shape (P,)
-        First sample and grid of every patch.
-    extra, inner : ndarrays of int, shape (P, 4)
-        First inner sample of each side that has other divisions than its grid, else -1; and how
-        many inner samples it has.
     size : int
         Samples in all.
     """
 
-    connectivity: Connectivity
     resolution: tuple[int, int]
     blocks: tuple[Block, ...]
     divisions: Ints
-    base: Ints
-    ru: Ints
-    rv: Ints
-    extra: Ints
-    inner: Ints
     size: int
 
     @staticmethod
@@ -160,16 +115,16 @@ class Layout:
         extra[apart] = size + before[apart]
         size += int(inner.sum())
         return Layout(
-            connectivity,
-            resolution,
-            tuple(blocks),
-            divisions,
-            base,
-            rus,
-            rvs,
-            extra,
-            inner,
-            size,
+            connectivity=connectivity,
+            base=base,
+            ru=rus,
+            rv=rvs,
+            extra=extra,
+            inner=inner,
+            resolution=resolution,
+            blocks=tuple(blocks),
+            divisions=divisions,
+            size=size,
         )
 
     @property
@@ -177,11 +132,6 @@ class Layout:
         """Bytes held at most, with what is derived from the layout."""
         border = int(self.divisions[self.connectivity.edge].sum()) + 4 * len(self.base)
         return 8 * (3 * self.size + 6 * border + 30 * len(self.base)) + self.connectivity.nbytes
-
-    @property
-    def triangular(self) -> Bools:
-        """Which patches are triangles, shape (P,); `ru` and `rv` are then equal."""
-        return self.connectivity.triangular
 
     @cached_property
     def framed(self) -> bool:
@@ -192,13 +142,6 @@ class Layout:
     def folds(self) -> bool:
         """Whether faces may have one place twice that no pattern knows of."""
         return bool(self.divisions.min() < 2) or self.connectivity.is_folded
-
-    @cached_property
-    def pinched(self) -> Bools:
-        """Which sides are one point and yet several samples, shape (P, 4)."""
-        several = self.connectivity.collapsed.copy()
-        several[self.triangular, 3] = False
-        return several
 
     @cached_property
     def has_poles(self) -> bool:
@@ -258,69 +201,6 @@ class Layout:
         sources += [first + self.connectivity.corner.ravel(), first + at]
         return BorderWrites(tuple(groups), np.concatenate(targets), np.concatenate(sources))
 
-    def grid_samples(self, sides: Ints, divisions: int) -> Ints:
-        """Samples of the grids along sides (patch · 4 + side) that have R divisions: (n, R+1)."""
-        patch, side = np.divmod(sides, 4)
-        ru, columns = self.ru[patch], self.rv[patch] + 1
-        begin = np.choose(side, [0, ru * columns, 0, columns - 1]) + self.base[patch]
-        step = np.where(side < 2, 1, columns)
-        samples = begin[:, None] + step[:, None] * np.arange(divisions + 1)
-        rows = self.triangular[patch]
-        if rows.any():
-            lines = triangle.side_rows(divisions)[side[rows]]
-            samples[rows] = self.base[patch[rows], None] + lines
-        return samples.astype(np.intp, copy=False)
-
-    def side_samples(self, sides: Ints, divisions: int) -> Ints:
-        """Samples along sides (patch · 4 + side) in the direction of their edges: (n, R+1)."""
-        samples = self.grid_samples(sides, divisions)
-        extra = self.extra.ravel()[sides]
-        apart = extra >= 0
-        if apart.any():
-            # From corner to corner over the side's own samples.
-            ends = ENDS[sides[apart] % 4]
-            samples[apart, 1:] = extra[apart, None] + np.arange(divisions)
-            samples[apart, -1] = self.corner_samples()[sides[apart] // 4, ends]
-        backward = self.connectivity.backward.ravel()[sides]
-        samples[backward] = samples[backward, ::-1]
-        return samples
-
-    def patch_samples(self, patches: Ints, shape: AnyShape) -> Ints:
-        """Samples of patches of one shape in the local numbering of its pattern: (n, …)."""
-        if isinstance(shape, TriangleShape):
-            return self.base[patches, None] + np.arange(triangle.size(shape.divisions))
-        count = (shape.resolution[0] + 1) * (shape.resolution[1] + 1)
-        runs = [self.base[patches, None] + np.arange(count)]
-        runs += [
-            self.extra[patches, side, None] + np.arange(divisions - 1)
-            for side, (divisions, own) in enumerate(zip(shape.sides, shape.own, strict=True))
-            if divisions != own
-        ]
-        return np.concatenate(runs, axis=1)
-
-    def extras_of(self, block: Block) -> Iterator[tuple[int, Ints, FloatArray, Ints]]:
-        """Samples beside the grids of a block, side by side (0 … 3).
-
-        Yields
-        ------
-        side : int
-        patches : ndarray of int, shape (n,)
-            Of each sample, numbered within the batch.
-        along : ndarray of float64, shape (n,)
-            Its parameter along the side.
-        samples : ndarray of int, shape (n,)
-        """
-        numbers = block.first + block.patches
-        for side in range(4):
-            apart = np.flatnonzero(self.extra[numbers, side] >= 0)
-            if not len(apart):
-                continue
-            inner = self.inner[numbers[apart], side]
-            row = np.repeat(np.arange(len(apart)), inner)
-            k = np.arange(len(row)) - np.repeat(np.cumsum(inner) - inner, inner)
-            samples = self.extra[numbers[apart], side][row] + k
-            yield side, block.patches[apart[row]], (k + 1) / (inner[row] + 1), samples
-
     @cached_property
     def shapes(self) -> tuple[tuple[AnyShape, Ints], ...]:
         """Patches that one index pattern serves, in the order of their first."""
@@ -353,27 +233,3 @@ class Layout:
         lines = ~self.connectivity.collapsed.ravel()
         for number in np.unique(divisions[lines]).tolist():
             yield number, np.flatnonzero(lines & (divisions == number))
-
-    def collapsed_samples(self) -> tuple[Ints, Ints]:
-        """Samples on sides that are one point, and for each the number of that corner."""
-        samples, corners = [_NONE], [_NONE]
-        lines = np.stack(along_sides(self.ru, self.rv), axis=1)
-        collapsed = np.flatnonzero(self.pinched)
-        corner = self.connectivity.corner[:, BEGINS].ravel()
-        for divisions in np.unique(lines.ravel()[collapsed]).tolist():
-            sides = collapsed[lines.ravel()[collapsed] == divisions]
-            samples.append(self.grid_samples(sides, divisions).ravel())
-            corners.append(np.repeat(corner[sides], divisions + 1))
-        return np.concatenate(samples), np.concatenate(corners)
-
-    def corner_samples(self) -> Ints:
-        """Samples at the corners (0, 0), (0, 1), (1, 0), (1, 1): shape (P, 4)."""
-        last = self.ru * (self.rv + 1)
-        zero = np.zeros_like(last)
-        corners: Ints = np.stack([zero, self.rv, last, last + self.rv], axis=1)
-        corners += self.base[:, None]
-        rows = self.ru[self.triangular]
-        apex = (rows + 1) * (rows + 2) // 2 - 1
-        corners[self.triangular, 1:] = corners[self.triangular, :1]
-        corners[self.triangular, 1:] += np.stack([apex, rows, apex], axis=1)
-        return corners
