@@ -72,7 +72,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         parts=_parts(model, plan, bounds),
         grids=plan.grids,
         welds=plan.welds,
-        overlays=draw(model, options, origin, dtype),
+        overlays=draw(model, options, origin, dtype) if options.overlays else (),
         origin=origin,
         up=model.up,
         report=MeshReport(
@@ -87,7 +87,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
             poles_repaired=rows.poles,
             closure=closure(model, seams.connectivity),
             deviation_bound=largest(bounds),
-            curvature=ranges(attributes),
+            curvature=ranges(attributes) if attributes else None,
         ),
         colors=colors,
         attributes=attributes,

@@ -62,12 +62,13 @@ class Template:
         chunks: list[memoryview | bytes] = []
         for number, (own, indices) in enumerate(self.pieces):
             mine = {name: column.take(own).values for name, column in columns.items()}
-            for name, bound in zip((b"low", b"high"), extent(mine["POSITION"]), strict=True):
-                values[b"%s%d" % (name, number)] = json_text(bound.tolist())
-            chunks += (array.data.cast("B") for array in mine.values())
+            low, high = extent(mine["POSITION"])
+            values[b"low%d" % number] = json_text(low.tolist())
+            values[b"high%d" % number] = json_text(high.tolist())
+            chunks += [array.data.cast("B") for array in mine.values()]
             chunks += indices
         text = list(self.text)
-        text[1::2] = [values[name] for name in text[1::2]]
+        text[1::2] = map(values.__getitem__, text[1::2])
         return assembled(b"".join(text), chunks, self.length)
 
 

@@ -72,7 +72,11 @@ def deviations(
 
 def largest(bounds: FloatArray) -> float | None:
     """The bound of several patches, rounded up to a few digits; None if there is none."""
-    bound = float(bounds.max(initial=0.0))
+    return rounded_up(float(bounds.max(initial=0.0)))
+
+
+def rounded_up(bound: float) -> float | None:
+    """A bound with a few digits; None if it is infinite."""
     return float(ROUNDED_UP.create_decimal_from_float(bound)) if isfinite(bound) else None
 
 
@@ -80,7 +84,10 @@ def bounds_of_parts(model: PatchModel, bounds: FloatArray) -> list[float | None]
     """For each part of a model the bound of its patches."""
     if model.sequence is not None:
         bounds = bounds[model.sequence]
-    return [largest(bounds[part.first : part.last]) for part in model.parts]
+    if len(model.parts) == 1:
+        return [largest(bounds)]
+    values = bounds.tolist()
+    return [rounded_up(max(values[part.first : part.last], default=0.0)) for part in model.parts]
 
 
 def _bent(patches: Patches, layout: Layout, block: Block) -> FloatArray:

@@ -170,10 +170,14 @@ def _triangle_rows(nets: FloatArray, divisions: int) -> Iterator[tuple[slice, Fl
 
 def _sizes(patches: Patches, origin: FloatArray) -> tuple[float, float, float]:
     """Longest control point in model coordinates, about the origin, and about the middle."""
-    box = list(zip(*(each.tolist() for each in (*patches.bounds, origin)), strict=True))
-    world = hypot(*(max(-low, high) for low, high, _ in box))
-    far = hypot(*(max(start - low, high - start) for low, high, start in box))
-    return world, far, hypot(*((high - low) / 2 for low, high, _ in box))
+    (low_x, low_y, low_z), (high_x, high_y, high_z) = (
+        patches.bounds[0].tolist(),
+        patches.bounds[1].tolist(),
+    )
+    x, y, z = origin.tolist()
+    world = hypot(max(-low_x, high_x), max(-low_y, high_y), max(-low_z, high_z))
+    far = hypot(max(x - low_x, high_x - x), max(y - low_y, high_y - y), max(z - low_z, high_z - z))
+    return world, far, hypot(high_x - low_x, high_y - low_y, high_z - low_z) / 2
 
 
 def _terms(patches: Patches, resolution: tuple[int, int], normals: bool) -> tuple[int, int]:
