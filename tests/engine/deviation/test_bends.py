@@ -9,6 +9,7 @@ from service.engine.deviation.bends import (
     grid_bends,
     triangle_deviations,
 )
+from service.engine.deviation.products import bend, is_small
 from service.surface.batches import TensorPatches, TrianglePatches
 from tests.strategies import Array
 
@@ -84,3 +85,18 @@ def test_blocks_are_few(degree: int) -> None:
     assert counts[0] == 1
     assert counts == sorted(counts)
     assert counts[-1] == {1: 8, 3: 8, 15: 4, 64: 1}[degree]
+
+
+@pytest.mark.parametrize("degree", [(1, 1), (2, 1), (1, 3), (3, 3), (2, 5)])
+@pytest.mark.parametrize("divisions", [(1, 1), (7, 16), (40, 9)])
+def test_one_product_bounds_what_several_bound(
+    degree: tuple[int, int], divisions: tuple[int, int]
+) -> None:
+    (p, q), (ru, rv) = degree, divisions
+    nets = np.random.default_rng(p * q).normal(1e3, 1, size=(6, p + 1, q + 1, 3))
+    patches = TensorPatches(nets)
+    bends = grid_bends(patches, divisions, (blocks_along(ru, p), blocks_along(rv, q)))
+    assert is_small(patches, divisions) or max(divisions) > 16
+    found = bend(patches, divisions)
+    np.testing.assert_allclose(found, bends.deviations(1 / ru, 1 / rv), rtol=1e-9, atol=1e-12)
+    assert not is_small(TensorPatches(nets.copy(), np.full(nets.shape[:-1], 2.0)), divisions)

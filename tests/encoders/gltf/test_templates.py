@@ -1,0 +1,67 @@
+"""Files whose text is kept with a plan: the bytes of files that are written anew."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from service.encoders.format import EncodeOptions
+from service.encoders.gltf.mesh import encode_glb, glb_pieces
+from service.encoders.gltf.templates import PLACE
+from service.encoders.pieces import JOINED, Pieces
+from service.engine.build import build
+from service.engine.mesh.mesh import Mesh
+from service.engine.options import MeshOptions
+from service.surface.examples import EXAMPLES
+
+OPTIONS = EncodeOptions()
+
+
+def built(name: str, resolution: int = 4) -> Mesh:
+    """A mesh of an example; its faces are those of a plan, and read-only."""
+    options = MeshOptions((resolution, resolution), uvs=True)
+    return build(EXAMPLES[name].surface().lower(), options, single=True)
+
+
+def anew(mesh: Mesh) -> bytes:
+    """The file of the mesh with faces that no plan has."""
+    return encode_glb(replace(mesh, triangles=mesh.triangles.copy()), OPTIONS)
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_kept_text_gives_the_same_file(name: str) -> None:
+    mesh = built(name)
+    assert encode_glb(mesh, OPTIONS) == encode_glb(mesh, OPTIONS) == anew(mesh)
+
+
+def test_numbers_names_and_places_are_those_of_the_mesh() -> None:
+    mesh = built("utah-teapot")
+    encode_glb(mesh, OPTIONS)
+    parts = tuple(replace(part, name=f"{part.name} é", deviation_bound=None) for part in mesh.parts)
+    red = tuple(replace(part, color=(1.0, 0.0, 0.0, 0.5)) for part in mesh.parts)
+    others = (
+        replace(mesh, positions=2 * mesh.positions),
+        replace(mesh, origin=np.array([1e6, 0, 0.5])),
+        replace(mesh, name="teapot", parts=parts),
+        replace(mesh, parts=red, up="y"),
+        replace(mesh, normals=None),
+        replace(mesh, colors=np.full((len(mesh.positions), 4), 0.5, np.float32)),
+        replace(mesh, report=replace(mesh.report, watertight=False, boundary_edges=7)),
+    )
+    for other in others:
+        assert encode_glb(other, OPTIONS) == encode_glb(other, OPTIONS) == anew(other)
+
+
+@pytest.mark.parametrize("key", ["report", "origin", "low0", "high7"])
+def test_a_name_may_look_like_the_place_of_a_value(key: str) -> None:
+    mesh = replace(built("saddle"), name=PLACE.format(key))
+    assert encode_glb(mesh, OPTIONS) == encode_glb(mesh, OPTIONS) == anew(mesh)
+
+
+def test_a_long_file_is_pieces_which_nothing_was_copied_to() -> None:
+    mesh = built("saddle", 128)
+    content = glb_pieces(mesh, OPTIONS)
+    assert isinstance(content, Pieces)
+    assert len(content) == len(bytes(content)) > JOINED
+    assert bytes(content) == encode_glb(mesh, OPTIONS) == anew(mesh)
+    assert any(np.shares_memory(np.frombuffer(p, np.uint8), mesh.positions) for p in content if p)

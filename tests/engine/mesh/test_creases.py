@@ -1,0 +1,53 @@
+"""Samples at one place, their creases, and the means of their normals, against plain loops."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.engine.clustering import leaders
+from service.engine.mesh.creases import Averages, chord, find_creases, mean_normals
+
+
+def sample_normals(seed: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """For each sample the first one at its place, and normals in a few directions."""
+    rng = np.random.default_rng(seed)
+    spots = rng.integers(0, max(count // 3, 1), count)
+    _, first, back = np.unique(spots, return_index=True, return_inverse=True)
+    directions = np.array([[0.0, 0, 1], [1, 0, 0], [0, -1, 0], [0, 0.01, 1]])
+    normals = directions[rng.integers(0, 4, count)] + rng.normal(0, 1e-4, (count, 3))
+    return first[back], normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+@given(st.integers(0, 1 << 16), st.integers(1, 40), st.sampled_from([0.0, 0.02, 1.0, np.pi]))
+def test_creases_and_means_are_those_of_plain_loops(seed: int, count: int, angle: float) -> None:
+    place, normals = sample_normals(seed, count)
+    places = Averages.of(place)
+    wanted = leaders(place, normals, chord(angle))
+    sharing = find_creases(normals, places, angle)
+    found = place.copy()
+    if sharing is not None:
+        found[places.members] = sharing.leaders
+    assert found.tolist() == wanted.tolist()
+    averages = Averages.of(wanted)
+    assert sorted([*averages.members, *np.unique(wanted)]) == list(range(count))
+    for leader, mean in zip(averages.leaders, mean_normals(normals, averages), strict=True):
+        total = np.zeros(3)
+        for row in np.flatnonzero(wanted == leader)[1:]:
+            total += normals[row]
+        total += normals[leader]
+        length = np.sqrt(total @ total)
+        np.testing.assert_allclose(mean, total / length if length > 1e-6 else normals[leader])
+
+
+def test_equal_patterns_have_equal_keys() -> None:
+    place, normals = sample_normals(3, 30)
+    places = Averages.of(place)
+    one, other = find_creases(normals, places, 0.1), find_creases(-normals, places, 0.1)
+    assert one is not None
+    assert other is not None
+    assert one.key == other.key
+    turned = normals.copy()
+    turned[places.members[0]] = -turned[places.leaders[places.slot[0]]]
+    third = find_creases(turned, places, 0.1)
+    assert third is not None
+    assert third.key != one.key or (third.leaders == one.leaders).all()
