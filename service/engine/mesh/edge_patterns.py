@@ -1,0 +1,209 @@
+"""What a pattern of equal control points tells: the connectivity, and where edges and corners are.
+
+The pattern is a number for each point on the borders of patches, equal for equal points. Of it
+follow which sides are one edge, and in which rows of these points each edge and corner stands. The
+points themselves are then a few gathers.
+
+Rational sides are one edge if their weights are, too, up to a common factor. If their weights, the
+largest made 1, are equal to the last bit wherever the points are, the pattern tells all; if not,
+`service.engine.mesh.seams` looks at all coordinates.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from service.bases import triangle
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.distinct import distinct_rows
+from service.engine.mesh.connectivity import Connectivity, triangular_patches
+from service.engine.mesh.degree_matching import candidates
+from service.engine.mesh.edges import EdgeCurves
+from service.engine.mesh.seams import Seams
+from service.surface.batches import Patches, TrianglePatches
+from service.surface.sides import BEGINS, ENDS
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class EdgePattern:
+    """A connectivity, and the rows of the border points that its corners and edges are.
+
+    Attributes
+    ----------
+    connectivity : Connectivity
+    corners : ndarray of int, shape (C,)
+    edges : tuple of ndarray of int, shape (E_n, n+1)
+        Of each degree n; of the first side of every edge.
+    sides : tuple of (ndarray of int, shape (S_n, n+1), ndarray of int, shape (S_n,))
+        Of each degree all sides, in the direction of their edges, and the row of `edges` of each.
+    is_certain : bool
+        False where edges of several degrees may be one curve.
+    """
+
+    connectivity: Connectivity
+    corners: Ints
+    edges: tuple[Ints, ...]
+    sides: tuple[tuple[Ints, Ints], ...]
+    is_certain: bool
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes held."""
+        arrays = [self.corners, *self.edges, *(each for pair in self.sides for each in pair)]
+        return sum(array.nbytes for array in arrays) + self.connectivity.nbytes
+
+    def seams(self, border: FloatArray, weights: FloatArray | None) -> Seams | None:
+        """The seams whose points (B, 3) and weights (B,) these are; None if weights differ."""
+        curves, first = [], 0
+        for rows, (sides, number) in zip(self.edges, self.sides, strict=True):
+            own = None
+            if weights is not None:
+                # Only the ratio of weights matters.
+                own = weights[sides]
+                own /= own.max(axis=1, keepdims=True)
+                lead = np.empty((len(rows), sides.shape[1]))
+                lead[number[::-1]] = own[::-1]
+                if not np.array_equal(own, lead[number]):
+                    return None
+                own = lead
+            ids = np.arange(first, first + len(rows))
+            points, own, turned = _canonical(border[rows], own)
+            curves.append(EdgeCurves(ids, points, own, turned))
+            first += len(rows)
+        return Seams(self.connectivity, border[self.corners], tuple(curves))
+
+
+def border_points(batch: Patches) -> FloatArray:
+    """Control points on the borders of all patches, in one run: (P b, 3)."""
+    border, _, _ = _border_rows(*_form(batch))
+    return batch.points.reshape(batch.count, -1, 3).take(border, axis=1).reshape(-1, 3)
+
+
+def border_weights(batch: Patches) -> FloatArray:
+    """Their weights, (P b,); 1 where the patches are polynomial."""
+    border, _, _ = _border_rows(*_form(batch))
+    if batch.weights is None:
+        return np.ones(batch.count * len(border))
+    return batch.weights.reshape(batch.count, -1).take(border, axis=1).ravel()
+
+
+def _canonical(
+    points: FloatArray, weights: FloatArray | None
+) -> tuple[FloatArray, FloatArray | None, Bools]:
+    """Edges (E, n+1, d) in the direction in which their numbers come first in dictionary order.
+
+    Written over them; and which were turned. For most edges their first numbers decide; the
+    weights (E, n+1) come last.
+    """
+    first, last = points[:, 0, 0], points[:, -1, 0]
+    turn = first > last
+    tied = np.flatnonzero(first == last)
+    if len(tied):
+        own = points[tied]
+        rows, turned = own.reshape(len(own), -1), own[:, ::-1].reshape(len(own), -1)
+        if weights is not None:
+            rows = np.concatenate([rows, weights[tied]], axis=1)
+            turned = np.concatenate([turned, weights[tied, ::-1]], axis=1)
+        at = np.arange(len(rows)), (rows != turned).argmax(axis=1)
+        turn[tied] = rows[at] > turned[at]
+    points[turn] = points[turn, ::-1]
+    if weights is not None:
+        weights[turn] = weights[turn, ::-1]
+    return points, weights, turn
+
+
+@lru_cache(maxsize=256)
+def _border_rows(triangular: bool, p: int, q: int) -> tuple[Ints, tuple[Ints, ...], Ints]:
+    """Which points of a net lie on its border, and among these its sides and its corners."""
+    if triangular:
+        sides = [*triangle.side_rows(p), np.array([triangle.size(p) - 1])]
+    else:
+        number = np.arange((p + 1) * (q + 1)).reshape(p + 1, q + 1)
+        sides = [number[0], number[-1], number[:, 0], number[:, -1]]
+    border = np.unique(np.concatenate(sides))
+    begins = [sides[0][0], sides[0][-1], sides[1][0], sides[1][-1]]
+    if triangular:
+        begins[1] = begins[3] = sides[3][0]
+    rows = tuple(np.searchsorted(border, side) for side in sides)
+    return border, rows, np.searchsorted(border, begins)
+
+
+def _form(batch: Patches) -> tuple[bool, int, int]:
+    if isinstance(batch, TrianglePatches):
+        return True, batch.degree, batch.degree
+    return False, *batch.degree
+
+
+def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
+    """The connectivity of border points (B,) of which equal ones have equal numbers."""
+    places: dict[int, list[Ints]] = {}
+    rows: dict[int, list[Ints]] = {}
+    corners: list[Ints] = []
+    begin = patches = 0
+    for batch in batches:
+        border, sides, ends = _border_rows(*_form(batch))
+        nets = begin + len(border) * np.arange(batch.count)[:, None]
+        corners.append(nets + ends)
+        for k, side in enumerate(sides):
+            degree = len(side) - 1
+            places.setdefault(degree, []).append(4 * (patches + np.arange(batch.count)) + k)
+            rows.setdefault(degree, []).append(nets + side)
+        begin, patches = begin + len(border) * batch.count, patches + batch.count
+    edge, backward = np.empty(4 * patches, np.intp), np.empty(4 * patches, np.bool_)
+    collapsed = np.empty(4 * patches, np.bool_)
+    edges: list[Ints] = []
+    sides_of: list[tuple[Ints, Ints]] = []
+    for degree in sorted(places):
+        place, own = np.concatenate(places[degree]), np.concatenate(rows[degree])
+        order = np.argsort(place)
+        place, own = place[order], own[order]
+        points = numbers[own]
+        collapsed[place] = (points == points[:, :1]).all(axis=1)
+        canonical, _, turned = _canonical(points[..., None].astype(np.float64), None)
+        leader, number = first_of(canonical[..., 0])
+        edge[place] = sum(map(len, edges)) + number
+        backward[place] = turned ^ turned[leader[number]]
+        edges.append(own[leader])
+        sides_of.append((np.where(backward[place, None], own[:, ::-1], own), number))
+    at_corners = np.concatenate(corners)
+    stand_in, corner = first_of(numbers[at_corners].reshape(-1, 1).astype(np.float64))
+    connectivity = Connectivity(
+        counts=tuple(batch.count for batch in batches),
+        triangular=triangular_patches(batches),
+        edge=edge.reshape(-1, 4),
+        backward=backward.reshape(-1, 4),
+        collapsed=collapsed.reshape(-1, 4),
+        corner=corner.reshape(-1, 4),
+        users=np.bincount(edge),
+        corners=len(stand_in),
+    )
+    is_certain = not _may_be_raised(connectivity, edges)
+    return EdgePattern(
+        connectivity,
+        at_corners.ravel()[stand_in],
+        tuple(edges),
+        tuple(sides_of),
+        is_certain,
+    )
+
+
+def first_of(rows: FloatArray) -> tuple[Ints, Ints]:
+    """First place of every distinct row, ascending; and the number of each row among them."""
+    first, number = distinct_rows(rows)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return first[order], rank[number]
+
+
+def _may_be_raised(connectivity: Connectivity, edges: Sequence[Ints]) -> bool:
+    """Whether two corners have lines of several degrees between them."""
+    if np.count_nonzero([rows.shape[1] > 1 for rows in edges]) < 2:
+        return False
+    _, side = np.unique(connectivity.edge, return_index=True)
+    begin, end = (connectivity.corner[:, which].ravel()[side] for which in (BEGINS, ENDS))
+    degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in edges])
+    lines = ~connectivity.collapsed.ravel()[side]
+    return len(candidates(lines, degree, begin, end)[0]) > 0
