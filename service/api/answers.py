@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, Literal
 from urllib.parse import quote
 
@@ -9,6 +10,7 @@ import orjson
 from starlette.responses import Response
 from starlette.types import Message, Receive, Scope, Send
 
+from service.api.caching.entries import RawHeaders
 from service.api.workers import Job
 from service.encoders.format import FileFormat
 from service.encoders.pieces import Content, Pieces
@@ -35,7 +37,7 @@ PAGE_HEADERS = {
 }
 """On pages: nobody frames them or holds on to their window, and they ask for nothing."""
 
-POST_HEADERS = HEADERS | {"Vary": "Accept"}
+_POST_HEADERS: RawHeaders = ((b"x-content-type-options", b"nosniff"), (b"vary", b"Accept"))
 """On answers whose format `Accept` chooses."""
 
 BOUND_HEADER = "Surface-Deviation-Bound"
@@ -44,6 +46,9 @@ BOUND_HEADER = "Surface-Deviation-Bound"
 VERTICES_HEADER, TRIANGLES_HEADER = "Surface-Vertices", "Surface-Triangles"
 """Headers of every mesh: the counts of its report."""
 
+_BOUND, _VERTICES, _TRIANGLES = (
+    name.lower().encode() for name in (BOUND_HEADER, VERTICES_HEADER, TRIANGLES_HEADER)
+)
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 _FORBIDDEN = re.compile(r'[/\\:*?"<>|]+')
 """What names of files cannot hold, here or there; they have no control characters anyway."""
@@ -52,16 +57,26 @@ _FORBIDDEN = re.compile(r'[/\\:*?"<>|]+')
 class ChunkedResponse(Response):
     """A body of known length, sent in chunks; left out where only its head was asked for."""
 
-    def render(self, content: Any) -> Any:
-        """The body as it is: bytes, or pieces that are not joined."""
-        return content
-
     async def __call__(self, scope: Scope, _receive: Receive, send: Send) -> None:
         """Sends the head, then the body from one buffer without joining or copying the whole."""
         await send(
             {"type": "http.response.start", "status": self.status_code, "headers": self.raw_headers}
         )
-        await send_pieces(b"" if scope["method"] == "HEAD" else self.body, send)
+        body = b"" if scope["method"] == "HEAD" else self.body
+        if len(body) <= UNTRACKED:
+            await send({"type": "http.response.body", "body": body})
+        else:
+            await send_pieces(body, send)
+
+
+class FileResponse(ChunkedResponse):
+    """A file, or a 304, whose headers are there already, as the server sends them."""
+
+    body: Any  # Content
+
+    def __init__(self, body: Content, headers: RawHeaders, status: int = 200) -> None:
+        self.body, self.status_code, self.background = body, status, None
+        self.raw_headers = list(headers)
 
 
 async def send_pieces(body: Content | memoryview, send: Send) -> None:
@@ -95,24 +110,33 @@ def bytes_response(content: bytes, job: Job, headers: Mapping[str, str] = HEADER
     return ChunkedResponse(content, 200, timed, "application/json")
 
 
-def report_headers(report: MeshReport | None) -> dict[str, str]:
+def report_headers(report: MeshReport | None) -> RawHeaders:
     """Counts and bound of a mesh as headers, for formats that have no place for its report."""
     if report is None:
-        return {}
-    counts = {VERTICES_HEADER: str(report.vertices), TRIANGLES_HEADER: str(report.triangles)}
+        return ()
+    counts = (_VERTICES, b"%d" % report.vertices), (_TRIANGLES, b"%d" % report.triangles)
     if report.deviation_bound is None:
         return counts
-    return counts | {BOUND_HEADER: repr(report.deviation_bound)}
+    return (*counts, (_BOUND, repr(report.deviation_bound).encode()))
 
 
 def file_response(
-    content: Content, fmt: FileFormat, name: str, headers: Mapping[str, str]
+    content: Content, fmt: FileFormat, name: str, job: Job, report: MeshReport | None = None
 ) -> Response:
-    """A file; with a name to save it under, unless it is JSON for a program."""
-    named = dict(headers)
-    if fmt.name != "json":
-        named["Content-Disposition"] = disposition("attachment", name, fmt)
-    return ChunkedResponse(content, 200, named, fmt.media_type)
+    """The file that a job has written; with a name to save it under, unless it is JSON."""
+    job.answered(len(content))
+    own = (b"content-length", b"%d" % len(content)), (b"server-timing", str(job.timing).encode())
+    headers = (*_POST_HEADERS, *_kind_headers(fmt, name), *report_headers(report), *own)
+    return FileResponse(content, headers)
+
+
+@lru_cache(256)
+def _kind_headers(fmt: FileFormat, name: str) -> RawHeaders:
+    """The media type of a file, and the name to save it under."""
+    media_type = (b"content-type", fmt.media_type.encode())
+    if fmt.name == "json":
+        return (media_type,)
+    return media_type, (b"content-disposition", disposition("attachment", name, fmt).encode())
 
 
 def disposition(kind: Literal["inline", "attachment"], name: str, fmt: FileFormat) -> str:

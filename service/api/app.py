@@ -10,15 +10,14 @@ from functools import partial
 from typing import Any
 
 from fastapi import APIRouter, FastAPI
-from fastapi.routing import APIRoute
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service import __version__
 from service.api import problems
 from service.api.caching.answers import AnswerCache
 from service.api.caching.flights import Flights
 from service.api.caching.front import Front
-from service.api.cors import CrossOrigin, Origins
+from service.api.cors import Origins
 from service.api.guard.guard import guarded, signer_of
 from service.api.guard.policy import needs_keys
 from service.api.observing.middleware import Write, add_telemetry
@@ -52,7 +51,9 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     share_heap()
     settings = settings or from_environment()
     bound_plans(settings.memory_bytes)
+    routes: list[Any] = [each for router in _routers(settings) for each in router.routes]
     app = Application(
+        routes=routes,  # `include_router` would look for a request's route twice in every router
         title="Surface Service",
         version=__version__,
         openapi_url=None,  # served below, compressed and with a tag
@@ -63,10 +64,6 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     )
     services = app.state.services = _services(app, settings)
     app.state.settings, app.state.store = settings, services.store
-    routers = _routers(settings)
-    for router in routers:
-        app.include_router(router)
-    routes = [each for router in routers for each in router.routes if isinstance(each, APIRoute)]
     problems.install(app, routes)
     app.state.ready = True
     _add_front(app, services, log)
@@ -131,31 +128,10 @@ def _routers(settings: Settings) -> list[APIRouter]:
 
 
 def _add_front(app: "Application", services: Services, log: Write | None) -> None:
-    """The middleware in front of FastAPI: telemetry, guard, cache, CORS, jobs, HEAD."""
-    inner = JobMiddleware(_HeadAsGet(partial(FastAPI.__call__, app)), services.workers)
-    front = Front(CrossOrigin(inner, services.origins), services.answers, services.origins)
-    guard = guarded(front, services.settings, services.origins)
+    """The middleware in front of FastAPI: telemetry, guard, cache, jobs."""
+    inner = JobMiddleware(partial(FastAPI.__call__, app), services.workers)
+    guard = guarded(Front(inner, services.answers, services.origins), services.settings)
     app.front = add_telemetry(app, guard, log)
-
-
-class _HeadAsGet:
-    """Answers HEAD as GET without its body, which FastAPI does not do by itself."""
-
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] != "http" or scope["method"] != "HEAD":
-            await self._app(scope, receive, send)
-            return
-
-        async def send_head(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                await send(message)
-            elif not message.get("more_body"):
-                await send({**message, "body": b""})
-
-        await self._app({**scope, "method": "GET"}, receive, send_head)
 
 
 def _store(settings: Settings) -> SurfaceStore:

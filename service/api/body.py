@@ -1,25 +1,27 @@
 """Bodies of requests: read within limits, parsed, checked, and handed to the route as a model.
 
-FastAPI calls `Request.body()` and `Request.json()` of a route before its dependencies. `BodyRoute`
-reads and parses the body before FastAPI does, in a thread if it is long, and gives FastAPI a
-request whose body is the model already (the pattern "Custom Request and APIRoute class" of
-FastAPI's documentation). So errors in a body are ours, and a file of control points comes through
-the same door as JSON: what JSON would say beside the points stands in the query.
+`BodyRoute` reads and parses the body in place of FastAPI, in a thread if it is long, and calls the
+function of the route with the model and the `Context`. So errors in a body are ours, and a file of
+control points comes through the same door as JSON: what JSON would say beside the points stands in
+the query. FastAPI finds the route, handles errors, and reads the function's signature for the
+OpenAPI document; there are no other parameters or dependencies that it would have to solve.
 """
 
 import re
 from asyncio import timeout
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar, cast
 
 from fastapi import Request, Response
 from fastapi.routing import APIRoute
+from starlette.requests import ClientDisconnect
+from starlette.types import Receive, Scope, Send
 
 from service.api.negotiation import by_accept, by_name, no_parameters, only_format
 from service.api.observing.record import record_of
 from service.api.problems import BodyTooLarge, BodyTooSlow, InvalidQuery, UnsupportedMediaType
-from service.api.services import Services
+from service.api.services import Context, Services
 from service.api.workers import Job
 from service.decoders.format import Decoder
 from service.encoders.format import FileFormat
@@ -33,20 +35,6 @@ from service.settings.values import Settings
 INLINE_BYTES, INLINE_TEXT, INLINE_OBJECTS = 1 << 18, 1 << 14, 32
 """Bodies up to these sizes are parsed within some 5 ms: JSON and binary files; other texts; and
 objects in JSON, of which each may be a surface."""
-
-
-class ParsedRequest(Request):
-    """A request whose body is a model."""
-
-    model: RequestModel
-
-    async def body(self) -> Any:
-        """The model: FastAPI takes it for the bytes of a file."""
-        return self.model
-
-    async def json(self) -> Any:
-        """The model."""
-        return self.model
 
 
 class BodyRoute(APIRoute):
@@ -66,55 +54,52 @@ class BodyRoute(APIRoute):
     accepts_any: ClassVar[bool] = True
     decoders: ClassVar[Sequence[Decoder]] = ()
 
-    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
-        """FastAPI's handler, behind the one that reads and parses the body."""
-        handler = super().get_route_handler()
+    def __init__(self, *described: Any, **options: Any) -> None:
+        super().__init__(*described, **options)
         assert self.body_field is not None
-        model = cast(type[RequestModel], self.body_field.field_info.annotation)
+        self._model = cast(type[RequestModel], self.body_field.field_info.annotation)
+        self.app = self._answer
 
-        async def handle(request: Request) -> Response:
-            parsed = ParsedRequest(request.scope, request.receive)
-            parsed.model = await self._read(request, model)
-            return await handler(parsed)
-
-        return handle
-
-    async def _read(self, request: Request, model: type[RequestModel]) -> RequestModel:
-        """The body as a model, with the format of the answer in `request.state.format`."""
-        services: Services = request.app.state.services
-        job: Job = request.state.job
-        headers = request.headers
-        decoder = body_type(headers.get("content-type"), self.decoders)
-        request.state.posts_file = decoder is not None  # errors then point into file and query
+    async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Reads and parses the body, calls the route's function and sends what it returns."""
+        request, headers = Request(scope, receive, send), dict(scope["headers"])
+        services: Services = scope["app"].state.services
+        job: Job = scope["state"]["job"]
+        decoder = body_type(headers.get(b"content-type", b"").decode("latin-1"), self.decoders)
+        scope["state"]["posts_file"] = decoder is not None  # errors then point into file and query
         beside = self._query(request, decoder)
-        fmt = None
-        if "format" in beside and self.formats:
-            fmt = by_name(str(beside.pop("format")), self.formats)
-        elif self.formats and self.accepts_any:
-            fmt = by_accept(headers.get("accept"), self.formats)
-        request.state.format = fmt
-        if fmt is not None:
-            record_of(request.scope).format = fmt.name
-        with job.timing.step("read"):
-            body = await _read_bytes(request, services, job, decoder)
-        parse = partial(_parse, model, body, decoder, beside, services)
-        result = await job.parse(parse, is_long=is_long_body(body, decoder))
+        fmt = self._format(beside, request)
+        body = await _read_body(request, headers, services, job, decoder)
+        parse = partial(_parse, self._model, body, decoder, beside, services)
+        wanted = await job.parse(parse, is_long=is_long_body(body, decoder))
         job.shrink_body(4 * len(body))  # a number has at least 2 letters, and 8 bytes in an array
-        return result
+        response: Response = await self.endpoint(wanted, Context(services, job, request, fmt))
+        await response(scope, receive, send)
+
+    def _format(self, beside: dict[str, Any], request: Request) -> FileFormat | None:
+        """The format of the answer, which is no option of the surface."""
+        if not self.formats:
+            return None
+        if "format" in beside:
+            fmt = by_name(str(beside.pop("format")), self.formats)
+        elif self.accepts_any:
+            fmt = by_accept(request.headers.get("accept"), self.formats)
+        else:
+            return None
+        record_of(request.scope).format = fmt.name
+        return fmt
 
     def _query(self, request: Request, decoder: Decoder | None) -> dict[str, Any]:
         """What the query says: beside a file all but the control points, else only a format."""
-        if decoder is None and not request.scope["query_string"]:
-            return {}
-        query = request.query_params.multi_items()
+        query: bytes = request.scope["query_string"]
         if decoder is None:
-            if not self.formats:
-                no_parameters(request.query_params)
-                return {}
-            named = only_format(query)
-            return {} if named is None else {"format": named}
+            if self.formats:
+                name = only_format(query) if query else None
+                return {} if name is None else {"format": name}
+            no_parameters(request.query_params)
+            return {}
         try:
-            return document_from_query(query)
+            return document_from_query(request.query_params.multi_items())
         except InvalidRequest as error:
             raise InvalidQuery(*error.issues) from None
 
@@ -146,8 +131,12 @@ def _parse(
     return parsed
 
 
-async def _read_bytes(
-    request: Request, services: Services, job: Job, decoder: Decoder | None
+async def _read_body(
+    request: Request,
+    headers: Mapping[bytes, bytes],
+    services: Services,
+    job: Job,
+    decoder: Decoder | None,
 ) -> bytes:
     """The whole body; its memory is claimed as it arrives.
 
@@ -155,35 +144,41 @@ async def _read_bytes(
     ------
     UnsupportedMediaType, BodyTooLarge, BodyTooSlow, InvalidRequest, TooLarge, Busy
     """
-    settings, limits = services.settings, services.documents
-    if request.headers.get("content-encoding", "identity").lower() != "identity":
+    settings = services.settings
+    if headers.get(b"content-encoding", b"identity").lower() != b"identity":
         message, needed = "Bodies are taken uncompressed.", "no encoding, or identity"
         issue = Issue("unsupported_encoding", message, "/Content-Encoding", "an encoding", needed)
         raise UnsupportedMediaType(issue)
     largest = largest_body(settings, is_json=decoder is None)
-    declared = request.headers.get("content-length", "")
+    declared = headers.get(b"content-length", b"")
     # The server has checked that it is a number; twenty digits are enough to see that it is large.
-    if declared.isdecimal() and int(declared[:20]) > largest:
+    if declared.isdigit() and int(declared[:20]) > largest:
         raise body_too_large(settings, is_json=decoder is None)
-    count = Budget(limits)
+    count = Budget(services.documents)
     chunks: list[bytes] = []
-    received = 0
+    received, is_complete = 0, False
     try:
-        async with timeout(settings.body_timeout):
-            async for chunk in request.stream():
-                received += len(chunk)
-                if received > largest:
-                    raise body_too_large(settings, is_json=decoder is None)
-                if decoder is None:
-                    count.take(chunk)
-                job.hold_body(decoder.memory(received) if decoder else count.memory)
-                chunks.append(chunk)
+        with job.timing.step("read"):
+            async with timeout(settings.body_timeout):
+                while not is_complete:
+                    event = await request.receive()
+                    if event["type"] == "http.disconnect":
+                        raise ClientDisconnect
+                    chunk = event.get("body", b"")
+                    is_complete = not event.get("more_body", False)
+                    received += len(chunk)
+                    if received > largest:
+                        raise body_too_large(settings, is_json=decoder is None)
+                    if decoder is None:
+                        count.take(chunk)
+                    job.hold_body(decoder.memory(received) if decoder else count.memory)
+                    chunks.append(chunk)
     except TimeoutError:
         raise body_too_slow(received, settings) from None
     return b"".join(chunks)
 
 
-def body_type(content_type: str | None, decoders: Sequence[Decoder] = ()) -> Decoder | None:
+def body_type(content_type: str, decoders: Sequence[Decoder] = ()) -> Decoder | None:
     """The decoder of a body of this Content-Type; None for JSON in UTF-8.
 
     Raises
@@ -191,6 +186,8 @@ def body_type(content_type: str | None, decoders: Sequence[Decoder] = ()) -> Dec
     UnsupportedMediaType
         For any other body.
     """
+    if content_type == "application/json":  # most often
+        return None
     media_type, charset = _media_type(content_type)
     is_utf8 = charset in ("utf-8", "utf8", "us-ascii")
     for decoder in decoders:
@@ -212,9 +209,9 @@ def body_type(content_type: str | None, decoders: Sequence[Decoder] = ()) -> Dec
 _PARAMETER = re.compile(r';\s*([^\s=;"]+)=(?:"((?:[^"\\]|\\.)*)"|([^\s;"]*))')
 
 
-def _media_type(content_type: str | None) -> tuple[str, str]:
+def _media_type(content_type: str) -> tuple[str, str]:
     """Media type and charset of a header, in lower case (RFC 9110, section 8.3.1)."""
-    media_type, semicolon, rest = (content_type or "").partition(";")
+    media_type, semicolon, rest = content_type.partition(";")
     for name, quoted, plain in _PARAMETER.findall(semicolon + rest):
         if name.lower() == "charset":
             return media_type.strip().lower(), (quoted or plain).lower()

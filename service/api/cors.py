@@ -1,5 +1,7 @@
 """Which pages of other origins may read answers (the CORS protocol of the Fetch standard).
 
+`RequestMiddleware` adds the headers to every answer, `Front` answers preflight requests.
+
 Where every origin may, every answer says so, also to requests without an Origin: a file that a
 browser has kept from an ordinary visit is then good for a script's request as well. Where only some
 may, `Vary` keeps caches from mixing them up.
@@ -7,11 +9,11 @@ may, `Vary` keeps caches from mixing them up.
 
 from collections.abc import Sequence
 
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.types import Message, Scope
 
 from service.api.answers import BOUND_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
 from service.api.caching.entries import RawHeaders
-from service.api.observing.middleware import ID_HEADER
+from service.api.observing.record import ID_HEADER
 
 EXPOSED = (
     "Content-Disposition",
@@ -41,55 +43,40 @@ class Origins:
     """The origins whose pages may read answers."""
 
     def __init__(self, origins: Sequence[str]) -> None:
-        self._any = "*" in origins
-        self._allowed = frozenset(origin.encode() for origin in origins)
-        timing = "*" if self._any else ", ".join(origins)
+        is_any = "*" in origins
+        self._listed = frozenset() if is_any else frozenset(origin.encode() for origin in origins)
+        timing = "*" if is_any else ", ".join(origins)
         self._readable: RawHeaders = (
             (b"access-control-expose-headers", ", ".join(EXPOSED).encode()),
             (b"timing-allow-origin", timing.encode()),
         )
-        self.asked = bool(origins)
-        """Whether browsers get an answer to what they ask beforehand."""
         # Pages that isolate themselves (COEP) take nothing of another origin that does not say so.
-        embedded = b"cross-origin" if self._any else b"same-origin"
-        self.always: RawHeaders = ((b"cross-origin-resource-policy", embedded),)
-        """The headers of every answer, whatever its origin."""
-        if self._any:
-            self.always += ((b"access-control-allow-origin", b"*"), *self._readable)
+        embedded = b"cross-origin" if is_any else b"same-origin"
+        self._always: RawHeaders = ((b"cross-origin-resource-policy", embedded),)
+        if is_any:
+            self._always += ((b"access-control-allow-origin", b"*"), *self._readable)
         elif origins:
-            self.always += ((b"vary", b"Origin"),)
+            self._always += ((b"vary", b"Origin"),)
+        self._answers_preflights = bool(origins)
 
-    def granted(self, origin: bytes | None) -> RawHeaders:
-        """What an answer carries in addition, for a request from this origin."""
-        if self._any or origin not in self._allowed or origin is None:
-            return ()
-        return ((b"access-control-allow-origin", origin), *self._readable)
+    def headers(self, scope: Scope) -> RawHeaders:
+        """The headers that the answer to a request has for the sake of its origin."""
+        if not self._listed:
+            return self._always
+        origin = dict(scope["headers"]).get(b"origin")
+        if origin not in self._listed:
+            return self._always
+        return (*self._always, (b"access-control-allow-origin", origin), *self._readable)
+
+    def preflight(self, scope: Scope) -> Message | None:
+        """The head of the answer to a preflight request; None where a route shall answer."""
+        if not self._answers_preflights or not is_preflight(scope):
+            return None
+        return {"type": "http.response.start", "status": 204, "headers": _PREFLIGHT}
 
 
-class CrossOrigin:
-    """Says on every answer who may read it, and answers what browsers ask beforehand."""
-
-    def __init__(self, app: ASGIApp, origins: Origins) -> None:
-        self._app = app
-        self._origins = origins
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """One request."""
-        if scope["type"] != "http":
-            await self._app(scope, receive, send)
-            return
-        headers = dict(scope["headers"])
-        added = (*self._origins.always, *self._origins.granted(headers.get(b"origin")))
-        asks = scope["method"] == "OPTIONS" and b"access-control-request-method" in headers
-        if asks and self._origins.asked:
-            start = {"type": "http.response.start", "status": 204}
-            await send({**start, "headers": [*added, *_PREFLIGHT]})
-            await send({"type": "http.response.body", "body": b""})
-            return
-
-        async def sent(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                message = {**message, "headers": [*message.get("headers", ()), *added]}
-            await send(message)
-
-        await self._app(scope, receive, sent)
+def is_preflight(scope: Scope) -> bool:
+    """Whether a browser asks if it may ask: it never sends a key with that."""
+    return scope["method"] == "OPTIONS" and any(
+        name == b"access-control-request-method" for name, _ in scope["headers"]
+    )

@@ -6,6 +6,7 @@ RFC 9110, section 12.5; and the answers that a client has already.
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import TypeVar
+from urllib.parse import parse_qsl
 
 from starlette.requests import Request
 
@@ -17,8 +18,8 @@ from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.query import values_from_text
 from service.schemas.scan import shortened
 
-USUAL_HEADER = 200
-"""Characters of an Accept header whose choice is remembered."""
+USUAL = 200
+"""Characters of an Accept header, or of a query, whose meaning is remembered."""
 
 AnyFormat = TypeVar("AnyFormat", bound=FileFormat)
 
@@ -31,14 +32,15 @@ def by_name(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
     InvalidQuery
         If there is none.
     """
-    found = {f.name: f for f in formats}
-    if name in found:
-        return found[name]
+    for fmt in formats:
+        if fmt.name == name:
+            return fmt
     code = "unsupported_by_format" if name in BY_NAME else "unknown_format"
     message, got = "No format has this name.", "an unknown name"
     if name in BY_NAME:
         message, got = f"The format {name} has no place for this.", "a format of surfaces"
-    raise InvalidQuery(Issue(code, message, "/format", got, "one of " + ", ".join(found)))
+    needed = "one of " + ", ".join(fmt.name for fmt in formats)
+    raise InvalidQuery(Issue(code, message, "/format", got, needed))
 
 
 def by_suffix(suffix: str) -> Format:
@@ -70,7 +72,7 @@ def by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFormat:
     """
     types = tuple(f.media_type for f in formats)
     header = header or ""
-    best = _remembered(header, types) if len(header) <= USUAL_HEADER else _choose(header, types)
+    best = _remembered(header, types) if len(header) <= USUAL else _choose(header, types)
     if best is None:
         message, needed = "No format that you accept is written here.", "one of " + ", ".join(types)
         got = "none of the formats written here"
@@ -98,7 +100,7 @@ def _choose(header: str, types: tuple[str, ...]) -> str | None:
 _remembered = lru_cache(maxsize=256)(_choose)
 
 
-def only_format(query: Iterable[tuple[str, str]]) -> str | None:
+def only_format(query: bytes) -> str | None:
     """The format that the query of a POST names, if it does; it has no other parameter.
 
     Raises
@@ -106,12 +108,19 @@ def only_format(query: Iterable[tuple[str, str]]) -> str | None:
     InvalidQuery
         For any other parameter, and a repeated one.
     """
+    return _remembered_format(query) if len(query) <= USUAL else _named_format(query)
+
+
+def _named_format(query: bytes) -> str | None:
     try:
-        values = values_from_text(query)
+        values = values_from_text(parse_qsl(query.decode("latin-1"), keep_blank_values=True))
     except InvalidRequest as error:
         raise InvalidQuery(*error.issues) from None
     _refuse_unknown(values.keys() - {"format"}, "only `format`; options go into the body")
     return str(values["format"]) if values else None
+
+
+_remembered_format = lru_cache(maxsize=256)(_named_format)
 
 
 def no_parameters(names: Iterable[str]) -> None:

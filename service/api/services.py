@@ -1,10 +1,11 @@
 """What the routes work with: parts of the application, and the job of the request."""
 
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from functools import partial
+from typing import Annotated, Any, NamedTuple
 
 from fastapi import Depends, Request
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.answers import AnswerCache
 from service.api.caching.flights import Flights
@@ -35,22 +36,31 @@ class Services:
 
 
 class Context(NamedTuple):
-    """What a route works with; one dependency, as each costs FastAPI 30 µs."""
+    """What a route works with: the application's parts, and what is known of the request.
+
+    `job` holds the request's share of the workers; `format` is the format of the answer, where
+    the route's class chooses it (`service.api.body`).
+    """
 
     services: Services
     job: Job
+    request: Request
+    format: Any = None
 
 
 async def context_of(request: Request) -> Context:
-    """The parts of the application, and what this request holds of the workers."""
-    return Context(request.app.state.services, request.state.job)
+    """The context of a request; one dependency, as each costs FastAPI 30 µs."""
+    return Context(request.app.state.services, request.scope["state"]["job"], request)
 
 
 ContextDep = Annotated[Context, Depends(context_of)]
 
 
 class JobMiddleware:
-    """Gives every request its job, as `request.state.job`; ends it after the answer was sent."""
+    """Gives every request its job, `scope["state"]["job"]`; ends it after the answer.
+
+    It hands on HEAD as GET and keeps back the body, which FastAPI does not do by itself.
+    """
 
     def __init__(self, app: ASGIApp, workers: Workers) -> None:
         self._app = app
@@ -61,9 +71,19 @@ class JobMiddleware:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
+        if scope["method"] == "HEAD":
+            scope, send = {**scope, "method": "GET"}, partial(_send_head, send)
         job = scope.setdefault("state", {})["job"] = Job(self._workers, receive)
         try:
             await self._app(scope, receive, send)
         finally:
             del scope["state"]["job"]
             job.close()
+
+
+async def _send_head(send: Send, message: Message) -> None:
+    """Sends the head of an answer, and its end."""
+    if message["type"] == "http.response.start":
+        await send(message)
+    elif not message.get("more_body"):
+        await send({**message, "body": b""})

@@ -15,9 +15,9 @@ import math
 import time
 from collections import deque
 from collections.abc import AsyncIterator, Callable
-from contextlib import ExitStack, asynccontextmanager, suppress
+from contextlib import asynccontextmanager, suppress
 from traceback import clear_frames
-from typing import Any, Protocol, TypeVar, cast
+from typing import Any, Protocol, TypeAlias, TypeVar, cast
 
 from anyio import CancelScope, CapacityLimiter, current_time, to_thread
 from starlette.requests import ClientDisconnect
@@ -35,6 +35,10 @@ INLINE_SECONDS = 0.003
 """Work that the event loop has time for: a thread would add as much, as Python's threads take turns
 of 5 ms."""
 
+ROUND_SECONDS = 0.002
+"""Once short work has taken this long, the event loop looks at other connections before it begins
+another."""
+
 TRIM_BYTES, TRIM_PAUSE = 4 << 20, 0.25
 """Requests of this size leave memory behind that is worth handing back to the system, this many
 seconds after their end."""
@@ -45,6 +49,7 @@ SMALL_BODY = 1 << 20
 MAX_RETRY_AFTER = 60
 """Seconds."""
 
+Callbacks: TypeAlias = list[Callable[[], None]]
 Result = TypeVar("Result")
 Result_co = TypeVar("Result_co", covariant=True)
 
@@ -64,8 +69,8 @@ class Workers:
     Of the `capacity` in bytes, `used` are held by requests, `body_bytes` of these by bodies. Bodies
     may hold `max_body` bytes together; one request may work in `max_memory` bytes. Of the `threads`
     for long work some are `computing`. Since the start `refused` requests did not fit, and all
-    together have waited `seconds_waited`. Short work takes turns, so that the event loop looks at
-    other connections in between; one thread parses long bodies, as parsing keeps Python's lock.
+    together have waited `seconds_waited`. Short work takes turns (`take_turn`); one thread parses
+    long bodies, as parsing keeps Python's lock.
     """
 
     def __init__(self, settings: Settings, cache: AnswerCache) -> None:
@@ -75,11 +80,12 @@ class Workers:
         self.request_timeout = settings.request_timeout
         self.used = self.body_bytes = self.computing = self.refused = 0
         self.seconds_waited = 0.0
-        self.turn, self.parsing = asyncio.Lock(), asyncio.Lock()
+        self.parsing = asyncio.Lock()
         self.limiter = CapacityLimiter(2 * self.threads + 2)
         self._max_queue = settings.max_queue
         self._queue: deque[tuple[int, asyncio.Future[None]]] = deque()
         self._trimming: asyncio.Task[None] | None = None
+        self._round_end: float | None = None
         self._cache = cache
         cache.freed = self.settle
         self.hold(0)
@@ -138,6 +144,17 @@ class Workers:
         self.computing -= 1
         self.settle()
 
+    async def take_turn(self) -> None:
+        """Waits while short work has had its time in this round of the event loop."""
+        while self._round_end is not None and time.perf_counter() > self._round_end:
+            await asyncio.sleep(0)
+        if self._round_end is None:
+            self._round_end = time.perf_counter() + ROUND_SECONDS
+            asyncio.get_running_loop().call_soon(self._end_round)
+
+    def _end_round(self) -> None:
+        self._round_end = None
+
     def settle(self) -> None:
         """Serves the requests that have waited longest, as far as there is room."""
         while self._queue:
@@ -178,8 +195,9 @@ class Job:
     def __init__(self, workers: Workers, receive: Receive | None = None) -> None:
         self.workers = workers
         self.stop = Stop()
-        self.until_answered, self.until_end = ExitStack(), ExitStack()
-        """Callbacks: when the answer is there; when it has been sent or the client is gone."""
+        self.until_answered: Callbacks = []
+        self.until_end: Callbacks = []
+        """Called when the answer is there; when it has been sent or the client is gone."""
         self.timing = Timing()
         self._receive = receive
         self._deadline = math.inf
@@ -218,8 +236,10 @@ class Job:
     async def parse(self, call: Callable[[], Result], *, is_long: bool) -> Result:
         """What `call` makes of a body: on the event loop, or in the thread for long bodies."""
         if not is_long:
+            await self.workers.take_turn()
+            self._had_turn = True
             with self.timing.step("parse"):
-                return await self._in_turn(call)
+                return call()
         async with self.attended():
             with self.timing.step("wait"):
                 await self.workers.parsing.acquire()
@@ -233,9 +253,13 @@ class Job:
         """
         cost, workers = work.cost, self.workers
         if cost.work <= INLINE_SECONDS and workers.has(cost.memory, is_small=True):
-            self._hold(cost.memory)
+            self._memory += cost.memory
+            workers.hold(cost.memory)
+            if not self._had_turn:
+                await workers.take_turn()
+                self._had_turn = True
             with self.timing.step(name):
-                return await self._in_turn(work.run)
+                return work.run()
         amount = min(cost.memory, workers.max_memory)
         async with self.attended():
             with self.timing.step("wait"):
@@ -246,18 +270,20 @@ class Job:
 
     def answered(self, size: int) -> None:
         """The answer is there, of `size` bytes: all other memory is given back."""
-        self.until_answered.close()
-        self._most = max(self._most, self._body + self._memory)
-        if self._body:
-            self.hold_body(0)
-        if size < self._memory:
-            self._hold(size - self._memory)
+        while self.until_answered:
+            self.until_answered.pop()()
+        held, kept = self._body + self._memory, min(size, self._memory)
+        self._most = max(self._most, held)
+        self.workers.body_bytes -= self._body
+        self._body, self._memory = 0, kept
+        if held > kept:
+            self.workers.hold(kept - held)
 
     def close(self) -> None:
         """Ends the job; what computes for it is told to stop."""
         self.stop.tell()
-        self.until_end.close()
-        self.until_answered.close()
+        while callbacks := self.until_end or self.until_answered:
+            callbacks.pop()()
         self._is_over = True
         self._end()
 
@@ -295,14 +321,6 @@ class Job:
         if scope.cancelled_caught:
             raise ClientDisconnect if is_gone else OutOfTime
 
-    async def _in_turn(self, call: Callable[[], Result]) -> Result:
-        """What `call` returns; a request has one turn for its short work."""
-        if not self._had_turn:
-            self._had_turn = True
-            await self.workers.turn.acquire()
-            asyncio.get_running_loop().call_soon(self.workers.turn.release)  # in the next round
-        return call()
-
     async def _in_thread(self, call: Callable[[], Result], release: Callable[[], None]) -> Result:
         """What `call` returns; `release` is called when the thread has ended."""
         run = to_thread.run_sync(_settled, call, limiter=self.workers.limiter)
@@ -326,10 +344,6 @@ class Job:
             finally:
                 del error, task  # they refer to this frame
         return cast(Result, result)
-
-    def _hold(self, amount: int) -> None:
-        self._memory += amount
-        self.workers.hold(amount)
 
     def _end(self) -> None:
         if not self._running:

@@ -1,6 +1,7 @@
 """Surface and options in, a mesh file out: lower, check, build, encode."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -163,15 +164,30 @@ def plan_mesh(
     """
     whole = surface.size()
     different = whole if whole.members == 1 else surface.stored_size()
+    known = plan_sizes(whole, different, options, (fmt, encode), limits)
+    return MeshWork(surface, options, fmt, encode, limits, *known)
+
+
+@lru_cache(512)
+def plan_sizes(
+    whole: SurfaceSize,
+    different: SurfaceSize,
+    options: MeshOptions,
+    form: tuple[Format, EncodeOptions],
+    limits: Limits,
+) -> tuple[MeshSize, MeshSize, bool, Cost]:
+    """What a `MeshWork` says of a surface of these sizes; raises what `plan_mesh` does.
+
+    Requests for surfaces of one shape in one format, which are most, find it here.
+    """
+    fmt, encode = form
     once = different if shares(fmt, encode) and not options.curvatures else whole
     check_surface(different, limits)
     check_options(whole, options, fmt, encode)
     size = mesh_size(whole, options, fmt)
     stored = size if once is whole else mesh_size(once, options, fmt)
-    form = fmt, encode
     if options.accuracy is not None:
-        cost = adaptive_cost(once, options, stored, form, limits)
-        return MeshWork(surface, options, fmt, encode, limits, size, stored, True, cost)
+        return size, stored, True, adaptive_cost(once, options, stored, form, limits)
     ru, rv = options.resolution
     is_certain = ru == rv and not (whole.curves or (options.curvatures and whole.members > 1))
     file = fmt.byte_bound(stored, encode)
@@ -192,7 +208,7 @@ def plan_mesh(
     cost = mesh_cost(once, options, stored, file, form)
     less = "a lower resolution, or another format, takes less"
     limits.check_memory(cost.memory, "The mesh", "/resolution", less)
-    return MeshWork(surface, options, fmt, encode, limits, size, stored, is_certain, cost)
+    return size, stored, is_certain, cost
 
 
 def render(

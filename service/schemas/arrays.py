@@ -99,7 +99,8 @@ class NumberGrid:
             return checked_array(self, value, limits)
         scalars: list[Any] = [value]
         shape: list[int] = []
-        for level in range(len(self.levels)):
+        last = len(self.levels) - 1
+        for level in range(last + 1):
             if set(map(type, scalars)) != {list}:
                 raise refusal(self._faults(value))
             lengths = set(map(len, scalars))
@@ -112,7 +113,7 @@ class NumberGrid:
                 length = sum(each)
             else:
                 length = lengths.pop()
-                is_wide = not self._is_last(level) or self.width in (None, length)
+                is_wide = level < last or self.width in (None, length)
                 is_right = not lengths and length > 0 and is_wide
             if not is_right:
                 raise refusal(self._faults(value))

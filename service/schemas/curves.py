@@ -1,7 +1,6 @@
 """Curves as a document says them: a model for each kind, one union, and the request for one."""
 
 from dataclasses import replace
-from functools import cached_property
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag, ValidationInfo, model_validator
@@ -158,11 +157,10 @@ class CurveRequest(RequestModel, CurveOptionFields):
 
     def to_curve(self) -> Curve:
         """The curve itself, built once; `InvalidRequest` points into the whole request."""
-        return self._built
-
-    @cached_property
-    def _built(self) -> Curve:
-        return curve_of(self.curve)
+        built: Curve | None = self.__dict__.get("_built")
+        if built is None:
+            built = self.__dict__["_built"] = curve_of(self.curve)
+        return built
 
 
 def curve_of(definition: CurveDefinition, *, plain: bool = False) -> Curve:

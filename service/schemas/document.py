@@ -171,7 +171,7 @@ def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
         if "depth" in error.msg:
             raise _too_deep(max_depth) from None
         raise _refusal(error, body) from None
-    if is_deeper(body, max_depth):
+    if body.count(b"[") + body.count(b"{") > max_depth and is_deeper(body, max_depth):
         raise _too_deep(max_depth)
     # Colons are as many as keys, unless a key is repeated, a string holds one, or an object
     # hides in a list of other things, where nothing is valid: only then is the text scanned.

@@ -1,11 +1,14 @@
 """How a surface shall be meshed and written: one model, behind the body and the query alike."""
 
 from dataclasses import fields
+from functools import lru_cache
 from math import pi
+from operator import attrgetter
 from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, model_validator
 
+from service.engine.adaptive.accuracy import Accuracy
 from service.engine.options import MAX_SIDES, MIN_SIDES, MeshOptions, Method, WireForm
 from service.schemas.accuracy import MAX_COUNT, accuracy_of, refuse_conflict
 from service.schemas.fields import IsoCurves, Omittable, Overlays, Resolution, StrictModel, optional
@@ -181,13 +184,21 @@ class MeshOptionFields(StrictModel):
         InvalidRequest
             Where options that are right by themselves do not go together; pointers `/name`.
         """
-        values: dict[str, Any] = {name: getattr(self, name) for name in _OF_ENGINE}
-        if self.faces == "none":
-            values |= {"faces": "triangles", "surface": False}
-        return MeshOptions(**values, accuracy=accuracy_of(self))
+        return _mesh_options(_of_engine(self), accuracy_of(self))
 
 
 _OF_ENGINE = [
     field.name for field in fields(MeshOptions) if field.name in MeshOptionFields.model_fields
 ]
 """Options that the engine reads as they are."""
+
+_of_engine = attrgetter(*_OF_ENGINE)
+
+
+@lru_cache(256)
+def _mesh_options(of_engine: tuple[object, ...], accuracy: Accuracy | None) -> MeshOptions:
+    """The options of the engine, made and checked once: clients repeat them."""
+    values: dict[str, Any] = dict(zip(_OF_ENGINE, of_engine, strict=True))
+    if values["faces"] == "none":
+        values |= {"faces": "triangles", "surface": False}
+    return MeshOptions(**values, accuracy=accuracy)

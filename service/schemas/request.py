@@ -1,6 +1,5 @@
 """Requests for one surface: to store it, to mesh it with options, to sign its address."""
 
-from functools import cached_property
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
@@ -32,14 +31,13 @@ class SurfaceRequest(RequestModel):
 
     def to_surface(self) -> Surface:
         """The surface itself, built once; `InvalidRequest` points into the whole request."""
-        return self._built
-
-    @cached_property
-    def _built(self) -> Surface:
-        try:
-            return self.surface.to_surface()
-        except InvalidRequest as error:
-            raise error.within("/surface") from None
+        built: Surface | None = self.__dict__.get("_built")
+        if built is None:
+            try:
+                built = self.__dict__["_built"] = self.surface.to_surface()
+            except InvalidRequest as error:
+                raise error.within("/surface") from None
+        return built
 
 
 class MeshRequest(SurfaceRequest, MeshOptionFields):

@@ -117,8 +117,6 @@ def is_deeper(body: bytes, most: int) -> bool:
     Without everything else, brackets with nothing between them are the innermost; taking those away
     makes the text one level less deep.
     """
-    if body.count(b"[") + body.count(b"{") <= most:
-        return False
     # Only strings have escapes; without escaped quotes every second quote ends a string.
     plain = body.replace(b"\\\\", b"").replace(b'\\"', b"") if b"\\" in body else body
     brackets = b"".join(plain.split(b'"')[::2]).translate(_SQUARE, _OTHERS)

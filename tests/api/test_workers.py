@@ -17,7 +17,7 @@ from starlette.requests import ClientDisconnect
 from service.api import workers as module
 from service.api.caching.answers import AnswerCache
 from service.api.caching.entries import Entry, Subject
-from service.api.workers import INLINE_SECONDS, SMALL_BODY, TRIM_BYTES, Job, Workers
+from service.api.workers import INLINE_SECONDS, ROUND_SECONDS, SMALL_BODY, TRIM_BYTES, Job, Workers
 from service.errors import Busy, TooLarge
 from service.pipeline.cost import Cost
 from service.settings.process import give_back
@@ -83,7 +83,7 @@ def test_short_work_runs_at_once_and_long_work_in_a_thread() -> None:
 
 
 def test_short_works_take_turns_on_the_event_loop() -> None:
-    """Between any two of them the event loop looks at what else is ready."""
+    """The event loop looks at what else is ready once they have had their time."""
 
     async def scenario(workers: Workers) -> None:
         rounds: list[int] = []
@@ -96,7 +96,12 @@ def test_short_works_take_turns_on_the_event_loop() -> None:
                 await asyncio.sleep(0)
 
         jobs = [Job(workers) for _ in range(5)]
-        works = [job.run(Work(10, lambda: rounds.append(now), long=False), "x") for job in jobs]
+
+        def compute() -> None:
+            time.sleep(1.5 * ROUND_SECONDS)
+            rounds.append(now)
+
+        works = [job.run(Work(10, compute, long=False), "x") for job in jobs]
         await asyncio.gather(count_rounds(), *works)
         assert len(set(rounds)) == 5
         for job in jobs:
@@ -197,7 +202,7 @@ def test_bodies_have_a_quarter_and_never_wait() -> None:
 
 
 def entry(name: str, size: int) -> Entry:
-    return Entry(Subject(name, name, name, for_ever=True), bytes(size), {})
+    return Entry(Subject(name, name, name, for_ever=True), bytes(size), ())
 
 
 def test_kept_answers_give_way_unless_they_are_being_sent() -> None:
@@ -206,17 +211,18 @@ def test_kept_answers_give_way_unless_they_are_being_sent() -> None:
         read, *unread = (entry(name, CAPACITY // 8) for name in "abc")
         for each in (read, *unread):
             assert answers.put(each, answers.age)
-        with answers.reading(read):
-            first = asyncio.create_task(workers.acquire(workers.max_memory))
-            second = asyncio.create_task(workers.acquire(CAPACITY * 3 // 16))
-            await rest()
-            assert first.done()
-            assert not second.done()
-            assert answers.holds(read)
-            assert not all(answers.holds(each) for each in unread)
-            workers.release_thread()
-            await rest()
-            assert not second.done(), "a thread is free, memory is not"
+        answers.begin(read)
+        first = asyncio.create_task(workers.acquire(workers.max_memory))
+        second = asyncio.create_task(workers.acquire(CAPACITY * 3 // 16))
+        await rest()
+        assert first.done()
+        assert not second.done()
+        assert answers.holds(read)
+        assert not all(answers.holds(each) for each in unread)
+        workers.release_thread()
+        await rest()
+        assert not second.done(), "a thread is free, memory is not"
+        answers.end(read)
         await second
         assert not answers.holds(read)
         workers.release_thread()

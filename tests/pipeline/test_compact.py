@@ -16,7 +16,7 @@ from service.engine.gridded import grid_error
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, UnsupportedByFormat
 from service.pipeline.estimate import plan_estimate
-from service.pipeline.mesh import plan_mesh, render
+from service.pipeline.mesh import plan_mesh, plan_sizes, render
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
@@ -185,6 +185,7 @@ def test_formats_that_have_no_compact_form_refuse_it(fmt: Any, encode: EncodeOpt
 
 def test_without_the_library_compression_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(meshopt, "available", lambda: False)
+    plan_sizes.cache_clear()  # a library does not vanish while the service runs
     with pytest.raises(UnsupportedByFormat) as refused:
         render(find("saddle").surface(), MeshOptions((2, 2)), GLB, FORMS["compressed"])
     (issue,) = refused.value.issues

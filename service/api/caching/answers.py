@@ -1,8 +1,7 @@
 """The answers that are kept in memory: the least recently used go first, by bytes."""
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from service.api.caching.codings import Coding
@@ -136,20 +135,8 @@ class AnswerCache:
         if self._entries or self._read:
             self._has_room(0)
 
-    @contextmanager
-    def reading(self, entry: Entry) -> Iterator[None]:
-        """While an entry is sent, it is kept; one that was not is somebody else's business."""
-        if not self.holds(entry):
-            yield
-            return
-        self.begin(entry)
-        try:
-            yield
-        finally:
-            self.end(entry)
-
     def begin(self, entry: Entry) -> None:
-        """Begins to send an entry that is kept: `reading`, where every microsecond counts."""
+        """Begins to send an entry that is kept: it stays until `end`."""
         self._read[entry] = self._read.get(entry, 0) + 1
 
     def end(self, entry: Entry) -> None:

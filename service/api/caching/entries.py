@@ -6,7 +6,7 @@ made once, before they are sent.
 
 import re
 from base64 import urlsafe_b64encode
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from hashlib import sha256
 from typing import TypeAlias, TypeVar
@@ -131,23 +131,16 @@ class Entry:
 
     Parameters
     ----------
-    described : Mapping
+    described : RawHeaders
         Headers of the file, whatever its coding.
-    always : RawHeaders
-        Headers that only answers from the cache need here: all others get them later.
     """
 
-    __slots__ = ("_always", "_described", "aliases", "plain", "size", "subject", "variants")
+    __slots__ = ("_described", "aliases", "plain", "size", "subject", "variants")
 
-    def __init__(
-        self, subject: Subject, plain: bytes, described: Mapping[str, str], always: RawHeaders = ()
-    ) -> None:
-        link = f'<{subject.address}>; rel="canonical"'
-        headers = {**described, "Link": link}
+    def __init__(self, subject: Subject, plain: bytes, described: RawHeaders) -> None:
         self.subject = subject
         self.plain = plain
-        self._described = tuple((k.lower().encode(), v.encode()) for k, v in headers.items())
-        self._always = always
+        self._described = (*described, (b"link", f'<{subject.address}>; rel="canonical"'.encode()))
         self.variants: dict[Coding, Variant] = {}
         self.aliases: list[tuple[str, bytes]] = []
         self.size = ENTRY_BYTES + sum(len(k) + len(v) for k, v in self._described)
@@ -195,8 +188,7 @@ class Entry:
 
     def _messages(self, status: int, headers: list[RawHeaders]) -> tuple[Message, Message]:
         plain, pinned = (
-            {"type": "http.response.start", "status": status, "headers": [*own, *self._always]}
-            for own in headers
+            {"type": "http.response.start", "status": status, "headers": own} for own in headers
         )
         return plain, pinned
 

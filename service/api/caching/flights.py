@@ -2,11 +2,10 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable, Hashable
-from contextlib import ExitStack
 from functools import partial
 from typing import Any, TypeVar
 
-from service.api.workers import Job, Workers
+from service.api.workers import Callbacks, Job, Workers
 
 Result = TypeVar("Result")
 
@@ -42,14 +41,14 @@ class Flights:
         return len(self._flights)
 
     async def join(
-        self, key: Hashable, work: Callable[[Job], Awaitable[Result]], until: ExitStack
+        self, key: Hashable, work: Callable[[Job], Awaitable[Result]], until: Callbacks
     ) -> Result:
         """The result of the computation under this key; `work` begins it if there is none.
 
         Parameters
         ----------
-        until : ExitStack
-            The request uses the result until this is closed.
+        until : list of callbacks
+            The request uses the result until they are called; one more is added here.
         """
         flight = self._flights.get(key)
         if flight is None:
@@ -57,7 +56,7 @@ class Flights:
             flight.task = asyncio.create_task(_run(work, flight.job))
             flight.task.add_done_callback(partial(self._landed, flight))
         flight.users += 1
-        until.callback(self._leave, flight)
+        until.append(partial(self._leave, flight))
         task: asyncio.Task[Result] = flight.task
         try:
             return await asyncio.shield(task)

@@ -16,7 +16,7 @@ _END: Message = {"type": "http.response.body", "body": b""}
 
 
 class Front:
-    """Answers requests whose answers are kept; hands on all others.
+    """Answers requests whose answers are kept, and preflight requests; hands on all others.
 
     An address is looked up as it was written. Nothing is parsed that was parsed before, and the
     heads are ready; so a hit takes a few microseconds, of which the server's own work is most.
@@ -29,35 +29,34 @@ class Front:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One request."""
-        if scope["type"] == "http" and scope["method"] in _METHODS:
+        method = scope["method"] if scope["type"] == "http" else ""
+        if method in _METHODS:
             found = self._answers.find(scope["path"], scope["query_string"])
             if found is not None:
                 entry, pinned = found
-                coding = condition = origin = None
+                coding = condition = None
                 for name, value in scope["headers"]:
                     if name == b"accept-encoding":
                         coding = value if coding is None else coding + b"," + value
                     elif name == b"if-none-match":
                         condition = value if condition is None else condition + b"," + value
-                    elif name == b"origin":
-                        origin = value
                 chosen = _choose(entry, accepted(coding), condition)
                 if chosen is not None:
                     self._answers.counts.hits += 1
                     record_of(scope).cache = "hit"
                     variant, unchanged = chosen
-                    start = (variant.unchanged if unchanged else variant.full)[pinned]
-                    added = self._origins.granted(origin)
-                    if added:
-                        start = {**start, "headers": [*start["headers"], *added]}
-                    await send(start)
-                    if unchanged or scope["method"] == "HEAD":
+                    await send((variant.unchanged if unchanged else variant.full)[pinned])
+                    if unchanged or method == "HEAD":
                         await send(_END)
                     elif len(variant.body) <= UNTRACKED:
                         await send(variant.whole)
                     else:
                         await self._send_tracked(entry, variant, send)
                     return
+        elif method == "OPTIONS" and (start := self._origins.preflight(scope)) is not None:
+            await send(start)
+            await send(_END)
+            return
         await self._app(scope, receive, send)
 
     async def _send_tracked(self, entry: Entry, variant: Variant, send: Send) -> None:

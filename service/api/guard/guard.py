@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.entries import RawHeaders
-from service.api.cors import CrossOrigin, Origins
+from service.api.cors import is_preflight
 from service.api.guard.keys import InvalidKeys, KnownKeys, bearer, entries, owner
 from service.api.guard.policy import (
     EXEMPT,
@@ -66,11 +66,10 @@ class Guard:
     the address that was signed.
     """
 
-    def __init__(self, app: ASGIApp, policy: Policy, means: Means, origins: Origins) -> None:
+    def __init__(self, app: ASGIApp, policy: Policy, means: Means) -> None:
         self._app = app
         self._policy = policy
         self._means = means
-        self._origins = origins
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One request."""
@@ -83,8 +82,7 @@ class Guard:
             self._admit(scope, found)
         except SurfaceError as error:
             record_of(scope).code = error.issues[0].code
-            # Scripts of other origins shall be able to read why.
-            app = CrossOrigin(refusal(error, found.wait), self._origins)
+            app = refusal(error, found.wait)
 
         async def sent(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -102,7 +100,7 @@ class Guard:
             self._means.proxies.introduce(scope)
             if scope["scheme"] == "https":
                 found.added.append(_HSTS)
-        if _is_preflight(scope):
+        if is_preflight(scope):
             return
         path = route_path(scope)
         need = self._policy.need(scope["method"], path)
@@ -142,20 +140,13 @@ class Guard:
             raise rate_limited(rates.limit, taken.wait)
 
 
-def _is_preflight(scope: Scope) -> bool:
-    """Whether a browser asks if it may ask: it never sends a key with that."""
-    return scope["method"] == "OPTIONS" and any(
-        name == b"access-control-request-method" for name, _ in scope["headers"]
-    )
-
-
 def _header(scope: Scope, name: bytes) -> bytes | None:
     """The value of a header that may stand there once; None where it does not."""
     found = [value for each, value in scope["headers"] if each == name]
     return found[0] if len(found) == 1 else None
 
 
-def guarded(app: ASGIApp, settings: Settings, origins: Origins) -> ASGIApp:
+def guarded(app: ASGIApp, settings: Settings) -> ASGIApp:
     """The application behind its guard, or as it is where there is nothing to guard.
 
     Raises
@@ -181,7 +172,7 @@ def guarded(app: ASGIApp, settings: Settings, origins: Origins) -> ASGIApp:
         )
     if means == Means(None, None, None, None):
         return app
-    return Guard(app, policy, means, origins)
+    return Guard(app, policy, means)
 
 
 def signer_of(settings: Settings) -> Signer | None:

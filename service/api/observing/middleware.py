@@ -1,5 +1,7 @@
 """The outermost middleware: it makes the request record, times, counts and logs each request.
 
+It also adds the headers that every answer has: the request's id, and those for other origins.
+
 `logging` would take ten times as long for the lines about requests, so they are made here;
 `service.server.logs` makes all others, in the same form.
 """
@@ -16,9 +18,16 @@ from fastapi import FastAPI
 from fastapi.routing import iter_route_contexts
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from service.api.cors import Origins
 from service.api.observing.health import SelfTest
 from service.api.observing.metrics import RequestCounters, register_state
-from service.api.observing.record import RequestRecord, RouteLabels, record_of, start_record
+from service.api.observing.record import (
+    ID_HEADER,
+    RequestRecord,
+    RouteLabels,
+    record_of,
+    start_record,
+)
 from service.api.problems import INTERNAL_ERROR, problem_response
 from service.errors import InvalidSettings
 from service.measuring import count_in
@@ -26,8 +35,6 @@ from service.settings.values import Settings
 
 if TYPE_CHECKING:
     from service.api.observing.tracing import Tracing
-
-ID_HEADER = "X-Request-Id"
 
 _ID = ID_HEADER.lower().encode()
 _log = logging.getLogger(__name__)
@@ -136,19 +143,26 @@ def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "Request
         tracing: Tracing = module.Tracing(inner, module.exporting_provider())
         state.tracing = inner = tracing
     labels = RouteLabels(route.path or "" for route in iter_route_contexts(app.routes))
-    return RequestMiddleware(inner, labels, state.observed, AccessLog(state.settings, write))
+    log = AccessLog(state.settings, write)
+    return RequestMiddleware(inner, labels, state.observed, log, state.services.origins)
 
 
 class RequestMiddleware:
     """Sees every request first and every answer last, hits of the cache too."""
 
     def __init__(
-        self, app: ASGIApp, labels: RouteLabels, counters: RequestCounters, log: AccessLog
+        self,
+        app: ASGIApp,
+        labels: RouteLabels,
+        counters: RequestCounters,
+        log: AccessLog,
+        origins: Origins,
     ) -> None:
         self.app = app
         self._labels = labels
         self._counters = counters
         self._log = log
+        self._origins = origins
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answers one request."""
@@ -157,13 +171,13 @@ class RequestMiddleware:
             return
         start = time.perf_counter()
         record = start_record(scope, self._labels)
-        counters = self._counters
+        counters, added = self._counters, self._origins.headers(scope)
 
         async def recorded(message: Message) -> None:
             if message["type"] == "http.response.start":
                 record.status = message["status"]
                 # Messages of the cache are sent again: they must not change.
-                headers = [*message.get("headers", ()), (_ID, record.id.encode())]
+                headers = [*message.get("headers", ()), *added, (_ID, record.id.encode())]
                 message = {**message, "headers": headers}
             elif record.method != "HEAD":  # of which the server sends the head only
                 record.sent += len(message.get("body", b""))

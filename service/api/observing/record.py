@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterable
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 from opentelemetry.trace import format_trace_id, get_current_span
@@ -30,7 +30,9 @@ UNMATCHED = "unmatched"
 
 LONGEST_CACHED_PATH = 200
 
-_REQUEST_ID, _TRACEPARENT = b"x-request-id", b"traceparent"
+ID_HEADER = "X-Request-Id"
+
+_REQUEST_ID, _TRACEPARENT = ID_HEADER.lower().encode(), b"traceparent"
 _SAFE_ID = re.compile(rb"[A-Za-z0-9][A-Za-z0-9._:/+=@-]{0,127}")
 _METHODS = frozenset({"GET", "HEAD", "POST", "DELETE", "OPTIONS", "PUT", "PATCH"})
 _W3C = TraceContextTextMapPropagator()
@@ -163,10 +165,8 @@ class Timing:
     def __init__(self, mark: str = "", before: "Timing | None" = None) -> None:
         self._mark = mark
         self._steps: dict[str, float] = {} if before is None else before._steps.copy()
-
-    def step(self, name: str) -> "Step":
-        """Measures what is done within, also where it fails; several of one name are added up."""
-        return Step(self._steps, name)
+        self.step = partial(Step, self._steps)
+        """Measures what is done within `step(name)`; several of one name are added up."""
 
     def __str__(self) -> str:
         """The header, in milliseconds."""
@@ -175,7 +175,7 @@ class Timing:
 
 
 class Step:
-    """Adds the time between entering and leaving this context to the steps, and to the record."""
+    """Adds the time that is spent in this context, also where it fails, to steps and record."""
 
     __slots__ = ("_name", "_start", "_steps")
 

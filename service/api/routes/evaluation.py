@@ -1,14 +1,13 @@
 """Points of surfaces, surfaces in another form, and curves."""
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Response
 
-from service.api.answers import POST_HEADERS, bytes_response, file_response
+from service.api.answers import bytes_response, file_response
 from service.api.body import BodyRoute
 from service.api.models import Curve, Points, SurfaceDocument
 from service.api.openapi.parameters import format_parameter, json_body
 from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, answer, error
 from service.api.services import ContextDep
-from service.encoders.curves.format import CurveFormat
 from service.encoders.curves.registry import CURVE_FORMATS
 from service.pipeline.curve import plan_curve
 from service.pipeline.documents import plan_conversion
@@ -47,7 +46,7 @@ async def query_points(wanted: PointsRequest, context: ContextDep) -> Response:
     the surface's own parameters, right-continuous at knots. Tubes, ribbons and groups have none
     (`not_parametric`).
     """
-    services, job = context
+    services, job, *_ = context
     work = plan_points(wanted.to_surface(), wanted.to_query(), services.limits)
     return bytes_response(await job.run(work, "points"), job)
 
@@ -68,7 +67,7 @@ async def convert_surface(wanted: ConvertRequest, context: ContextDep) -> Respon
     The answer is a body for the other calls. Corner points keep their digits, and patches that
     shared an edge share it afterwards. Colours, texture coordinates and attributes come along.
     """
-    services, job = context
+    services, job, *_ = context
     settings = services.settings
     allowed = Allowed(settings.max_control_points, settings.max_degree)
     operations = wanted.to_operations()
@@ -90,16 +89,13 @@ async def convert_surface(wanted: ConvertRequest, context: ContextDep) -> Respon
     },
     openapi_extra=json_body("createCurve", format_parameter(CURVE_FORMATS)),
 )
-async def create_curve(wanted: CurveRequest, request: Request, context: ContextDep) -> Response:
+async def create_curve(wanted: CurveRequest, context: ContextDep) -> Response:
     """Samples the curve.
 
     The answer is in the format that `Accept` prefers, or that `format` names; JSON if neither says
     anything. In glTF, OOGL and OBJ a curve in the plane lies at z = 0.
     """
-    services, job = context
-    fmt: CurveFormat = request.state.format
+    services, job, _, fmt = context
     work = plan_curve(wanted.to_curve(), wanted.curve_options(), fmt, services.limits)
     content = await job.run(work, "curve")
-    job.answered(len(content))
-    headers = POST_HEADERS | {"Server-Timing": str(job.timing)}
-    return file_response(content, fmt, wanted.to_curve().name, headers)
+    return file_response(content, fmt, wanted.to_curve().name, job)

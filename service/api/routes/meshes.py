@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Response
 
-from service.api.answers import POST_HEADERS, bytes_response, file_response, report_headers
+from service.api.answers import bytes_response, file_response
 from service.api.body import BodyRoute
 from service.api.models import Estimate, Mesh
 from service.api.openapi.parameters import format_parameter, surface_body
@@ -46,22 +46,19 @@ estimates = APIRouter(route_class=EstimateRoute)
     responses={200: answer(MESH_HEADERS, FORMATS), 406: error("NotAcceptable"), **POST_ERRORS},
     openapi_extra=surface_body("createMesh", format_parameter(FORMATS)),
 )
-async def create_mesh(wanted: MeshRequest, request: Request, context: ContextDep) -> Response:
+async def create_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
     """Evaluates the surface and answers its mesh.
 
     The answer is in the format that `Accept` prefers, or that `format` names; JSON if neither says
     anything. The body is a JSON document with the options in it, or a file of control points with
     the options in the query.
     """
-    services, job = context
-    fmt: Format = request.state.format
+    services, job, request, fmt = context
     options, encode = wanted.mesh_options(), encode_options(wanted)
     work = plan_mesh(wanted.to_surface(), options, fmt, encode, services.limits)
     answer = await job.run(work, "mesh")
-    job.answered(len(answer.content))
     request.app.state.observed.made(answer.report)
-    headers = POST_HEADERS | report_headers(answer.report) | {"Server-Timing": str(job.timing)}
-    return file_response(answer.content, fmt, answer.name, headers)
+    return file_response(answer.content, fmt, answer.name, job, answer.report)
 
 
 @estimates.post(
@@ -77,15 +74,14 @@ async def create_mesh(wanted: MeshRequest, request: Request, context: ContextDep
         format_parameter(FORMATS, "The one format to estimate for; all of them if left out."),
     ),
 )
-async def estimate_mesh(wanted: MeshRequest, request: Request, context: ContextDep) -> Response:
+async def estimate_mesh(wanted: MeshRequest, context: ContextDep) -> Response:
     """Takes the body of `POST /v1/mesh` and answers how large the mesh would be.
 
     That is how many vertices and faces it would have, how many bytes in each format, and whether
     the request would be refused, at a small part of the cost of the mesh. What is wrong with the
     body itself is refused here as well.
     """
-    services, job = context
-    named: Format | None = request.state.format
+    services, job, _, named = context
     formats: Sequence[Format] = FORMATS if named is None else (named,)
     options, encode = wanted.mesh_options(), encode_options(wanted)
     work = plan_estimate(wanted.to_surface(), options, encode, services.limits, formats)

@@ -6,9 +6,9 @@ from urllib.parse import parse_qsl
 
 from fastapi import APIRouter, Request, Response
 
-from service.api.answers import ChunkedResponse, disposition, report_headers
+from service.api.answers import FileResponse, disposition, report_headers
 from service.api.caching.codings import COMPRESS, Accepted, Coding, compressed
-from service.api.caching.entries import Entry, RawHeaders, Subject, Variant, held, is_any
+from service.api.caching.entries import Entry, Subject, Variant, held, is_any
 from service.api.links import mesh_address
 from service.api.models import Mesh
 from service.api.negotiation import by_suffix, codings_of, condition_of
@@ -107,7 +107,7 @@ async def get_surface_mesh(
     Equal requests that come together are computed once. Answers are kept in memory, compressed as
     well.
     """
-    services, job = context
+    services, job, *_ = context
     fmt = by_suffix(suffix)
     asked = mesh_query(request.query_params.multi_items())
     check_engine(asked.engine)
@@ -127,12 +127,13 @@ async def get_surface_mesh(
     known = held(condition, wanted.order, subject.tag)
     async with job.attended():
         if known is not None and (entry is not None or await exists(services.store, id)):
-            return _unchanged(subject.unchanged(known, pinned=pinned))
+            return FileResponse(b"", subject.unchanged(known, pinned=pinned), 304)
         if entry is not None:
             answers.counts.hits += 1
             record.cache = "hit"
             timing = Timing("cache;desc=hit")
-            job.until_end.enter_context(answers.reading(entry))
+            answers.begin(entry)
+            job.until_end.append(partial(answers.end, entry))
         else:
             answers.counts.misses += 1
             record.cache = "miss"
@@ -143,9 +144,9 @@ async def get_surface_mesh(
         variant = await _coded(services, job, entry, wanted, timing)
     answers.alias(entry, request.scope["path"], request.scope["query_string"], pinned=pinned)
     if condition is not None and is_any(condition):
-        return _unchanged(subject.unchanged(variant.coding, pinned=pinned))
+        return FileResponse(b"", subject.unchanged(variant.coding, pinned=pinned), 304)
     headers = entry.headers(variant, pinned=pinned, timing=str(timing).encode())
-    return _with_headers(ChunkedResponse(variant.body), headers)
+    return FileResponse(variant.body, headers)
 
 
 def check_engine(engine: int | None) -> None:
@@ -175,14 +176,13 @@ async def _make(services: Services, counters: RequestCounters, asked: Asked, job
     answer = await job.run(work, "mesh")
     job.answered(len(answer.content))
     counters.made(answer.report)
-    described = {
-        "Content-Type": fmt.media_type,
-        "Content-Disposition": disposition(
-            "inline", answer.name if stored.is_hash else stored.id, fmt
-        ),
-        **report_headers(answer.report),
-    }
-    entry = Entry(subject, bytes(answer.content), described, services.origins.always)
+    saved = disposition("inline", answer.name if stored.is_hash else stored.id, fmt)
+    described = (
+        (b"content-type", fmt.media_type.encode()),
+        (b"content-disposition", saved.encode()),
+        *report_headers(answer.report),
+    )
+    entry = Entry(subject, bytes(answer.content), described)
     answers.put(entry, age)
     return Made(entry, job.timing)
 
@@ -213,12 +213,3 @@ async def _coded(
     key = (entry.subject.address, answers.age, coding, wanted.plain)
     with timing.step("compress"):
         return await services.flights.join(key, compress, job.until_end)
-
-
-def _unchanged(headers: RawHeaders) -> Response:
-    return _with_headers(Response(status_code=304), headers)
-
-
-def _with_headers(response: Response, headers: RawHeaders) -> Response:
-    response.raw_headers = list(headers)
-    return response

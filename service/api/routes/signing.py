@@ -2,7 +2,7 @@
 
 import time
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Response
 
 from service.api.answers import HEADERS, json_response
 from service.api.body import BodyRoute
@@ -26,7 +26,7 @@ signing = APIRouter(route_class=BodyRoute)
     responses={200: answer({}), **POST_ERRORS},
     openapi_extra=json_body("signAddress"),
 )
-async def sign_address(wanted: SignRequest, request: Request, context: ContextDep) -> Response:
+async def sign_address(wanted: SignRequest, context: ContextDep) -> Response:
     """Makes an address that any client may read without a key until it expires.
 
     That is for services where surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`):
@@ -36,7 +36,7 @@ async def sign_address(wanted: SignRequest, request: Request, context: ContextDe
     (`SURFACE_SIGNING_KEYS`), else there is no such call.
     """
     assert context.services.signer is not None
-    root = request.scope.get("root_path", "")
+    root = context.request.scope.get("root_path", "")
     address, expires = signed_address(context.services.signer, wanted, root, time.time())
     headers = HEADERS | {"Cache-Control": "no-store"}
     return json_response({"url": address, "expires": expires}, headers=headers)

@@ -67,7 +67,7 @@ _STORED = answer(
     },
     openapi_extra=surface_body("storeSurface", has_options=False),
 )
-async def store_surface(wanted: SurfaceRequest, request: Request, context: ContextDep) -> Response:
+async def store_surface(wanted: SurfaceRequest, context: ContextDep) -> Response:
     """Stores the surface under the SHA-256 of its content, which is its id from then on.
 
     The status is 201 where it is new, 200 where it was there. All ways to write a surface down have
@@ -76,7 +76,7 @@ async def store_surface(wanted: SurfaceRequest, request: Request, context: Conte
     the surface that JSON would say, with what it does not hold in the query. Its meshes have
     addresses, which `links` names, and clients may cache them for ever.
     """
-    services, job = context
+    services, job, request, _ = context
     id, content = await job.run(plan_content(wanted.to_surface()), "content")
     async with job.attended():
         with job.timing.step("store"):
@@ -131,7 +131,7 @@ async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> R
 
     Under an id that is a hash it never changes; its `ETag` is the hash of the content, in quotes.
     """
-    services, job = context
+    services, job, *_ = context
     no_parameters(request.query_params)
     tag = f'"{content_id(id)}"'
     headers = {"ETag": tag, "Cache-Control": FOR_AN_HOUR if id in EXAMPLES else FOR_EVER}

@@ -17,7 +17,7 @@ ROOM = 200_000
 def entry(name: str, size: int = 100, surface: str = "saddle", *, for_ever: bool = False) -> Entry:
     subject = Subject(f"/v1/surfaces/{surface}/mesh.glb?{name}", surface, name, for_ever)
     content = size.to_bytes(4) * (size // 4) + b"x" * (size % 4)
-    return Entry(subject, content, {"Content-Type": "model/gltf-binary"})
+    return Entry(subject, content, ((b"content-type", b"model/gltf-binary"),))
 
 
 def test_what_was_put_is_found_and_counted() -> None:

@@ -9,6 +9,7 @@ import pytest
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.app import create_app
+from service.api.cors import Origins
 from service.api.observing.metrics import RequestCounters
 from service.api.observing.middleware import AccessLog, RequestMiddleware
 from service.api.observing.record import RouteLabels, record_of
@@ -73,7 +74,7 @@ def asked(
         raise AssertionError("a body was read")
 
     log = AccessLog(settings or Settings(), lines.append)
-    outer = RequestMiddleware(tracing(inner), RouteLabels([]), counters, log)
+    outer = RequestMiddleware(tracing(inner), RouteLabels([]), counters, log, Origins(()))
     asyncio.run(outer(scope_of(method, path, headers), receive, send))
     assert counters.registry.get_sample_value("surface_http_requests_in_flight") == 0
     return sent, lines, counters
