@@ -210,15 +210,14 @@ def test_memory_of_large_arrays_comes_back() -> None:
     assert int(done.stdout) < 16 << 20
 
 
-def test_garbage_is_sought_seldom_and_not_among_what_is_there() -> None:
+def test_garbage_is_sought_seldom() -> None:
     before = gc.get_threshold()
     try:
+        gc.set_threshold(700, 10, 10)
         collect_rarely()
-        assert gc.get_freeze_count() > 10_000
-        assert gc.get_threshold()[0] > before[0]
+        assert gc.get_threshold() > (700, 10, 10)
         assert gc.isenabled()
     finally:
-        gc.unfreeze()
         gc.set_threshold(*before)
 
 

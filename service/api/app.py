@@ -36,7 +36,7 @@ from service.api.static_files import StaticFiles
 from service.api.workers import Workers
 from service.errors import InvalidSettings
 from service.settings.environment import from_environment
-from service.settings.process import bound_plans, pin_blas, share_heap
+from service.settings.process import bound_plans, collect_rarely, pin_blas, share_heap
 from service.settings.values import Settings, document_limits, result_limits
 from service.storage.address import InvalidStore, open_store
 from service.storage.store import SurfaceStore
@@ -49,6 +49,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     """
     pin_blas()
     share_heap()
+    collect_rarely()
     settings = settings or from_environment()
     bound_plans(settings.memory_bytes)
     routes: list[Any] = [each for router in _routers(settings) for each in router.routes]

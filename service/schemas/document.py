@@ -5,10 +5,8 @@ of two equal keys without a word; here that is an error. And because a short tex
 objects in memory, a `Budget` counts values while the text is still arriving.
 """
 
-import gc
 import re
 from dataclasses import dataclass, field
-from threading import Lock
 
 import orjson
 
@@ -33,9 +31,6 @@ texts of any kind."""
 BYTES_PER_VALUE, BYTES_PER_STRING, BYTES_PER_OBJECT = 100, 800, 1500
 """Memory that a value takes as a Python object and while it becomes part of an array; that a string
 takes, or the error that it is no known key; that an object and the model made of it take."""
-
-LONG_BODY = 1 << 16
-"""Bytes from which the garbage collector would run several times while a text is parsed."""
 
 _WIDE = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]\0|\0{1,3}[^\0]")
 """How UTF-16 and UTF-32 begin: with a byte order mark, or with a zero around the first letter."""
@@ -122,34 +117,6 @@ class Budget:
         """Bytes that the text so far and everything made of it take at most, until it is arrays."""
         made = BYTES_PER_VALUE * (self.values + 1) + BYTES_PER_OBJECT * self.objects
         return 3 * self.received + BYTES_PER_STRING * (self.quotes // 2) + made
-
-
-class _CollectionPause:
-    """The garbage collector rests while at least one thread is inside.
-
-    A parsed document has no cycles, and looking for some among its lists takes longer than parsing.
-    """
-
-    def __init__(self) -> None:
-        self._lock = Lock()
-        self._inside = 0
-        self._was_enabled = False
-
-    def __enter__(self) -> None:
-        with self._lock:
-            if not self._inside:
-                self._was_enabled = gc.isenabled()
-                gc.disable()
-            self._inside += 1
-
-    def __exit__(self, *_: object) -> None:
-        with self._lock:
-            self._inside -= 1
-            if not self._inside and self._was_enabled:
-                gc.enable()
-
-
-pause_collection = _CollectionPause()
 
 
 def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:

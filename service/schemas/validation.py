@@ -12,10 +12,8 @@ from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
 from service.schemas.document import (
     DEFAULT_LIMITS,
-    LONG_BODY,
     DocumentLimits,
     parse_document,
-    pause_collection,
 )
 from service.schemas.scan import shortened
 
@@ -117,10 +115,7 @@ def parse_request(model: type[Model], body: bytes, limits: DocumentLimits) -> Mo
     InvalidRequest
         With JSON pointers into the document.
     """
-    if len(body) < LONG_BODY:
-        return validate_document(model, parse_document(body, limits.max_depth), limits)
-    with pause_collection:
-        return validate_document(model, parse_document(body, limits.max_depth), limits)
+    return validate_document(model, parse_document(body, limits.max_depth), limits)
 
 
 def validate_document(

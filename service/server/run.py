@@ -7,6 +7,7 @@ is 0. A second signal ends the process at once, with 128 and the signal's number
 """
 
 import asyncio
+import gc
 import logging
 import os
 import re
@@ -24,7 +25,6 @@ import uvicorn
 from starlette.types import ASGIApp
 
 from service.server.protocol import BoundedProtocol, with_last_answer
-from service.settings.process import collect_rarely
 from service.settings.values import Settings
 
 if sys.platform != "win32":  # where the number of open files has no such limit
@@ -127,7 +127,8 @@ def serve(app: ASGIApp, settings: Settings, state: Any) -> NoReturn:
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, milliseconds)
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 15)
     raise_file_limit(settings.max_connections + 128)  # of the log, the store, libraries
-    collect_rarely()
+    gc.collect()
+    gc.freeze()  # objects that are there at the start stay
     with asyncio.Runner(loop_factory=server.config.get_loop_factory()) as runner:
         runner.run(server.serve([sock]))
         logging.shutdown()  # which writes the last lines

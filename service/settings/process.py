@@ -73,14 +73,11 @@ def give_back() -> None:
 
 
 def collect_rarely() -> None:
-    """Looks for garbage that holds on to itself seldom, and not among what is there already.
+    """Makes Python look seldom for objects that refer to each other and to which nothing else does.
 
-    Python looks whenever some hundred objects more are alive: while a large document becomes lists
-    that takes four times as long as the parsing, with everybody waiting. What is there at the
-    start stays anyway.
+    By itself it looks whenever 700 objects more are alive: a document of 3 MB takes 2.5 times as
+    long to parse.
     """
-    gc.collect()
-    gc.freeze()
     gc.set_threshold(50_000, 20, 100)
 
 

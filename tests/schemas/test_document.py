@@ -1,9 +1,7 @@
 """From bytes to values: what is refused, where, and what it may cost."""
 
-import gc
 import json
 import tracemalloc
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -13,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.errors import InvalidRequest, MalformedJson
-from service.schemas.document import Budget, DocumentLimits, parse_document, pause_collection
+from service.schemas.document import Budget, DocumentLimits, parse_document
 from service.schemas.request import MeshRequest
 from service.schemas.scan import MAX_PREFIX, is_deeper, pointer_at, repeated_key
 from service.schemas.validation import validate_document
@@ -228,15 +226,6 @@ def test_the_parser_still_needs_a_second_try() -> None:
     """When it does not, `_parse` can go."""
     with pytest.raises(orjson.JSONDecodeError, match="memory"):
         orjson.loads(b"[  " + b"0," * 5000 + b"0]")
-
-
-def test_collection_rests_until_the_last_thread_has_parsed() -> None:
-    assert gc.isenabled()
-    with pause_collection, ThreadPoolExecutor(1) as other:
-        with pause_collection:
-            assert not gc.isenabled()
-        assert not other.submit(gc.isenabled).result()
-    assert gc.isenabled()
 
 
 def test_a_budget_knows_the_memory_of_what_a_text_becomes() -> None:
