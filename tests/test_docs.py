@@ -5,7 +5,7 @@ from typing import get_args
 
 import numpy as np
 
-from service.api.openapi.requests import REQUESTS
+from service.api.openapi.parameters import REQUESTS
 from service.engine.evaluation.forward_difference import MAX_DEGREE
 from service.engine.options import Method
 from service.pipeline.limits import Limits

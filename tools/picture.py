@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeAlias
 
 from playwright.sync_api import Browser, Page
 
-from service.api.openapi.requests import REQUESTS
+from service.api.openapi.parameters import REQUESTS
 from service.api.routes.pages import THUMBNAILS
 from service.encoders.curves.registry import CURVES_BY_NAME
 from service.pipeline.curve import plan_curve

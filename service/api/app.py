@@ -10,6 +10,8 @@ from functools import partial
 from typing import Any
 
 from fastapi import APIRouter, FastAPI
+from fastapi.middleware.asyncexitstack import AsyncExitStackMiddleware
+from starlette.middleware.exceptions import ExceptionMiddleware
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service import __version__
@@ -72,7 +74,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
 
 
 class Application(FastAPI):
-    """FastAPI behind the middleware that sees requests first, its handler of errors included."""
+    """FastAPI behind the middleware that sees requests first."""
 
     front: ASGIApp
 
@@ -81,6 +83,11 @@ class Application(FastAPI):
         if self.openapi_schema is None:
             self.openapi_schema = describe(self, self.state.settings)
         return self.openapi_schema
+
+    def build_middleware_stack(self) -> ASGIApp:
+        """The router and the handlers of errors; `RequestMiddleware` answers all other errors."""
+        router = AsyncExitStackMiddleware(self.router)  # which FastAPI's own routes need
+        return ExceptionMiddleware(router, handlers=self.exception_handlers)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One request."""

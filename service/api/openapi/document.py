@@ -17,9 +17,8 @@ from service.api.guard.signatures import MIN_SECRET
 from service.api.models import Problem
 from service.api.observing.record import ID_HEADER
 from service.api.openapi.examples import ANSWERS
-from service.api.openapi.parameters import SIGNED
+from service.api.openapi.parameters import SIGNED, Json
 from service.api.openapi.problems import error_answers
-from service.api.openapi.requests import Json
 from service.api.openapi.responses import error, header
 from service.settings.values import Settings
 

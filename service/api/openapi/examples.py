@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from service.api.guard.signatures import MIN_SECRET, Signer, signed_address
 from service.api.links import mesh_links, surface_address
-from service.api.openapi.requests import REQUESTS, Json
+from service.api.openapi.parameters import REQUESTS, Json
 from service.encoders.curves.registry import CURVES_BY_NAME
 from service.encoders.registry import BY_NAME
 from service.encoders.text import json_text

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from importlib.resources import files
 from types import MappingProxyType
 from typing import Annotated, Any, TypeAlias
 
@@ -10,7 +11,6 @@ from pydantic import WithJsonSchema
 
 from service.api.caching.codings import CODINGS
 from service.api.guard.signatures import EXPIRES, SIGNATURE
-from service.api.openapi.requests import REQUESTS, Json
 from service.api.stored import content_id
 from service.decoders.format import Decoder
 from service.decoders.registry import DECODERS
@@ -22,6 +22,32 @@ from service.schemas.surface_query import FIELDS
 from service.surface.checks import MAX_DEGREE
 from service.surface.examples import EXAMPLES
 from service.surface.knots import NAMED
+
+Json: TypeAlias = dict[str, Any]
+
+REQUESTS: dict[str, Json] = json.loads(
+    files(__package__).joinpath("requests.json").read_text(encoding="utf-8")
+)
+"""Examples of bodies, by operation: a summary and a value by name."""
+
+_MESHES = REQUESTS["createMesh"]
+
+
+def _of_mesh(name: str, summary: str, **changed: Any) -> Json:
+    return {"summary": summary, "value": _MESHES[name]["value"] | changed}
+
+
+REQUESTS["estimateMesh"] = {
+    "patch": _MESHES["patch"],
+    "quads": _of_mesh("patches", "Quads, for which some formats have no place"),
+    "huge": _of_mesh("patch", "More vertices than are answered in any format", resolution=60_000),
+    "tolerance": _of_mesh("tolerance", "By tolerance: no more than this comes out"),
+    "tube": _of_mesh("tube", "A tube, whose vertices are counted as many as they may be"),
+}
+REQUESTS["storeSurface"] = {
+    name: _MESHES[name] | {"value": {"surface": _MESHES[name]["value"]["surface"]}}
+    for name in ("patch", "rational", "nurbs", "group")
+}
 
 _HASH = {"type": "string", "pattern": "^[0-9a-f]{64}$"}
 

@@ -10,7 +10,7 @@ from service.api.body import body_too_large, body_too_slow, body_type
 from service.api.guard.policy import REALM, key_needed, key_unknown, rate_limited
 from service.api.guard.signatures import MIN_SECRET, Signer
 from service.api.negotiation import by_accept, by_name, by_suffix, check_codings
-from service.api.openapi.requests import Json
+from service.api.openapi.parameters import Json
 from service.api.openapi.responses import header
 from service.api.problems import MEDIA_TYPE, Place, Problem, problem_document, problem_of
 from service.api.routes.meshes_by_url import check_engine

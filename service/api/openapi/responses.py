@@ -6,7 +6,7 @@ from typing import Any
 from service.api.answers import BOUND_HEADER, TRIANGLES_HEADER, VERTICES_HEADER
 from service.api.caching.entries import FOR_AN_HOUR, FOR_EVER
 from service.api.links import mesh_address, surface_address
-from service.api.openapi.requests import Json
+from service.api.openapi.parameters import Json
 from service.api.stored import content_id
 from service.encoders.format import FileFormat
 

@@ -12,7 +12,7 @@ from service.api.models import FormatList, Health
 from service.api.negotiation import no_parameters
 from service.api.observing import metrics as service_metrics
 from service.api.observing.health import is_ready
-from service.api.openapi.requests import Json
+from service.api.openapi.parameters import Json
 from service.api.openapi.responses import error
 from service.encoders.compression import compressions
 from service.encoders.registry import FORMATS
