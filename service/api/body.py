@@ -67,8 +67,8 @@ class BodyRoute(APIRoute):
         job: Job = scope["state"]["job"]
         decoder = body_type(headers.get(b"content-type", b"").decode("latin-1"), self.decoders)
         scope["state"]["posts_file"] = decoder is not None  # errors then point into file and query
-        beside = self._query(request, decoder)
-        fmt = self._format(beside, request)
+        name, beside = self._query(request, decoder)
+        fmt = self._format(name, request)
         body = await _read_body(request, headers, services, job, decoder)
         parse = partial(_parse, self._model, body, decoder, beside, services)
         wanted = await job.parse(parse, is_long=is_long_body(body, decoder))
@@ -76,32 +76,29 @@ class BodyRoute(APIRoute):
         response: Response = await self.endpoint(wanted, Context(services, job, request, fmt))
         await response(scope, receive, send)
 
-    def _format(self, beside: dict[str, Any], request: Request) -> FileFormat | None:
-        """The format of the answer, which is no option of the surface."""
-        if not self.formats:
-            return None
-        if "format" in beside:
-            fmt = by_name(str(beside.pop("format")), self.formats)
-        elif self.accepts_any:
+    def _query(self, request: Request, decoder: Decoder | None) -> tuple[Any, dict[str, Any]]:
+        """What the query says: a format; and beside a file, all but the control points."""
+        query: bytes = request.scope["query_string"]
+        if decoder is None:
+            if not self.formats:
+                no_parameters(request.query_params)
+            return only_format(query) if query and self.formats else None, {}
+        try:
+            beside = document_from_query(request.query_params.multi_items())
+        except InvalidRequest as error:
+            raise InvalidQuery(*error.issues) from None
+        return str(beside.pop("format")) if self.formats and "format" in beside else None, beside
+
+    def _format(self, name: str | None, request: Request) -> FileFormat | None:
+        """The format of the answer: the one of this name, else one that `Accept` chooses."""
+        if name is not None:
+            fmt = by_name(name, self.formats)
+        elif self.formats and self.accepts_any:
             fmt = by_accept(request.headers.get("accept"), self.formats)
         else:
             return None
         record_of(request.scope).format = fmt.name
         return fmt
-
-    def _query(self, request: Request, decoder: Decoder | None) -> dict[str, Any]:
-        """What the query says: beside a file all but the control points, else only a format."""
-        query: bytes = request.scope["query_string"]
-        if decoder is None:
-            if self.formats:
-                name = only_format(query) if query else None
-                return {} if name is None else {"format": name}
-            no_parameters(request.query_params)
-            return {}
-        try:
-            return document_from_query(request.query_params.multi_items())
-        except InvalidRequest as error:
-            raise InvalidQuery(*error.issues) from None
 
 
 def is_long_body(body: bytes, decoder: Decoder | None) -> bool:

@@ -57,7 +57,8 @@ class Origins:
             self._always += ((b"access-control-allow-origin", b"*"), *self._readable)
         elif origins:
             self._always += ((b"vary", b"Origin"),)
-        self._answers_preflights = bool(origins)
+        start = {"type": "http.response.start", "status": 204, "headers": _PREFLIGHT}
+        self._preflight: Message | None = start if origins else None
 
     def headers(self, scope: Scope) -> RawHeaders:
         """The headers that the answer to a request has for the sake of its origin."""
@@ -70,9 +71,7 @@ class Origins:
 
     def preflight(self, scope: Scope) -> Message | None:
         """The head of the answer to a preflight request; None where a route shall answer."""
-        if not self._answers_preflights or not is_preflight(scope):
-            return None
-        return {"type": "http.response.start", "status": 204, "headers": _PREFLIGHT}
+        return self._preflight if is_preflight(scope) else None
 
 
 def is_preflight(scope: Scope) -> bool:

@@ -56,26 +56,26 @@ async def context_of(request: Request) -> Context:
 ContextDep = Annotated[Context, Depends(context_of)]
 
 
+@dataclass(frozen=True, eq=False, slots=True)
 class JobMiddleware:
     """Gives every request its job, `scope["state"]["job"]`; ends it after the answer.
 
     It hands on HEAD as GET and keeps back the body, which FastAPI does not do by itself.
     """
 
-    def __init__(self, app: ASGIApp, workers: Workers) -> None:
-        self._app = app
-        self._workers = workers
+    app: ASGIApp
+    workers: Workers
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One request."""
         if scope["type"] != "http":
-            await self._app(scope, receive, send)
+            await self.app(scope, receive, send)
             return
         if scope["method"] == "HEAD":
             scope, send = {**scope, "method": "GET"}, partial(_send_head, send)
-        job = scope.setdefault("state", {})["job"] = Job(self._workers, receive)
+        job = scope.setdefault("state", {})["job"] = Job(self.workers, receive)
         try:
-            await self._app(scope, receive, send)
+            await self.app(scope, receive, send)
         finally:
             del scope["state"]["job"]
             job.close()

@@ -48,7 +48,7 @@ class AnswerCache:
         self.max_bytes = max_bytes
         self.allowed = max_bytes
         self.bytes = 0
-        self.freed: Callable[[], None] = _nothing
+        self.freed: Callable[[], None] = lambda: None
         self.counts = Counts()
         self.age = 0
         """How often something was forgotten: what was begun before is not kept after it."""
@@ -179,7 +179,3 @@ class AnswerCache:
         size = len(path) + len(query) + ALIAS_BYTES
         entry.size -= size
         self.bytes -= size
-
-
-def _nothing() -> None:
-    """Nobody waits for room."""

@@ -146,9 +146,7 @@ class Entry:
         self.size = ENTRY_BYTES + sum(len(k) + len(v) for k, v in self._described)
         self.add(self.coded("identity", plain), "identity")
 
-    def headers(
-        self, variant: Variant, *, pinned: bool, timing: bytes
-    ) -> tuple[tuple[bytes, bytes], ...]:
+    def headers(self, variant: Variant, *, pinned: bool, timing: bytes) -> RawHeaders:
         """The headers of the answer that brings the bytes."""
         return self._full(variant.coding, len(variant.body), pinned, timing)
 

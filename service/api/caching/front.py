@@ -1,6 +1,7 @@
 """The front door: what is known is answered here, before anything else sees the request."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from operator import attrgetter
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -15,6 +16,7 @@ from service.api.observing.record import record_of
 _END: Message = {"type": "http.response.body", "body": b""}
 
 
+@dataclass(frozen=True, eq=False, slots=True)
 class Front:
     """Answers requests whose answers are kept, and preflight requests; hands on all others.
 
@@ -22,16 +24,15 @@ class Front:
     heads are ready; so a hit takes a few microseconds, of which the server's own work is most.
     """
 
-    def __init__(self, app: ASGIApp, answers: AnswerCache, origins: Origins) -> None:
-        self._app = app
-        self._answers = answers
-        self._origins = origins
+    app: ASGIApp
+    answers: AnswerCache
+    origins: Origins
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One request."""
         method = scope["method"] if scope["type"] == "http" else ""
         if method in _METHODS:
-            found = self._answers.find(scope["path"], scope["query_string"])
+            found = self.answers.find(scope["path"], scope["query_string"])
             if found is not None:
                 entry, pinned = found
                 coding = condition = None
@@ -42,7 +43,7 @@ class Front:
                         condition = value if condition is None else condition + b"," + value
                 chosen = _choose(entry, accepted(coding), condition)
                 if chosen is not None:
-                    self._answers.counts.hits += 1
+                    self.answers.counts.hits += 1
                     record_of(scope).cache = "hit"
                     variant, unchanged = chosen
                     await send((variant.unchanged if unchanged else variant.full)[pinned])
@@ -53,15 +54,15 @@ class Front:
                     else:
                         await self._send_tracked(entry, variant, send)
                     return
-        elif method == "OPTIONS" and (start := self._origins.preflight(scope)) is not None:
+        elif method == "OPTIONS" and (start := self.origins.preflight(scope)) is not None:
             await send(start)
             await send(_END)
             return
-        await self._app(scope, receive, send)
+        await self.app(scope, receive, send)
 
     async def _send_tracked(self, entry: Entry, variant: Variant, send: Send) -> None:
         """A body that a slow client may leave with the server: so long the entry is kept."""
-        self._answers.begin(entry)
+        self.answers.begin(entry)
         try:
             if len(variant.body) <= CHUNK:
                 await send(variant.piece)
@@ -69,7 +70,7 @@ class Front:
             else:
                 await send_pieces(variant.body, send)
         finally:
-            self._answers.end(entry)
+            self.answers.end(entry)
 
 
 _METHODS = frozenset({"GET", "HEAD"})

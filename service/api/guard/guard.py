@@ -58,6 +58,7 @@ class _Pass:
     wait: int = 0
 
 
+@dataclass(frozen=True, eq=False, slots=True)
 class Guard:
     """Hands on what is allowed; answers all else by itself.
 
@@ -66,18 +67,17 @@ class Guard:
     the address that was signed.
     """
 
-    def __init__(self, app: ASGIApp, policy: Policy, means: Means) -> None:
-        self._app = app
-        self._policy = policy
-        self._means = means
+    app: ASGIApp
+    policy: Policy
+    means: Means
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One request."""
         if scope["type"] != "http":
-            await self._app(scope, receive, send)
+            await self.app(scope, receive, send)
             return
         found = _Pass([])
-        app = self._app
+        app = self.app
         try:
             self._admit(scope, found)
         except SurfaceError as error:
@@ -96,21 +96,21 @@ class Guard:
 
     def _admit(self, scope: Scope, found: _Pass) -> None:
         """Lets a request pass, or raises what is in its way."""
-        if self._means.proxies is not None:
-            self._means.proxies.introduce(scope)
+        if self.means.proxies is not None:
+            self.means.proxies.introduce(scope)
             if scope["scheme"] == "https":
                 found.added.append(_HSTS)
         if is_preflight(scope):
             return
         path = route_path(scope)
-        need = self._policy.need(scope["method"], path)
+        need = self.policy.need(scope["method"], path)
         sent, name = self._key(scope)
         if name is not None:
             record_of(scope).key = name
         if path not in EXEMPT or (need != "nothing" and name is None):
             self._count(scope, name, found)
         found.private = need == "key or signature"
-        signer = self._means.signer
+        signer = self.means.signer
         if need != "key" and signer is not None and is_signed(path, scope["query_string"]):
             now = time.time()
             query, expires = signer.check(path, scope["query_string"], now)
@@ -121,7 +121,7 @@ class Guard:
 
     def _key(self, scope: Scope) -> tuple[bool, str | None]:
         """Whether a key was sent, and its name, if it is one of ours."""
-        keys = self._means.keys
+        keys = self.means.keys
         key = None if keys is None else bearer(_header(scope, b"authorization"))
         if keys is None or key is None:
             return False, None
@@ -129,7 +129,7 @@ class Guard:
 
     def _count(self, scope: Scope, name: str | None, found: _Pass) -> None:
         """Counts a request to whoever makes it; what brings a wrong key, to its address."""
-        rates = self._means.rates
+        rates = self.means.rates
         if rates is None:
             return
         client = scope.get("client")

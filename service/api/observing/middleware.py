@@ -9,6 +9,7 @@ It also adds the headers that every answer has: the request's id, and those for 
 import logging
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -147,22 +148,15 @@ def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "Request
     return RequestMiddleware(inner, labels, state.observed, log, state.services.origins)
 
 
+@dataclass(eq=False, slots=True)
 class RequestMiddleware:
     """Sees every request first and every answer last, hits of the cache too."""
 
-    def __init__(
-        self,
-        app: ASGIApp,
-        labels: RouteLabels,
-        counters: RequestCounters,
-        log: AccessLog,
-        origins: Origins,
-    ) -> None:
-        self.app = app
-        self._labels = labels
-        self._counters = counters
-        self._log = log
-        self._origins = origins
+    app: ASGIApp
+    labels: RouteLabels
+    counters: RequestCounters
+    log: AccessLog
+    origins: Origins
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answers one request."""
@@ -170,8 +164,8 @@ class RequestMiddleware:
             await self.app(scope, receive, send)
             return
         start = time.perf_counter()
-        record = start_record(scope, self._labels)
-        counters, added = self._counters, self._origins.headers(scope)
+        record = start_record(scope, self.labels)
+        counters, added = self.counters, self.origins.headers(scope)
 
         async def recorded(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -195,7 +189,7 @@ class RequestMiddleware:
             record.client = client[0] if client else "-"
             seconds = time.perf_counter() - start
             counters.count(record, seconds)
-            self._log.add(record, time.time(), seconds)
+            self.log.add(record, time.time(), seconds)
 
 
 async def answer_failure(error: Exception, scope: Scope, receive: Receive, send: Send) -> None:

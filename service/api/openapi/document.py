@@ -14,7 +14,7 @@ from pydantic import SecretStr
 from service.api.guard.keys import entry_line, new_key
 from service.api.guard.policy import EXEMPT, Policy
 from service.api.guard.signatures import MIN_SECRET
-from service.api.models import Problem
+from service.api.models.surfaces import Problem
 from service.api.observing.record import ID_HEADER
 from service.api.openapi.examples import ANSWERS
 from service.api.openapi.parameters import SIGNED, Json

@@ -25,9 +25,7 @@ from service.surface.knots import NAMED
 
 Json: TypeAlias = dict[str, Any]
 
-REQUESTS: dict[str, Json] = json.loads(
-    files(__package__).joinpath("requests.json").read_text(encoding="utf-8")
-)
+REQUESTS: dict[str, Json] = json.loads(files(__package__).joinpath("requests.json").read_bytes())
 """Examples of bodies, by operation: a summary and a value by name."""
 
 _MESHES = REQUESTS["createMesh"]

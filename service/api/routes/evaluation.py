@@ -4,7 +4,8 @@ from fastapi import APIRouter, Response
 
 from service.api.answers import bytes_response, file_response
 from service.api.body import BodyRoute
-from service.api.models import Curve, Points, SurfaceDocument
+from service.api.models.points import Curve, Points
+from service.api.models.surfaces import SurfaceDocument
 from service.api.openapi.parameters import format_parameter, json_body
 from service.api.openapi.responses import FILE_HEADERS, POST_ERRORS, answer, error
 from service.api.services import ContextDep

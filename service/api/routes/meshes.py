@@ -6,7 +6,7 @@ from fastapi import APIRouter, Response
 
 from service.api.answers import bytes_response, file_response
 from service.api.body import BodyRoute
-from service.api.models import Estimate, Mesh
+from service.api.models.meshes import Estimate, Mesh
 from service.api.openapi.parameters import format_parameter, surface_body
 from service.api.openapi.responses import MESH_HEADERS, POST_ERRORS, answer, error
 from service.api.services import ContextDep

@@ -10,7 +10,7 @@ from service.api.answers import FileResponse, disposition, report_headers
 from service.api.caching.codings import COMPRESS, Accepted, Coding, compressed
 from service.api.caching.entries import Entry, Subject, Variant, held, is_any
 from service.api.links import mesh_address
-from service.api.models import Mesh
+from service.api.models.meshes import Mesh
 from service.api.negotiation import by_suffix, codings_of, condition_of
 from service.api.observing.metrics import RequestCounters
 from service.api.observing.record import Timing, record_of

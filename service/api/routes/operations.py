@@ -8,7 +8,7 @@ from fastapi.responses import PlainTextResponse
 
 from service import __version__
 from service.api.answers import HEADERS, json_response
-from service.api.models import FormatList, Health
+from service.api.models.surfaces import FormatList, Health
 from service.api.negotiation import no_parameters
 from service.api.observing import metrics as service_metrics
 from service.api.observing.health import is_ready

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Response
 from service.api.answers import HEADERS, json_response
 from service.api.body import BodyRoute
 from service.api.guard.signatures import signed_address
-from service.api.models import SignedAddress
+from service.api.models.surfaces import SignedAddress
 from service.api.openapi.parameters import json_body
 from service.api.openapi.responses import POST_ERRORS, answer
 from service.api.services import ContextDep

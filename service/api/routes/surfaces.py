@@ -9,7 +9,7 @@ from service.api.answers import HEADERS, bytes_response, json_response
 from service.api.body import BodyRoute
 from service.api.caching.entries import FOR_AN_HOUR, FOR_EVER, is_any, listed
 from service.api.links import mesh_links, mesh_path, surface_address
-from service.api.models import StoredSurface, SurfaceDocument, SurfaceList
+from service.api.models.surfaces import StoredSurface, SurfaceDocument, SurfaceList
 from service.api.negotiation import condition_of, no_parameters
 from service.api.openapi.parameters import IF_NONE_MATCH, StoredId, SurfaceId, surface_body
 from service.api.openapi.responses import (

@@ -23,7 +23,7 @@ TRACE, SPAN = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
 def labels() -> RouteLabels:
     middleware = create_app().front
     assert isinstance(middleware, RequestMiddleware)
-    return middleware._labels
+    return middleware.labels
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,232 @@
+"""Answers about meshes as JSON, and what the models of all answers share.
+
+The models are behind the schemas of the OpenAPI document. Routes write long answers from arrays,
+without them; tests validate the answers against them.
+"""
+
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
+from pydantic.json_schema import SkipJsonSchema
+
+from service.encoders.registry import FORMATS
+from service.schemas.arrays import tuple_schema
+from service.surface.channels import MAX_DIMENSION
+
+_NUMBER: dict[str, Any] = {"type": "number"}
+_SHARE: dict[str, Any] = {"type": "number", "minimum": 0, "maximum": 1}
+_ROW: dict[str, Any] = {"type": "integer", "minimum": 0}
+
+
+def schema_of_names(names: list[str]) -> WithJsonSchema:
+    """The schema of one of some names."""
+    return WithJsonSchema({"type": "string", "enum": names})
+
+
+def schema_of_row(item: dict[str, Any], length: int) -> WithJsonSchema:
+    """The schema of a list of this length."""
+    return WithJsonSchema(tuple_schema(item, length))
+
+
+def _sizes(what: str) -> WithJsonSchema:
+    """The schema of an object with a number of bytes for each format."""
+    each = {f.name: _ROW | {"description": f"{what} {f.name}."} for f in FORMATS}
+    return WithJsonSchema({"type": "object", "properties": each, "additionalProperties": False})
+
+
+class Answer(BaseModel):
+    """An answer, or a part of one."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
+
+Missing: TypeAlias = SkipJsonSchema[None]
+"""The value of a field that may be left out, but is never null."""
+
+Count: TypeAlias = Annotated[int, Field(ge=0)]
+Length: TypeAlias = Annotated[float, Field(ge=0)]
+Pair: TypeAlias = Annotated[tuple[float, float], schema_of_row(_NUMBER, 2)]
+Vector: TypeAlias = Annotated[tuple[float, float, float], schema_of_row(_NUMBER, 3)]
+Rgba: TypeAlias = Annotated[tuple[float, float, float, float], schema_of_row(_SHARE, 4)]
+Run: TypeAlias = Annotated[tuple[int, int], schema_of_row({"type": "integer"}, 2)]
+Segment: TypeAlias = Annotated[tuple[int, int], schema_of_row(_ROW, 2)]
+Corners: TypeAlias = Annotated[list[Count], Field(min_length=3, max_length=4)]
+Continuity: TypeAlias = Literal["C0", "G1", "C1"]
+FormatName: TypeAlias = Annotated[str, schema_of_names([f.name for f in FORMATS])]
+
+
+class Bounds(Answer):
+    """Of the vertices as stored."""
+
+    min: Vector
+    """Least x, y and z."""
+    max: Vector
+    """Greatest x, y and z."""
+
+
+class CurvatureRange(Answer):
+    """Least and greatest curvature of the vertices."""
+
+    gaussian: Pair
+    """Per square of the model unit."""
+    mean: Pair
+    """Per model unit."""
+
+
+class PartReport(Answer):
+    """What is known about a part."""
+
+    name: str
+    """Name of the part; of a group, of the member."""
+    deviation_bound: Length | Missing = None
+    """As that of the whole; left out of what has no parameters."""
+
+
+class MeshReport(Answer):
+    """What is known about a mesh."""
+
+    vertices: Count
+    """Number of positions: one with several normals counts once."""
+    triangles: Count
+    """Number of triangles."""
+    quads: Count
+    """Number of quads."""
+    patches: Count
+    """Number of Bézier patches; tubes and ribbons have none."""
+    bounds: Bounds
+    watertight: bool
+    """Whether every edge is used by exactly two faces."""
+    boundary_edges: Count
+    """Edges that only one face uses."""
+    poles_repaired: Count
+    """Samples whose normal is a limit, since du × dv vanishes there."""
+    closed_u: bool | Missing = None
+    """Whether the surface closes along u: its last line is its first one. Left out, as the next
+    three, for several patches that are not one surface."""
+    closed_v: bool | Missing = None
+    """Whether it closes along v."""
+    continuity_u: Continuity | Missing = None
+    """There if it closes along u: whether it does so with one partial du (C1), with one tangent
+    plane (G1), or with neither (C0)."""
+    continuity_v: Continuity | Missing = None
+    """There if it closes along v: whether with one partial dv, as above."""
+    deviation_bound: Length | Missing = None
+    """Proved, in model units: no point of the surface is further than this from the faces as they
+    are written, their rounding included. Never above a tolerance that was asked for; left out where
+    there are no faces of a parametric surface."""
+    mesh_deviation_bound: Length | Missing = None
+    """There if it was asked for (`two_sided`), and proved as well: no point of the faces is further
+    than this from the surface."""
+    normal_angle: Length | Missing = None
+    """There if it was asked for (`angle_tolerance`): radians, the largest measured between the
+    normals at two vertices that an edge joins."""
+    curvature: CurvatureRange | Missing = None
+    """There if it was asked for (`curvatures`): least and greatest curvature of the vertices."""
+    parts: list[PartReport] | Missing = None
+    """The bound of every part by itself, in the order of the parts."""
+    engine: int
+    """Version of the numbers."""
+
+
+class MeshPart(Answer):
+    """A named run of faces."""
+
+    name: str
+    """Name of the part."""
+    faces: Run
+    """First face, and the one after the last."""
+    color: Rgba | Missing = None
+    """Base colour [r, g, b, a], sRGB, where one was told."""
+
+
+class MeshLines(Answer):
+    """An overlay."""
+
+    name: str
+    """Name of the overlay."""
+    vertices: list[Vector]
+    """Positions of its own."""
+    segments: list[Segment]
+    """Pairs of rows of its `vertices`."""
+
+
+class Mesh(Answer):
+    """A mesh as JSON."""
+
+    vertices: list[Vector]
+    """Positions [x, y, z], welded ones once; float64, shortest digits that round-trip."""
+    faces: list[Corners]
+    """Rows of `vertices` for each corner of each face, counter-clockwise seen from the normal's
+    tip; part by part, the quads of a part before its triangles."""
+    normals: list[Vector] | Missing = None
+    """Unit normals, float32; left out if `normals` is false. Row by row those of `vertices`, unless
+    there are `attribute_faces`."""
+    uvs: list[Pair] | Missing = None
+    """Texture coordinates of the surface, or if it has none and `uvs` is true, parameters (u, v);
+    float32. In the rows of `normals`."""
+    colors: list[Annotated[list[float], Field(min_length=3, max_length=4)]] | Missing = None
+    """Colours of the surface, if it has any: sRGB, or sRGB and opacity, from 0 to 1; float32. In
+    the rows of `normals`."""
+    attributes: (
+        dict[str, list[Annotated[list[float], Field(min_length=1, max_length=MAX_DIMENSION)]]]
+        | Missing
+    ) = None
+    """Values of the surface's attributes by name, float64. In the rows of `normals`."""
+    attribute_faces: list[Corners] | Missing = None
+    """There if a position has several normals, colours or the like, as at a crease: in the shape
+    of `faces`, the rows of `normals`, `uvs`, `colors` and `attributes` for each corner of each
+    face."""
+    parts: list[MeshPart]
+    """Named runs [first, last) of `faces`."""
+    lines: list[MeshLines] | Missing = None
+    """Overlays, if any were asked for."""
+    report: MeshReport
+
+
+class Refusal(Answer):
+    """One thing for which `POST /v1/mesh` would refuse."""
+
+    formats: Annotated[list[FormatName], Field(min_length=1)]
+    """The formats that it holds for."""
+    code: str
+    """As in an error of `POST /v1/mesh`."""
+    pointer: str
+    """JSON pointer (RFC 6901) into the body."""
+    detail: str
+    """What is wrong, for people."""
+    got: str
+    """What was found."""
+    needed: str
+    """What would be right."""
+
+
+class Estimate(Answer):
+    """What a mesh would be."""
+
+    vertices: Count
+    """Positions, as in the report: one with several normals counts once."""
+    triangles: Count
+    """Triangles."""
+    quads: Count
+    """Quads."""
+    exact: bool
+    """Whether these three are those of the report. Else they are upper bounds: under a tolerance,
+    usually some ten times what comes out, or a budget; of what is swept along a curve; of wires
+    with faces; of what is refused for its vertices."""
+    bytes: Annotated[dict[str, int], _sizes("Bytes as")]
+    """Bytes of the answer in every format that has a place for the mesh: upper bounds, but for
+    `exact_bytes`. Numbers written as text count as long as they can be."""
+    exact_bytes: list[FormatName]
+    """The formats whose number of bytes is exact."""
+    memory: Annotated[dict[str, int], _sizes("Bytes of memory for the mesh as")]
+    """Bytes of memory that making the answer takes at most, in the formats in which there would be
+    one. What takes more than the service has for one request is refused, `too_much_memory`; what
+    takes much may have to wait."""
+    accepted: bool
+    """Whether `POST /v1/mesh` would answer this body in one of the formats."""
+    certain: bool
+    """Whether nothing else can be refused. Under a tolerance it is so if the bounds above are
+    within all limits; else, and under a budget, a mesh may turn out to be too large, or the
+    tolerance too small, when it is made."""
+    refused: list[Refusal]
+    """Why it would not, in the formats in which it would not."""

@@ -1,0 +1,89 @@
+"""Answers about points and curves as JSON."""
+
+from typing import Annotated, Any, TypeAlias
+
+from pydantic import Field
+
+from service.api.models.meshes import Answer, Length, Missing, Vector, schema_of_row
+
+_OR_NULL: dict[str, Any] = {"type": ["number", "null"]}
+
+PairOrNull: TypeAlias = Annotated[tuple[float | None, float | None], schema_of_row(_OR_NULL, 2)]
+VectorOrNull: TypeAlias = Annotated[
+    tuple[float | None, float | None, float | None], schema_of_row(_OR_NULL, 3)
+]
+Point: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=3)]
+
+
+class Points(Answer):
+    """Points of a surface in columns, float64, a row for every place asked for."""
+
+    positions: list[Vector]
+    """The points [x, y, z]."""
+    du: list[VectorOrNull] | Missing = None
+    """First partials along u, in the parameters of the surface."""
+    dv: list[VectorOrNull] | Missing = None
+    """First partials along v."""
+    normals: list[Vector] | Missing = None
+    """Unit normals along du × dv; where that vanishes, their limits from inside the surface."""
+    degenerate: list[bool] | Missing = None
+    """Whether du × dv vanishes, as at a pole: normals and curvatures there are limits, taken along
+    the line that leads straight inwards."""
+    duu: list[VectorOrNull] | Missing = None
+    """Second partials along u."""
+    duv: list[VectorOrNull] | Missing = None
+    """Mixed second partials."""
+    dvv: list[VectorOrNull] | Missing = None
+    """Second partials along v."""
+    gaussian_curvature: list[float | None] | Missing = None
+    """Gaussian curvatures, k1 · k2; null where it grows beyond all bounds, as at the apex of a
+    cone, or has no limit."""
+    mean_curvature: list[float | None] | Missing = None
+    """Mean curvatures, (k1 + k2)/2; positive where the surface bends towards its normal, so that a
+    sphere with outward normals has −1/r; null where it grows beyond all bounds, as at the apex of a
+    cone, or has no limit."""
+    principal_curvatures: list[PairOrNull] | Missing = None
+    """Principal curvatures [k1, k2], k1 ≥ k2; null where it grows beyond all bounds, as at the apex
+    of a cone, or has no limit."""
+
+
+class CurveBounds(Answer):
+    """Of the points as stored."""
+
+    min: Point
+    """Least x, y and, in space, z."""
+    max: Point
+    """Greatest x, y and, in space, z."""
+
+
+class CurveReport(Answer):
+    """What is known about the curve."""
+
+    points: Annotated[int, Field(ge=2)]
+    """Number of points."""
+    pieces: Annotated[int, Field(ge=1)]
+    """Number of Bézier pieces."""
+    length: float
+    """Length of the curve itself, to about twelve digits."""
+    closed: bool
+    """Whether it ends where it begins; the last point is then the first."""
+    deviation_bound: Length
+    """No point of the curve is further from the lines between the points, as they are written."""
+    bounds: CurveBounds
+    engine: int
+    """Version of the numbers."""
+
+
+class Curve(Answer):
+    """A sampled curve as JSON: columns of float64, row k of each for point k."""
+
+    points: list[Point]
+    """Points with as many coordinates as the control points have."""
+    tangents: list[Point] | Missing = None
+    """Unit tangents; left out if `tangents` is false. At a corner or a cusp, that of what
+    follows."""
+    parameters: list[float]
+    """Parameters in the domain of the curve."""
+    arc_lengths: list[float] | Missing = None
+    """Length of the curve up to each point; left out if `arc_lengths` is false."""
+    report: CurveReport
