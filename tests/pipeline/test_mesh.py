@@ -16,7 +16,7 @@ from service.errors import InvalidRequest, SurfaceError, TooLarge, UnsupportedBy
 from service.pipeline.checks import check_model, count_models
 from service.pipeline.cost import mesh_counts, mesh_size
 from service.pipeline.limits import Limits
-from service.pipeline.mesh import build_mesh, plan_mesh, render
+from service.pipeline.mesh import build_mesh, plan_mesh, plan_sizes, render
 from service.pipeline.points import plan_points
 from service.surface.batches import ChannelKind
 from service.surface.bezier import BezierSurface
@@ -110,6 +110,20 @@ def test_too_many_bytes_are_refused_before_anything_is_computed(fmt: Format) -> 
     (issue,) = refused(options, fmt, limits).issues
     assert issue.code == "too_many_bytes"
     assert "50000" in issue.needed
+
+
+@pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
+def test_a_plan_that_is_kept_is_the_one_that_would_be_made(fmt: Format) -> None:
+    for name in ("saddle", "utah-teapot"):
+        surface = find(name).surface()
+        size, form, limits = surface.size(), (fmt, EncodeOptions()), Limits()
+        for _ in range(2):
+            plan = plan_mesh(surface, MeshOptions((3, 3)), *form, limits)
+            made = plan_sizes.__wrapped__(size, size, MeshOptions((3, 3)), form, limits)
+            assert (plan.size, plan.stored, plan.is_certain, plan.cost) == made
+            assert plan.surface is surface
+            with pytest.raises(TooLarge):
+                plan_mesh(surface, MeshOptions((3, 3)), *form, Limits(max_vertices=15))
 
 
 def test_the_limits_themselves_are_allowed() -> None:
