@@ -10,8 +10,6 @@ from functools import partial
 from typing import Any
 
 from fastapi import APIRouter, FastAPI
-from fastapi.middleware.asyncexitstack import AsyncExitStackMiddleware
-from starlette.middleware.exceptions import ExceptionMiddleware
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service import __version__
@@ -83,11 +81,6 @@ class Application(FastAPI):
         if self.openapi_schema is None:
             self.openapi_schema = describe(self, self.state.settings)
         return self.openapi_schema
-
-    def build_middleware_stack(self) -> ASGIApp:
-        """The router and the handlers of errors; `RequestMiddleware` answers all other errors."""
-        router = AsyncExitStackMiddleware(self.router)  # which FastAPI's own routes need
-        return ExceptionMiddleware(router, handlers=self.exception_handlers)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One request."""

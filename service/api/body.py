@@ -1,7 +1,8 @@
 """Bodies of requests: read within limits, parsed, checked, and handed to the route as a model.
 
 `BodyRoute` reads and parses the body in place of FastAPI, in a thread if it is long, and calls the
-function of the route with the model and the `Context`. So errors in a body are ours, and a file of
+function of the route with the model and the `Context` (the pattern "Custom Request and APIRoute
+class" of FastAPI's documentation). So errors in a body are ours, and a file of
 control points comes through the same door as JSON: what JSON would say beside the points stands in
 the query. FastAPI finds the route, handles errors, and reads the function's signature for the
 OpenAPI document; there are no other parameters or dependencies that it would have to solve.
@@ -9,14 +10,13 @@ OpenAPI document; there are no other parameters or dependencies that it would ha
 
 import re
 from asyncio import timeout
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Coroutine, Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar, cast
 
 from fastapi import Request, Response
 from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
-from starlette.types import Receive, Scope, Send
 
 from service.api.negotiation import by_accept, by_name, no_parameters, only_format
 from service.api.observing.record import record_of
@@ -54,15 +54,15 @@ class BodyRoute(APIRoute):
     accepts_any: ClassVar[bool] = True
     decoders: ClassVar[Sequence[Decoder]] = ()
 
-    def __init__(self, *described: Any, **options: Any) -> None:
-        super().__init__(*described, **options)
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        """The handler that reads and parses the body, and calls the route's function."""
         assert self.body_field is not None
-        self._model = cast(type[RequestModel], self.body_field.field_info.annotation)
-        self.app = self._answer
+        return partial(self._answer, cast(type[Any], self.body_field.field_info.annotation))
 
-    async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Reads and parses the body, calls the route's function and sends what it returns."""
-        request, headers = Request(scope, receive, send), dict(scope["headers"])
+    async def _answer(self, model: type[RequestModel], request: Request) -> Response:
+        """The answer of the route's function to a request with a body of this model."""
+        scope = request.scope
+        headers = dict(scope["headers"])
         services: Services = scope["app"].state.services
         job: Job = scope["state"]["job"]
         decoder = body_type(headers.get(b"content-type", b"").decode("latin-1"), self.decoders)
@@ -70,11 +70,11 @@ class BodyRoute(APIRoute):
         name, beside = self._query(request, decoder)
         fmt = self._format(name, request)
         body = await _read_body(request, headers, services, job, decoder)
-        parse = partial(_parse, self._model, body, decoder, beside, services)
+        parse = partial(_parse, model, body, decoder, beside, services)
         wanted = await job.parse(parse, is_long=is_long_body(body, decoder))
         job.shrink_body(4 * len(body))  # a number has at least 2 letters, and 8 bytes in an array
         response: Response = await self.endpoint(wanted, Context(services, job, request, fmt))
-        await response(scope, receive, send)
+        return response
 
     def _query(self, request: Request, decoder: Decoder | None) -> tuple[Any, dict[str, Any]]:
         """What the query says: a format; and beside a file, all but the control points."""

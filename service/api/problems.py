@@ -275,7 +275,7 @@ def problem_of(error: SurfaceError) -> Problem:
 
 
 def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
-    """Makes the errors that `app` foresees problems; `routes` are those that it has."""
+    """Makes every error of `app` a problem; `routes` are those that it has."""
 
     async def on_http_exception(request: Request, error: Exception) -> Response:
         """The router's own refusals: no such path, no such method."""
@@ -294,6 +294,7 @@ def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
     app.add_exception_handler(SurfaceError, _on_surface_error)
     app.add_exception_handler(HTTPException, on_http_exception)
     app.add_exception_handler(ClientDisconnect, _on_disconnect)
+    app.add_exception_handler(Exception, _on_exception)
 
 
 def allowed_methods(routes: Sequence[APIRoute], request: Request) -> list[str]:
@@ -324,3 +325,10 @@ async def _on_disconnect(_: Request, error: Exception) -> Response:
     """The client has gone away; the answer only ends the request quietly."""
     assert isinstance(error, ClientDisconnect)
     return Response(status_code=400)
+
+
+async def _on_exception(request: Request, error: Exception) -> Response:
+    """Any error that was not foreseen. The server logs the exception, which is raised again."""
+    del error  # its text stays here
+    record_of(request.scope).code = INTERNAL_ERROR.code
+    return problem_response(INTERNAL_ERROR)
