@@ -31,7 +31,7 @@ import numpy as np
 
 from service.bases.arrays import IndexArray, RealArray
 from service.encoders.colors import with_opacity
-from service.encoders.content import absolute, drawn
+from service.encoders.content import absolute, counted_faces, drawn
 from service.encoders.format import EncodeOptions, MeshSize, OoglForm
 from service.encoders.text import (
     FLOAT32_CHARS,
@@ -179,8 +179,7 @@ def _off(mesh: Mesh) -> Iterator[bytes]:
     faces = len(mesh.quads) + len(mesh.triangles)
     yield f"{{ = {prefix}OFF {len(mesh.positions)} {faces} 0\n".encode()
     yield vertices
-    yield rows(mesh.quads, b"4 ")
-    yield rows(mesh.triangles, b"3 ")
+    yield counted_faces(mesh, None)
     yield b"}\n"
 
 
@@ -189,19 +188,22 @@ def _vertices(mesh: Mesh, chosen: IndexArray | slice, texture: str) -> tuple[str
 
     Texture coordinates are announced by `texture`: `ST`, two numbers, or `U`, three.
     """
-    columns: list[RealArray] = [absolute(mesh.positions[chosen], mesh)]
+    columns: list[RealArray] = []
     prefix = ""
     if mesh.normals is not None:
         prefix = "N"
-        columns.append(mesh.normals[chosen].astype(np.float32, copy=False))
+        columns.append(mesh.normals[chosen])
     if mesh.colors is not None:
         prefix = "C" + prefix
         columns.append(with_opacity(mesh.colors[chosen]))
     if mesh.uvs is not None:
         prefix = texture + prefix
-        uvs = mesh.uvs[chosen].astype(np.float32, copy=False)
+        uvs = mesh.uvs[chosen]
         columns.append(np.pad(uvs, ((0, 0), (0, 1))) if texture == "U" else uvs)
-    return prefix, joined_rows(*columns)
+    positions = absolute(mesh.positions[chosen], mesh)
+    if not columns:
+        return prefix, rows(positions)
+    return prefix, joined_rows(positions, np.hstack(columns, dtype=np.float32, casting="same_kind"))
 
 
 def _overlays(mesh: Mesh) -> Iterator[bytes]:
