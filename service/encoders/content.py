@@ -86,7 +86,8 @@ def renamed(faces: IndexArray, row: IndexArray | None) -> IndexArray:
 
 def _leads(leader: Ints | IndexArray) -> NDArray[np.bool_]:
     """Whether each vertex is its own leader."""
-    return leader == np.arange(len(leader), dtype=leader.dtype)
+    leads: NDArray[np.bool_] = leader == np.arange(len(leader), dtype=leader.dtype)
+    return leads
 
 
 def _rows_of_leaders(leader: Ints | IndexArray) -> IndexArray:

@@ -1,18 +1,17 @@
 """Numbers as text, quickly: the shortest digits that round-trip, and C's `%g`.
 
-Shortest digits come from orjson, which writes a whole array in C. Formats with lines get the array
-as one flat list, in which NumPy puts their separators in the places of the commas: rows of their
-own would cost orjson as much again as the integers in them, and `bytes.replace` is slow at finding
-more than one character.
+Shortest digits come from orjson, which writes a whole array in C. Formats with lines take the array
+as one flat list, in which NumPy puts their separators in the places of the commas: short rows cost
+orjson time, and `bytes.replace` is slow at finding more than one character.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from service.bases.arrays import IndexArray, RealArray
+from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.bases.chunks import chunks
 from service.stopping import checkpoint
 
@@ -29,10 +28,17 @@ CHUNK_NUMBERS = 1 << 15
 AT_ONCE = 1 << 20
 """Bytes in the arrays of a value that becomes JSON in one piece."""
 
+ROW = 32
+"""Numbers that orjson gets in one row of float64. It reserves 24 bytes for each and some hundred a
+row, but a number of `FLOAT64_CHARS` and its comma take 25: orjson 3.13 writes long rows of such
+numbers beyond its memory."""
+
+POWERS = np.array([float(10**k) for k in range(10)])
+
 
 def json_text(value: object) -> bytes:
-    """JSON (RFC 8259) of a value that may hold contiguous NumPy arrays."""
-    return orjson.dumps(value, option=orjson.OPT_SERIALIZE_NUMPY)
+    """JSON (RFC 8259) of a value that may hold arrays, and bytes that are JSON already."""
+    return orjson.dumps(value, default=_default)
 
 
 def json_document(value: object) -> bytes:
@@ -42,7 +48,7 @@ def json_document(value: object) -> bytes:
     """
     checkpoint()
     if _held(value) <= AT_ONCE:
-        return orjson.dumps(value, default=_default, option=orjson.OPT_SERIALIZE_NUMPY)
+        return json_text(value)
     return b"".join(_pieces(value))
 
 
@@ -52,19 +58,25 @@ def _held(value: object) -> int:
         return value.nbytes
     if isinstance(value, bytes):
         return len(value)
-    if isinstance(value, Mapping):
+    if isinstance(value, dict):
         return sum(map(_held, value.values()))
     return sum(map(_held, value)) if isinstance(value, list | tuple) else 0
 
 
 def _default(value: object) -> object:
-    """What orjson writes where it does not know a value: JSON, or an array with gaps."""
-    return orjson.Fragment(value) if isinstance(value, bytes) else np.ascontiguousarray(value)
+    """What orjson writes for a value that it does not know: JSON, an array, a number of NumPy."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        value = _array_text(value)
+    if isinstance(value, bytes):
+        return orjson.Fragment(value)
+    raise TypeError
 
 
 def _pieces(value: object) -> Iterator[bytes]:
     """The text of a value, cut where large arrays are, and within them."""
-    if isinstance(value, Mapping):
+    if isinstance(value, dict):
         opening = b"{"
         for key, item in value.items():
             yield opening + json_text(key) + b":"
@@ -98,7 +110,7 @@ def json_bound(value: object) -> int:
     if isinstance(value, np.ndarray):
         # A number and a comma; each number may be a row of its own.
         return value.size * (FLOAT64_CHARS + 1 + 2 * value.ndim) + 2
-    if isinstance(value, Mapping):
+    if isinstance(value, dict):
         return 2 + sum(json_bound(key) + json_bound(item) + 2 for key, item in value.items())
     if isinstance(value, list | tuple):
         return 2 + sum(json_bound(item) + 1 for item in value)
@@ -108,9 +120,23 @@ def json_bound(value: object) -> int:
 
 
 def json_array(array: NDArray[np.generic]) -> bytes:
-    """JSON of one array, made contiguous first where it is not."""
+    """JSON of one array."""
     checkpoint()
-    return json_text(np.ascontiguousarray(array))
+    return _array_text(array)
+
+
+def _array_text(array: NDArray[np.generic]) -> bytes:
+    """JSON of one array, made contiguous first where it is not, in rows that orjson can hold."""
+    array = np.ascontiguousarray(array)
+    if array.dtype != np.float64 or array.shape[-1] <= ROW:
+        return orjson.dumps(array, option=orjson.OPT_SERIALIZE_NUMPY)
+    if array.ndim > 1:
+        return b"[" + b",".join(map(_array_text, array)) + b"]"
+    whole = array.size - array.size % ROW
+    text = orjson.dumps(array[:whole].reshape(-1, ROW), option=orjson.OPT_SERIALIZE_NUMPY)
+    text = text.replace(b"[", b"").replace(b"]", b"")
+    rest = orjson.dumps(array[whole:], option=orjson.OPT_SERIALIZE_NUMPY)
+    return b"".join((b"[", text, b"," if whole < array.size else b"", rest[1:]))
 
 
 def rows(
@@ -142,48 +168,68 @@ def row_chunks(array: NDArray[np.generic]) -> Iterator[slice]:
 
 def _lines(array: NDArray[np.generic], start: bytes = b"", between: bytes = b" ") -> bytes:
     """The lines of few rows, one at least."""
-    width = array.shape[1]
+    lines = _in_lines(json_array(array.reshape(-1)), array.shape[1], between)
+    return b"".join((start, lines.replace(b"\n", b"\n" + start) if start else lines, b"\n"))
+
+
+def _in_lines(text: bytes, width: int, between: bytes = b" ") -> bytes:
+    """A JSON list of numbers as lines of `width` numbers each, the last without its end."""
+    changed = bytearray(text)
+    changed[-1:] = b","
+    characters = np.frombuffer(changed, dtype=np.uint8)
+    commas = np.flatnonzero(characters == ord(","))
     separators = (between * width)[: width - 1] + b"\n"
-    text = _separated(json_array(array.reshape(-1)), b",", separators)
-    return _begun(memoryview(text)[1:-1], start)
+    characters[commas.reshape(-1, width)] = np.frombuffer(separators, dtype=np.uint8)
+    return bytes(memoryview(changed)[1:-1])
 
 
 def _side_by_side(arrays: Sequence[RealArray], start: bytes) -> bytes:
     """The lines of few rows of several arrays, one at least."""
     columns = [_lines(array).splitlines() for array in arrays]
-    cells = [b""] * (len(arrays) * len(columns[0]) + 1)
+    step = 2 * len(columns)
+    cells = ([b" "] * (step - 1) + [b"\n" + start]) * len(columns[0])
     for k, column in enumerate(columns):
-        cells[k : -1 : len(arrays)] = column
-    text = _separated(b"\n".join(cells), b"\n", b" " * (len(arrays) - 1) + b"\n")
-    return _begun(memoryview(text)[:-1], start)
+        cells[2 * k :: step] = column
+    cells[-1] = b"\n"
+    return start + b"".join(cells)
 
 
-def _separated(text: bytes, old: bytes, new: bytes) -> bytearray:
-    """The text with the characters of `new` in turn for each `old`, and for its last character."""
-    changed = bytearray(text)
-    changed[-1:] = old
-    characters = np.frombuffer(changed, dtype=np.uint8)
-    places = np.flatnonzero(characters == ord(old))
-    characters[places.reshape(-1, len(new))] = np.frombuffer(new, dtype=np.uint8)
-    return changed
+def general_lines(array: FloatArray) -> list[bytes]:
+    """One text a row, without line end: numbers as C's `%g` writes them, with blanks between."""
+    lines: list[bytes] = []
+    for chunk in row_chunks(array):
+        lines += _in_lines(_general(array[chunk].reshape(-1)), array.shape[1]).split(b"\n")
+    return lines
 
 
-def _begun(lines: memoryview, start: bytes) -> bytes:
-    """Lines, the last of which lacks its end, each with `start` before it."""
-    if not start:
-        return b"".join((lines, b"\n"))
-    return b"".join((start, bytes(lines).replace(b"\n", b"\n" + start), b"\n"))
+def _general(numbers: FloatArray) -> bytes:
+    """JSON list of numbers, but with six significant digits as C's `%g` writes them.
 
-
-def general_lines(array: RealArray, template: str) -> list[str]:
-    """One string a row, without line ends: `template` holds a C conversion for every column.
-
-    Parameters
-    ----------
-    array : ndarray of float, shape (N, K)
-        Every number becomes a Python object: some ten thousand rows at a time are enough.
+    A number x of 10^e ≤ |x| < 10^(e+1) becomes m / 10^k with k = 5 − e, m the integer nearest to
+    x · 10^k. Both m and 10^k are exact, so that the fewest digits of the quotient are those of m.
+    C writes what it would write with an exponent or without a point, and a number whose product is
+    within 10^-7 of the middle of two integers: its rounding, below 10^-9, could decide there.
     """
-    return list(map(template.__mod__, zip(*array.T.tolist(), strict=True)))
+    size = np.abs(numbers)
+    with np.errstate(divide="ignore"):
+        exponent = np.clip(np.floor(np.log10(size)), -4, 5).astype(np.intp)
+    power = POWERS.take(5 - exponent)
+    product = numbers * power
+    nearest = np.rint(product)
+    usual = (size >= 1e-4) & (np.abs(product - nearest) < 0.5 - 1e-7)
+    size = np.abs(nearest)
+    usual &= (size >= 1e5) & (size < 1e6)
+    rounded = nearest / power
+    usual &= rounded != np.rint(rounded)
+    others = np.flatnonzero(~usual)
+    if not len(others):
+        return json_array(rounded)
+    rounded[others] = np.nan
+    pieces = json_array(rounded).split(b"null")
+    cells = [b""] * (2 * len(others) + 1)
+    cells[::2] = pieces
+    cells[1::2] = (b"%g " * len(others) % tuple(numbers[others].tolist())).split()
+    return b"".join(cells)
 
 
 def digits(count: int) -> int:
