@@ -10,6 +10,7 @@ import httpx
 import orjson
 
 from service.encoders.format import FileFormat, Format
+from service.encoders.text import json_text
 from service.errors import BadAddress, InvalidRequest, Issue, ServiceFailed, pointer
 from service.schemas.query import values_from_text
 
@@ -112,9 +113,7 @@ def _posted(
     url: str, wanted: str, path: str, document: dict[str, Any], params: dict[str, str]
 ) -> bytes:
     """The answer to a document."""
-    # Arrays that lie in memory in another order than their numbers come to `default`.
-    option = orjson.OPT_SERIALIZE_NUMPY
-    content = orjson.dumps(document, lambda array: array.tolist(), option)
+    content = json_text(document)
     headers = {"Content-Type": "application/json"}
     return _asked(url, wanted, "POST", path, params=params, content=content, headers=headers)
 

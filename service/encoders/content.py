@@ -1,11 +1,13 @@
 """What several formats take out of a mesh in the same way."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from service.bases.arrays import FloatArray, IndexArray, RealArray
-from service.encoders.text import FLOAT64_CHARS
+from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
+from service.bases.cache import Made, derived
+from service.encoders.text import FLOAT64_CHARS, rows
 from service.engine.clustering import leaders
 from service.engine.mesh.mesh import Mesh, MeshPart, Overlay
 from service.engine.mesh.report import MeshReport
@@ -19,7 +21,7 @@ def absolute(positions: RealArray, mesh: Mesh) -> FloatArray:
     return positions.astype(np.float64) + mesh.origin
 
 
-def shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray]:
+def shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray | None]:
     """The positions that faces index where normals are indexed apart, or not written at all.
 
     Returns
@@ -27,34 +29,75 @@ def shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray]:
     positions : ndarray of float64, shape (W, 3), W <= V
         Model coordinates, in the order of the vertices; those that differ in their normal or
         their (u, v) alone are one.
-    rows : ndarray of uint32, shape (V,)
-        The row of `positions` that each vertex of the mesh uses.
+    row : ndarray of uint32, shape (V,), or None
+        The row of `positions` that each vertex of the mesh uses; None where it is the same row.
     """
-    positions = absolute(mesh.positions, mesh)
-    if mesh.welds is None:
-        return positions, np.arange(len(positions), dtype=np.uint32)
-    first = mesh.welds == np.arange(len(mesh.welds), dtype=np.uint32)
-    row = np.cumsum(first, dtype=np.uint32) - np.uint32(1)
-    return positions[first], row[mesh.welds]
+    welds, positions = mesh.welds, mesh.positions
+    if welds is None:
+        return absolute(positions, mesh), None
+    first = derived((welds,), "own leaders", lambda: np.flatnonzero(_leads(welds)))
+    row = derived((welds,), "rows of leaders", lambda: _rows_of_leaders(welds))
+    return absolute(positions.take(first, axis=0), mesh), row
 
 
-def colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, IndexArray]:
-    """The same for formats in which a position has its colour beside it.
+def colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, IndexArray | None]:
+    """Positions as by `shared_positions`, for formats in which each has its colour beside it.
 
     Returns
     -------
     positions : ndarray of float64, shape (W, 3)
         One position has as many rows as it has colours.
     colors : ndarray, shape (W, 3) or (W, 4), or None
-    rows : ndarray of uint32, shape (V,)
+    row : ndarray of uint32, shape (V,), or None
     """
     if mesh.colors is None or mesh.welds is None:
         positions, row = shared_positions(mesh)
         return positions, mesh.colors, row
     leader = leaders(mesh.welds.astype(np.intp), mesh.colors, 0.0)
-    first = leader == np.arange(len(leader))
-    row = np.cumsum(first, dtype=np.uint32) - np.uint32(1)
-    return absolute(mesh.positions[first], mesh), mesh.colors[first], row[leader]
+    first = _leads(leader)
+    return absolute(mesh.positions[first], mesh), mesh.colors[first], _rows_of_leaders(leader)
+
+
+def kept_with_faces(
+    mesh: Mesh, row: IndexArray | None, name: Hashable, build: Callable[[], Made]
+) -> Made:
+    """What `build` makes of the faces of a mesh and of `row` alone, kept while they are."""
+    sources = mesh.triangles, mesh.quads
+    return derived(sources if row is None else (*sources, row), name, build)
+
+
+def counted_faces(mesh: Mesh, row: IndexArray | None) -> bytes:
+    """A line for each quad, then for each triangle: its number of corners, and their vertices.
+
+    `row`, shape (V,), translates vertices of the mesh to what the lines shall name.
+    """
+
+    def build() -> bytes:
+        quads = rows(renamed(mesh.quads, row), b"4 ")
+        return quads + rows(renamed(mesh.triangles, row), b"3 ")
+
+    return kept_with_faces(mesh, row, "counted faces", build)
+
+
+def renamed(faces: IndexArray, row: IndexArray | None) -> IndexArray:
+    """The row of each corner of each face; the vertex itself where `row` is None."""
+    return faces if row is None else row.take(faces)
+
+
+def _leads(leader: Ints | IndexArray) -> NDArray[np.bool_]:
+    """Whether each vertex is its own leader."""
+    leads: NDArray[np.bool_] = leader == np.arange(len(leader), dtype=leader.dtype)
+    return leads
+
+
+def _rows_of_leaders(leader: Ints | IndexArray) -> IndexArray:
+    """The row of each vertex's leader where leaders alone have rows.
+
+    The rows may be written if the leaders may.
+    """
+    row = (np.cumsum(_leads(leader), dtype=np.uint32) - np.uint32(1)).take(leader)
+    row.flags.writeable = leader.flags.writeable
+    return row
 
 
 def drawn(overlays: tuple[Overlay, ...]) -> tuple[Overlay, ...]:

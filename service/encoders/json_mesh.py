@@ -17,11 +17,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from service.bases.arrays import IndexArray
-from service.bases.cache import derived
 from service.encoders.content import (
     REPORT_PART,
     absolute,
     drawn,
+    kept_with_faces,
+    renamed,
     report_object,
     shared_positions,
 )
@@ -40,29 +41,27 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     """The JSON document, UTF-8."""
     positions, row = shared_positions(mesh)
     document: dict[str, object] = {
-        "vertices": np.ascontiguousarray(positions),
-        "faces": _faces(mesh, row, "shared"),
+        "vertices": positions,
+        "faces": _faces(mesh, row),
     }
     single = {"normals": mesh.normals, "uvs": mesh.uvs, "colors": mesh.colors}
     rows = {
-        name: np.ascontiguousarray(values, dtype=np.float32)
+        name: values.astype(np.float32, copy=False)
         for name, values in single.items()
         if values is not None
     }
     document |= rows
     if mesh.attributes:
-        document["attributes"] = {
-            name: np.ascontiguousarray(values) for name, values in mesh.attributes
-        }
+        document["attributes"] = dict(mesh.attributes)
     if mesh.welds is not None and (rows or mesh.attributes):
-        document["attribute_faces"] = _faces(mesh, None, "own")
+        document["attribute_faces"] = _faces(mesh, None)
     document["parts"] = list(_parts(mesh))
     if overlays := drawn(mesh.overlays):
         document["lines"] = [
             {
                 "name": overlay.name,
-                "vertices": np.ascontiguousarray(absolute(overlay.positions, mesh)),
-                "segments": np.ascontiguousarray(overlay.segments),
+                "vertices": absolute(overlay.positions, mesh),
+                "segments": overlay.segments,
             }
             for overlay in overlays
         ]
@@ -93,15 +92,10 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     )
 
 
-def _faces(mesh: Mesh, row: IndexArray | None, name: str) -> bytes:
-    """The list of `_face_list`, kept with the faces under this name."""
+def _faces(mesh: Mesh, row: IndexArray | None) -> bytes:
+    """The list of `_face_list`, kept with the faces."""
     runs = tuple((part.quads, part.triangles) for part in mesh.parts)
-    sources = [mesh.triangles, mesh.quads]
-    if mesh.welds is None:
-        row = None
-    else:
-        sources.append(mesh.welds)
-    return derived(tuple(sources), ("JSON", name, runs), lambda: _face_list(mesh, row))
+    return kept_with_faces(mesh, row, ("JSON", runs), lambda: _face_list(mesh, row))
 
 
 def _face_list(mesh: Mesh, row: IndexArray | None) -> bytes:
@@ -109,9 +103,7 @@ def _face_list(mesh: Mesh, row: IndexArray | None) -> bytes:
 
     `row`, shape (V,), translates vertices of the mesh to what the list shall name.
     """
-    triangles, quads = mesh.triangles, mesh.quads
-    if row is not None:
-        triangles, quads = row[triangles], row[quads]
+    triangles, quads = renamed(mesh.triangles, row), renamed(mesh.quads, row)
     if not len(quads):
         return json_document(triangles)
     runs = (

@@ -8,8 +8,6 @@ MeshLab and trimesh read them. There is no place for opacity. A comment tells th
 deviation.
 """
 
-from itertools import chain
-
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, RealArray
@@ -19,6 +17,7 @@ from service.encoders.content import (
     bound_comment,
     colored_positions,
     drawn,
+    kept_with_faces,
 )
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import (
@@ -26,7 +25,6 @@ from service.encoders.text import (
     FLOAT64_CHARS,
     digits,
     joined_rows,
-    json_array,
     row_chunks,
     rows,
 )
@@ -36,30 +34,20 @@ from service.engine.mesh.mesh import Mesh
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     """The OBJ file, UTF-8: one object, a group for each part, an object for each overlay."""
     positions, colors, row = colored_positions(mesh)
-    own = np.arange(len(row), dtype=np.uint32)
     comment = bound_comment(mesh.report)
     head = f"# {comment}\n" if comment else ""
     chunks = [
         head.encode() + b"o " + identifier(mesh.name) + b"\n",
         _vertices(positions, colors),
     ]
-    indices, separator = [row], b"/"
     if mesh.uvs is not None:
         chunks.append(rows(mesh.uvs.astype(np.float32, copy=False), b"vt "))
-        indices.append(own)
     if mesh.normals is not None:
         chunks.append(rows(mesh.normals.astype(np.float32, copy=False), b"vn "))
-        indices.append(own)
-        separator = b"/" if mesh.uvs is not None else b"//"
-    corners = np.stack(indices, axis=1) + np.uint32(1)
-    chunks += chain.from_iterable(
-        (
-            b"g " + identifier(part.name) + b"\n",
-            _faces(corners, mesh.quads[slice(*part.quads)], separator),
-            _faces(corners, mesh.triangles[slice(*part.triangles)], separator),
-        )
-        for part in mesh.parts
-    )
+    groups = tuple((identifier(part.name), part.quads, part.triangles) for part in mesh.parts)
+    kinds = mesh.uvs is not None, mesh.normals is not None
+    name = ("OBJ", groups, kinds)
+    chunks.append(kept_with_faces(mesh, row, name, lambda: _groups(mesh, row)))
     first = len(positions) + 1
     for overlay in drawn(mesh.overlays):
         chunks += (
@@ -96,16 +84,25 @@ def _vertices(positions: FloatArray, colors: RealArray | None) -> bytes:
     return joined_rows(positions, colors[:, :3].astype(np.float32, copy=False), start=b"v ")
 
 
-def _faces(corners: IndexArray, faces: IndexArray, separator: bytes) -> bytes:
-    """Lines `f a//n b//n c//n`; `corners`, shape (V, 1…3), holds the numbers of each vertex."""
-    return b"".join(_lines(corners[faces[chunk]], separator) for chunk in row_chunks(faces))
+def _groups(mesh: Mesh, row: IndexArray | None) -> bytes:
+    """Each part as a line `g name` and its faces; `row` as by `colored_positions`."""
+    own = np.arange(1, len(mesh.positions) + 1, dtype=np.uint32)
+    others = [own for values in (mesh.uvs, mesh.normals) if values is not None]
+    corners = np.stack([own if row is None else row + np.uint32(1), *others], axis=1)
+    separator = b"//" if mesh.uvs is None else b"/"
+    lines: list[bytes] = []
+    for part in mesh.parts:
+        lines.append(b"g " + identifier(part.name) + b"\n")
+        for faces in (mesh.quads[slice(*part.quads)], mesh.triangles[slice(*part.triangles)]):
+            lines += (_faces(corners[faces[chunk]], separator) for chunk in row_chunks(faces))
+    return b"".join(lines)
 
 
-def _lines(corners: IndexArray, separator: bytes) -> bytes:
-    """The lines of few faces, one at least, from the numbers of each corner, (n, 3, k)."""
-    inside = json_array(corners)[3:-3]
-    lines = inside.replace(b"]],[[", b"\nf ").replace(b"],[", b" ").replace(b",", separator)
-    return b"f " + lines + b"\n"
+def _faces(corners: IndexArray, separator: bytes) -> bytes:
+    """Lines `f a//n b//n c//n`, from the numbers of each corner, (F, 3…4, 1…3)."""
+    count, _, numbers = corners.shape
+    text = rows(corners.reshape(count, -1), b"f ", b"/" * (numbers - 1) + b" ")
+    return text.replace(b"/", separator)
 
 
 def identifier(name: str) -> bytes:

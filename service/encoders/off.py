@@ -8,7 +8,7 @@ quads, then the triangles.
 """
 
 from service.encoders.colors import with_opacity
-from service.encoders.content import colored_positions
+from service.encoders.content import colored_positions, counted_faces
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.text import FLOAT32_CHARS, FLOAT64_CHARS, digits, joined_rows, rows
 from service.engine.mesh.mesh import Mesh
@@ -23,8 +23,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
             b"OFF\n" if colors is None else b"COFF\n",
             counts,
             rows(positions) if colors is None else joined_rows(positions, with_opacity(colors)),
-            rows(row[mesh.quads], b"4 "),
-            rows(row[mesh.triangles], b"3 "),
+            counted_faces(mesh, row),
         )
     )
 

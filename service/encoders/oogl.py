@@ -24,14 +24,15 @@ Geomview manual, "OOGL File Formats": LIST, QUAD, MESH, OFF, SKEL.
 
 from collections.abc import Iterator
 from decimal import Decimal
-from itertools import chain
+from itertools import chain, pairwise
 from math import hypot
 
 import numpy as np
 
 from service.bases.arrays import IndexArray, RealArray
+from service.bases.chunks import chunks
 from service.encoders.colors import with_opacity
-from service.encoders.content import absolute, drawn
+from service.encoders.content import absolute, counted_faces, drawn
 from service.encoders.format import EncodeOptions, MeshSize, OoglForm
 from service.encoders.text import (
     FLOAT32_CHARS,
@@ -44,11 +45,13 @@ from service.encoders.text import (
 from service.engine.mesh.mesh import Mesh, Overlay
 from service.errors import Issue, UnsupportedByFormat
 
-SEED_POINT, SEED_CHARS = "%g %g %g", 13
-"""Six significant digits; a number at its longest is -1.23457e-308."""
+SEED_CHARS = 13
+"""A number of six significant digits at its longest: -1.23457e-308."""
 
-BLOCK = 1 << 16
-"""Samples that are turned into text at a time: what bounds the memory."""
+SEED_CELL = b"{ = SKEL 4 1\n%b\n%b\n%b\n%b\n5 0 1 2 3 0\n}\n"
+
+BLOCK = 1 << 14
+"""Samples or cells whose text is put together at a time: what bounds the memory."""
 
 
 def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
@@ -68,6 +71,7 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
     if form == "off" and not faces and not drawn(mesh.overlays):
         raise _unsupported("OOGL has no place for a mesh without faces.", "no faces")
 
+    members: Iterator[bytes | memoryview]
     if form == "cquad":
         members = chain(_cquad(mesh), _seed_overlays(mesh))
     elif form == "mesh":
@@ -133,22 +137,18 @@ def skeleton(overlay: Overlay, mesh: Mesh | None = None) -> bytes:
 
 def _cquad(mesh: Mesh) -> Iterator[bytes]:
     """One CQUAD of the quads of all grids; a block of rows at a time bounds the memory."""
-    vertices, template = absolute(mesh.positions, mesh), SEED_POINT + " 1 1 1 1"
+    vertices, end = absolute(mesh.positions, mesh), b" 1 1 1 1\n"
     if mesh.colors is not None:
-        vertices = np.hstack((vertices, with_opacity(mesh.colors)))
-        template = SEED_POINT + " %g %g %g %g"
+        vertices, end = np.hstack((vertices, with_opacity(mesh.colors))), b"\n"
+    lines = np.array(general_lines(vertices), dtype=object)
     yield b"{ = CQUAD\n"
-    for grid in chain.from_iterable(mesh.grids):
-        width = grid.shape[1]
-        step = max(1, BLOCK // width)
-        for first in range(0, len(grid) - 1, step):
-            block = grid[first : first + step + 1]
-            lines = general_lines(vertices[block.ravel()], template)
-            for start in range(0, len(lines) - width, width):
-                near = lines[start : start + width]
-                far = lines[start + width : start + 2 * width]
-                quads = zip(near[:-1], near[1:], far[1:], far[:-1], strict=True)
-                yield ("\n".join(chain.from_iterable(quads)) + "\n").encode()
+    for grids in mesh.grids:
+        width = grids.shape[2]
+        near, far = grids[:, :-1].reshape(-1, width), grids[:, 1:].reshape(-1, width)
+        for chunk in chunks(len(near), width, BLOCK):
+            a, b = near[chunk], far[chunk]
+            corners = np.stack((a[:, :-1], a[:, 1:], b[:, 1:], b[:, :-1]), axis=-1)
+            yield end.join((*lines.take(corners.ravel()), b""))
     yield b"}\n"
 
 
@@ -158,19 +158,23 @@ def _seed_overlays(mesh: Mesh) -> Iterator[bytes]:
         if overlay.cells is None:
             yield skeleton(overlay, mesh)
             continue
-        lines = general_lines(absolute(overlay.positions, mesh), SEED_POINT)
-        for cell in overlay.cells.tolist():
-            corners = "\n".join(lines[corner] for corner in cell)
-            yield f"{{ = SKEL 4 1\n{corners}\n5 0 1 2 3 0\n}}\n".encode()
+        points = np.array(general_lines(absolute(overlay.positions, mesh)), dtype=object)
+        for chunk in chunks(len(overlay.cells), 4, BLOCK):
+            corners = points.take(overlay.cells[chunk].ravel())
+            yield SEED_CELL * (len(corners) // 4) % tuple(corners)
 
 
-def _meshes(mesh: Mesh) -> Iterator[bytes]:
+def _meshes(mesh: Mesh) -> Iterator[bytes | memoryview]:
     """One NMESH (MESH without normals) a patch, in which u runs fastest."""
-    for grid in chain.from_iterable(mesh.grids):
-        prefix, vertices = _vertices(mesh, grid.T.ravel(), "U")
-        yield f"{{ = {prefix}MESH {grid.shape[0]} {grid.shape[1]}\n".encode()
-        yield vertices
-        yield b"}\n"
+    for grids in mesh.grids:
+        _, rows_, columns = grids.shape
+        each = rows_ * columns
+        for chunk in chunks(len(grids), each, BLOCK):
+            prefix, text = _vertices(mesh, grids[chunk].swapaxes(1, 2).ravel(), "U")
+            head = f"{{ = {prefix}MESH {rows_} {columns}\n".encode()
+            ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n")) + 1
+            for first, last in pairwise((0, *ends[each - 1 :: each].tolist())):
+                yield from (head, memoryview(text)[first:last], b"}\n")
 
 
 def _off(mesh: Mesh) -> Iterator[bytes]:
@@ -179,8 +183,7 @@ def _off(mesh: Mesh) -> Iterator[bytes]:
     faces = len(mesh.quads) + len(mesh.triangles)
     yield f"{{ = {prefix}OFF {len(mesh.positions)} {faces} 0\n".encode()
     yield vertices
-    yield rows(mesh.quads, b"4 ")
-    yield rows(mesh.triangles, b"3 ")
+    yield counted_faces(mesh, None)
     yield b"}\n"
 
 
@@ -189,19 +192,22 @@ def _vertices(mesh: Mesh, chosen: IndexArray | slice, texture: str) -> tuple[str
 
     Texture coordinates are announced by `texture`: `ST`, two numbers, or `U`, three.
     """
-    columns: list[RealArray] = [absolute(mesh.positions[chosen], mesh)]
+    columns: list[RealArray] = []
     prefix = ""
     if mesh.normals is not None:
         prefix = "N"
-        columns.append(mesh.normals[chosen].astype(np.float32, copy=False))
+        columns.append(mesh.normals[chosen])
     if mesh.colors is not None:
         prefix = "C" + prefix
         columns.append(with_opacity(mesh.colors[chosen]))
     if mesh.uvs is not None:
         prefix = texture + prefix
-        uvs = mesh.uvs[chosen].astype(np.float32, copy=False)
+        uvs = mesh.uvs[chosen]
         columns.append(np.pad(uvs, ((0, 0), (0, 1))) if texture == "U" else uvs)
-    return prefix, joined_rows(*columns)
+    positions = absolute(mesh.positions[chosen], mesh)
+    if not columns:
+        return prefix, rows(positions)
+    return prefix, joined_rows(positions, np.hstack(columns, dtype=np.float32, casting="same_kind"))
 
 
 def _overlays(mesh: Mesh) -> Iterator[bytes]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from service.bases.arrays import IndexArray
+from service.bases.cache import derived
 from service.encoders.colors import in_bytes
 from service.encoders.content import COMMENT_CHARS, absolute, bound_comment
 from service.encoders.format import EncodeOptions, MeshSize
@@ -89,10 +90,15 @@ def _columns(
 
 
 def _faces(faces: IndexArray) -> memoryview:
+    """The records of the faces, kept with them."""
+    return derived((faces,), "PLY", lambda: _records(faces)).data
+
+
+def _records(faces: IndexArray) -> NDArray[np.void]:
     """Each face as its number of corners and their indices."""
     corners = faces.shape[1]
     layout: DTypeLike = [("corners", "u1"), ("vertices", "<i4", (corners,))]
     packed = np.empty(len(faces), dtype=layout)
     packed["corners"] = corners
     packed["vertices"] = faces
-    return packed.data
+    return packed

@@ -16,12 +16,12 @@ from service.bases.chunks import runs
 from service.encoders.content import absolute, refuse_quads
 from service.encoders.format import EncodeOptions, MeshSize
 from service.engine.mesh.mesh import Mesh
-from service.engine.vectors import cross
 
 HEADER_BYTES = 84
 TRIANGLE_BYTES = 50
 
-TRIANGLE = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
+TRIANGLE = np.dtype([("numbers", "V48"), ("rest", "<u2")])
+"""Twelve float32, normal and corners, which are copied as one thing."""
 
 CHUNK = 1 << 14
 """Triangles whose normals are computed at a time."""
@@ -40,12 +40,15 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     """
     refuse_quads(mesh, "STL")
     count = len(mesh.triangles)
-    positions = absolute(mesh.positions, mesh)
+    positions = np.ascontiguousarray(absolute(mesh.positions, mesh).T)
     packed = np.zeros(count, dtype=TRIANGLE)
     for first, last in runs(count, CHUNK):
-        corners = positions[mesh.triangles[first:last]]
-        packed["normal"][first:last] = _normals(corners)
-        packed["corners"][first:last] = corners
+        corners = positions.take(mesh.triangles[first:last].T, axis=1)
+        columns = np.empty((4, 3, last - first), dtype="<f4")
+        columns[0] = _normals(corners)
+        columns[1:] = corners.swapaxes(0, 1)
+        numbers = np.ascontiguousarray(columns.reshape(12, -1).T)
+        packed["numbers"][first:last] = numbers.view("V48")[:, 0]
     return b"".join((bytes(HEADER_BYTES - 4), struct.pack("<I", count), packed.data))
 
 
@@ -55,12 +58,13 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
 
 
 def _normals(corners: FloatArray) -> FloatArray:
-    """Unit normals (T, 3) of triangles (T, 3, 3)."""
-    normals = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1])
-    x, y, z = normals.T
+    """Unit normals (3, T) of triangles, coordinate by coordinate and corner by corner (3, 3, T)."""
+    ax, ay, az = corners[:, 1] - corners[:, 0]
+    bx, by, bz = corners[:, 2] - corners[:, 1]
+    x, y, z = normals = np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))
     length = np.sqrt(x * x + y * y + z * z)
-    flat = ~(length > NO_AREA)
+    flat = np.flatnonzero(~(length > NO_AREA))
     length[flat] = 1.0
-    normals *= (1.0 / length)[:, np.newaxis]
-    normals[flat] = 0.0
+    normals *= 1.0 / length
+    normals[:, flat] = 0.0
     return normals

@@ -1,16 +1,17 @@
 """Numbers as text, quickly: the shortest digits that round-trip, and C's `%g`.
 
-Shortest digits come from orjson, which writes a whole array in C; swapping JSON's brackets and
-commas for the separators of another format is cheaper than formatting a row at a time.
+Shortest digits come from orjson, which writes a whole array in C. Formats with lines take the array
+as one flat list, in which NumPy puts their separators in the places of the commas: short rows cost
+orjson time, and `bytes.replace` is slow at finding more than one character.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from service.bases.arrays import IndexArray, RealArray
+from service.bases.arrays import FloatArray, IndexArray, RealArray
 from service.bases.chunks import chunks
 from service.stopping import checkpoint
 
@@ -21,33 +22,68 @@ FLOAT32_CHARS = 16
 LONGEST_ESCAPE = 6
 """A control character, one byte of UTF-8, is six in JSON: `\\u0001`."""
 
-CHUNK_NUMBERS = 1 << 16
+CHUNK_NUMBERS = 1 << 15
 """Numbers that become text at a time: what is made of them on the way stays small."""
+
+AT_ONCE = 1 << 20
+"""Bytes in the arrays of a value that becomes JSON in one piece."""
+
+ROW = 32
+"""Numbers that orjson gets in one row of float64. It reserves 24 bytes for each and some hundred a
+row, but a number of `FLOAT64_CHARS` and its comma take 25: orjson 3.13 writes long rows of such
+numbers beyond its memory."""
+
+POWERS = np.array([float(10**k) for k in range(10)])
 
 
 def json_text(value: object) -> bytes:
-    """JSON (RFC 8259) of a value that may hold contiguous NumPy arrays."""
-    return orjson.dumps(value, option=orjson.OPT_SERIALIZE_NUMPY)
+    """JSON (RFC 8259) of a value that may hold arrays, and bytes that are JSON already."""
+    return orjson.dumps(value, default=_default)
 
 
 def json_document(value: object) -> bytes:
-    """The same, written piece by piece: it takes twice its length, and not four times.
+    """JSON of a value that may hold arrays, and bytes that are JSON already.
 
-    Bytes in the value are JSON already.
+    A long text is made piece by piece: it takes twice its length, and not four times.
     """
+    checkpoint()
+    if _held(value) <= AT_ONCE:
+        return json_text(value)
     return b"".join(_pieces(value))
+
+
+def _held(value: object) -> int:
+    """Bytes of the arrays and of the JSON in a value."""
+    if isinstance(value, np.ndarray):
+        return value.nbytes
+    if isinstance(value, bytes):
+        return len(value)
+    if isinstance(value, dict):
+        return sum(map(_held, value.values()))
+    return sum(map(_held, value)) if isinstance(value, list | tuple) else 0
+
+
+def _default(value: object) -> object:
+    """What orjson writes for a value that it does not know: JSON, an array, a number of NumPy."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        value = _array_text(value)
+    if isinstance(value, bytes):
+        return orjson.Fragment(value)
+    raise TypeError
 
 
 def _pieces(value: object) -> Iterator[bytes]:
     """The text of a value, cut where large arrays are, and within them."""
-    if isinstance(value, Mapping):
+    if isinstance(value, dict):
         opening = b"{"
         for key, item in value.items():
             yield opening + json_text(key) + b":"
             yield from _pieces(item)
             opening = b","
         yield b"}" if value else b"{}"
-    elif isinstance(value, list | tuple) and any(map(_holds_arrays, value)):
+    elif isinstance(value, list | tuple) and _held(value):
         yield from _listed(map(_pieces, value))
     elif isinstance(value, np.ndarray) and value.size:
         each = value.size // len(value)
@@ -69,19 +105,12 @@ def _listed(items: Iterable[Iterable[bytes]]) -> Iterator[bytes]:
     yield b"]"
 
 
-def _holds_arrays(value: object) -> bool:
-    """Whether there are arrays below."""
-    return isinstance(value, Mapping) and any(
-        isinstance(item, np.ndarray | Mapping) for item in value.values()
-    )
-
-
 def json_bound(value: object) -> int:
     """Bytes of `json_text` at most, without writing any of it."""
     if isinstance(value, np.ndarray):
         # A number and a comma; each number may be a row of its own.
         return value.size * (FLOAT64_CHARS + 1 + 2 * value.ndim) + 2
-    if isinstance(value, Mapping):
+    if isinstance(value, dict):
         return 2 + sum(json_bound(key) + json_bound(item) + 2 for key, item in value.items())
     if isinstance(value, list | tuple):
         return 2 + sum(json_bound(item) + 1 for item in value)
@@ -91,27 +120,44 @@ def json_bound(value: object) -> int:
 
 
 def json_array(array: NDArray[np.generic]) -> bytes:
-    """JSON of one array, made contiguous first where it is not."""
+    """JSON of one array."""
     checkpoint()
-    return json_text(np.ascontiguousarray(array))
+    return _array_text(array)
 
 
-def rows(array: RealArray | IndexArray | NDArray[np.int64], start: bytes = b"") -> bytes:
-    """Lines of blank-separated numbers, one a row, each beginning with `start`.
+def _array_text(array: NDArray[np.generic]) -> bytes:
+    """JSON of one array, made contiguous first where it is not, in rows that orjson can hold."""
+    array = np.ascontiguousarray(array)
+    if array.dtype != np.float64 or array.shape[-1] <= ROW:
+        return orjson.dumps(array, option=orjson.OPT_SERIALIZE_NUMPY)
+    if array.ndim > 1:
+        return b"[" + b",".join(map(_array_text, array)) + b"]"
+    whole = array.size - array.size % ROW
+    text = orjson.dumps(array[:whole].reshape(-1, ROW), option=orjson.OPT_SERIALIZE_NUMPY)
+    text = text.replace(b"[", b"").replace(b"]", b"")
+    rest = orjson.dumps(array[whole:], option=orjson.OPT_SERIALIZE_NUMPY)
+    return b"".join((b"[", text, b"," if whole < array.size else b"", rest[1:]))
+
+
+def rows(
+    array: RealArray | IndexArray | NDArray[np.int64], start: bytes = b"", between: bytes = b" "
+) -> bytes:
+    """Lines of numbers, one a row, each beginning with `start`.
 
     Parameters
     ----------
     array : ndarray of float or integer, shape (N, K), K >= 1
         Floats are written with the fewest digits that read back as the same value.
+    between : bytes
+        The characters between the numbers of a row, repeated as often as they are needed.
     """
-    return b"".join(_lines(array[chunk], start) for chunk in row_chunks(array))
+    return b"".join(_lines(array[chunk], start, between) for chunk in row_chunks(array))
 
 
 def joined_rows(*arrays: RealArray, start: bytes = b"") -> bytes:
     """Lines of arrays of as many rows side by side, each array in its own precision."""
     return b"".join(
-        _side_by_side([_lines(array[chunk], b"" if k else start) for k, array in enumerate(arrays)])
-        for chunk in row_chunks(arrays[0])
+        _side_by_side([array[chunk] for array in arrays], start) for chunk in row_chunks(arrays[0])
     )
 
 
@@ -120,27 +166,70 @@ def row_chunks(array: NDArray[np.generic]) -> Iterator[slice]:
     return chunks(len(array), array.shape[1], CHUNK_NUMBERS)
 
 
-def _lines(array: NDArray[np.generic], start: bytes) -> bytes:
+def _lines(array: NDArray[np.generic], start: bytes = b"", between: bytes = b" ") -> bytes:
     """The lines of few rows, one at least."""
-    inside = json_array(array)[2:-2]
-    return start + inside.replace(b"],[", b"\n" + start).replace(b",", b" ") + b"\n"
+    lines = _in_lines(json_array(array.reshape(-1)), array.shape[1], between)
+    return b"".join((start, lines.replace(b"\n", b"\n" + start) if start else lines, b"\n"))
 
 
-def _side_by_side(columns: Iterable[bytes]) -> bytes:
-    """Lines of several texts of as many lines, each with the lines of the others behind it."""
-    lines = zip(*(column.splitlines() for column in columns), strict=True)
-    return b"\n".join(map(b" ".join, lines)) + b"\n"
+def _in_lines(text: bytes, width: int, between: bytes = b" ") -> bytes:
+    """A JSON list of numbers as lines of `width` numbers each, the last without its end."""
+    changed = bytearray(text)
+    changed[-1:] = b","
+    characters = np.frombuffer(changed, dtype=np.uint8)
+    commas = np.flatnonzero(characters == ord(","))
+    separators = (between * width)[: width - 1] + b"\n"
+    characters[commas.reshape(-1, width)] = np.frombuffer(separators, dtype=np.uint8)
+    return bytes(memoryview(changed)[1:-1])
 
 
-def general_lines(array: RealArray, template: str) -> list[str]:
-    """One string a row, without line ends: `template` holds a C conversion for every column.
+def _side_by_side(arrays: Sequence[RealArray], start: bytes) -> bytes:
+    """The lines of few rows of several arrays, one at least."""
+    columns = [_lines(array).splitlines() for array in arrays]
+    step = 2 * len(columns)
+    cells = ([b" "] * (step - 1) + [b"\n" + start]) * len(columns[0])
+    for k, column in enumerate(columns):
+        cells[2 * k :: step] = column
+    cells[-1] = b"\n"
+    return start + b"".join(cells)
 
-    Parameters
-    ----------
-    array : ndarray of float, shape (N, K)
-        Every number becomes a Python object: some ten thousand rows at a time are enough.
+
+def general_lines(array: FloatArray) -> list[bytes]:
+    """One text a row, without line end: numbers as C's `%g` writes them, with blanks between."""
+    lines: list[bytes] = []
+    for chunk in row_chunks(array):
+        lines += _in_lines(_general(array[chunk].reshape(-1)), array.shape[1]).split(b"\n")
+    return lines
+
+
+def _general(numbers: FloatArray) -> bytes:
+    """JSON list of numbers, but with six significant digits as C's `%g` writes them.
+
+    A number x of 10^e ≤ |x| < 10^(e+1) becomes m / 10^k with k = 5 − e, m the integer nearest to
+    x · 10^k. Both m and 10^k are exact, so that the fewest digits of the quotient are those of m.
+    C writes what it would write with an exponent or without a point, and a number whose product is
+    within 10^-7 of the middle of two integers: its rounding, below 10^-9, could decide there.
     """
-    return list(map(template.__mod__, zip(*array.T.tolist(), strict=True)))
+    size = np.abs(numbers)
+    with np.errstate(divide="ignore"):
+        exponent = np.clip(np.floor(np.log10(size)), -4, 5).astype(np.intp)
+    power = POWERS.take(5 - exponent)
+    product = numbers * power
+    nearest = np.rint(product)
+    usual = (size >= 1e-4) & (np.abs(product - nearest) < 0.5 - 1e-7)
+    size = np.abs(nearest)
+    usual &= (size >= 1e5) & (size < 1e6)
+    rounded = nearest / power
+    usual &= rounded != np.rint(rounded)
+    others = np.flatnonzero(~usual)
+    if not len(others):
+        return json_array(rounded)
+    rounded[others] = np.nan
+    pieces = json_array(rounded).split(b"null")
+    cells = [b""] * (2 * len(others) + 1)
+    cells[::2] = pieces
+    cells[1::2] = (b"%g " * len(others) % tuple(numbers[others].tolist())).split()
+    return b"".join(cells)
 
 
 def digits(count: int) -> int:

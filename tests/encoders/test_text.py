@@ -1,0 +1,59 @@
+"""Numbers as text: every fast way gives what Python writes number by number."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from service.bases.cache import MESH_PLANS
+from service.encoders.format import EncodeOptions
+from service.encoders.registry import BY_NAME
+from service.encoders.text import general_lines, joined_rows, json_array, json_document
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import build_mesh
+from service.surface.examples import find
+
+RANDOM = np.random.default_rng(3)
+BITS = RANDOM.integers(0, 2**64, 20_000, dtype=np.uint64).view(np.float64)
+TENS = RANDOM.integers(-(10**7), 10**7, 20_000) / 10.0 ** RANDOM.integers(0, 12, 20_000)
+EDGES = [-0.0, 1e6, 999999.5, 999999.4, 9.99996e-5, 0.0001, 1.000005, 100000.5, 5e-324]
+NUMBERS = np.concatenate((EDGES, BITS[np.isfinite(BITS)], TENS, np.nextafter(TENS, 1)))
+NUMBERS = NUMBERS[: len(NUMBERS) // 3 * 3].reshape(-1, 3)
+
+
+def test_six_digits_are_those_of_c() -> None:
+    expected = [b"%g %g %g" % tuple(row) for row in NUMBERS.tolist()]
+    assert general_lines(NUMBERS) == expected
+
+
+def test_lines_hold_the_numbers_of_their_rows() -> None:
+    single = np.clip(NUMBERS, -1e38, 1e38).astype(np.float32)
+    words = [line.split(b" ") for line in joined_rows(NUMBERS, single, start=b"v ").splitlines()]
+    assert {(len(row), row[0]) for row in words} == {(7, b"v")}
+    table = np.array([row[1:] for row in words])
+    assert table[:, :3].astype(np.float64).tobytes() == NUMBERS.tobytes()
+    assert table[:, 3:].astype(np.float32).tobytes() == single.tobytes()
+
+
+@pytest.mark.parametrize("count", [0, 1, 32, 33, 64, 2601])
+def test_long_rows_of_the_longest_numbers(count: int) -> None:
+    """Which orjson by itself would write beyond its memory."""
+    array = -1.2345678901234567e-300 * (1 + np.arange(2.0 * count).reshape(2, count) / 1e6)
+    assert json.loads(json_array(array)) == array.tolist()
+    value = {"array": array[0], "gaps": array[:, ::2], "done": b"[1]", "number": array.sum()}
+    plain = {"array": array[0].tolist(), "gaps": array[:, ::2].tolist(), "done": [1]}
+    assert json.loads(json_document(value)) == plain | {"number": float(array.sum())}
+
+
+@pytest.mark.parametrize("name", ["json", "obj", "off", "oogl", "ply", "stl"])
+def test_kept_faces_change_no_byte(name: str) -> None:
+    """Neither for the mesh that made them, nor for another with the same plan."""
+    fmt, encode = BY_NAME[name], EncodeOptions("off" if name == "oogl" else None)
+    mesh = build_mesh(find("utah-teapot").surface().lower(), MeshOptions(resolution=(4, 4)), fmt)
+    moved = replace(mesh, positions=mesh.positions + mesh.positions.dtype.type(1))
+    MESH_PLANS.clear()
+    cold, warm, other = (fmt.encode(each, encode) for each in (mesh, mesh, moved))
+    MESH_PLANS.clear()
+    assert cold == warm
+    assert fmt.encode(moved, encode) == other != cold
