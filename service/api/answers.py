@@ -98,8 +98,8 @@ def json_response(
     headers: Mapping[str, str] = HEADERS,
     media_type: str = "application/json",
 ) -> Response:
-    """A JSON document; arrays may be NumPy's."""
-    body = orjson.dumps(content, option=orjson.OPT_SERIALIZE_NUMPY)
+    """A JSON document."""
+    body = orjson.dumps(content)
     return ChunkedResponse(body, status, headers, media_type)
 
 
