@@ -165,7 +165,8 @@ def mesh_cost(
     """Of a mesh of this size and its file; a group in one mesh is built apart first."""
     fmt, encode = form
     degree = max(size.degree)
-    work = 1e-3 + 1e-4 * size.patches + mesh.vertices * 5e-7 + file * 1e-8
+    # Twice what a mesh takes whose plan is not there yet.
+    work = 1.2e-3 + 4e-5 * size.patches + mesh.vertices * 1.5e-7 + file * 1.5e-9
     if size.curves or size.members > 1 or options.solid_wires:
         work += 2e-3 * size.members
     work *= max(1.0, degree / 8) ** 3 * (1 + 2 * options.curvatures)
