@@ -33,6 +33,9 @@ FORMULATIONS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingPr
     }
 )
 
+LARGEST = 1 << 20
+"""Values of a matrix that is worth keeping; also what the cache takes, 8 MiB."""
+
 GRIDS: Mapping[Method, Callable[[GridEvaluation], None]] = MappingProxyType(
     {"de_casteljau": de_casteljau.grids, "forward_difference": forward_difference.grids}
 )
@@ -106,24 +109,25 @@ def evaluate(
         else:
             with measured(method):
                 GRIDS[method](work)
-    crowded = work.crowded()
-    if dtype is np.float32 and len(crowded):
-        # One by one these normals would cost a hundred times what the patch costs in float64.
-        anew = evaluate(patches.take(crowded), resolution, method=method, formulation=formulation)
-        if anew.normals is not None:
-            work.replace_normals(crowded, anew.normals, anew.poles)
-    return work.finished()
+    if dtype is np.float64:
+        return work.finished(None)
+    return work.finished(
+        lambda index: evaluate(
+            patches.take(index), resolution, method=method, formulation=formulation
+        )
+    )
 
 
 def choose(patches: TensorPatches, resolution: tuple[int, int], normals: bool) -> Formulation:
     """The formulation expected to be fastest, by counting multiplications and numpy calls."""
     p, q = patches.degree
-    count = (resolution[0] + 1) * (resolution[1] + 1)
-    # A call per patch costs as much as some 100 000 multiplications.
-    at_once = (p + 1) * (q + 1)
-    in_turn = (q + 1) * (1 + (p + 1) / (resolution[1] + 1)) + 12_000 / count
-    if at_once <= in_turn:
-        return "kronecker"
-    if normals and patches.weights is None and count >= 40_000 and max(p, q) <= 4:
+    samples = (resolution[0] + 1) * (resolution[1] + 1)
+    # Few patches do not make up for reading the matrix. The calls that each patch takes by itself
+    # cost as much as some 180 000 multiplications, those that all take together as 120 000.
+    at_once = (p + 1) * (q + 1) * (1 + 1 / patches.count)
+    in_turn = p + q + 2 + (180_000 - 120_000 / patches.count) / samples
+    if normals and patches.weights is None and samples >= 12_000 and max(p, q) <= 4:
         return "normal_polynomial"
+    if at_once <= in_turn and 3 * (p + 1) * (q + 1) * samples <= LARGEST:
+        return "kronecker"
     return "separable"

@@ -57,11 +57,13 @@ class TriangleEvaluation(Evaluation):
 
     def nets(self, first: int, last: int) -> ChunkNets:
         """Planes of the nets of patches [first, last): (K, d, r)."""
-        at, net = self.points(first, last)
+        size = triangle.size(self.patches.degree)
+        at = scratch("nets", (size, self.dimension, last - first), np.float64)
+        net = self.points(first, last, at)
         if self.normals is None:
-            return ChunkNets(at, None, None, None)
+            return ChunkNets(at, at)
         ds, dt = differences(net)
-        return ChunkNets(at, ds, dt, self.trust(ds, dt))
+        return ChunkNets(at, at, ds, dt, self.trust(ds, dt))
 
     def _at_once(self) -> None:
         # Sixteen numbers are a cache line: every plane of a chunk begins at one.
