@@ -107,12 +107,14 @@ class _Batch(ABC):
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest coordinates of the control points: they enclose the patches."""
         rows = self.points.reshape(self.count, -1)
-        # Reductions of long rows are ten times faster than those of rows of three numbers. The last
-        # rows come twice where the others do not take all.
-        fold = FOLD if self.count >= 4 * FOLD else 1
-        long = rows[: self.count // fold * fold].reshape(-1, fold * rows.shape[1])
-        last = rows[-fold:].reshape(-1)
-        low, high = np.minimum(long.min(axis=0), last), np.maximum(long.max(axis=0), last)
+        low = high = rows[0]
+        if self.count > 1:
+            # Reductions of long rows are ten times faster than those of rows of three numbers. The
+            # last rows come twice where the others do not take all.
+            fold = FOLD if self.count >= 4 * FOLD else 1
+            long = rows[: self.count // fold * fold].reshape(-1, fold * rows.shape[1])
+            last = rows[-fold:].reshape(-1)
+            low, high = np.minimum(long.min(axis=0), last), np.maximum(long.max(axis=0), last)
         return low.reshape(-1, 3).min(axis=0), high.reshape(-1, 3).max(axis=0)
 
     @cached_property
@@ -194,8 +196,8 @@ class TensorPatches(_Batch):
         """Sides that are one point, those of constant u first, with what is next to them."""
         if not self.collapsed.any():
             return ()
-        found = ((axis, *np.nonzero(self.collapsed[:, 2 * axis :][:, :2])) for axis in range(2))
-        return tuple(self._poles(axis, index, end) for axis, index, end in found if len(index))
+        sides = self.collapsed.reshape(-1, 2, 2).swapaxes(0, 1)
+        return tuple(self._poles(k, *ends.nonzero()) for k, ends in enumerate(sides) if ends.any())
 
     def _poles(self, axis: int, index: NDArray[np.intp], end: NDArray[np.intp]) -> Poles:
         points = self.points if axis == 0 else self.points.swapaxes(1, 2)

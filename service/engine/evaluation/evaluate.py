@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray
@@ -16,9 +17,9 @@ from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.evaluation.formulations import kronecker, normal_polynomial, separable
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
-from service.engine.evaluation.under_way import Evaluation, Samples
+from service.engine.evaluation.under_way import CHUNK_SAMPLES, Evaluation, Samples
 from service.engine.options import Method
-from service.engine.scratch import Real
+from service.engine.scratch import Real, scratch
 from service.measuring import measured
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
@@ -111,11 +112,16 @@ def evaluate(
                 GRIDS[method](work)
     if dtype is np.float64:
         return work.finished(None)
-    return work.finished(
-        lambda index: evaluate(
-            patches.take(index), resolution, method=method, formulation=formulation
-        )
-    )
+
+    def in_double(index: NDArray[np.intp]) -> Samples:
+        shape, room = (len(index), *work.positions.shape[1:]), None
+        if len(index) * work.each <= CHUNK_SAMPLES:
+            points, vectors = (scratch(f"double {name}", shape, np.float64) for name in "SN")
+            room = Samples(points, vectors, 0)
+        several = patches.take(index)
+        return evaluate(several, resolution, method=method, formulation=formulation, out=room)
+
+    return work.finished(in_double)
 
 
 def choose(patches: TensorPatches, resolution: tuple[int, int], normals: bool) -> Formulation:

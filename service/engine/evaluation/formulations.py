@@ -23,17 +23,17 @@ from service.bases.bernstein import (
 )
 from service.bases.chunks import runs
 from service.engine.evaluation.grid_evaluation import GridEvaluation
-from service.engine.evaluation.under_way import ChunkNets
-from service.engine.scratch import scratch
+from service.engine.evaluation.under_way import CHUNK_SAMPLES
+from service.engine.scratch import Real, scratch
+from service.engine.vectors import cross_polynomial
 
-RowRun: TypeAlias = tuple[
-    slice, tuple[RealArray, RealArray, RealArray], RealArray, RealArray, int
-]
+RowRun: TypeAlias = tuple[slice, tuple[RealArray, RealArray, RealArray], RealArray, RealArray, int]
 """Rows of samples of a patch, memory for S, S_u and S_v there, where positions and normals go, and
 the number of the first sample."""
 
-CHUNK_SAMPLES = 18_432
-"""Samples worked on at a time: a dozen planes of them fit the second-level cache."""
+
+MOST_PAIRS = 6
+"""Degree up to which the products of all pairs of control points are few enough to be kept."""
 
 
 def kronecker(work: GridEvaluation) -> None:
@@ -71,14 +71,13 @@ def separable(work: GridEvaluation) -> None:
     u, u_below = (sampled(degree, ru, work.dtype) for degree in (p, p - 1))
     v, v_below = (sampled_columns(degree, rv, work.dtype) for degree in (q, q - 1))
     write_positions = _position_writer(work)
-    for patch, nets in _single(work):
-        at_u = np.matmul(u, nets.at)
-        if nets.du is None or nets.dv is None:
-            for rows, planes, out, _, _ in _row_runs(work, patch):
-                write_positions(at_u[:, rows], planes[0], out)
+    for patch, (net, *partial_nets), trust in _single(work, work.dtype):
+        at_u = np.matmul(u, net)
+        if not partial_nets:
+            for rows, (at, _, _), out, _, _ in _row_runs(work, patch):
+                write_positions(at_u[:, rows], at, out)
             continue
-        du_u, dv_u = np.matmul(u_below, nets.du), np.matmul(u, nets.dv)
-        trust = nets.least(work.dtype)
+        du_u, dv_u = map(np.matmul, (u_below, u), partial_nets)
         for rows, (at, du, dv), out, normals, first in _row_runs(work, patch):
             write_positions(at_u[:, rows], at, out)
             np.matmul(du_u[:, rows], v, out=du)
@@ -92,43 +91,56 @@ def normal_polynomial(work: GridEvaluation) -> None:
     u, u_normal = (sampled(degree, ru, work.dtype) for degree in (p, 2 * p - 1))
     v_normal = sampled_columns(2 * q - 1, rv, work.dtype)
     write_positions = _position_writer(work)
-    for patch, nets in _single(work, exactly=True):
-        if nets.du is None or nets.dv is None:
+    for patch, (net, *partial_nets), trust in _single(work, np.float64):
+        if not partial_nets:
             raise ValueError("the normal polynomial is of no use without normals")
-        at_u = np.matmul(u, nets.at.astype(work.dtype))
-        normal_net = _cross_polynomial(nets.du, nets.dv)
-        normal_u = np.matmul(u_normal, normal_net.astype(work.dtype))
-        trust = nets.least(work.dtype)
+        at_u = np.matmul(u, net.astype(work.dtype))
+        normal_u = np.matmul(u_normal, _normal_net(*partial_nets).astype(work.dtype))
         for rows, (at, vectors, _), out, normals, first in _row_runs(work, patch):
             write_positions(at_u[:, rows], at, out)
             np.matmul(normal_u[:, rows], v_normal, out=vectors)
             work.write_normals(vectors, normals, trust, first)
 
 
-def _single(work: GridEvaluation, exactly: bool = False) -> Iterator[tuple[int, ChunkNets]]:
-    """The nets of the patches one by one, prepared some at a time: planes (d, p+1, q+1).
+def _single(work: GridEvaluation, dtype: Real) -> Iterator[tuple[int, list[RealArray], RealArray]]:
+    """The patches one by one, their nets prepared some at a time.
 
-    In the working precision, or `exactly` in float64.
+    Yields
+    ------
+    patch : int
+    nets : list of ndarray of `dtype`
+        Planes (d, p+1, q+1) of S, (d, p, q+1) of S_u and (d, p+1, q) of S_v; of S alone where no
+        normals are wanted.
+    trust : ndarray, shape (1,)
+        The least |S_u × S_v|² that is good enough.
     """
     p, q = work.patches.degree
+    forms = zip(work.parts, ((p + 1, q + 1), (p, q + 1), (p + 1, q)), strict=True)
+    parts = [*forms][: 1 if work.normals is None else 3]
     step = max(1, CHUNK_SAMPLES // ((p + 1) * (q + 1)))
     for first, last in runs(work.patches.count, step):
         nets = work.nets(first, last)
+        trust = nets.least(work.dtype)
         for k in range(last - first):
-            yield first + k, nets.single(k, np.float64 if exactly else work.dtype)
+            planes: RealArray = np.ascontiguousarray(nets.rows[:, :, k].T, dtype)
+            yield first + k, [planes[:, of].reshape(-1, *form) for of, form in parts], trust[k]
 
 
-def _cross_polynomial(du: RealArray, dv: RealArray) -> RealArray:
+def _normal_net(du: RealArray, dv: RealArray) -> RealArray:
     """The net (3, 2p, 2q) of S_u × S_v, from nets (3, p, q+1) and (3, p+1, q).
 
     The cross products of all pairs of vectors, times the cached coefficients of their product.
     """
     (p, columns), (rows, q) = du.shape[1:], dv.shape[1:]
+    if max(p, q) > MOST_PAIRS:
+        nets = (net[np.newaxis].astype(np.float64) for net in (du, dv))
+        net: RealArray = cross_polynomial(*nets)[0]
+        return net
     a, b = du.reshape(3, -1, 1), dv.reshape(3, 1, -1)
     pairs = a[[1, 2, 0]] * b[[2, 0, 1]]
     pairs -= a[[2, 0, 1]] * b[[1, 2, 0]]
     products = product_coefficients((p - 1, columns - 1), (rows - 1, q - 1))
-    net: RealArray = pairs.reshape(3, -1) @ products
+    net = pairs.reshape(3, -1) @ products
     return net.reshape(3, p + rows - 1, columns + q - 1)
 
 

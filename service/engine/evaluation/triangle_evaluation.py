@@ -20,13 +20,15 @@ from service.bases.arrays import FloatArray, RealArray
 from service.bases.chunks import runs
 from service.engine.evaluation.triangle_nets import differences
 from service.engine.evaluation.triangle_normals import triangle_normals
-from service.engine.evaluation.under_way import ChunkNets, Evaluation, Samples
+from service.engine.evaluation.under_way import (
+    CHUNK_SAMPLES,
+    ChunkNets,
+    Evaluation,
+    Samples,
+)
 from service.engine.scratch import Real, scratch
 from service.stopping import checkpoint
 from service.surface.batches import TrianglePatches
-
-CHUNK_SAMPLES = 18_432
-"""Samples worked on at a time: a dozen planes of them fit the second-level cache."""
 
 Product: TypeAlias = Callable[[str, FloatArray], RealArray]
 """Planes (d, r, samples) of nets at some samples, in the work array of this name."""

@@ -13,8 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
+from service.bases.chunks import runs
 from service.engine.scratch import Real, scratch
 from service.surface.batches import Patches
+
+CHUNK_SAMPLES = 18_432
+"""Samples worked on at a time: a dozen planes of them fit the second-level cache."""
 
 ORDINARY = 16
 """Models larger than 2^-16 and smaller than 2^16 are not scaled: fourth powers of such lengths are
@@ -220,10 +224,12 @@ class Evaluation(ABC):
             crowded = counts * ONE_BY_ONE > self.each
             index = np.flatnonzero(crowded)
             if len(index):
-                anew = in_double(index)
-                self.normals[index] = anew.normals
-                poles = anew.poles + int(np.count_nonzero(~crowded[doubtful[~owed] // self.each]))
+                poles = int(np.count_nonzero(~crowded[doubtful[~owed] // self.each]))
                 rest = rest[~crowded[rest // self.each]]
+            for first, last in runs(len(index), max(1, CHUNK_SAMPLES // self.each)):
+                anew = in_double(index[first:last])
+                self.normals[index[first:last]] = anew.normals
+                poles += anew.poles
         if len(rest):
             patch, sample = np.divmod(rest, self.each)
             normals[rest], limits = self._slow_normals(patch, sample)
@@ -255,21 +261,10 @@ class ChunkNets:
     dv: FloatArray | None = None
     trust: FloatArray | None = None
 
-    def single(self, k: int, dtype: Real) -> "ChunkNets":
-        """The nets of patch k of a grid alone, its coordinates as planes (d, p+1, q+1)."""
-        rows = np.ascontiguousarray(self.rows[:, :, k].T, dtype)
-        nets, end = [], 0
-        for net in (self.at, self.du, self.dv):
-            if net is not None:
-                begin, end = end, end + net.shape[0] * net.shape[1]
-                nets.append(rows[:, begin:end].reshape(len(rows), *net.shape[:2]))
-        trust = None if self.trust is None else self.trust[k : k + 1]
-        return ChunkNets(rows, *nets, trust=trust)
-
     def least(self, dtype: Real) -> RealArray:
-        """`trust` in the working precision, to compare (r, samples) with."""
+        """`trust` in the working precision, to compare (r, samples) with; 0 without partials."""
         if self.trust is None:
-            raise ValueError("nets without partials have no normals to trust")
+            return np.zeros((self.at.shape[-1], 1), dtype)
         least: RealArray = self.trust.astype(dtype)
         return least[:, None]
 
