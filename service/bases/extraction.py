@@ -253,7 +253,7 @@ def _extraction(knots: FloatArray, degree: int, closed: bool) -> Extraction:
     places = first[:, np.newaxis] + np.arange(degree + 1)
     copies = [(places[parted - 1, -1], at[parted - 1]), (places[parted, 0], at[parted] - degree)]
     sums = [] if degree < 2 else [_Sums(at - degree, shares[:, 1:-1], places[:, 1:-1])]
-    sums += _joints(at, degree, many, begins, ends, places)
+    sums += _joints(at, many, (begins, ends), places)
     left: list[_Sums] = []
     for part in sums:
         # What is one control point alone is not combined.
@@ -268,13 +268,15 @@ def _extraction(knots: FloatArray, degree: int, closed: bool) -> Extraction:
 
 
 def _joints(
-    at: Ints, degree: int, many: Ints, begins: FloatArray, ends: FloatArray, places: Ints
+    at: Ints, many: Ints, shares: tuple[FloatArray, FloatArray], places: Ints
 ) -> Iterator[_Sums]:
     """Points between spans, by the multiplicity m of their knot: p − m + 1 control points count.
 
-    Each is the mean of what the spans on both sides say, `ends` and `begins` (spans, p+1).
+    Each is the mean of what the spans on both sides say: `shares` of the first and of the last
+    point of every span, (spans, p+1).
     """
-    last = len(at)
+    begins, ends = shares
+    last, degree = len(at), begins.shape[1] - 1
     for m in np.unique(many[many <= degree]).tolist():
         joint = np.flatnonzero(many == m)
         before, after = np.maximum(joint - 1, 0), np.minimum(joint, last - 1)
@@ -320,7 +322,7 @@ def _combined(
         middle /= 2
     place = np.zeros(shares.shape[:2] + points.shape[1:])
     weight = None if weights is None else np.zeros(shares.shape[:2] + weights.shape[1:])
-    for low in range((count + 1) // 2):
+    for low in range((count + 1 if weights is not None else count) // 2):
         # What is in the middle of an odd count has no distance from it, but a weight.
         pair = (low, count - 1 - low) if low < count - 1 - low else (low,)
         given = [_spread(shares[..., k], points.ndim - 1) for k in pair]

@@ -114,8 +114,9 @@ class _Batch(ABC):
             fold = FOLD if self.count >= 4 * FOLD else 1
             long = rows[: self.count // fold * fold].reshape(-1, fold * rows.shape[1])
             last = rows[-fold:].reshape(-1)
-            low, high = np.minimum(long.min(axis=0), last), np.maximum(long.max(axis=0), last)
-        return low.reshape(-1, 3).min(axis=0), high.reshape(-1, 3).max(axis=0)
+            low = np.minimum(np.minimum.reduce(long), last)
+            high = np.maximum(np.maximum.reduce(long), last)
+        return np.minimum.reduce(low.reshape(-1, 3)), np.maximum.reduce(high.reshape(-1, 3))
 
     @cached_property
     def middle(self) -> FloatArray:
@@ -178,10 +179,11 @@ class TensorPatches(_Batch):
         # Planes of coordinates (3, 2, 2, P): long rows are compared faster than rows of three.
         corners = self.points[:, ::p, ::q].transpose(3, 1, 2, 0).copy()
         # A side of one point has two equal ends: few sides are worth a closer look.
-        along_v = np.logical_and.reduce(corners[:, :, 0] == corners[:, :, 1])
-        along_u = np.logical_and.reduce(corners[:, 0] == corners[:, 1])
-        collapsed = np.concatenate([along_v, along_u]).T.reshape(-1, 2, 2)
-        if not collapsed.any():
+        equal = np.empty(corners.shape, bool)
+        np.equal(corners[:, :, 0], corners[:, :, 1], out=equal[:, 0])
+        np.equal(corners[:, 0], corners[:, 1], out=equal[:, 1])
+        collapsed: NDArray[np.bool_] = np.logical_and.reduce(equal).transpose(2, 0, 1).copy()
+        if not np.count_nonzero(collapsed):
             return collapsed.reshape(-1, 4)
         for axis, sides in enumerate((self.points[:, ::p], self.points.swapaxes(1, 2)[:, ::q])):
             index, end = collapsed[:, axis].nonzero()
@@ -194,7 +196,7 @@ class TensorPatches(_Batch):
     @cached_property
     def poles(self) -> tuple[Poles, ...]:
         """Sides that are one point, those of constant u first, with what is next to them."""
-        if not self.collapsed.any():
+        if not np.count_nonzero(self.collapsed):
             return ()
         sides = self.collapsed.reshape(-1, 2, 2).swapaxes(0, 1)
         return tuple(self._poles(k, *ends.nonzero()) for k, ends in enumerate(sides) if ends.any())

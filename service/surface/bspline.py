@@ -117,6 +117,7 @@ class BsplineSurface(SurfaceKind):
         others = [net for *_, net in channels.each() if not self._own(net)]
         restricting = sum(rows * n.shape[0] ** 2 + columns * n.shape[1] ** 2 for n in others)
         restricting += 3 * patches * sum(net.size for net in others)
+        extracting = 4 * (rows * (p + 1) ** 2 + columns * (q + 1) ** 2) * NUMBER
         kept = (size.control_points * numbers + restricting) * NUMBER
         lines = (rows * (p + 1) + height) * width * numbers * NUMBER
         # At least one span of all columns, and of all rows, is worked on at a time.
@@ -132,7 +133,7 @@ class BsplineSurface(SurfaceKind):
             + sum(n.nbytes for *_, n in channels.each())
             + (height + width + 2) * NUMBER,
             arrays=kept + 3 * net * NUMBER,
-            peak=kept + 3 * net * NUMBER + lines + working,
+            peak=kept + 3 * net * NUMBER + lines + working + extracting,
         )
 
     def lower(self) -> PatchModel:
