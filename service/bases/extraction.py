@@ -190,7 +190,7 @@ class Extraction:
         )
 
 
-def extraction(
+def plan_extraction(
     knots: FloatArray, degree: int, points: FloatArray, weights: FloatArray | None = None
 ) -> Extraction:
     """The extraction for these knots, kept for the next curve over them.
@@ -227,7 +227,7 @@ def bezier_points(
     points : ndarray of float64, shape (spans, p+1, …, d)
     weights : ndarray of float64, shape (spans, p+1, …), or None
     """
-    plan = extraction(knots, degree, points, weights)
+    plan = plan_extraction(knots, degree, points, weights)
     place, weight = plan.points(points, weights)
     return place[plan.places], None if weight is None else weight[plan.places]
 

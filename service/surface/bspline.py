@@ -7,7 +7,7 @@ import numpy as np
 from service.bases import knots as knot
 from service.bases.arrays import FloatArray
 from service.bases.chunks import chunks
-from service.bases.extraction import extraction
+from service.bases.extraction import plan_extraction
 from service.bases.restriction import restricted
 from service.surface.batches import TensorPatches
 from service.surface.channels import NO_CHANNELS, Channels
@@ -167,12 +167,12 @@ class BsplineSurface(SurfaceKind):
         """Bézier nets (P, p+1, q+1, d), and weights, of what the control points or others say."""
         (p, q), (knots_u, knots_v) = self.degree, self.knot_vectors
         net, loads = self._wrapped(net), None if weights is None else self._wrapped(weights)
-        along_u = extraction(knots_u, p, net, loads)
+        along_u = plan_extraction(knots_u, p, net, loads)
         lines, heavy = along_u.points(net, loads)
         # Lines become columns, so that control points along v are rows again.
         lines = np.moveaxis(lines, 1, 0)
         heavy = None if heavy is None else heavy.T
-        along_v = extraction(knots_v, q, lines, heavy)
+        along_v = plan_extraction(knots_v, q, lines, heavy)
         rows, columns, width = *(len(a.places) for a in (along_u, along_v)), net.shape[-1]
         points = np.empty((rows, columns, p + 1, q + 1, width))
         loads = None if heavy is None else np.empty(points.shape[:-1])

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.bases import extraction, knots
-from service.bases.extraction import bezier_points, operators
+from service.bases.cache import MESH_PLANS
+from service.bases.extraction import bezier_points, operators, plan_extraction
 from tests.oracles.exact import curve_point
 from tests.oracles.splines import fractions, spline_point
 from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
@@ -118,6 +119,7 @@ def test_in_chunks_it_is_the_same(degree: int, monkeypatch: pytest.MonkeyPatch) 
     points, weights = points_for(count, 2, 3), weights_for(count, 2, 3)
     at_once, heavy = bezier_points(points, vector, degree, weights)
     monkeypatch.setattr(extraction, "CHUNK_BYTES", 1000)
+    MESH_PLANS.clear()
     in_turn, other = bezier_points(points, vector, degree, weights)
     np.testing.assert_array_equal(in_turn, at_once)
     np.testing.assert_array_equal(other, heavy)
@@ -130,3 +132,26 @@ def test_operators_are_cached_and_cannot_be_written() -> None:
     assert operators(vector.copy(), 3) is rows
     with pytest.raises(ValueError, match="read-only"):
         rows[0, 0, 0] = 2
+
+
+def test_extractions_are_kept_for_the_knots_and_for_whether_the_curve_closes() -> None:
+    """One knot vector, one extraction, and another one for curves that end as they begin."""
+    vector, points = knots.periodic(7, 3), points_for(7, 1)
+    closed, other = knots.wrapped(points, 3), points_for(10, 2)
+    kept = plan_extraction(vector, 3, other)
+    assert plan_extraction(vector.copy(), 3, other + 1) is kept
+    again = plan_extraction(vector, 3, closed)
+    assert plan_extraction(vector, 3, closed + 1) is again is not kept
+    assert kept.count == 22
+    assert kept.nbytes > 0
+
+
+@settings(max_examples=30, deadline=None)
+@given(knot_vectors(parted=True), seeds)
+def test_every_bezier_point_is_computed_once(vector: KnotVector, seed: int) -> None:
+    """The spans take them from one list, in the order of the curve, without a gap."""
+    points = points_for(vector.points, seed)
+    found = plan_extraction(vector.knots, vector.degree, points)
+    np.testing.assert_array_equal(np.unique(found.places), np.arange(found.count))
+    written = np.concatenate([found.copies[0], *(s.targets.ravel() for s in found.sums)])
+    np.testing.assert_array_equal(np.unique(written), np.arange(found.count))
