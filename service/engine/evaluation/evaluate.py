@@ -5,6 +5,8 @@ Triangles have their own, `triangle_evaluation`.
 """
 
 from collections.abc import Callable, Mapping
+from functools import partial
+from math import prod
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
@@ -113,15 +115,24 @@ def evaluate(
     if dtype is np.float64:
         return work.finished(None)
 
-    def in_double(index: NDArray[np.intp]) -> Samples:
-        shape, room = (len(index), *work.positions.shape[1:]), None
-        if len(index) * work.each <= CHUNK_SAMPLES:
+    return work.finished(partial(_in_double, patches, resolution, method, formulation))
+
+
+def _in_double(
+    patches: Patches,
+    resolution: tuple[int, int],
+    method: Method,
+    formulation: Formulation | None,
+    index: NDArray[np.intp],
+) -> Samples:
+    """Patches `index` evaluated in float64, in work arrays if they are few: use them up at once."""
+    several, room = patches.take(index), None
+    if isinstance(several, TensorPatches):
+        shape = (several.count, resolution[0] + 1, resolution[1] + 1, 3)
+        if prod(shape[:3]) <= CHUNK_SAMPLES:
             points, vectors = (scratch(f"double {name}", shape, np.float64) for name in "SN")
             room = Samples(points, vectors, 0)
-        several = patches.take(index)
-        return evaluate(several, resolution, method=method, formulation=formulation, out=room)
-
-    return work.finished(in_double)
+    return evaluate(several, resolution, method=method, formulation=formulation, out=room)
 
 
 def choose(patches: TensorPatches, resolution: tuple[int, int], normals: bool) -> Formulation:

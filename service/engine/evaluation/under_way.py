@@ -112,10 +112,10 @@ class Evaluation(ABC):
         return net
 
     def sample_planes(self, *shape: int) -> tuple[RealArray, RealArray, RealArray]:
-        """Memory for S, S_u and S_v at some samples: planes of coordinates, in one work array."""
-        count = self.dimension
-        planes = scratch("planes", (3 * count, *shape), self.dtype)
-        return planes[:count], planes[count : 2 * count], planes[2 * count :]
+        """Work arrays for S, S_u and S_v at some samples: planes of coordinates."""
+        form = (self.dimension, *shape)
+        at, du, dv = (scratch(name, form, self.dtype) for name in ("at", "du", "dv"))
+        return at, du, dv
 
     def trust(self, du: FloatArray, dv: FloatArray) -> FloatArray:
         """The least |S_u × S_v|² that is good enough, from the differences (…, d, r): (r,)."""
@@ -191,7 +191,7 @@ class Evaluation(ABC):
                     np.multiply(at[axis], partial[3], out=term)
                     np.subtract(partial[axis], term, out=partial[axis])
         # S is not needed any more: its memory takes the vectors, so that a chunk stays small.
-        x, y, z = vectors = self.sample_planes(*du.shape[1:])[0][:3]
+        x, y, z = vectors = scratch("at", (self.dimension, *du.shape[1:]), self.dtype)[:3]
         ax, ay, az = du[0], du[1], du[2]
         bx, by, bz = dv[0], dv[1], dv[2]
         np.multiply(ay, bz, out=x)
