@@ -170,7 +170,7 @@ class BsplineSurface(SurfaceKind):
         along_u = plan_extraction(knots_u, p, net, loads)
         lines, heavy = along_u.points(net, loads)
         # Lines become columns, so that control points along v are rows again.
-        lines = np.moveaxis(lines, 1, 0)
+        lines = lines.swapaxes(0, 1)
         heavy = None if heavy is None else heavy.T
         along_v = plan_extraction(knots_v, q, lines, heavy)
         rows, columns, width = *(len(a.places) for a in (along_u, along_v)), net.shape[-1]
