@@ -1,32 +1,22 @@
 """From B-spline control points to the Bézier points of every span.
 
-On one span a B-spline of degree p is a polynomial, hence a Bézier curve. Its points are values of
-the blossom f, the symmetric function of p arguments that is affine in each and has f(t, …, t) =
-C(t): control point i is f(U_{i+1}, …, U_{i+p}), and Bézier point j of the span [a, b] is
-f(a, …, a, b, …, b) with b taken j times. Replacing arguments one by one leads from these to those
-by convex combinations only.
-
-What is computed here depends on knots through their differences alone, is the same from either
-end, and is done once where two spans meet. So a B-spline and the same one reversed have the same
-Bézier points bit for bit, and neighbouring patches the same edges.
-
-Borden, Scott, Evans and Hughes, Isogeometric finite element data structures based on Bézier
-extraction of NURBS, IJNME 87 (2011); Ramshaw, Blossoms are polar forms, CAGD 6 (1989).
+Each Bézier point is a combination of control points (`service.bases.blossoms`). What is computed
+here depends on knots through their differences alone, is the same from either end, and is done
+once where two spans meet. So a B-spline and the same one reversed have the same Bézier points bit
+for bit, and neighbouring patches the same edges.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.bases.cache import MESH_PLANS, PLANS
+from service.bases.blossoms import operators
+from service.bases.cache import MESH_PLANS
 from service.bases.chunks import chunks
+from service.bases.combine import Lowered, combine_run
 from service.bases.knots import spans
-
-Lowered: TypeAlias = tuple[FloatArray, FloatArray | None]
-"""Points, and their weights if they have any."""
 
 CHUNK_BYTES = 4 << 20
 """Operators, or gathered points, of the spans that are treated at a time."""
@@ -34,72 +24,6 @@ CHUNK_BYTES = 4 << 20
 SAME_SHARE = 2.0**-40
 """How far the shares of equal control points at the two ends of a closed curve may differ, where
 knots like k/7 are rounded, for the ends still to be one."""
-
-
-def operators(knots: FloatArray, degree: int) -> FloatArray:
-    """For every span the p + 1 Bézier points as combinations of p + 1 control points.
-
-    Parameters
-    ----------
-    knots : ndarray of float64
-        Any knot vector: clamped or not, multiplicities up to p + 1.
-
-    Returns
-    -------
-    ndarray of float64, shape (spans, p+1, p+1)
-        Row j times the control points s − p … s is Bézier point j of span s. No entry is negative
-        and the rows add up to one. Of reversed knots these are the reversed operators, bit for
-        bit. Cached, read-only.
-    """
-
-    def build() -> FloatArray:
-        places = spans(knots, degree)[:, np.newaxis] + np.arange(1 - degree, degree + 1)
-        around = knots[places]
-        forwards = _blossomed(around[:, :degree], around[:, degree:])
-        around = -around[:, ::-1]
-        backwards = _blossomed(around[:, :degree], around[:, degree:])
-        forwards += backwards[:, ::-1, ::-1]
-        forwards /= 2.0
-        return forwards
-
-    return PLANS.array(("extraction", degree, knots.tobytes()), build)
-
-
-def _blossomed(left: FloatArray, right: FloatArray) -> FloatArray:
-    """The operators, by replacing first the knots on the left of [a, b] by a, then others by b.
-
-    Parameters
-    ----------
-    left, right : ndarray of float64, shape (spans, p)
-        U_{s−p+1} … U_s = a and b = U_{s+1} … U_{s+p}.
-    """
-    count, degree = left.shape
-    a, b = left[:, -1:], right[:, :1]
-    rows = np.broadcast_to(np.eye(degree + 1), (count, degree + 1, degree + 1))
-    # Row i is f(a (p − i times), right_1 … right_i).
-    half = np.empty((count, degree + 1, degree + 1))
-    half[:, degree] = rows[:, degree]
-    for r in range(1, degree + 1):
-        far, near = right[:, : degree - r + 1], left[:, r - 1 :]
-        rows = _mixed(rows, far - a, a - near, far - near)
-        half[:, degree - r] = rows[:, -1]
-    whole = np.empty_like(half)
-    whole[:, 0] = half[:, 0]
-    rows = half
-    for r in range(1, degree + 1):
-        far = right[:, : degree - r + 1]
-        rows = _mixed(rows, far - b, b - a, far - a)
-        whole[:, r] = rows[:, 0]
-    return whole
-
-
-def _mixed(
-    rows: FloatArray, first: FloatArray, second: FloatArray, whole: FloatArray
-) -> FloatArray:
-    """Each row with the next: (first row_i + second row_{i+1}) / whole."""
-    mixed: FloatArray = rows[:, :-1] * (first / whole)[..., np.newaxis]
-    mixed += rows[:, 1:] * (second / whole)[..., np.newaxis]
-    return mixed
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -150,9 +74,9 @@ class Extraction:
     def points(self, points: FloatArray, weights: FloatArray | None = None) -> Lowered:
         """The different Bézier points and weights, shapes (count, …, d) and (count, …).
 
-        Points are combined about the middle of those that count, M + Σ c_i w_i (P_i − M) /
-        Σ c_i w_i, so that equal points stay that point exactly, poles stay poles, and nothing is
-        lost far from the origin. A point that is one control point alone is that control point.
+        Points are combined about the middle of those that count, so that equal points stay that
+        point exactly, poles stay poles, and nothing is lost far from the origin. A point that is
+        one control point alone is that control point.
 
         Parameters
         ----------
@@ -167,7 +91,7 @@ class Extraction:
             width = sums.shares.shape[1] * max(sums.shares.shape[2], points[0].size)
             for rows in chunks(len(sums.first), 8 * width, CHUNK_BYTES):
                 targets = sums.targets[rows]
-                place[targets], heavy = _combined(
+                place[targets], heavy = combine_run(
                     points, weights, sums.first[rows], sums.shares[rows]
                 )
                 if weight is not None:
@@ -306,54 +230,3 @@ def _close(head: FloatArray, tail: FloatArray) -> None:
     """
     if np.abs(head - tail).max() <= SAME_SHARE:
         head[:] = tail[:] = (head + tail) / 2
-
-
-def _combined(
-    points: FloatArray, weights: FloatArray | None, first: Ints, shares: FloatArray
-) -> Lowered:
-    """Combinations of k control points from `first` on, shares (g, r, k): (g, r, …).
-
-    Added in pairs from the outside in: reversed, the sum is the same bit for bit.
-    """
-    count = shares.shape[-1]
-    middle = points.take(first + (count - 1) // 2, axis=0)
-    if count % 2 == 0:
-        middle += points.take(first + count // 2, axis=0)
-        middle /= 2
-    place = np.zeros(shares.shape[:2] + points.shape[1:])
-    weight = None if weights is None else np.zeros(shares.shape[:2] + weights.shape[1:])
-    for low in range((count + 1 if weights is not None else count) // 2):
-        # What is in the middle of an odd count has no distance from it, but a weight.
-        pair = (low, count - 1 - low) if low < count - 1 - low else (low,)
-        given = [_spread(shares[..., k], points.ndim - 1) for k in pair]
-        if weights is not None and weight is not None:
-            given = [
-                _spread(shares[..., k], weights.ndim - 1)
-                * weights.take(first + k, axis=0)[:, np.newaxis]
-                for k in pair
-            ]
-            weight += sum(given[1:], given[0])
-            given = [share[..., np.newaxis] for share in given]
-        if len(pair) == 2:
-            term, other = (
-                _towards(points, first + k, middle, share)
-                for share, k in zip(given, pair, strict=True)
-            )
-            term += other
-            place += term
-    if weight is not None:
-        place /= weight[..., np.newaxis]
-    place += middle[:, np.newaxis]
-    return place, weight
-
-
-def _towards(points: FloatArray, rows: Ints, middle: FloatArray, share: FloatArray) -> FloatArray:
-    """Shares (g, r, …) of the ways from the middles (g, …) to some control points."""
-    way = points.take(rows, axis=0)
-    way -= middle
-    return share * way[:, np.newaxis]
-
-
-def _spread(shares: FloatArray, axes: int) -> FloatArray:
-    """Shares with so many axes more, to multiply what has them."""
-    return shares.reshape(shares.shape + (1,) * axes)

@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.bases import extraction, knots
+from service.bases.blossoms import operators
 from service.bases.cache import MESH_PLANS
-from service.bases.extraction import bezier_points, operators, plan_extraction
+from service.bases.extraction import bezier_points, plan_extraction
 from tests.oracles.exact import curve_point
 from tests.oracles.splines import fractions, spline_point
 from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
