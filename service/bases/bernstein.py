@@ -98,13 +98,9 @@ def sampled_grid(
     -------
     ndarray, shape ((p+1)(q+1), (Ru+1)(Rv+1)); cached, read-only
     """
-
-    def build() -> RealArray:
-        along_u = sampled(degree[0], resolution[0])
-        along_v = sampled(degree[1], resolution[1])
-        return rounded(np.kron(along_u.T, along_v.T), dtype)
-
-    return PLANS.array(("grid", degree, resolution, dtype), build)
+    return PLANS.array(
+        ("grid", degree, resolution, dtype), lambda: _grid(degree, resolution, dtype)
+    )
 
 
 def sampled_partials(
@@ -122,9 +118,17 @@ def sampled_partials(
     return PLANS.array(
         ("partials", degree, resolution, dtype),
         lambda: np.concatenate(
-            [sampled_grid(of, resolution, dtype) for of in ((p, q), (p - 1, q), (p, q - 1))]
+            [_grid(of, resolution, dtype) for of in ((p, q), (p - 1, q), (p, q - 1))]
         ),
     )
+
+
+def _grid(
+    degree: tuple[int, int], resolution: tuple[int, int], dtype: type[np.floating]
+) -> RealArray:
+    """What `sampled_grid` keeps."""
+    along_u, along_v = (sampled(n, r).T for n, r in zip(degree, resolution, strict=True))
+    return rounded(np.kron(along_u, along_v), dtype)
 
 
 def sampled_interleaved(
