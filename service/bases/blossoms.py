@@ -13,7 +13,6 @@ extraction of NURBS, IJNME 87 (2011); Ramshaw, Blossoms are polar forms, CAGD 6 
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.bases.cache import PLANS
 from service.bases.knots import spans
 
 
@@ -30,20 +29,16 @@ def operators(knots: FloatArray, degree: int) -> FloatArray:
     ndarray of float64, shape (spans, p+1, p+1)
         Row j times the control points s − p … s is Bézier point j of span s. No entry is negative
         and the rows add up to one. Of reversed knots these are the reversed operators, bit for
-        bit. Cached, read-only.
+        bit.
     """
-
-    def build() -> FloatArray:
-        places = spans(knots, degree)[:, np.newaxis] + np.arange(1 - degree, degree + 1)
-        around = knots[places]
-        forwards = _blossomed(around[:, :degree], around[:, degree:])
-        around = -around[:, ::-1]
-        backwards = _blossomed(around[:, :degree], around[:, degree:])
-        forwards += backwards[:, ::-1, ::-1]
-        forwards /= 2.0
-        return forwards
-
-    return PLANS.array(("extraction", degree, knots.tobytes()), build)
+    places = spans(knots, degree)[:, np.newaxis] + np.arange(1 - degree, degree + 1)
+    around = knots[places]
+    forwards = _blossomed(around[:, :degree], around[:, degree:])
+    around = -around[:, ::-1]
+    backwards = _blossomed(around[:, :degree], around[:, degree:])
+    forwards += backwards[:, ::-1, ::-1]
+    forwards /= 2.0
+    return forwards
 
 
 def _blossomed(left: FloatArray, right: FloatArray) -> FloatArray:

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from service.bases.bernstein import (
     bernstein,
     multiply,
-    product_coefficients,
     sampled,
     sampled_grid,
     sampled_interleaved,
@@ -92,21 +91,6 @@ def test_grid_basis_is_the_product_of_the_two() -> None:
     u, v = sampled(3, 4), sampled(2, 5)
     for a, b, i, j in np.ndindex(*grid.shape):
         assert grid[a, b, i, j] == u[i, a] * v[j, b]
-
-
-def test_bases_of_the_partials_stand_below_that_of_the_points() -> None:
-    """Of degrees (3, 2), (2, 2) and (3, 1)."""
-    grids = [sampled_grid(degree, (4, 5)) for degree in ((3, 2), (2, 2), (3, 1))]
-    np.testing.assert_array_equal(sampled_partials((3, 2), (4, 5)), np.concatenate(grids))
-
-
-def test_products_of_all_pairs_give_any_product() -> None:
-    """Weighed with the coefficients of both factors, they are what `multiply` gives."""
-    rng = np.random.default_rng(0)
-    first, second = rng.random((3, 4)), rng.random((2, 5))
-    pairs = np.multiply.outer(first.ravel(), second.ravel()).ravel()
-    product = (pairs @ product_coefficients((2, 3), (1, 4))).reshape(4, 8)
-    np.testing.assert_allclose(product, multiply(first, second), rtol=1e-14)
 
 
 @given(nets(limit=2), nets(limit=2))
