@@ -84,10 +84,10 @@ def measure(work: Work) -> None:
     copy = partial(np.copyto, np.empty_like(both), both)
     times = alternately({"copy": copy, **calls}, rounds=9)
     for name in calls:
-        ratio = times[name] / times["copy"]
+        each, ratio = times[name] / result.positions.size * 3e9, times[name] / times["copy"]
         low, high = work.record
         against = f"{low:8.1f} -{high:5.1f}{ratio / high:7.2f} -{ratio / low:5.2f}"
         print(
-            f"{work.title:38}{name + ' *' * (name == chosen):20}{times[name] / result.positions.size * 3e9:10.1f}"
+            f"{work.title:38}{name + ' *' * (name == chosen):20}{each:10.1f}"
             f"{ratio:9.1f}{against if name == chosen else ''}"
         )
