@@ -98,13 +98,37 @@ def sampled_grid(
     -------
     ndarray, shape ((p+1)(q+1), (Ru+1)(Rv+1)); cached, read-only
     """
+    return PLANS.array(
+        ("grid", degree, resolution, dtype), lambda: _grid(degree, resolution, dtype)
+    )
 
-    def build() -> RealArray:
-        along_u = sampled(degree[0], resolution[0])
-        along_v = sampled(degree[1], resolution[1])
-        return rounded(np.kron(along_u.T, along_v.T), dtype)
 
-    return PLANS.array(("grid", degree, resolution, dtype), build)
+def sampled_partials(
+    degree: tuple[int, int], resolution: tuple[int, int], dtype: type[np.floating] = np.float64
+) -> RealArray:
+    """The bases of `sampled_grid` of degrees (p, q), (p − 1, q) and (p, q − 1), one below another.
+
+    Those of S, S_u and S_v.
+
+    Returns
+    -------
+    ndarray, shape ((p+1)(q+1) + p(q+1) + (p+1)q, (Ru+1)(Rv+1)); cached, read-only
+    """
+    p, q = degree
+    return PLANS.array(
+        ("partials", degree, resolution, dtype),
+        lambda: np.concatenate(
+            [_grid(of, resolution, dtype) for of in ((p, q), (p - 1, q), (p, q - 1))]
+        ),
+    )
+
+
+def _grid(
+    degree: tuple[int, int], resolution: tuple[int, int], dtype: type[np.floating]
+) -> RealArray:
+    """What `sampled_grid` keeps."""
+    along_u, along_v = (sampled(n, r).T for n, r in zip(degree, resolution, strict=True))
+    return rounded(np.kron(along_u, along_v), dtype)
 
 
 def sampled_interleaved(
@@ -195,6 +219,25 @@ def multiply(first: FloatArray, second: FloatArray) -> FloatArray:
             product[..., i : i + r, j : j + s] += left[..., i, j, None, None] * right
     product /= _scaling(m + r - 1, n + s - 1)
     return product
+
+
+def product_coefficients(first: tuple[int, int], second: tuple[int, int]) -> FloatArray:
+    """The products of all pairs of Bernstein tensor polynomials of degrees (p, q) and (r, s).
+
+    Returns
+    -------
+    ndarray of float64, shape ((p+1)(q+1)(r+1)(s+1), (p+r+1)(q+s+1)); cached, read-only
+        Coefficients of the product of one polynomial of each basis, those of the first degree
+        slowest.
+    """
+
+    def build() -> FloatArray:
+        one, other = ((m + 1, n + 1) for m, n in (first, second))
+        bases = (np.eye(m * n).reshape(-1, m, n) for m, n in (one, other))
+        left, right = bases
+        return multiply(left[:, np.newaxis], right).reshape(len(left) * len(right), -1)
+
+    return PLANS.array(("products", first, second), build)
 
 
 def _scaling(rows: int, columns: int) -> NDArray[np.float64]:

@@ -1,8 +1,13 @@
 """New control points as weighted means of old ones: what every conversion comes down to."""
 
+from typing import TypeAlias
+
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+
+Lowered: TypeAlias = tuple[FloatArray, FloatArray | None]
+"""Points, and their weights if they have any."""
 
 
 def combine(
@@ -49,3 +54,55 @@ def combine(
         mean += part[..., np.newaxis] * term
         low, high = np.minimum(low, term), np.maximum(high, term)
     return np.clip(mean, low, high), total
+
+
+def combine_run(
+    points: FloatArray, weights: FloatArray | None, first: Ints, shares: FloatArray
+) -> Lowered:
+    """Combinations of k control points from `first` on, shares (g, r, k): (g, r, …).
+
+    Points are combined about the middle of those that count, M + Σ c_i w_i (P_i − M) / Σ c_i w_i.
+    The terms are added in pairs from the outside in: reversed, the sum is the same bit for bit.
+    """
+    count = shares.shape[-1]
+    middle = points.take(first + (count - 1) // 2, axis=0)
+    if count % 2 == 0:
+        middle += points.take(first + count // 2, axis=0)
+        middle /= 2
+    place = np.zeros(shares.shape[:2] + points.shape[1:])
+    weight = None if weights is None else np.zeros(shares.shape[:2] + weights.shape[1:])
+    for low in range((count + 1 if weights is not None else count) // 2):
+        # What is in the middle of an odd count has no distance from it, but a weight.
+        pair = (low, count - 1 - low) if low < count - 1 - low else (low,)
+        given = [_spread(shares[..., k], points.ndim - 1) for k in pair]
+        if weights is not None and weight is not None:
+            given = [
+                _spread(shares[..., k], weights.ndim - 1)
+                * weights.take(first + k, axis=0)[:, np.newaxis]
+                for k in pair
+            ]
+            weight += sum(given[1:], given[0])
+            given = [share[..., np.newaxis] for share in given]
+        if len(pair) == 2:
+            term, other = (
+                _towards(points, first + k, middle, share)
+                for share, k in zip(given, pair, strict=True)
+            )
+            term += other
+            place += term
+    if weight is not None:
+        place /= weight[..., np.newaxis]
+    place += middle[:, np.newaxis]
+    return place, weight
+
+
+def _towards(points: FloatArray, rows: Ints, middle: FloatArray, share: FloatArray) -> FloatArray:
+    """Shares (g, r, …) of the ways from the middles (g, …) to some control points."""
+    way = points.take(rows, axis=0)
+    way -= middle
+    return share * way[:, np.newaxis]
+
+
+def _spread(shares: FloatArray, axes: int) -> FloatArray:
+    """Shares with so many axes more, to multiply what has them."""
+    return shares.reshape(shares.shape + (1,) * axes)

@@ -11,6 +11,10 @@ from service.surface.checks import Up, check_grid, check_up, checked_points, che
 from service.surface.lowered import Domain, Part, PatchModel
 from service.surface.sizes import SurfaceKind, SurfaceSize, tensor_size
 
+ENDS = np.array([0.0, 1.0])
+ENDS.flags.writeable = False
+UNIT_SQUARE = Domain(ENDS, ENDS)
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BezierSurface(SurfaceKind):
@@ -69,5 +73,4 @@ class BezierSurface(SurfaceKind):
         weights = None if self.weights is None else self.weights[np.newaxis]
         channels = self.channels.lower(lambda net: net[np.newaxis])
         batch = TensorPatches(self.control_net[np.newaxis], weights, channels)
-        domain = Domain(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
-        return PatchModel(self.name, (batch,), (Part(self.name, 0, 1),), self.up, domain)
+        return PatchModel(self.name, (batch,), (Part(self.name, 0, 1),), self.up, UNIT_SQUARE)

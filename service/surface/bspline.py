@@ -7,7 +7,7 @@ import numpy as np
 from service.bases import knots as knot
 from service.bases.arrays import FloatArray
 from service.bases.chunks import chunks
-from service.bases.extraction import bezier_points
+from service.bases.extraction import plan_extraction
 from service.bases.restriction import restricted
 from service.surface.batches import TensorPatches
 from service.surface.channels import NO_CHANNELS, Channels
@@ -117,6 +117,7 @@ class BsplineSurface(SurfaceKind):
         others = [net for *_, net in channels.each() if not self._own(net)]
         restricting = sum(rows * n.shape[0] ** 2 + columns * n.shape[1] ** 2 for n in others)
         restricting += 3 * patches * sum(net.size for net in others)
+        extracting = 4 * (rows * (p + 1) ** 2 + columns * (q + 1) ** 2) * NUMBER
         kept = (size.control_points * numbers + restricting) * NUMBER
         lines = (rows * (p + 1) + height) * width * numbers * NUMBER
         # At least one span of all columns, and of all rows, is worked on at a time.
@@ -132,7 +133,7 @@ class BsplineSurface(SurfaceKind):
             + sum(n.nbytes for *_, n in channels.each())
             + (height + width + 2) * NUMBER,
             arrays=kept + 3 * net * NUMBER,
-            peak=kept + 3 * net * NUMBER + lines + working,
+            peak=kept + 3 * net * NUMBER + lines + working + extracting,
         )
 
     def lower(self) -> PatchModel:
@@ -165,24 +166,31 @@ class BsplineSurface(SurfaceKind):
     ) -> tuple[FloatArray, FloatArray | None]:
         """Bézier nets (P, p+1, q+1, d), and weights, of what the control points or others say."""
         (p, q), (knots_u, knots_v) = self.degree, self.knot_vectors
-        rows, columns = len(knot.spans(knots_u, p)), len(knot.spans(knots_v, q))
-        loads = None if weights is None else self._wrapped(weights)
-        lines, heavy = bezier_points(self._wrapped(net), knots_u, p, loads)
-        points = np.empty((rows, columns, p + 1, q + 1, net.shape[-1]))
+        net, loads = self._wrapped(net), None if weights is None else self._wrapped(weights)
+        along_u = plan_extraction(knots_u, p, net, loads)
+        lines, heavy = along_u.points(net, loads)
+        # Lines become columns, so that control points along v are rows again.
+        lines = lines.swapaxes(0, 1)
+        heavy = None if heavy is None else heavy.T
+        along_v = plan_extraction(knots_v, q, lines, heavy)
+        rows, columns, width = *(len(a.places) for a in (along_u, along_v)), net.shape[-1]
+        points = np.empty((rows, columns, p + 1, q + 1, width))
         loads = None if heavy is None else np.empty(points.shape[:-1])
         for block in chunks(rows, (p + 1) * columns * (q + 1), BLOCK_POINTS):
-            bezier_points(
-                np.moveaxis(lines[block], 2, 0),
-                knots_v,
-                q,
-                None if heavy is None else np.moveaxis(heavy[block], 2, 0),
-                out=(
-                    np.moveaxis(points[block], (1, 3), (0, 1)),
-                    None if loads is None else np.moveaxis(loads[block], (1, 3), (0, 1)),
-                ),
+            places = along_u.places[block]
+            some = slice(places[0, 0], places[-1, -1] + 1)
+            values, weight = along_v.points(
+                np.ascontiguousarray(lines[:, some]), None if heavy is None else heavy[:, some]
             )
+            # Number of each control point of the patches among these, in rows of one value of v.
+            count = values.shape[1]
+            index = along_v.places[:, np.newaxis] * count
+            index = index + (places - places[0, 0])[:, np.newaxis, :, np.newaxis]
+            values.reshape(-1, width).take(index, axis=0, out=points[block], mode="clip")
+            if weight is not None and loads is not None:
+                weight.reshape(-1).take(index, out=loads[block], mode="clip")
         return (
-            points.reshape(-1, p + 1, q + 1, net.shape[-1]),
+            points.reshape(-1, p + 1, q + 1, width),
             None if loads is None else loads.reshape(-1, p + 1, q + 1),
         )
 

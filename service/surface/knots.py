@@ -10,6 +10,7 @@ import numpy as np
 
 from service.bases import knots as knot
 from service.bases.arrays import FloatArray, Ints
+from service.bases.cache import PLANS
 from service.errors import MAX_ISSUES, InvalidRequest, Issue
 from service.surface.checks import MAX_COORDINATE, MAX_DEGREE
 
@@ -110,7 +111,9 @@ def checked_knots(knots: Knots, count: int, degree: int, where: str, points: str
 
 def knot_vector(knots: Knots, count: int, degree: int) -> FloatArray:
     """The knots themselves; those of "periodic" are for control points that were `wrapped`."""
-    return NAMED[knots](count, degree) if isinstance(knots, str) else knots
+    if not isinstance(knots, str):
+        return knots
+    return PLANS.array(("knots", knots, count, degree), lambda: NAMED[knots](count, degree))
 
 
 def check_bezier_points(

@@ -1,6 +1,7 @@
 """Many Bézier patches over shared vertices, grids as the files of the teapot are, and triangles."""
 
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import TypeAlias
 
 import numpy as np
@@ -134,23 +135,26 @@ class PatchSurface(SurfaceKind):
         """A batch of the grids and one of the triangles, each ordered part by part."""
         grids = len(self.patches)
         listed, parts = _ordered(self.parts, grids + len(self.triangles), self.name)
-        # Grids come first, whichever part has them: one batch of each kind, however many parts.
-        order = listed[np.argsort(listed >= grids, kind="stable")]
+        order = listed
+        if listed is not None and grids and len(self.triangles):
+            # Grids come first, whichever part has them: one batch of each kind, however many parts.
+            order = listed[np.argsort(listed >= grids, kind="stable")]
         batches: list[Patches] = []
         if grids:
-            batches.append(TensorPatches(*self._gathered(self.patches[order[:grids]])))
+            chosen = self.patches if order is None else self.patches[order[:grids]]
+            batches.append(TensorPatches(*self._gathered(chosen)))
         if len(self.triangles):
-            chosen = self.triangles[order[grids:] - grids]
+            chosen = self.triangles if order is None else self.triangles[order[grids:] - grids]
             batches.append(TrianglePatches(*self._gathered(chosen)))
         sequence = None
-        if len(batches) == 2 and self.parts:
+        if len(batches) == 2 and order is not None:
             sequence = np.argsort(order)[listed]
         return PatchModel(
             self.name,
             tuple(batches),
             parts,
             self.up,
-            order=order if self.parts else None,
+            order=order,
             sequence=sequence,
         )
 
@@ -159,7 +163,8 @@ class PatchSurface(SurfaceKind):
     ) -> tuple[FloatArray, FloatArray | None, tuple[Channel, ...]]:
         """Points, weights and channels of some patches."""
         weights = None if self.weights is None else self.weights[indices]
-        return self.vertices[indices], weights, self.channels.lower(lambda values: values[indices])
+        channels = self.channels.lower(lambda values: values[indices])
+        return self.vertices.take(indices, axis=0), weights, channels
 
 
 def _first_patch(part: tuple[str, tuple[int, ...]]) -> tuple[tuple[int, ...], str]:
@@ -170,20 +175,24 @@ def _first_patch(part: tuple[str, tuple[int, ...]]) -> tuple[tuple[int, ...], st
 
 def _ordered(
     parts: PartMembers, count: int, name: str
-) -> tuple[NDArray[np.intp], tuple[Part, ...]]:
-    """Order of the patches that makes each part a run, and the runs."""
+) -> tuple[NDArray[np.intp] | None, tuple[Part, ...]]:
+    """Order of the patches that makes each part a run, None without parts; and the runs."""
     if not parts:
-        return np.arange(count), (Part(name, 0, count),)
-    named = [np.array(members, dtype=np.intp) for _, members in parts]
-    rest = np.setdiff1d(np.arange(count), np.concatenate(named))
-    groups = [*zip((title for title, _ in parts), named, strict=True), (name, rest)]
+        return None, (Part(name, 0, count),)
+    order = np.fromiter(chain.from_iterable(members for _, members in parts), np.intp)
+    if len(order) < count:
+        is_left = np.ones(count, bool)
+        is_left[order] = False
+        order = np.concatenate([order, is_left.nonzero()[0]])
     runs: list[Part] = []
     first = 0
-    for title, members in groups:
-        if len(members):
+    for title, members in parts:
+        if members:
             runs.append(Part(title, first, first + len(members)))
             first += len(members)
-    return np.concatenate([*named, rest]), tuple(runs)
+    if first < count:
+        runs.append(Part(name, first, count))
+    return order, tuple(runs)
 
 
 def _check_shapes(patches: NDArray[np.int64], triangles: NDArray[np.int64]) -> None:

@@ -14,6 +14,7 @@ from service.bases.bernstein import (
     sampled,
     sampled_grid,
     sampled_interleaved,
+    sampled_partials,
     samples,
 )
 from tests.oracles import exact
@@ -72,6 +73,7 @@ def test_plans_are_cached_and_read_only(dtype: type[np.floating]) -> None:
             sampled(5, 11, dtype),
             sampled_grid((5, 2), (11, 3), dtype),
             sampled_interleaved(5, 11, dtype),
+            sampled_partials((5, 2), (11, 3), dtype),
         )
         for _ in range(2)
     )

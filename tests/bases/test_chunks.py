@@ -3,18 +3,11 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.bases.chunks import chunks, runs
-
-
-@given(st.integers(0, 50), st.integers(1, 60))
-def test_every_row_comes_once(count: int, step: int) -> None:
-    found = list(runs(count, step))
-    assert [row for first, last in found for row in range(first, last)] == list(range(count))
-    assert all(last - first <= step for first, last in found)
+from service.bases.chunks import chunks
 
 
 @given(st.integers(0, 50), st.integers(1, 20), st.integers(0, 100))
-def test_a_chunk_fits_or_is_one_row(count: int, width: int, room: int) -> None:
+def test_every_row_comes_once_and_chunks_fit(count: int, width: int, room: int) -> None:
     found = list(chunks(count, width, room))
     assert [row for part in found for row in range(part.start, part.stop)] == list(range(count))
     for part in found:

@@ -9,7 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.bases import extraction, knots
-from service.bases.extraction import bezier_points, operators
+from service.bases.blossoms import operators
+from service.bases.cache import MESH_PLANS
+from service.bases.extraction import bezier_points, plan_extraction
 from tests.oracles.exact import curve_point
 from tests.oracles.splines import fractions, spline_point
 from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
@@ -118,15 +120,15 @@ def test_in_chunks_it_is_the_same(degree: int, monkeypatch: pytest.MonkeyPatch) 
     points, weights = points_for(count, 2, 3), weights_for(count, 2, 3)
     at_once, heavy = bezier_points(points, vector, degree, weights)
     monkeypatch.setattr(extraction, "CHUNK_BYTES", 1000)
+    MESH_PLANS.clear()
     in_turn, other = bezier_points(points, vector, degree, weights)
     np.testing.assert_array_equal(in_turn, at_once)
     np.testing.assert_array_equal(other, heavy)
 
 
-def test_operators_are_cached_and_cannot_be_written() -> None:
-    """One knot vector, one array."""
-    vector = knots.clamped(9, 3)
-    rows = operators(vector, 3)
-    assert operators(vector.copy(), 3) is rows
-    with pytest.raises(ValueError, match="read-only"):
-        rows[0, 0, 0] = 2
+def test_extractions_are_kept_for_the_knots_and_for_whether_the_curve_closes() -> None:
+    """One knot vector, one extraction, and another one for curves that end as they begin."""
+    vector, points = knots.periodic(7, 3), points_for(7, 1)
+    kept = plan_extraction(vector, 3, points_for(10, 2))
+    assert plan_extraction(vector.copy(), 3, points_for(10, 3)) is kept
+    assert plan_extraction(vector, 3, knots.wrapped(points, 3)) is not kept

@@ -8,6 +8,7 @@ figure to keep. It is a range, as that machine's memory was: so are the figures 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -50,15 +51,13 @@ def works() -> list[Work]:
 
 def rivals(work: Work) -> list[Formulation]:
     """The formulations worth timing on this shape."""
-    samples = (work.divisions + 1) ** 2
-    fit: list[Formulation] = []
-    if samples * (work.patches.degree[0] + 1) ** 2 <= 1e5:
-        fit.append("kronecker")
-    if work.patches.count < 1000:
-        fit.append("separable")
-        if samples >= 4000 and work.patches.degree[0] <= 5:
-            fit.append("normal_polynomial")
-    return fit
+    samples, p = (work.divisions + 1) ** 2, work.patches.degree[0]
+    is_fit: dict[Formulation, bool] = {
+        "kronecker": samples * (p + 1) ** 2 <= 1e5,
+        "separable": work.patches.count < 1000,
+        "normal_polynomial": work.patches.count < 1000 and samples >= 4000 and p <= 5,
+    }
+    return [name for name, fit in is_fit.items() if fit]
 
 
 def run() -> None:
@@ -76,28 +75,19 @@ def measure(work: Work) -> None:
     resolution = (work.divisions, work.divisions)
     result = evaluate(work.patches, resolution, dtype=np.float32)
     assert result.normals is not None
-    sources = (result.positions, result.normals)
-    copies = tuple(np.empty_like(source) for source in sources)
-
-    def copy() -> None:
-        for target, source in zip(copies, sources, strict=True):
-            np.copyto(target, source)
-
-    def evaluation(formulation: Formulation) -> Callable[[], object]:
-        return lambda: evaluate(
-            work.patches, resolution, dtype=np.float32, formulation=formulation, out=result
-        )
-
+    both = np.stack([result.positions, result.normals])
     chosen = choose(work.patches, resolution, True)
-    calls: dict[str, Callable[[], object]] = {name: evaluation(name) for name in rivals(work)}
+    call = partial(evaluate, work.patches, resolution, dtype=np.float32, out=result)
+    calls: dict[str, Callable[[], object]] = {
+        name: partial(call, formulation=name) for name in rivals(work)
+    }
+    copy = partial(np.copyto, np.empty_like(both), both)
     times = alternately({"copy": copy, **calls}, rounds=9)
-    vertices = result.positions.size / 3
     for name in calls:
-        ratio = times[name] / times["copy"]
-        mark = " *" if name == chosen else ""
+        each, ratio = times[name] / result.positions.size * 3e9, times[name] / times["copy"]
         low, high = work.record
         against = f"{low:8.1f} -{high:5.1f}{ratio / high:7.2f} -{ratio / low:5.2f}"
         print(
-            f"{work.title:38}{name + mark:20}{times[name] / vertices * 1e9:10.1f}"
+            f"{work.title:38}{name + ' *' * (name == chosen):20}{each:10.1f}"
             f"{ratio:9.1f}{against if name == chosen else ''}"
         )

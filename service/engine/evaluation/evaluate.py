@@ -5,10 +5,13 @@ Triangles have their own, `triangle_evaluation`.
 """
 
 from collections.abc import Callable, Mapping
+from functools import partial
+from math import prod
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray
@@ -16,9 +19,9 @@ from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.evaluation.formulations import kronecker, normal_polynomial, separable
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
-from service.engine.evaluation.under_way import Evaluation, Samples
+from service.engine.evaluation.under_way import CHUNK_SAMPLES, Evaluation, Samples
 from service.engine.options import Method
-from service.engine.scratch import Real
+from service.engine.scratch import Real, scratch
 from service.measuring import measured
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
@@ -32,6 +35,9 @@ FORMULATIONS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingPr
         "normal_polynomial": normal_polynomial,
     }
 )
+
+LARGEST = 1 << 20
+"""Values of a matrix that is worth keeping; also what the cache takes, 8 MiB."""
 
 GRIDS: Mapping[Method, Callable[[GridEvaluation], None]] = MappingProxyType(
     {"de_casteljau": de_casteljau.grids, "forward_difference": forward_difference.grids}
@@ -106,24 +112,39 @@ def evaluate(
         else:
             with measured(method):
                 GRIDS[method](work)
-    crowded = work.crowded()
-    if dtype is np.float32 and len(crowded):
-        # One by one these normals would cost a hundred times what the patch costs in float64.
-        anew = evaluate(patches.take(crowded), resolution, method=method, formulation=formulation)
-        if anew.normals is not None:
-            work.replace_normals(crowded, anew.normals, anew.poles)
-    return work.finished()
+    if dtype is np.float64:
+        return work.finished(None)
+
+    return work.finished(partial(_in_double, patches, resolution, method, formulation))
+
+
+def _in_double(
+    patches: Patches,
+    resolution: tuple[int, int],
+    method: Method,
+    formulation: Formulation | None,
+    index: NDArray[np.intp],
+) -> Samples:
+    """Patches `index` evaluated in float64, in work arrays if they are few: use them up at once."""
+    several, room = patches.take(index), None
+    if isinstance(several, TensorPatches):
+        shape = (several.count, resolution[0] + 1, resolution[1] + 1, 3)
+        if prod(shape[:3]) <= CHUNK_SAMPLES:
+            points, vectors = (scratch(f"double {name}", shape, np.float64) for name in "SN")
+            room = Samples(points, vectors, 0)
+    return evaluate(several, resolution, method=method, formulation=formulation, out=room)
 
 
 def choose(patches: TensorPatches, resolution: tuple[int, int], normals: bool) -> Formulation:
     """The formulation expected to be fastest, by counting multiplications and numpy calls."""
     p, q = patches.degree
-    count = (resolution[0] + 1) * (resolution[1] + 1)
-    # A call per patch costs as much as some 100 000 multiplications.
-    at_once = (p + 1) * (q + 1)
-    in_turn = (q + 1) * (1 + (p + 1) / (resolution[1] + 1)) + 12_000 / count
-    if at_once <= in_turn:
-        return "kronecker"
-    if normals and patches.weights is None and count >= 40_000 and max(p, q) <= 4:
+    samples = (resolution[0] + 1) * (resolution[1] + 1)
+    # Few patches do not make up for reading the matrix. The calls that each patch takes by itself
+    # cost as much as some 180 000 multiplications, those that all take together as 120 000.
+    at_once = (p + 1) * (q + 1) * (1 + 1 / patches.count)
+    in_turn = p + q + 2 + (180_000 - 120_000 / patches.count) / samples
+    if normals and patches.weights is None and samples >= 12_000 and max(p, q) <= 4:
         return "normal_polynomial"
+    if at_once <= in_turn and 3 * (p + 1) * (q + 1) * samples <= LARGEST:
+        return "kronecker"
     return "separable"

@@ -8,135 +8,172 @@
   instead of two partials and a cross product a sample: for large grids of low degree.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from service.bases.arrays import RealArray
-from service.bases.bernstein import sampled, sampled_columns, sampled_grid, sampled_interleaved
+from service.bases.bernstein import (
+    product_coefficients,
+    sampled,
+    sampled_columns,
+    sampled_interleaved,
+    sampled_partials,
+)
 from service.bases.chunks import runs
 from service.engine.evaluation.grid_evaluation import GridEvaluation
-from service.engine.evaluation.under_way import ChunkNets
-from service.engine.scratch import scratch
+from service.engine.evaluation.under_way import CHUNK_SAMPLES
+from service.engine.scratch import Real, scratch
 from service.engine.vectors import cross_polynomial
 
-CHUNK_SAMPLES = 18_432
-"""Samples worked on at a time: a dozen planes of them fit the second-level cache."""
+RowRun: TypeAlias = tuple[slice, tuple[RealArray, RealArray, RealArray], RealArray, RealArray, int]
+"""Rows of samples of a patch, memory for S, S_u and S_v there, where positions and normals go, and
+the number of the first sample."""
+
+
+MOST_PAIRS = 6
+"""Degree up to which the products of all pairs of control points are few enough to be kept."""
 
 
 def kronecker(work: GridEvaluation) -> None:
     """All samples of some patches at a time: nets (3 r, (p+1)(q+1)) times one cached matrix."""
-    p, q = work.patches.degree
+    basis = sampled_partials(work.patches.degree, work.resolution, work.dtype)
     # Sixteen numbers are a cache line: every plane of a chunk begins at one.
     step = max(16, CHUNK_SAMPLES // work.each // 16 * 16)
     out = work.positions.reshape(work.patches.count, work.each, 3)
     normals = None if work.normals is None else work.normals.reshape(out.shape)
     for first, last in runs(work.patches.count, step):
         nets = work.nets(first, last)
-        at = _product("at", nets.at, (p, q), work)
+        rows = nets.rows.reshape(len(nets.rows), -1)
+        rounded = scratch("rounded", rows.shape, work.dtype)
+        np.copyto(rounded, rows, casting="same_kind")
+        at, du, dv = work.sample_planes(last - first, work.each)
+        of_at, of_du, of_dv = work.parts
+        _multiply(rounded[of_at], basis[of_at], at)
         work.write_positions(at, out[first:last])
-        if normals is None or nets.du is None or nets.dv is None:
+        if normals is None:
             continue
-        du = _product("du", nets.du, (p - 1, q), work)
-        dv = _product("dv", nets.dv, (p, q - 1), work)
+        _multiply(rounded[of_du], basis[of_du], du)
+        _multiply(rounded[of_dv], basis[of_dv], dv)
         vectors = work.partials_to_vectors(at, du, dv)
         work.write_normals(vectors, normals[first:last], nets.least(work.dtype), first * work.each)
 
 
-def _product(
-    name: str, nets: NDArray[np.floating], degree: tuple[int, int], work: GridEvaluation
-) -> RealArray:
-    """Planes (d, r, samples) of nets (p+1, q+1, d, r)."""
-    grid = sampled_grid(degree, work.resolution, work.dtype)
-    planes, patches = nets.shape[2:]
-    out = scratch(name, (planes, patches, work.each), work.dtype)
-    rounded = scratch("rounded", (grid.shape[0], planes * patches), work.dtype)
-    np.copyto(rounded, nets.reshape(rounded.shape), casting="same_kind")
-    np.matmul(rounded.T, grid, out=out.reshape(planes * patches, work.each))
-    return out
+def _multiply(nets: RealArray, basis: RealArray, out: RealArray) -> None:
+    """Planes (d, r, samples) of nets (K, d r)."""
+    np.matmul(nets.T, basis, out=out.reshape(-1, out.shape[-1]))
 
 
 def separable(work: GridEvaluation) -> None:
     """B(u) P B(v)ᵀ for S and both partials, patch by patch, some rows at a time."""
-    for patch, nets in _single(work):
-        along_u = _rows(nets.at, work)
-        if nets.du is None or nets.dv is None:
-            for rows, out, _, _ in _row_runs(work, patch):
-                _write_row_positions(work, along_u, rows, out)
+    (p, q), (ru, rv) = work.patches.degree, work.resolution
+    u, u_below = (sampled(degree, ru, work.dtype) for degree in (p, p - 1))
+    v, v_below = (sampled_columns(degree, rv, work.dtype) for degree in (q, q - 1))
+    write_positions = _position_writer(work)
+    for patch, (net, *partial_nets), trust in _single(work, work.dtype):
+        at_u = np.matmul(u, net)
+        if not partial_nets:
+            for rows, (at, _, _), out, _, _ in _row_runs(work, patch):
+                write_positions(at_u[:, rows], at, out)
             continue
-        du_u, dv_u = _rows(nets.du, work), _rows(nets.dv, work)
-        trust = nets.least(work.dtype)
-        for rows, out, normals, first in _row_runs(work, patch):
-            at = _write_row_positions(work, along_u, rows, out)
-            du = _columns("du", du_u, rows, work)
-            dv = _columns("dv", dv_u, rows, work)
+        du_u, dv_u = map(np.matmul, (u_below, u), partial_nets)
+        for rows, (at, du, dv), out, normals, first in _row_runs(work, patch):
+            write_positions(at_u[:, rows], at, out)
+            np.matmul(du_u[:, rows], v, out=du)
+            np.matmul(dv_u[:, rows], v_below, out=dv)
             work.write_normals(work.partials_to_vectors(at, du, dv), normals, trust, first)
 
 
 def normal_polynomial(work: GridEvaluation) -> None:
-    """The same with one net for S_u × S_v; polynomial patches only, and with normals only."""
-    for patch, nets in _single(work):
-        if nets.du is None or nets.dv is None:
+    """Separable, with one net for S_u × S_v; polynomial patches only, and with normals only."""
+    (p, q), (ru, rv) = work.patches.degree, work.resolution
+    u, u_normal = (sampled(degree, ru, work.dtype) for degree in (p, 2 * p - 1))
+    v_normal = sampled_columns(2 * q - 1, rv, work.dtype)
+    write_positions = _position_writer(work)
+    for patch, (net, *partial_nets), trust in _single(work, np.float64):
+        if not partial_nets:
             raise ValueError("the normal polynomial is of no use without normals")
-        along_u = _rows(nets.at, work)
-        du, dv = nets.du, nets.dv
-        normal_u = _rows(cross_polynomial(du[np.newaxis], dv[np.newaxis])[0], work)
-        trust = nets.least(work.dtype)
-        for rows, out, normals, first in _row_runs(work, patch):
-            _write_row_positions(work, along_u, rows, out)
-            vectors = _columns("du", normal_u, rows, work)
+        at_u = np.matmul(u, net.astype(work.dtype))
+        normal_u = np.matmul(u_normal, _normal_net(*partial_nets).astype(work.dtype))
+        for rows, (at, vectors, _), out, normals, first in _row_runs(work, patch):
+            write_positions(at_u[:, rows], at, out)
+            np.matmul(normal_u[:, rows], v_normal, out=vectors)
             work.write_normals(vectors, normals, trust, first)
 
 
-def _single(work: GridEvaluation) -> Iterator[tuple[int, ChunkNets]]:
-    """The nets of the patches one by one, (d, p+1, q+1), prepared some at a time."""
+def _single(work: GridEvaluation, dtype: Real) -> Iterator[tuple[int, list[RealArray], RealArray]]:
+    """The patches one by one, their nets prepared some at a time.
+
+    Yields
+    ------
+    patch : int
+    nets : list of ndarray of `dtype`
+        Planes (d, p+1, q+1) of S, (d, p, q+1) of S_u and (d, p+1, q) of S_v; of S alone where no
+        normals are wanted.
+    trust : ndarray, shape (1,)
+        The least |S_u × S_v|² that is good enough.
+    """
     p, q = work.patches.degree
+    forms = zip(work.parts, ((p + 1, q + 1), (p, q + 1), (p + 1, q)), strict=True)
+    parts = [*forms][: 1 if work.normals is None else 3]
     step = max(1, CHUNK_SAMPLES // ((p + 1) * (q + 1)))
     for first, last in runs(work.patches.count, step):
         nets = work.nets(first, last)
+        trust = nets.least(work.dtype)
         for k in range(last - first):
-            yield first + k, nets.single(k)
+            planes: RealArray = np.ascontiguousarray(nets.rows[:, :, k].T, dtype)
+            yield first + k, [planes[:, of].reshape(-1, *form) for of, form in parts], trust[k]
 
 
-def _rows(net: RealArray, work: GridEvaluation) -> RealArray:
-    """One patch's planes (d, p+1, q+1) sampled along u: (d, Ru+1, q+1)."""
-    basis = sampled(net.shape[1] - 1, work.resolution[0], work.dtype)
-    rows: RealArray = np.matmul(basis, net.astype(work.dtype, copy=False))
-    return rows
+def _normal_net(du: RealArray, dv: RealArray) -> RealArray:
+    """The net (3, 2p, 2q) of S_u × S_v, from nets (3, p, q+1) and (3, p+1, q).
+
+    The cross products of all pairs of vectors, times the cached coefficients of their product.
+    """
+    (p, columns), (rows, q) = du.shape[1:], dv.shape[1:]
+    if max(p, q) > MOST_PAIRS:
+        nets = (net[np.newaxis].astype(np.float64) for net in (du, dv))
+        net: RealArray = cross_polynomial(*nets)[0]
+        return net
+    a, b = du.reshape(3, -1, 1), dv.reshape(3, 1, -1)
+    pairs = a[[1, 2, 0]] * b[[2, 0, 1]]
+    pairs -= a[[2, 0, 1]] * b[[1, 2, 0]]
+    products = product_coefficients((p - 1, columns - 1), (rows - 1, q - 1))
+    net = pairs.reshape(3, -1) @ products
+    return net.reshape(3, p + rows - 1, columns + q - 1)
 
 
-def _columns(name: str, along_u: RealArray, rows: slice, work: GridEvaluation) -> RealArray:
-    """Planes (d, rows, Rv+1): some rows sampled along v as well."""
-    basis = sampled_columns(along_u.shape[2] - 1, work.resolution[1], work.dtype)
-    part = along_u[:, rows]
-    out = scratch(name, (*part.shape[:2], work.shape[1]), work.dtype)
-    return np.matmul(part, basis, out=out)
+def _position_writer(work: GridEvaluation) -> Callable[[RealArray, RealArray, RealArray], None]:
+    """What writes positions of some rows, from planes (d, rows, q+1) sampled along u.
 
-
-def _write_row_positions(
-    work: GridEvaluation, along_u: RealArray, rows: slice, out: RealArray
-) -> RealArray:
-    """Positions of some rows, written; and their planes, where a rational patch needs them."""
-    degree = along_u.shape[2] - 1
+    It takes memory for planes (d, rows, Rv+1) too, where it leaves S if the patches are rational.
+    """
+    degree, divisions = work.patches.degree[1], work.resolution[1]
     if work.rational or degree > 6:
-        at = _columns("at", along_u, rows, work)
-        work.write_positions(at, out)
-        return at
-    # Points side by side in one product: three times the multiplications, no second pass.
-    points = along_u[:, rows].transpose(1, 2, 0)
-    basis = sampled_interleaved(degree, work.resolution[1], work.dtype)
-    np.matmul(points.reshape(len(points), -1), basis, out=out.reshape(len(out), -1))
-    return out
+        columns = sampled_columns(degree, divisions, work.dtype)
+
+        def write_planes(along_u: RealArray, at: RealArray, out: RealArray) -> None:
+            np.matmul(along_u, columns, out=at)
+            work.write_positions(at, out)
+
+        return write_planes
+    interleaved = sampled_interleaved(degree, divisions, work.dtype)
+
+    def write_points(along_u: RealArray, _: RealArray, out: RealArray) -> None:
+        # Points side by side in one product: three times the multiplications, no second pass.
+        points = along_u.transpose(1, 2, 0).reshape(len(out), -1)
+        np.matmul(points, interleaved, out=out.reshape(len(out), -1))
+
+    return write_points
 
 
-def _row_runs(
-    work: GridEvaluation, patch: int
-) -> Iterator[tuple[slice, RealArray, RealArray, int]]:
-    """Rows of a patch some at a time: which, where their results go, their first sample."""
+def _row_runs(work: GridEvaluation, patch: int) -> Iterator[RowRun]:
+    """Rows of a patch some at a time."""
     step = max(1, CHUNK_SAMPLES // work.shape[1])
     normals = work.positions if work.normals is None else work.normals
     for first, last in runs(work.shape[0], step):
         rows = slice(first, last)
+        planes = work.sample_planes(last - first, work.shape[1])
         at = patch * work.each + first * work.shape[1]
-        yield rows, work.positions[patch, rows], normals[patch, rows], at
+        yield rows, planes, work.positions[patch, rows], normals[patch, rows], at

@@ -10,13 +10,13 @@ from service.engine.evaluation.poles import pole_normals
 from service.engine.evaluation.under_way import ChunkNets, Evaluation, Samples
 from service.engine.scratch import Real, scratch
 from service.surface.batches import TensorPatches
-from service.surface.sides import along_sides, side_of
 
 
 class GridEvaluation(Evaluation):
     """Tensor-product patches on grids of samples.
 
-    `shape` is (Ru+1, Rv+1), `each` its product; results have the shape (P, Ru+1, Rv+1, 3).
+    `shape` is (Ru+1, Rv+1), `each` its product; results have the shape (P, Ru+1, Rv+1, 3). `parts`
+    are the rows of S, S_u and S_v where their nets are one array, one net after another.
     """
 
     patches: TensorPatches
@@ -31,19 +31,30 @@ class GridEvaluation(Evaluation):
     ) -> None:
         self.resolution = resolution
         self.shape = (resolution[0] + 1, resolution[1] + 1)
+        p, q = patches.degree
+        end_at, end_du = (p + 1) * (q + 1), (2 * p + 1) * (q + 1)
+        self.parts = (
+            slice(0, end_at),
+            slice(end_at, end_du),
+            slice(end_du, end_du + (p + 1) * q),
+        )
         super().__init__(patches, self.shape[0] * self.shape[1], dtype, out, origin)
 
     def nets(self, first: int, last: int) -> ChunkNets:
         """Planes of the nets of patches [first, last), ready for products."""
         p, q = self.patches.degree
-        at, net = (rows.reshape(p + 1, q + 1, *rows.shape[1:]) for rows in self.points(first, last))
+        of_at, of_du, of_dv = self.parts
+        count = (of_at if self.normals is None else of_dv).stop
+        rows = scratch("nets", (count, self.dimension, last - first), np.float64)
+        at = rows[of_at].reshape(p + 1, q + 1, *rows.shape[1:])
+        net = self.points(first, last, rows[of_at]).reshape(at.shape)
         if self.normals is None:
-            return ChunkNets(at, None, None, None)
-        du = scratch("net du", (p, q + 1, *net.shape[2:]), np.float64)
-        dv = scratch("net dv", (p + 1, q, *net.shape[2:]), np.float64)
+            return ChunkNets(rows, at)
+        du = rows[of_du].reshape(p, q + 1, *rows.shape[1:])
+        dv = rows[of_dv].reshape(p + 1, q, *rows.shape[1:])
         np.subtract(net[1:], net[:-1], out=du)
         np.subtract(net[:, 1:], net[:, :-1], out=dv)
-        return ChunkNets(at, du, dv, self.trust(du, dv))
+        return ChunkNets(rows, at, du, dv, self.trust(du, dv))
 
     def _slow_normals(
         self, patch: NDArray[np.intp], sample: NDArray[np.intp]
@@ -56,10 +67,8 @@ class GridEvaluation(Evaluation):
     def _write_poles(self, normals: RealArray) -> None:
         """Limits along collapsed sides, where these have the usual form."""
         for poles in self.patches.poles:
-            degree = along_sides(*self.patches.degree)[poles.side]
-            divisions = along_sides(*self.resolution)[poles.side]
-            found = pole_normals(poles, sampled_with_slopes(degree, divisions))
-            rows = side_of(normals, poles.side)
-            if self._replaced:
-                found = np.where(np.isnan(found), rows[poles.patches], found)
-            rows[poles.patches] = found
+            # What has the side along v runs along u, and the other way round.
+            across = 1 - poles.axis
+            basis = sampled_with_slopes(self.patches.degree[across], self.resolution[across])
+            lines = normals if poles.axis == 0 else normals.swapaxes(1, 2)
+            lines[poles.patches, -poles.end] = pole_normals(poles, basis)

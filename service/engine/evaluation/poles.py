@@ -28,17 +28,18 @@ def pole_normals(poles: Poles, basis: RealArray) -> FloatArray:
     ndarray of float64, shape (m, k, 3)
         Unit length; NaN where the cone has no tangent plane either.
     """
-    # Coordinates in the two orders that a cross product multiplies: y z x and z x y.
-    both = np.matmul(basis, poles.cones[:, :, [1, 2, 0, 2, 0, 1]])
-    count = len(basis) // 2
-    place, slope = both[:, :count], both[:, count:]
+    # Planes of coordinates in the two orders that a cross product multiplies: y z x and z x y.
+    planes = poles.cones.transpose(2, 0, 1).take([1, 2, 0, 2, 0, 1], axis=0)
+    count, rows = planes.shape[1:]
+    both = np.matmul(planes.reshape(-1, rows), basis.T).reshape(6, count, 2, -1)
     # du × dv turns with C on the sides u = 0 and v = 1, against it on the other two.
-    if poles.side not in {0, 3}:
-        place, slope = slope, place
-    normals: FloatArray = place[:, :, :3] * slope[:, :, 3:]
-    normals -= place[:, :, 3:] * slope[:, :, :3]
-    length = np.sqrt(np.einsum("mkd,mkd->mk", normals, normals))
+    against = poles.end != poles.axis
+    both = np.where(against[:, np.newaxis, np.newaxis], both[:, :, ::-1], both)
+    place, slope = both[:, :, 0], both[:, :, 1]
+    normals: FloatArray = place[:3] * slope[3:]
+    normals -= place[3:] * slope[:3]
+    length = np.sqrt(np.square(normals).sum(axis=0))
     measure = np.einsum("mid,mid->m", poles.cones, poles.cones)
-    length[length <= FLAT * measure[:, None]] = np.nan
-    normals /= length[:, :, None]
-    return normals
+    length[length <= FLAT * measure[:, np.newaxis]] = np.nan
+    normals /= length
+    return normals.transpose(1, 2, 0)

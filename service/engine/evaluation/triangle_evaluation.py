@@ -20,13 +20,15 @@ from service.bases.arrays import FloatArray, RealArray
 from service.bases.chunks import runs
 from service.engine.evaluation.triangle_nets import differences
 from service.engine.evaluation.triangle_normals import triangle_normals
-from service.engine.evaluation.under_way import ChunkNets, Evaluation, Samples
+from service.engine.evaluation.under_way import (
+    CHUNK_SAMPLES,
+    ChunkNets,
+    Evaluation,
+    Samples,
+)
 from service.engine.scratch import Real, scratch
 from service.stopping import checkpoint
 from service.surface.batches import TrianglePatches
-
-CHUNK_SAMPLES = 18_432
-"""Samples worked on at a time: a dozen planes of them fit the second-level cache."""
 
 Product: TypeAlias = Callable[[str, FloatArray], RealArray]
 """Planes (d, r, samples) of nets at some samples, in the work array of this name."""
@@ -57,11 +59,13 @@ class TriangleEvaluation(Evaluation):
 
     def nets(self, first: int, last: int) -> ChunkNets:
         """Planes of the nets of patches [first, last): (K, d, r)."""
-        at, net = self.points(first, last)
+        size = triangle.size(self.patches.degree)
+        at = scratch("nets", (size, self.dimension, last - first), np.float64)
+        net = self.points(first, last, at)
         if self.normals is None:
-            return ChunkNets(at, None, None, None)
+            return ChunkNets(at, at)
         ds, dt = differences(net)
-        return ChunkNets(at, ds, dt, self.trust(ds, dt))
+        return ChunkNets(at, at, ds, dt, self.trust(ds, dt))
 
     def _at_once(self) -> None:
         # Sixteen numbers are a cache line: every plane of a chunk begins at one.

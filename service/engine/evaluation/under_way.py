@@ -6,14 +6,19 @@ is computed anew (`service.engine.evaluation.normals`).
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
+from service.bases.chunks import runs
 from service.engine.scratch import Real, scratch
 from service.surface.batches import Patches
+
+CHUNK_SAMPLES = 18_432
+"""Samples worked on at a time: a dozen planes of them fit the second-level cache."""
 
 ORDINARY = 16
 """Models larger than 2^-16 and smaller than 2^16 are not scaled: fourth powers of such lengths are
@@ -22,6 +27,9 @@ far from float32's limits."""
 TRUSTED: dict[Real, float] = {np.float32: 2.0**-6, np.float64: 2.0**-20}
 """|S_u × S_v| ÷ (mean |Δ_u P| · mean |Δ_v P|) above which the working precision is good enough: the
 direction is then wrong by at most about 1e-5 (float32, usually 2e-7) or 1e-10 (float64)."""
+
+ONE_BY_ONE = 128
+"""One normal computed by itself costs as much as this many samples of a patch in float64."""
 
 SUBNORMAL: dict[Real, float] = {np.float32: 2.0**-100, np.float64: 2.0**-900}
 """|S_u × S_v|² below which squares of its coordinates have lost digits to underflow."""
@@ -66,35 +74,48 @@ class Evaluation(ABC):
         if not 2.0**-ORDINARY <= patches.extent <= 2.0**ORDINARY and patches.extent > 0:
             self.scale = float(np.exp2(min(ORDINARY - np.frexp(patches.extent)[1], 1000)))
         self.heaviest = 1.0 if patches.weights is None else float(patches.weights.max())
+        self.dimension = 4 if self.rational else 3
         self._doubtful: list[NDArray[np.intp]] = []
-        self._poles = 0
-        self._replaced = False
 
-    def points(self, first: int, last: int) -> tuple[FloatArray, FloatArray]:
-        """Control points of patches [first, last) to evaluate, and to take differences of.
+    def points(self, first: int, last: int, at: FloatArray) -> FloatArray:
+        """Writes the control points of patches [first, last) that are evaluated.
 
-        Two nets (K, d, r), homogeneous if the patches are rational. The patches are the innermost
-        axis: differences between neighbours in a net then run over long contiguous rows.
+        They are homogeneous if the patches are rational. The patches are the innermost axis:
+        differences between neighbours in a net then run over long contiguous rows.
+
+        Parameters
+        ----------
+        at : ndarray of float64, shape (K, d, r)
+            Where to write them.
+
+        Returns
+        -------
+        ndarray of float64, shape (K, d, r)
+            The control points to take differences of: `at` itself, or, where positions have
+            another origin or another scale than partials, a net of its own.
         """
-        planes, count = 4 if self.rational else 3, last - first
-        points = self.patches.points[first:last].reshape(count, -1, 3)
-        net = scratch("net", (points.shape[1], planes, count), np.float64)
-        np.copyto(net[:, :3], points.transpose(1, 2, 0))
-        at = net
-        if self.patches.weights is None:
-            # Positions about the origin asked for, partials from differences of the points
-            # themselves: neither loses digits to the other's needs.
-            if self.origin is not None:
-                at = net - self.origin[:, None]
-            if self.scale != 1.0:
-                net = net * self.scale
-        else:
-            weights = self.patches.weights[first:last].reshape(count, -1).T
-            np.multiply(weights, 1 / self.heaviest, out=net[:, 3])
-            net[:, :3] -= self.patches.middle[:, None]
-            net[:, :3] *= self.scale
-            net[:, :3] *= net[:, 3:]
-        return at, net
+        np.copyto(at[:, :3], self._planes(self.patches.points, first, last))
+        if self.patches.weights is not None:
+            weights = self.patches.weights[first:last].reshape(last - first, -1).T
+            np.multiply(weights, 1 / self.heaviest, out=at[:, 3])
+            at[:, :3] -= self.patches.middle[:, None]
+            at[:, :3] *= self.scale
+            at[:, :3] *= at[:, 3:]
+            return at
+        if self.origin is None and self.scale == 1.0:
+            return at
+        # Positions about the origin asked for, partials from differences of the points themselves:
+        # neither loses digits to the other's needs.
+        net: FloatArray = at * self.scale
+        if self.origin is not None:
+            at -= self.origin[:, None]
+        return net
+
+    def sample_planes(self, *shape: int) -> tuple[RealArray, RealArray, RealArray]:
+        """Work arrays for S, S_u and S_v at some samples: planes of coordinates."""
+        form = (self.dimension, *shape)
+        at, du, dv = (scratch(name, form, self.dtype) for name in ("at", "du", "dv"))
+        return at, du, dv
 
     def trust(self, du: FloatArray, dv: FloatArray) -> FloatArray:
         """The least |S_u × S_v|² that is good enough, from the differences (…, d, r): (r,)."""
@@ -109,19 +130,24 @@ class Evaluation(ABC):
         if self.rational:
             self.write_local(planes, out)
         else:
-            for axis in range(3):
-                out[..., axis] = planes[axis]
+            np.positive(planes, out=_coordinates(out))
 
     def local(self, first: int, last: int) -> FloatArray:
         """Control points (K, d, r) about the batch's middle and in the scale of the evaluation.
 
         Homogeneous if the patches are rational.
         """
+        points = self._planes(self.patches.points, first, last)
         if self.rational:
-            return self.points(first, last)[1]
-        points = self.patches.points[first:last].reshape(last - first, -1, 3)
-        local: FloatArray = (points.transpose(1, 2, 0) - self.patches.middle[:, None]) * self.scale
+            return self.points(first, last, np.empty((len(points), 4, last - first)))
+        local: FloatArray = (points - self.patches.middle[:, None]) * self.scale
         return local
+
+    @staticmethod
+    def _planes(points: FloatArray, first: int, last: int) -> FloatArray:
+        """Control points of patches [first, last): (P, …, 3) to (K, 3, r), a view."""
+        planes: FloatArray = points[first:last].reshape(last - first, -1, 3).transpose(1, 2, 0)
+        return planes
 
     def write_local(self, planes: RealArray, out: RealArray) -> None:
         """Writes S from the planes of what `local` has; projects homogeneous ones in place."""
@@ -148,16 +174,13 @@ class Evaluation(ABC):
         np.add(square, term, out=square)
         np.multiply(z, z, out=term)
         np.add(square, term, out=square)
-        found = (square <= trust).reshape(-1).nonzero()[0]
-        if len(found):
+        doubtful = square <= trust
+        if np.count_nonzero(doubtful):
             # The normal comes out as NaN, which marks that it is still owed.
-            square.reshape(-1)[found] = np.nan
-            self._doubtful.append(found + first)
+            square[doubtful] = np.nan
+            self._doubtful.append(doubtful.reshape(-1).nonzero()[0] + first)
         np.sqrt(square, out=square)
-        np.divide(vectors, square, out=vectors)
-        out[..., 0] = x
-        out[..., 1] = y
-        out[..., 2] = z
+        np.divide(vectors, square, out=_coordinates(out))
 
     def partials_to_vectors(self, at: RealArray, du: RealArray, dv: RealArray) -> RealArray:
         """Planes of S_u × S_v up to a positive factor; `at` holds S already if rational."""
@@ -168,8 +191,7 @@ class Evaluation(ABC):
                     np.multiply(at[axis], partial[3], out=term)
                     np.subtract(partial[axis], term, out=partial[axis])
         # S is not needed any more: its memory takes the vectors, so that a chunk stays small.
-        vectors = scratch("at", (3, *du.shape[1:]), self.dtype)
-        x, y, z = vectors
+        x, y, z = vectors = scratch("at", (self.dimension, *du.shape[1:]), self.dtype)[:3]
         ax, ay, az = du[0], du[1], du[2]
         bx, by, bz = dv[0], dv[1], dv[2]
         np.multiply(ay, bz, out=x)
@@ -183,36 +205,31 @@ class Evaluation(ABC):
         np.subtract(z, term, out=z)
         return vectors
 
-    def crowded(self) -> NDArray[np.intp]:
-        """Patches of whose normals more than an eighth are doubtful."""
-        if 8 * sum(map(len, self._doubtful)) <= self.each:
-            return np.empty(0, dtype=np.intp)
-        patch = np.concatenate(self._doubtful) // self.each
-        counts = np.bincount(patch, minlength=self.patches.count)
-        return np.flatnonzero(8 * counts > self.each)
+    def finished(self, in_double: Callable[[NDArray[np.intp]], Samples] | None) -> Samples:
+        """The result, after the doubtful normals have been computed anew.
 
-    def replace_normals(self, index: NDArray[np.intp], normals: RealArray, poles: int) -> None:
-        """Takes the normals of some patches, so many limits among them, as they are."""
-        if self.normals is None:
-            return
-        self.normals[index] = normals
-        self._poles += poles
-        self._replaced = True
-        done = np.zeros(self.patches.count, dtype=bool)
-        done[index] = True
-        found = np.concatenate(self._doubtful)
-        self._doubtful = [found[~done[found // self.each]]]
-
-    def finished(self) -> Samples:
-        """The result, after the doubtful normals have been computed anew."""
+        Limits at poles come first. A patch of which many normals are still owed is evaluated as a
+        whole in float64, by `in_double`; what is owed then is computed one by one.
+        """
         if self.normals is None or not self._doubtful:
-            return Samples(self.positions, self.normals, self._poles)
-        # First the poles are paid, then what is still owed.
+            return Samples(self.positions, self.normals, 0)
         doubtful = self._doubtful[0] if len(self._doubtful) == 1 else np.concatenate(self._doubtful)
         normals = self.normals.reshape(-1, 3)
         self._write_poles(self.normals)
-        rest = doubtful[np.isnan(normals[doubtful, 0])]
-        poles = self._poles + len(doubtful) - len(rest)
+        owed = np.isnan(normals[doubtful, 0])
+        rest = doubtful[owed]
+        poles = len(doubtful) - len(rest)
+        if len(rest) and in_double is not None:
+            counts = np.bincount(rest // self.each, minlength=self.patches.count)
+            crowded = counts * ONE_BY_ONE > self.each
+            index = np.flatnonzero(crowded)
+            if len(index):
+                poles = int(np.count_nonzero(~crowded[doubtful[~owed] // self.each]))
+                rest = rest[~crowded[rest // self.each]]
+            for first, last in runs(len(index), max(1, CHUNK_SAMPLES // self.each)):
+                anew = in_double(index[first:last])
+                self.normals[index[first:last]] = anew.normals
+                poles += anew.poles
         if len(rest):
             patch, sample = np.divmod(rest, self.each)
             normals[rest], limits = self._slow_normals(patch, sample)
@@ -234,28 +251,27 @@ class Evaluation(ABC):
 class ChunkNets:
     """Nets (p+1, q+1, d, r) of S and of its partials, in float64; of triangles (K, d, r).
 
-    `trust` (r,) is the least |S_u × S_v|² that is good enough.
+    `trust` (r,) is the least |S_u × S_v|² that is good enough. `rows` (K, d, r) are the control
+    points of all three nets, one net after another.
     """
 
+    rows: FloatArray
     at: FloatArray
-    du: FloatArray | None
-    dv: FloatArray | None
-    trust: FloatArray | None
-
-    def single(self, k: int) -> "ChunkNets":
-        """The nets of patch k alone, its coordinates as planes (d, p+1, q+1)."""
-        at = self.at[..., k].transpose(2, 0, 1)
-        if self.du is None or self.dv is None or self.trust is None:
-            return ChunkNets(at, None, None, None)
-        du, dv = (net[..., k].transpose(2, 0, 1) for net in (self.du, self.dv))
-        return ChunkNets(at, du, dv, self.trust[k : k + 1])
+    du: FloatArray | None = None
+    dv: FloatArray | None = None
+    trust: FloatArray | None = None
 
     def least(self, dtype: Real) -> RealArray:
-        """`trust` in the working precision, to compare (r, samples) with."""
+        """`trust` in the working precision, to compare (r, samples) with; 0 without partials."""
         if self.trust is None:
-            raise ValueError("nets without partials have no normals to trust")
+            return np.zeros((self.at.shape[-1], 1), dtype)
         least: RealArray = self.trust.astype(dtype)
         return least[:, None]
+
+
+def _coordinates(points: RealArray) -> RealArray:
+    """Planes of coordinates (3, …) of points (…, 3): a view."""
+    return points.transpose(points.ndim - 1, *range(points.ndim - 1))
 
 
 def _square_sums(nets: FloatArray) -> FloatArray:

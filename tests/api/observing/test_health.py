@@ -60,13 +60,13 @@ def test_a_store_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 def test_wrong_numbers_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert computes_rightly()
-    true = bernstein.sampled_grid
+    true = bernstein.sampled_partials
 
     def wrong(degree: tuple[int, int], resolution: tuple[int, int], dtype: Real) -> RealArray:
         wrong: RealArray = true(degree, resolution, dtype) * 1.001
         return wrong
 
-    monkeypatch.setattr(formulations, "sampled_grid", wrong)
+    monkeypatch.setattr(formulations, "sampled_partials", wrong)
     assert not computes_rightly()
     with client_of(create_app(Settings())) as client:
         answer = client.get("/health/ready")

@@ -99,6 +99,23 @@ def test_every_formulation_is_chosen_somewhere() -> None:
     assert choose(teapot, (16, 16), True) == "kronecker"
     assert choose(smooth((15, 15), False), (128, 128), True) == "separable"
     assert choose(smooth((3, 3), False), (512, 512), True) == "normal_polynomial"
+    # What each patch takes by itself is paid for every patch.
+    assert choose(teapot, (64, 64), True) == "kronecker"
+    assert choose(teapot.take(np.array([0])), (64, 64), True) == "separable"
+
+
+def test_steep_patches_get_their_normals_in_double_precision() -> None:
+    """Where partials nearly agree in direction float32 would lose four digits; with a pole too."""
+    net = np.random.default_rng(4).random((300, 4, 4, 3)) / 3 + np.indices((4, 4, 1)).T[0].swapaxes(
+        0, 1
+    )
+    net[::3, ..., 2] *= 3000
+    net[5, 0] = net[5, 0, 0]
+    one, two = (
+        evaluate(TensorPatches(net), (8, 8), dtype=dtype) for dtype in (np.float32, np.float64)
+    )
+    assert np.abs(_of(one) - _of(two)).max() < 1e-5
+    assert one.poles == two.poles == 9
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)

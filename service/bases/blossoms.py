@@ -1,0 +1,78 @@
+"""From control points to Bézier points of a span: the operators, by blossoms.
+
+On one span a B-spline of degree p is a polynomial, hence a Bézier curve. Its points are values of
+the blossom f, the symmetric function of p arguments that is affine in each and has f(t, …, t) =
+C(t): control point i is f(U_{i+1}, …, U_{i+p}), and Bézier point j of the span [a, b] is
+f(a, …, a, b, …, b) with b taken j times. Replacing arguments one by one leads from these to those
+by convex combinations only.
+
+Borden, Scott, Evans and Hughes, Isogeometric finite element data structures based on Bézier
+extraction of NURBS, IJNME 87 (2011); Ramshaw, Blossoms are polar forms, CAGD 6 (1989).
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray
+from service.bases.knots import spans
+
+
+def operators(knots: FloatArray, degree: int) -> FloatArray:
+    """For every span the p + 1 Bézier points as combinations of p + 1 control points.
+
+    Parameters
+    ----------
+    knots : ndarray of float64
+        Any knot vector: clamped or not, multiplicities up to p + 1.
+
+    Returns
+    -------
+    ndarray of float64, shape (spans, p+1, p+1)
+        Row j times the control points s − p … s is Bézier point j of span s. No entry is negative
+        and the rows add up to one. Of reversed knots these are the reversed operators, bit for
+        bit.
+    """
+    places = spans(knots, degree)[:, np.newaxis] + np.arange(1 - degree, degree + 1)
+    around = knots[places]
+    forwards = _blossomed(around[:, :degree], around[:, degree:])
+    around = -around[:, ::-1]
+    backwards = _blossomed(around[:, :degree], around[:, degree:])
+    forwards += backwards[:, ::-1, ::-1]
+    forwards /= 2.0
+    return forwards
+
+
+def _blossomed(left: FloatArray, right: FloatArray) -> FloatArray:
+    """The operators, by replacing first the knots on the left of [a, b] by a, then others by b.
+
+    Parameters
+    ----------
+    left, right : ndarray of float64, shape (spans, p)
+        U_{s−p+1} … U_s = a and b = U_{s+1} … U_{s+p}.
+    """
+    count, degree = left.shape
+    a, b = left[:, -1:], right[:, :1]
+    rows = np.broadcast_to(np.eye(degree + 1), (count, degree + 1, degree + 1))
+    # Row i is f(a (p − i times), right_1 … right_i).
+    half = np.empty((count, degree + 1, degree + 1))
+    half[:, degree] = rows[:, degree]
+    for r in range(1, degree + 1):
+        far, near = right[:, : degree - r + 1], left[:, r - 1 :]
+        rows = _mixed(rows, far - a, a - near, far - near)
+        half[:, degree - r] = rows[:, -1]
+    whole = np.empty_like(half)
+    whole[:, 0] = half[:, 0]
+    rows = half
+    for r in range(1, degree + 1):
+        far = right[:, : degree - r + 1]
+        rows = _mixed(rows, far - b, b - a, far - a)
+        whole[:, r] = rows[:, 0]
+    return whole
+
+
+def _mixed(
+    rows: FloatArray, first: FloatArray, second: FloatArray, whole: FloatArray
+) -> FloatArray:
+    """Each row with the next: (first row_i + second row_{i+1}) / whole."""
+    mixed: FloatArray = rows[:, :-1] * (first / whole)[..., np.newaxis]
+    mixed += rows[:, 1:] * (second / whole)[..., np.newaxis]
+    return mixed

@@ -1,0 +1,21 @@
+"""What batches know of their patches: bounds, and sides of one point."""
+
+import numpy as np
+import pytest
+
+from service.surface.batches import TensorPatches
+from service.surface.sides import side_of
+
+
+@pytest.mark.parametrize("count", [1, 2, 63, 64, 81])
+def test_bounds_and_collapsed_sides(count: int) -> None:
+    """However many patches are one row; a side of two equal ends is not yet one point."""
+    points = np.random.default_rng(count).uniform(-1, 1, (count, 3, 4, 3))
+    points[::4, 0] = points[::4, :1, 0]
+    points[1::4, :, -1] = points[1::4, :1, -1]
+    points[2::4, -1, 0] = points[2::4, -1, -1] = points[2::4, 0, 0]
+    batch, flat = TensorPatches(points), points.reshape(-1, 3)
+    np.testing.assert_array_equal(batch.bounds, (flat.min(axis=0), flat.max(axis=0)))
+    sides = (side_of(points, number) for number in range(4))
+    collapsed = np.stack([(s == s[:, :1]).all(axis=(1, 2)) for s in sides], axis=1)
+    np.testing.assert_array_equal(batch.collapsed, collapsed)
