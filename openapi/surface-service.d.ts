@@ -4355,9 +4355,9 @@ export interface operations {
                 compression?: "none" | "meshopt";
                 /**
                  * @description Version of the numbers. With it the address of a surface whose id is a hash stands for the same mesh for ever. A service with another version answers 410.
-                 * @example 2
+                 * @example 3
                  */
-                engine?: 2;
+                engine?: 3;
                 /** @description Of a signed address: until when it is good, in Unix time. */
                 expires?: number;
                 /** @description Of a signed address, as `POST /v1/sign` makes it: its last parameter. */
@@ -4435,7 +4435,7 @@ export interface operations {
                     "Content-Encoding"?: string;
                     /**
                      * @description The canonical address.
-                     * @example </v1/surfaces/utah-teapot/mesh.glb?engine=2>; rel="canonical"
+                     * @example </v1/surfaces/utah-teapot/mesh.glb?engine=3>; rel="canonical"
                      */
                     Link: string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];

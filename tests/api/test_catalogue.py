@@ -49,12 +49,12 @@ def test_formats_are_those_of_the_registry(client: Client) -> None:
         ("GET", "/v1/surfaces?page=2"),
         ("GET", "/v1/surfaces/saddle?page=2"),
         ("GET", "/v1/formats?page=2"),
-        ("DELETE", f"/v1/surfaces/{'0' * 64}?engine=2"),
+        ("DELETE", f"/v1/surfaces/{'0' * 64}?engine=3"),
         ("POST", "/v1/mesh?resolution=2"),
         ("POST", "/v1/mesh?type=bspline"),
         ("POST", "/v1/points?format=glb"),
         ("POST", "/v1/convert?format=glb"),
-        ("POST", "/v1/surfaces?engine=2"),
+        ("POST", "/v1/surfaces?engine=3"),
     ],
 )
 def test_parameters_are_refused_where_there_are_none(method: str, address: str) -> None:

@@ -43,7 +43,7 @@ def test_a_surface_is_stored_once(fresh: Client) -> None:
         assert answer.headers["location"] == f"/v1/surfaces/{ID}"
         assert answer.json()["id"] == ID
         assert answer.json()["links"]["self"] == f"/v1/surfaces/{ID}"
-        assert answer.json()["links"]["mesh"]["glb"] == f"/v1/surfaces/{ID}/mesh.glb?engine=2"
+        assert answer.json()["links"]["mesh"]["glb"] == f"/v1/surfaces/{ID}/mesh.glb?engine=3"
 
 
 @pytest.mark.parametrize("name", SURFACES)

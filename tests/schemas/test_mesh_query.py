@@ -145,7 +145,7 @@ def test_different_options_have_different_queries(a: dict[str, Any], b: dict[str
     [
         ("", ""),
         ("resolution=16,16&faces=triangles&crease_angle=0.017453292519943295", ""),
-        ("engine=2&weld=false&resolution=8,8", "resolution=8&weld=false&"),
+        ("engine=3&weld=false&resolution=8,8", "resolution=8&weld=false&"),
         ("resolution=16,32", "resolution=16,32&"),
         ("isocurves=0,2", "isocurves=0,2&"),
         ("tolerance=0.00001", "tolerance=1e-5&"),

@@ -8,7 +8,7 @@ from service.engine.mesh.closure import Closure
 Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 """Least and greatest of two things."""
 
-ENGINE = 2
+ENGINE = 3
 """Version of the numbers. Raised only when the same request would give other figures."""
 
 

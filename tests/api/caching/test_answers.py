@@ -132,12 +132,12 @@ def test_what_is_counted_is_at_least_what_it_takes(size: int) -> None:
     try:
         before, _ = tracemalloc.get_traced_memory()
         for number in range(100):
-            made = entry(f"resolution={number}&engine=2", size, f"{number:064x}")
+            made = entry(f"resolution={number}&engine=3", size, f"{number:064x}")
             cache.put(made, cache.age)
             cache.add(made, "zstd", bytes(size // 2))
             cache.add(made, "gzip", bytes(size // 2 + 1))
             for spelling in range(ALIASES):
-                query = f"engine=2&resolution={number}&uvs=false{spelling}".encode()
+                query = f"engine=3&resolution={number}&uvs=false{spelling}".encode()
                 cache.alias(made, f"/v1/surfaces/{number:064x}/mesh.glb", query, pinned=True)
         taken = tracemalloc.get_traced_memory()[0] - before
     finally:

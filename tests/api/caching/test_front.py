@@ -13,7 +13,7 @@ from service.api.caching.front import Front
 from service.api.cors import Origins
 from service.api.observing.record import KEY, NO_ROUTE, RequestRecord
 
-PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=2"
+PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=3"
 
 
 class Behind:
@@ -34,7 +34,7 @@ def asked(
 ) -> tuple[list[Message], int]:
     """The messages of an answer, and how many requests were handed on."""
     answers, behind, messages = AnswerCache(1 << 30), Behind(), list[Message]()
-    entry = Entry(Subject(f"{PATH}?engine=2", "saddle", "name", False), body, ())
+    entry = Entry(Subject(f"{PATH}?engine=3", "saddle", "name", False), body, ())
     assert answers.put(entry, answers.age)
     answers.add(entry, "gzip", b"packed")
     answers.alias(entry, PATH, QUERY, pinned=True)
@@ -101,7 +101,7 @@ def test_lines_of_a_header_are_one_list() -> None:
         ((), {"method": "POST"}),
         ((), {"method": "DELETE"}),
         ((), {"path": "/v1/surfaces/saddle/mesh.stl"}),
-        ((), {"query_string": b"engine=2&"}),
+        ((), {"query_string": b"engine=3&"}),
         ((), {"type": "lifespan"}),
         ((), {"type": "websocket"}),
         (((b"accept-encoding", b"zstd"),), {}),
