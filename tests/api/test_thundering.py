@@ -15,7 +15,7 @@ from service.pipeline.mesh import Answer, MeshWork
 from service.settings.values import Settings
 
 TEAPOT = "/v1/surfaces/utah-teapot/mesh.glb"
-"""Large enough, at twelve divisions, to be computed in a thread."""
+"""Large enough, at 32 divisions, to be computed in a thread."""
 
 
 async def crowd(
@@ -49,10 +49,10 @@ async def crowd(
 
 def test_a_crowd_computes_once_in_whatever_spelling(monkeypatch: pytest.MonkeyPatch) -> None:
     addresses = [
-        f"{TEAPOT}?resolution=12&engine={ENGINE}",
-        f"{TEAPOT}?engine={ENGINE}&resolution=12,12",
-        f"{TEAPOT}?resolution=12&oogl=bez",
-        f"{TEAPOT}?weld=true&resolution=012",
+        f"{TEAPOT}?resolution=32&engine={ENGINE}",
+        f"{TEAPOT}?engine={ENGINE}&resolution=32,32",
+        f"{TEAPOT}?resolution=32&oogl=bez",
+        f"{TEAPOT}?weld=true&resolution=032",
     ]
     answers, calls = asyncio.run(crowd(monkeypatch, addresses, {"Accept-Encoding": "identity"}))
     assert [answer.status_code for answer in answers] == [200] * 100
@@ -68,7 +68,7 @@ def test_what_is_compressed_is_compressed_once(monkeypatch: pytest.MonkeyPatch) 
         return compressed(coding, content)
 
     monkeypatch.setattr(meshes_by_url, "compressed", counted)
-    addresses = [f"{TEAPOT}?resolution=12"]
+    addresses = [f"{TEAPOT}?resolution=32"]
     answers, calls = asyncio.run(crowd(monkeypatch, addresses, {"Accept-Encoding": "gzip"}))
     assert {answer.content[:4] for answer in answers} == {b"glTF"}
     assert (calls, codings) == (1, ["gzip"])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
-from service.api.answers import json_response
+from service.encoders.text import json_text
 from service.engine.build import build
 from service.engine.options import MeshOptions
 from service.schemas.surfaces import definition
@@ -25,7 +25,7 @@ def page(server: str, browser: Browser) -> Iterator[Page]:
 
 def net_of(page: Page, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Control points of an example in the scene, and the pairs of them that are joined."""
-    document = bytes(json_response(definition(find(name).surface())).body).decode()
+    document = json_text(definition(find(name).surface())).decode()
     told: dict[str, Any] = page.evaluate(
         """async (text) => {
           const { netOf, pointAt } = await import('/page/net.js');
