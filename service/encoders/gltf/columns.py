@@ -40,8 +40,11 @@ class Column:
 
     def take(self, rows: IndexArray | Ints | slice) -> "Column":
         """The attribute of some vertices."""
-        chosen = self.values[rows] if isinstance(rows, slice) else self.values.take(rows, axis=0)
-        return Column(chosen, self.normalized, self.unit)
+        return Column(self.rows(rows), self.normalized, self.unit)
+
+    def rows(self, rows: IndexArray | Ints | slice) -> NDArray[Any]:
+        """Its values at some vertices."""
+        return self.values[rows] if isinstance(rows, slice) else self.values.take(rows, axis=0)
 
 
 Columns: TypeAlias = dict[str, Column]

@@ -61,11 +61,11 @@ class Template:
         values[b"origin"] = json_text(mesh.origin.tolist())
         chunks: list[memoryview | bytes] = []
         for number, (own, indices) in enumerate(self.pieces):
-            mine = {name: column.take(own).values for name, column in columns.items()}
-            low, high = extent(mine["POSITION"])
+            mine = [column.rows(own) for column in columns.values()]
+            low, high = extent(mine[0])  # the positions
             values[b"low%d" % number] = json_text(low.tolist())
             values[b"high%d" % number] = json_text(high.tolist())
-            chunks += [array.data.cast("B") for array in mine.values()]
+            chunks += [array.data.cast("B") for array in mine]
             chunks += indices
         text = list(self.text)
         text[1::2] = map(values.__getitem__, text[1::2])

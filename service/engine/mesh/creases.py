@@ -105,8 +105,10 @@ def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing 
     if near.all():
         return None
     rest = np.flatnonzero(~near)
-    _, first, back = np.unique(places.slot[rest], return_index=True, return_inverse=True)
-    group = leaders(first[back], own[rest], chord(angle))
+    slot = places.slot[rest]
+    first = np.empty(len(places.leaders), np.intp)
+    first[slot[::-1]] = np.arange(len(rest))[::-1]  # written backwards, the first one stays
+    group = leaders(first[slot], own[rest], chord(angle))
     found = places.leaders.take(places.slot)
     found[rest] = places.members[rest[group]]
     return Sharing(found, digest(near, group))
