@@ -31,9 +31,9 @@ from service.settings.process import give_back
 from service.settings.values import Settings
 from service.stopping import OutOfTime, Stop, Stopped, stopped_by
 
-INLINE_SECONDS = 0.005
-"""Work that the event loop has time for: a thread would add as much, as Python's threads take turns
-of 5 ms. Most of it takes less than half of that, and has its plan already."""
+INLINE_SECONDS = 0.0075
+"""Work that the event loop has time for, by its cost, which is some twice what it takes: a thread
+would add as much, as Python's threads take turns of 5 ms."""
 
 ROUND_SECONDS = 0.002
 """Once short work has taken this long, the event loop looks at other connections before it begins
