@@ -7,7 +7,8 @@ loads the servers in turn, with one thread and four connections; ratios are medi
     python -m tools.benchmarks.requests [--against DIRECTORY] [--seconds 2] [--rounds 5] [WORK …]
 
 DIRECTORY is another checkout of the service with a `.venv` of its own: then the table has its
-requests a second too, and the ratio of this checkout to it.
+requests a second too, and the ratio of this checkout to it. The column `kept` has the ratios in
+`requests.json`, which `--keep` writes anew.
 """
 
 import argparse
@@ -37,6 +38,7 @@ FOLDER = "ECHO_FOLDER"
 LEAST = {"hit.glb": 1.5, "unchanged.glb": 2.0}
 """The least ratio of answers from the cache to the echo: below it, the exit status is 1."""
 
+BASELINE = Path(__file__).with_name("requests.json")
 PLAIN = {"Accept-Encoding": "identity"}
 SERVICE, ECHO = "service.api.app:create_app", "tools.benchmarks.requests:create_echo"
 
@@ -133,6 +135,7 @@ def run(arguments: Sequence[str] = ()) -> bool:
     """Prints the table; whether answers from the cache are as fast as they must be."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--against", type=Path, metavar="DIRECTORY")
+    parser.add_argument("--keep", action="store_true", help="keep the ratios as the baseline")
     parser.add_argument("--seconds", type=int, default=2)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("names", nargs="*", metavar="WORK", help="as in the table (all)")
@@ -141,9 +144,9 @@ def run(arguments: Sequence[str] = ()) -> bool:
         print("Requests a second: not measured, wrk is not installed (Debian's package wrk)")
         return True
     print(f"Requests a second, {CONNECTIONS} connections; medians of alternating rounds")
-    header = f"{'work':18}{'bytes':>10}{'service/s':>11}{'echo/s':>10}{'ratio':>8}"
+    header = f"{'work':18}{'bytes':>10}{'service/s':>11}{'echo/s':>10}{'ratio':>8}{'kept':>8}"
     print(header + (f"{'old/s':>10}{'new/old':>9}" if options.against else ""))
-    slow = []
+    slow, kept, found = [], json.loads(BASELINE.read_text()), {}
     with tempfile.TemporaryDirectory() as temporary, ExitStack() as stack:
         answers = Path(temporary) / "answers"
         answers.mkdir()
@@ -165,10 +168,14 @@ def run(arguments: Sequence[str] = ()) -> bool:
             ratios = [median(row[0] / row[k] for row in rates) for k in range(1, len(urls))]
             if ratios[0] < LEAST.get(work.name, 0):
                 slow.append(f"{work.name}: the ratio must be {LEAST[work.name]}")
+            found[work.name] = round(ratios[0], 3)
             size = (answers / work.name).stat().st_size
             line = f"{work.name:18}{size:10}{ours:11.1f}{others[0]:10.1f}{ratios[0]:8.3f}"
+            line += f"{kept.get(work.name, 0):8.3f}"
             more = f"{others[1]:10.1f}{ratios[1]:9.2f}" if options.against else ""
             print(line + more, flush=True)
+    if options.keep:
+        BASELINE.write_text(json.dumps(kept | found, indent=1) + "\n")
     for line in slow:
         print(line)
     return not slow
