@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_info
 
 from service.errors import InvalidSettings
 from service.settings.environment import from_environment, values, with_flags
-from service.settings.process import collect_rarely, half_of_memory, pin_blas
+from service.settings.process import collect_rarely, collection_paused, half_of_memory, pin_blas
 from service.settings.values import Settings
 
 OTHER = {
@@ -208,6 +208,12 @@ def test_memory_of_large_arrays_comes_back() -> None:
         [sys.executable, "-c", RESIDENT], capture_output=True, text=True, check=True
     )
     assert int(done.stdout) < 16 << 20
+
+
+def test_garbage_is_not_sought_while_documents_are_parsed() -> None:
+    with collection_paused(), collection_paused():
+        assert not gc.isenabled()
+    assert gc.isenabled()
 
 
 def test_garbage_is_sought_seldom() -> None:

@@ -2,15 +2,15 @@
 
 `BodyRoute` reads and parses the body in place of FastAPI, in a thread if it is long, and calls the
 function of the route with the model and the `Context` (the pattern "Custom Request and APIRoute
-class" of FastAPI's documentation). So errors in a body are ours, and a file of
-control points comes through the same door as JSON: what JSON would say beside the points stands in
-the query. FastAPI finds the route, handles errors, and reads the function's signature for the
-OpenAPI document; there are no other parameters or dependencies that it would have to solve.
+class" of FastAPI's documentation). So errors in a body are ours, and a file of control points comes
+the same way as JSON: what JSON would say beside the points stands in the query. FastAPI finds the
+route, handles errors, and reads the function's signature for the OpenAPI document.
 """
 
 import re
 from asyncio import timeout
 from collections.abc import Callable, Coroutine, Mapping, Sequence
+from contextlib import nullcontext
 from functools import partial
 from typing import Any, ClassVar, cast
 
@@ -30,6 +30,7 @@ from service.schemas.document import Budget
 from service.schemas.fields import RequestModel
 from service.schemas.surface_query import document_from_query, with_fields
 from service.schemas.validation import parse_request, validate_document
+from service.settings.process import collection_paused
 from service.settings.values import Settings
 
 INLINE_BYTES, INLINE_TEXT, INLINE_OBJECTS = 1 << 18, 1 << 14, 32
@@ -118,7 +119,8 @@ def _parse(
     """The checked model with its surface or curve built."""
     limits = services.documents
     if decoder is None:
-        parsed = parse_request(model, body, limits)
+        with collection_paused() if len(body) > INLINE_TEXT else nullcontext():
+            parsed = parse_request(model, body, limits)
     else:
         fields = beside["surface"]
         net = decoder.decode(body, fields.get("type"), limits.max_control_points)

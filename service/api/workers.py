@@ -32,8 +32,8 @@ from service.settings.values import Settings
 from service.stopping import OutOfTime, Stop, Stopped, stopped_by
 
 INLINE_SECONDS = 0.0075
-"""Work that the event loop has time for, by its cost, which is some twice what it takes: a thread
-would add as much, as Python's threads take turns of 5 ms."""
+"""Cost, some twice what the work takes, up to which it runs on the event loop: to change threads,
+which take turns of 5 ms, would take as long."""
 
 ROUND_SECONDS = 0.002
 """Once short work has taken this long, the event loop looks at other connections before it begins

@@ -88,12 +88,10 @@ class SplitDefinition(_Operation):
     value: ClassVar = values.Split
     op: Literal["split"] = Field(description="The operation.")
     u: Annotated[Number | None, Omittable()] = optional(
-        "Where to cut across u: inside the surface's domain.",
-        0.5,
+        "Where to cut across u: inside the surface's domain.", 0.5
     )
     v: Annotated[Number | None, Omittable()] = optional(
-        "Where to cut across v: inside the surface's domain.",
-        0.25,
+        "Where to cut across v: inside the surface's domain.", 0.25
     )
     at: Annotated[Barycentric | None, Omittable()] = optional(
         "Where to cut a triangle: barycentric coordinates [r, s, t] of a point inside.",
@@ -111,12 +109,10 @@ class RestrictDefinition(_Operation):
     value: ClassVar = values.Restrict
     op: Literal["restrict"] = Field(description="The operation.")
     u: Annotated[Interval | None, Omittable()] = optional(
-        "First and last u of the piece; left out, all of them.",
-        [0.25, 0.75],
+        "First and last u of the piece; left out, all of them.", [0.25, 0.75]
     )
     v: Annotated[Interval | None, Omittable()] = optional(
-        "First and last v of the piece; left out, all of them.",
-        [0, 0.5],
+        "First and last v of the piece; left out, all of them.", [0, 0.5]
     )
 
 

@@ -59,8 +59,7 @@ class MeshOptionFields(StrictModel):
         2000,
     )
     max_bytes: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = optional(
-        "The same for the bytes of the answer in its format.",
-        100_000,
+        "The same for the bytes of the answer in its format.", 100_000
     )
     two_sided: bool = Field(
         default=False,

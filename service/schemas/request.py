@@ -70,8 +70,7 @@ class SignRequest(RequestModel):
         1800000000,
     )
     seconds: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_SECONDS)] = optional(
-        "Instead: for how long from now.",
-        3600,
+        "Instead: for how long from now.", 3600
     )
 
     @model_validator(mode="after")

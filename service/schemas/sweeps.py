@@ -96,8 +96,7 @@ class RibbonDefinition(StrictModel):
         [0, 1, 0],
     )
     camera: Annotated[FloatArray | None, _VECTOR] = optional(
-        "Instead of a direction: a point that it faces.",
-        [0, 2, 10],
+        "Instead of a direction: a point that it faces.", [0, 2, 10]
     )
     up: UpField = "y"
     name: NameField = "ribbon"

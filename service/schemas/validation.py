@@ -10,11 +10,7 @@ from pydantic import BaseModel, ValidationError, ValidationInfo
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
-from service.schemas.document import (
-    DEFAULT_LIMITS,
-    DocumentLimits,
-    parse_document,
-)
+from service.schemas.document import DEFAULT_LIMITS, DocumentLimits, parse_document
 from service.schemas.scan import shortened
 
 Path: TypeAlias = tuple[str | int, ...]

@@ -5,6 +5,7 @@ import gc
 import os
 import platform
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 
 import numpy as np  # noqa: F401  (its BLAS must be loaded before it can be told anything)
@@ -21,11 +22,9 @@ PLANS = 256 << 20
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
 """Numbers of the parameters in glibc's `malloc.h`."""
 
-OWN_PAGES = 1 << 22
-"""Bytes from which a block of memory has pages of its own, which it gives back when it is freed."""
-
-KEPT = 1 << 26
-"""Bytes that the heap keeps."""
+OWN_PAGES, KEPT = 1 << 22, 1 << 26
+"""Bytes from which a block of memory has pages of its own, which it gives back when it is freed;
+and bytes that are free and stay at the end of the heap."""
 
 
 def pin_blas() -> None:
@@ -40,10 +39,9 @@ def pin_blas() -> None:
 def share_heap() -> None:
     """Makes all threads use one heap, and lets it keep up to `KEPT` bytes that are free at its end.
 
-    By itself glibc has a heap for each thread, in which ever larger blocks lie: after a few large
-    meshes on two threads 420 MB were resident where now 280 are, and 250 when `give_back` has been
-    called. If every large block had pages of its own, the system would zero them for each mesh
-    anew, which takes up to twice as long as the mesh. Elsewhere than on glibc nothing is done.
+    With a heap for each thread, as glibc has it, 420 MB were resident after a few large meshes
+    where now 280 are. If every large block had pages of its own, the system would zero them for
+    each mesh anew, which takes up to twice as long as the mesh. Without glibc nothing is done.
 
     References
     ----------
@@ -75,10 +73,21 @@ def give_back() -> None:
 def collect_rarely() -> None:
     """Makes Python look seldom for objects that refer to each other and to which nothing else does.
 
-    By itself it looks whenever 700 objects more are alive: a document of 3 MB takes 2.5 times as
-    long to parse.
+    It does so at every 700 objects more: a document of 3 MB takes 2.5 times as long to parse.
     """
     gc.set_threshold(50_000, 20, 100)
+
+
+@contextmanager
+def collection_paused() -> Iterator[None]:
+    """Python does not look for them: a document that is parsed has none."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 def half_of_memory(root: Path = Path("/")) -> int:

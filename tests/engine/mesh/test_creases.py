@@ -27,9 +27,7 @@ def test_creases_and_means_are_those_of_plain_loops(seed: int, count: int, angle
     found = place.copy()
     if sharing is not None:
         found[places.members] = sharing.leaders
-        mirrored = find_creases(-normals, places, angle)
-        assert mirrored is not None
-        assert mirrored.key == sharing.key
+        assert getattr(find_creases(-normals, places, angle), "key", None) == sharing.key
     assert found.tolist() == wanted.tolist()
     averages = Averages.of(wanted)
     assert sorted([*averages.members, *np.unique(wanted)]) == list(range(count))
