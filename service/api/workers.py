@@ -36,18 +36,13 @@ INLINE_SECONDS = 0.0075
 which take turns of 5 ms, would take as long."""
 
 ROUND_SECONDS = 0.002
-"""Once short work has taken this long, the event loop looks at other connections before it begins
-another."""
+"""Short work that the event loop does before it looks at other connections."""
 
 TRIM_BYTES, TRIM_PAUSE = 4 << 20, 0.25
-"""Requests of this size leave memory behind that is worth handing back to the system, this many
-seconds after their end."""
+"""Memory of such large requests goes back to the system this many seconds after their end."""
 
-SMALL_BODY = 1 << 20
-"""Bytes of memory of bodies that find room though large ones take all that they may."""
-
-MAX_RETRY_AFTER = 60
-"""Seconds."""
+SMALL_BODY, MAX_RETRY_AFTER = 1 << 20, 60
+"""Bytes of memory of bodies that find room though large ones take all that they may; seconds."""
 
 Callbacks: TypeAlias = list[Callable[[], None]]
 Result = TypeVar("Result")
@@ -150,10 +145,7 @@ class Workers:
             await asyncio.sleep(0)
         if self._round_end is None:
             self._round_end = time.perf_counter() + ROUND_SECONDS
-            asyncio.get_running_loop().call_soon(self._end_round)
-
-    def _end_round(self) -> None:
-        self._round_end = None
+            asyncio.get_running_loop().call_soon(setattr, self, "_round_end", None)
 
     def settle(self) -> None:
         """Serves the requests that have waited longest, as far as there is room."""
