@@ -252,6 +252,9 @@ def _check_indices(patches: NDArray[np.int64], count: int, name: str) -> None:
 
 def _check_parts(parts: PartMembers, count: int) -> None:
     """Refuses parts that name a patch that is not there, or one patch twice."""
+    named = [member for _, members in parts for member in members]
+    if not named or (min(named) >= 0 and max(named) < count and len(set(named)) == len(named)):
+        return
     issues: list[Issue] = []
     owner: set[int] = set()
     for title, members in parts:
