@@ -55,8 +55,8 @@ def share_heap() -> None:
 
 
 def bound_plans(memory: int) -> None:
-    """Lets plans of meshes take 1/8 of this memory in bytes, and at most `PLANS`."""
-    MESH_PLANS.capacity = min(memory // 8, PLANS)
+    """Lets plans of meshes take 1/16 of this memory in bytes, and at most `PLANS`."""
+    MESH_PLANS.capacity = min(memory // 16, PLANS)
 
 
 def give_back() -> None:

@@ -117,7 +117,7 @@ class Settings(BaseModel):
         description="Memory for all that is under way together: bodies, surfaces, meshes, answers "
         "not yet sent, and what is kept of answers. What would take more is refused beforehand. "
         "The process itself takes some 120 MB beside it, and what is planned for meshes at most "
-        "1/8 of it or 256 MB. Left out, it is half of what the machine, "
+        "1/16 of it or 256 MB. Left out, it is half of what the machine, "
         "or the container, has.",
     )
     cache_bytes: Bytes = Field(
