@@ -32,8 +32,8 @@ from service.settings.values import Settings
 from service.stopping import OutOfTime, Stop, Stopped, stopped_by
 
 INLINE_SECONDS = 0.0075
-"""Cost, some twice what the work takes, up to which it runs on the event loop: to change threads,
-which take turns of 5 ms, would take as long."""
+"""Cost up to which work runs on the event loop: to change threads, which take turns of 5 ms, would
+take as long. The teapot at 16 divisions costs 0.0045; it takes 0.0008, without a plan 0.0024."""
 
 ROUND_SECONDS = 0.002
 """Short work that the event loop does before it looks at other connections."""

@@ -104,5 +104,5 @@ def _towards(points: FloatArray, rows: Ints, middle: FloatArray, share: FloatArr
 
 
 def _spread(shares: FloatArray, axes: int) -> FloatArray:
-    """Shares with so many axes more, to multiply what has them."""
+    """The factors with further axes of length 1, to multiply arrays that have these axes."""
     return shares.reshape(shares.shape + (1,) * axes)

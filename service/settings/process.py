@@ -39,8 +39,8 @@ def pin_blas() -> None:
 def share_heap() -> None:
     """Makes all threads use one heap, and lets it keep up to `KEPT` bytes that are free at its end.
 
-    With a heap for each thread, as glibc has it, 420 MB were resident after a few large meshes
-    where now 280 are. If every large block had pages of its own, the system would zero them for
+    With a heap for each thread, as glibc has it, 333 MB were resident after a few large meshes
+    where now 282 are. If every large block had pages of its own, the system would zero them for
     each mesh anew, which takes up to twice as long as the mesh. Without glibc nothing is done.
 
     References

@@ -57,9 +57,8 @@ def deviations(
         moved: FloatArray | float
         if options.method == "matrix":
             dtype: Real = rows.positions.dtype.type
-            moved = vertex_error(
-                model.batches[block.batch], block.resolution, options.normals, dtype, origin
-            )
+            # Of the very patches that were evaluated: their number chooses the formulation.
+            moved = vertex_error(patches, block.resolution, options.normals, dtype, origin)
         else:
             samples = rows.positions[block.base : block.base + block.count * len(block.patches)]
             moved = measured_errors(
@@ -98,9 +97,9 @@ def _bent(patches: Patches, layout: Layout, block: Block) -> FloatArray:
     p, q = patches.degree
     numbers = block.first + block.patches
     apart = layout.extra[numbers] >= 0 if layout.framed else np.zeros(1)
-    if not apart.any() and is_small(patches, (ru, rv)):
-        return bend(patches, (ru, rv)) + slack(patches, 1 / ru, 1 / rv)
     if not apart.any():
+        if is_small(patches, (ru, rv)):
+            return bend(patches, (ru, rv)) + slack(patches, 1 / ru, 1 / rv)
         bends = grid_bends(patches, (ru, rv), (blocks_along(ru, p), blocks_along(rv, q)))
         return bends.deviations(1 / ru, 1 / rv) + slack(patches, 1 / ru, 1 / rv)
     sides = np.where(apart, layout.inner[numbers] + 1, np.inf)

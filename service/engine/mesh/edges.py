@@ -55,8 +55,7 @@ def sample_edges(
 
     Bit for bit the same wherever an edge turns up: summed term by term, because the order of a
     matrix product's additions depends on its shape and on the machine; the other methods compute
-    every number by itself. The ends are the control
-    points themselves.
+    every number by itself. The ends are the control points themselves.
 
     Parameters
     ----------
