@@ -8,7 +8,7 @@ from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene, arranged, flattened, in_single
 from service.engine.sweeps.sweep import sweep
 from service.engine.tessellate import overlays_of, tessellate
-from service.engine.wires.draw import line_overlay, with_lines, with_solids, without_faces
+from service.engine.wires.draw import line_overlay, with_wires, without_faces
 from service.engine.wires.isocurves import isocurves
 from service.measuring import measured
 from service.surface.lowered import GroupModel, Model, PatchModel
@@ -36,9 +36,10 @@ def _alone(model: PatchModel | SweepModel, options: MeshOptions, *, single: bool
         with measured("sweep"):
             return sweep(model, options, single=single)
     mesh = (tessellate if options.surface else without_faces)(model, options, single=single)
-    if options.solid_wires:
-        return with_solids(mesh, model, options, single=single)
-    return with_lines(mesh, model, options) if options.wired else mesh
+    if options.wired:
+        curves = isocurves(model, options.resolution, options.isocurves)
+        mesh = with_wires(mesh, model, options, curves)
+    return mesh
 
 
 def lines_of(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:

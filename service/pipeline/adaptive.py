@@ -83,7 +83,10 @@ class AdaptiveMesher:
         most, limit = adaptive_triangles(Accuracy(), work.limits), stated(accuracy)
         if accuracy.max_triangles is not None and accuracy.max_triangles < most:
             most, limit = accuracy.max_triangles, "/max_triangles"
-        memory = work.limits.max_memory // SHARE if work.cost.triangles < most else None
+        asked = adaptive_triangles(
+            work.options.accuracy or accuracy, work.limits, work.stored.patches
+        )
+        memory = work.limits.max_memory // SHARE if work.cost.triangles < min(asked, most) else None
         most = min(most, work.cost.triangles)
         goal = goal_of(accuracy, self._model)
         if tolerance is not None:

@@ -84,10 +84,9 @@ def _check_swept(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> No
 
 def _check_accuracy(options: MeshOptions, where: str, fmt: Format, encode: EncodeOptions) -> None:
     """Refuses a tolerance or a budget where nothing is divided by it."""
-    if options.wired:
-        raise _conflict("Isoparametric curves are divided by a resolution.", "/isocurves", where)
     if options.faces == "quads":
-        raise _conflict("Meshes by tolerance are made of triangles.", "/faces", where)
+        what = "The bound is one of triangles: a quad has four corners that are in no plane."
+        raise _conflict(what, "/faces", where)
     if options.method != "matrix":
         raise _conflict("The methods sample grids, which a resolution makes.", "/method", where)
     if encode.oogl is not None and encode.oogl != "off" and fmt.encode_exact is not None:

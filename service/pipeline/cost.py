@@ -215,7 +215,7 @@ def adaptive_cost(
     fixed = lowering_memory(size) + CELLS + files * least + lines
     limits.check_memory(fixed, "The mesh", stated(accuracy), "a smaller surface")
     one = CERTIFIED + 8 * size.width + files * each
-    most = adaptive_triangles(accuracy, limits, size.patches)
+    most = adaptive_triangles(accuracy, limits, mesh.patches)
     most = min(most, max(0, limits.max_memory // SHARE - fixed) // one)
     file = min(least + each * most, limits.max_bytes, accuracy.max_bytes or sys.maxsize)
     vertices = min(limits.max_vertices, most + 2 * mesh.patches)
@@ -237,7 +237,7 @@ def adaptive_triangles(accuracy: Accuracy, limits: Limits, patches: int = 0) -> 
 
 def adaptive_size(mesh: MeshSize, options: MeshOptions, triangles: int) -> MeshSize:
     """Counts of a mesh by tolerance of so many triangles; each has at most one vertex more."""
-    lines = triangles if "boundary" in options.overlays else 0
+    lines = triangles if "boundary" in options.overlays or options.wired else 0
     return replace(
         mesh,
         vertices=triangles + 2 * mesh.patches,

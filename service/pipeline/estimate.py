@@ -180,11 +180,11 @@ class EstimateWork:
         options, models = self.options, model.models if isinstance(model, GroupModel) else (model,)
         patches = [own for own in models if isinstance(own, PatchModel)]
         most = Counts(size.vertices, size.triangles, size.quads)
-        if len(patches) < len(models) or options.solid_wires or isinstance(model, SweepModel):
+        if len(patches) < len(models) or isinstance(model, SweepModel):
             return _Prediction(most, most, exact=False)
         if options.accuracy is not None:
             return self._by_tolerance(model, patches, options.accuracy)
-        if size.vertices > self.limits.max_vertices:
+        if options.solid_wires or size.vertices > self.limits.max_vertices:
             return _Prediction(most, most, exact=False)
         found = [count(own, options) if options.surface else Counts(0, 0, 0) for own in patches]
         certain = not options.curvatures or surely_affordable(patches, size.vertices)
@@ -197,12 +197,12 @@ class EstimateWork:
         options, limits = self.options, self.limits
         moved = grid_error(model, options) if self.encode.quantize else 0.0
         try:
-            once, copies = _most_of(model, accuracy, moved)
+            once, copies = _most_of(model, options, accuracy, moved)
         except InvalidRequest as error:
             issues = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
             raise InvalidRequest(*issues) from None
-        pieces = copies.pieces if "boundary" in options.overlays else 0
-        if not options.surface:
+        pieces = copies.points
+        if not (options.surface or options.wired):
             nothing = Counts(0, 0, 0)
             return _Prediction(nothing, nothing, exact=True, pieces=pieces)
         allowed = adaptive_triangles(accuracy, limits)
@@ -248,7 +248,7 @@ def plan_estimate(
 
 
 def _most_of(
-    model: PatchModel | GroupModel, accuracy: Accuracy, moved: float
+    model: PatchModel | GroupModel, options: MeshOptions, accuracy: Accuracy, moved: float
 ) -> tuple[MostTriangles, MostTriangles]:
     """Bounds for what is stored once, and for all copies; vertices are moved when they are stored.
 
@@ -259,12 +259,12 @@ def _most_of(
     """
     goal = goal_of(accuracy, model)
     if isinstance(model, PatchModel):
-        alone = most_triangles(model, without(goal, moved, model.bounds))
+        alone = most_triangles(model, without(goal, moved, model.bounds), options)
         return alone, alone
     group = model if goal.view is None else each_alone(model)
     goals = goals_of_models(goal, group, moved)
     found = [
-        most_triangles(own, aim)
+        most_triangles(own, aim, options)
         for own, aim in zip(group.models, goals, strict=True)
         if isinstance(own, PatchModel)
     ]

@@ -243,7 +243,6 @@ def test_what_has_no_patches_is_refused(example: str, how: str) -> None:
     [
         ({"faces": "quads"}, None, "/faces"),
         ({"method": "de_casteljau"}, None, "/method"),
-        ({"isocurves": (2, 0)}, None, "/isocurves"),
         ({}, "bez", "/oogl"),
         ({}, "cquad", "/oogl"),
         ({}, "mesh", "/oogl"),

@@ -139,10 +139,13 @@ TOLERANCES = [
 ]
 
 
+@pytest.mark.parametrize(
+    "wires", [{}, {"isocurves": (3, 2)}, {"isocurves": (2, 2), "wires": "tubes"}]
+)
 @pytest.mark.parametrize("accuracy", TOLERANCES, ids=lambda a: next(iter(vars_of(a))))
-def test_tolerances_and_budgets_are_bounded(accuracy: Accuracy) -> None:
+def test_tolerances_and_budgets_are_bounded(accuracy: Accuracy, wires: dict[str, Any]) -> None:
     for example in ("sphere", "torus"):
-        surface, options = find(example).surface(), MeshOptions(accuracy=accuracy)
+        surface, options = find(example).surface(), MeshOptions(accuracy=accuracy, **wires)
         found = plan_estimate(surface, options).run()
         assert not found.exact
         assert found.accepted

@@ -22,6 +22,7 @@ from service.engine.adaptive.aims import (
     within_reach,
 )
 from service.engine.adaptive.assembly.assemble import Divided, assemble
+from service.engine.adaptive.assembly.isocurves import goal_isocurves
 from service.engine.adaptive.assembly.lines import draw_lines
 from service.engine.adaptive.borders.border import divide_border
 from service.engine.adaptive.faces import Faces, find_faces
@@ -36,7 +37,7 @@ from service.engine.mesh.mesh import Mesh
 from service.engine.mesh.seams import Seams, find_seams
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene, arranged, flattened, in_single
-from service.engine.wires.draw import only_lines
+from service.engine.wires.draw import only_lines, with_wires
 from service.surface.lowered import GroupModel, PatchModel
 
 
@@ -83,13 +84,26 @@ class Meshing:
         edges = for_border(goal, rounding, model.bounds)
         border = divide_border(self._faces, self._seams, edges, most)
         overlays = draw_lines(model, border, self.options, storage, origin)
-        if not self.options.surface:
+        if self.options.surface:
+            made = triangulate(
+                self._ground,
+                self._faces,
+                border,
+                goal,
+                stored=self._stored,
+                most=most,
+                effort=effort,
+            )
+            divided = Divided(model, self._faces, made, storage, origin)
+            mesh = assemble(divided, self.options, overlays)
+        else:
             lines = only_lines(model, self.options, overlays, origin, storage.dtype)
-            return replace(lines, step=storage.step)
-        made = triangulate(
-            self._ground, self._faces, border, goal, stored=self._stored, most=most, effort=effort
-        )
-        return assemble(Divided(model, self._faces, made, storage, origin), self.options, overlays)
+            mesh = replace(lines, step=storage.step)
+        if self.options.wired:
+            left = most - len(mesh.triangles)
+            curves = goal_isocurves(model, self._seams, goal, self.options, left)
+            mesh = with_wires(mesh, model, self.options, curves)
+        return mesh
 
     def _stored(self, positions: FloatArray) -> FloatArray:
         return self.storage.stored(positions, self._origin)

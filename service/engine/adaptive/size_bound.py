@@ -16,8 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from service.engine.adaptive.aims import nearest_to_eye
+from service.engine.adaptive.assembly.isocurves import goal_divisions
 from service.engine.adaptive.goal import Goal
 from service.engine.deviation.bends import grid_bends
+from service.engine.mesh.seams import find_seams
+from service.engine.options import MeshOptions
+from service.engine.wires.draw import most_solids
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 
@@ -27,15 +31,31 @@ pieces of a side, even if it is short: a closed one has no fewer."""
 
 
 class MostTriangles(NamedTuple):
-    """Upper bounds: vertices, triangles, and pieces of the borders of patches."""
+    """Upper bounds: vertices, triangles, and points of the lines beside them."""
 
     vertices: int
     triangles: int
-    pieces: int
+    points: int
 
 
-def most_triangles(model: PatchModel, goal: Goal) -> MostTriangles:
+def most_triangles(model: PatchModel, goal: Goal, options: MeshOptions) -> MostTriangles:
     """Bounds for one model; vertices count once for every patch, cuts for angles do not count."""
+    cells, pieces = _cells(model, goal)
+    vertices, triangles = (2 * cells + pieces, 4 * cells + pieces) if options.surface else (0, 0)
+    points = pieces if "boundary" in options.overlays else 0
+    if options.wired:
+        seams = find_seams(model.batches)
+        curves, samples = goal_divisions(model, seams, goal).size(seams, options.isocurves)
+        if options.solid_wires:
+            more = most_solids(curves, samples, options)
+            vertices, triangles = vertices + more[0], triangles + more[1]
+        else:
+            points += samples
+    return MostTriangles(vertices, triangles, points)
+
+
+def _cells(model: PatchModel, goal: Goal) -> tuple[int, int]:
+    """Upper bounds of the cells, and of the pieces of the borders of patches."""
     nearest = np.array([nearest_to_eye(goal.view, model.bounds)])
     part = max(float(goal.allowed(nearest)[0]) / PARTS, float(np.finfo(np.float64).tiny))
     cells = pieces = 0
@@ -47,4 +67,4 @@ def most_triangles(model: PatchModel, goal: Goal) -> MostTriangles:
         # A twist asks for the product of both numbers.
         cells += int(np.minimum(np.maximum(along[0] * along[1], 2 * uv), 4.0**FINEST).sum())
         pieces += int(sum(2 * np.maximum(side, FEWEST).sum() for side in along))
-    return MostTriangles(2 * cells + pieces, 4 * cells + pieces, pieces)
+    return cells, pieces

@@ -5,19 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, IndexArray, Ints
+from service.bases.arrays import FloatArray, IndexArray, Ints, RealArray
 from service.engine.extent import extent, local_origin
+from service.engine.grid import on_grid
 from service.engine.mesh.mesh import Mesh, Overlay
 from service.engine.mesh.report import MeshReport
 from service.engine.options import MeshOptions
 from service.engine.scenes.merge import merged
-from service.engine.scenes.scene import in_single
+from service.engine.scenes.scene import in_single, within
 from service.engine.scratch import Real
 from service.engine.sweeps.profiles import ribbons, tubes
 from service.engine.sweeps.rows import Swept
 from service.engine.sweeps.swept_mesh import swept_mesh
 from service.engine.tessellate import overlays_of
-from service.engine.wires.isocurves import IsoCurves, isocurves
+from service.engine.wires.isocurves import IsoCurves
 from service.engine.wires.paths import wire_paths
 from service.surface.lowered import Color, PatchModel
 
@@ -82,11 +83,14 @@ def only_lines(
     )
 
 
-def with_lines(mesh: Mesh, model: PatchModel, options: MeshOptions) -> Mesh:
-    """The mesh with the isoparametric curves as one more overlay."""
-    dtype: Real = mesh.positions.dtype.type
-    lines = line_overlay(isocurves(model, options.resolution, options.isocurves))
-    lines = replace(lines, positions=(lines.positions - mesh.origin).astype(dtype))
+def with_wires(
+    mesh: Mesh, model: PatchModel, options: MeshOptions, curves: Sequence[IsoCurves]
+) -> Mesh:
+    """The mesh with isoparametric curves of the model, in the form that the options ask for."""
+    if options.solid_wires:
+        return _with_solids(mesh, model, options, curves)
+    lines = line_overlay(curves)
+    lines = replace(lines, positions=_written(lines.positions, mesh))
     mesh = replace(mesh, overlays=(*mesh.overlays, lines))
     if len(mesh.positions):
         return mesh
@@ -94,8 +98,16 @@ def with_lines(mesh: Mesh, model: PatchModel, options: MeshOptions) -> Mesh:
     return replace(mesh, report=replace(mesh.report, bounds_min=low, bounds_max=high))
 
 
-def with_solids(
-    mesh: Mesh, model: PatchModel, options: MeshOptions, *, single: bool = False
+def _written(positions: RealArray, mesh: Mesh) -> RealArray:
+    """Positions in model coordinates as those of a mesh are stored."""
+    if mesh.step:
+        positions = on_grid(positions.astype(np.float64), mesh.step)
+    written: RealArray = (positions - mesh.origin).astype(mesh.positions.dtype)
+    return written
+
+
+def _with_solids(
+    mesh: Mesh, model: PatchModel, options: MeshOptions, curves: Sequence[IsoCurves]
 ) -> Mesh:
     """The mesh with tubes or ribbons along the isoparametric curves as one more part.
 
@@ -103,7 +115,6 @@ def with_solids(
     one of the patches where two meet; a little above it where its faces are drawn, too.
     """
     width = width_of(model, options)
-    curves = isocurves(model, options.resolution, options.isocurves)
     swept = [
         tubes(wires.paths, width / 2, options.wire_sides, faces=options.faces)
         if options.wires == "tubes"
@@ -119,8 +130,13 @@ def with_solids(
         return mesh
     plain = replace(options, overlays=(), isocurves=(0, 0), surface=True)
     wires = swept_mesh(NAME, _together(swept), plain, up=model.up)
-    if single:
+    positions = _written(wires.positions, mesh)
+    if positions.dtype == np.float32:
         wires = in_single(wires, mesh.origin)
+    if mesh.step:
+        low, high = (bound.astype(np.float64) + mesh.origin for bound in extent(positions))
+        report = within(wires.report, low, high)
+        wires = replace(wires, positions=positions, report=report, step=mesh.step)
     (part,) = wires.parts
     zeros = ((name, np.zeros((len(wires.positions), rows.shape[1]), rows.dtype))
              for name, rows in mesh.attributes)  # fmt: skip

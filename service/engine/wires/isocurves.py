@@ -1,10 +1,10 @@
 """Isoparametric curves of a model: the lines u = i/n_u and v = j/n_v of every patch.
 
 Borders are the edges that patches share, each drawn once and through the very samples that the
-faces use. Curves across a patch are its samples along a line, at the mesh's own divisions; they
-begin and end at points of the edges, computed from the edge alone, so that the curves of two
-neighbours meet bit for bit. On a triangle the curves are r, s, t = i/n. A curve that is one point
-is not drawn.
+faces of a mesh of equal divisions use. Curves across a patch are samples along a line; they begin
+and end at points of the edges, computed from the edge alone, so that the curves of two neighbours
+meet bit for bit. On a triangle the curves are r, s, t = i/n. A curve that is one point is not
+drawn.
 """
 
 from collections.abc import Iterator
@@ -60,35 +60,106 @@ class IsoCurves:
         )
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Divisions:
+    """How often curves are divided.
+
+    Attributes
+    ----------
+    edges : ndarray of int, shape (E,)
+        The distinct edges of the model.
+    along_u, along_v : ndarray of int, shape (P,)
+        Curves of constant v, and of constant u, across each patch; of triangles both are the same.
+    """
+
+    edges: Ints
+    along_u: Ints
+    along_v: Ints
+
+    @staticmethod
+    def even(seams: Seams, resolution: tuple[int, int]) -> "Divisions":
+        """Those of a mesh of equal divisions."""
+        along_u, along_v = (np.full(len(seams.edge), divisions) for divisions in resolution)
+        triangular = seams.connectivity.triangular
+        along_u[triangular] = along_v[triangular] = max(resolution)
+        return Divisions(Layout.of(seams.connectivity, resolution).divisions, along_u, along_v)
+
+    def size(self, seams: Seams, counts: tuple[int, int]) -> tuple[int, int]:
+        """How many curves there are at most, and how many samples they have together."""
+        drawn = np.zeros(len(self.edges), dtype=bool)
+        drawn[seams.edge[_drawn(seams, counts)]] = True
+        curves, samples = int(drawn.sum()), int((self.edges[drawn] + 1).sum())
+        triangular = seams.connectivity.triangular
+        for count, along in zip(counts, (self.along_v, self.along_u), strict=True):
+            inner = max(count - 1, 0)
+            curves += inner * int((~triangular).sum())
+            samples += inner * int((along[~triangular] + 1).sum())
+        inner = 3 * max(*counts, 1) - 3
+        curves += inner * int(triangular.sum())
+        samples += inner * int((self.along_u[triangular] + 1).sum())
+        return curves, samples
+
+
 def isocurves(
     model: PatchModel, resolution: tuple[int, int], counts: tuple[int, int]
 ) -> list[IsoCurves]:
-    """All curves that are more than a point, borders first; float64, in model coordinates.
+    """All curves of a mesh of equal divisions; see `divided_isocurves`.
 
     Parameters
     ----------
     resolution : (Ru, Rv)
         That of the mesh.
+    """
+    seams = find_seams(model.batches)
+    return divided_isocurves(model, seams, Divisions.even(seams, resolution), counts)
+
+
+def divided_isocurves(
+    model: PatchModel, seams: Seams, divisions: Divisions, counts: tuple[int, int]
+) -> list[IsoCurves]:
+    """All curves that are more than a point, borders first; float64, in model coordinates.
+
+    Parameters
+    ----------
+    seams : Seams
+        Those of the model.
     counts : (n_u, n_v)
         Into how many pieces the curves of constant u, and of constant v, cut a patch; 0 draws
         none. A triangle takes the larger for all three directions.
     """
-    seams = find_seams(model.batches)
-    layout = Layout.of(seams.connectivity, resolution)
-    found = list(_borders(seams, layout, model, counts))
+    found = list(_borders(seams, divisions.edges, counts))
     across_u, across_v = (_EdgePoints(seams, count) for count in counts)
     # A triangle is divided evenly.
     same = across_u if counts[0] >= counts[1] else across_v
     first = 0
     for batch in model.batches:
         patches = np.arange(first, first + batch.count)
-        if isinstance(batch, TrianglePatches):
-            found += _across_triangles(batch, patches, max(resolution), same)
-        else:
-            found += _across_grids(batch, patches, resolution, 0, across_u)
-            found += _across_grids(batch, patches, resolution, 1, across_v)
         first += batch.count
+        if isinstance(batch, TrianglePatches):
+            for count, rows in _groups(divisions.along_u[patches]):
+                found += _across_triangles(batch.take(rows), patches[rows], count, same)
+            continue
+        for axis, (along, ends) in enumerate(
+            ((divisions.along_v, across_u), (divisions.along_u, across_v))
+        ):
+            for count, rows in _groups(along[patches]):
+                found += _across_grids(batch.take(rows), patches[rows], count, axis, ends)
     return [curves for run in found if len((curves := run.take(_lines(run.points))).points)]
+
+
+def _groups(divisions: Ints) -> Iterator[tuple[int, Ints]]:
+    """Different numbers of divisions, rising, and the rows that have each."""
+    for number in np.unique(divisions).tolist():
+        yield number, np.flatnonzero(divisions == number)
+
+
+def _drawn(seams: Seams, counts: tuple[int, int]) -> Bools:
+    """Which sides of patches are curves of the wanted directions, (P, 4)."""
+    drawn = np.zeros(seams.edge.shape, dtype=bool)
+    drawn[:, :2], drawn[:, 2:] = counts[0] > 0, counts[1] > 0
+    drawn[seams.connectivity.triangular] = True
+    lines: Bools = drawn & ~seams.collapsed
+    return lines
 
 
 class _EdgePoints:
@@ -112,30 +183,20 @@ class _EdgePoints:
         return ends
 
 
-def _borders(
-    seams: Seams, layout: Layout, model: PatchModel, counts: tuple[int, int]
-) -> Iterator[IsoCurves]:
+def _borders(seams: Seams, divisions: Ints, counts: tuple[int, int]) -> Iterator[IsoCurves]:
     """Every edge that a curve of the wanted directions is, once; as one patch has it."""
-    wanted = np.zeros(seams.edge.shape, dtype=bool)
-    wanted[:, :2], wanted[:, 2:] = counts[0] > 0, counts[1] > 0
-    triangular = np.repeat(
-        [isinstance(batch, TrianglePatches) for batch in model.batches],
-        [batch.count for batch in model.batches],
-    )
-    wanted[triangular] = True
-    sides = np.flatnonzero(wanted & ~seams.collapsed)
+    sides = np.flatnonzero(_drawn(seams, counts))
     edges, place = np.unique(seams.edge.ravel()[sides], return_index=True)
     owner = sides[place]
     backward = seams.backward.ravel()[owner]
-    kind = triangular[owner // 4].astype(np.intp)
+    kind = seams.connectivity.triangular[owner // 4].astype(np.intp)
     begin, end = (_CORNERS[kind, corner[owner % 4]] for corner in (BEGINS, ENDS))
-    for divisions in np.unique(layout.divisions[edges]).tolist():
-        rows = layout.divisions[edges] == divisions
-        chosen = np.zeros(len(layout.divisions), dtype=bool)
+    for count, rows in _groups(divisions[edges]):
+        chosen = np.zeros(len(divisions), dtype=bool)
         chosen[edges[rows]] = True
         turned = backward[rows, None]
         yield IsoCurves(
-            sample_edges(seams.curves, chosen, divisions),
+            sample_edges(seams.curves, chosen, count),
             owner[rows] // 4,
             np.where(turned, end[rows], begin[rows]),
             np.where(turned, begin[rows], end[rows]),
@@ -145,14 +206,14 @@ def _borders(
 def _across_grids(
     batch: TensorPatches,
     patches: Ints,
-    resolution: tuple[int, int],
+    divisions: int,
     axis: int,
     ends: _EdgePoints,
 ) -> Iterator[IsoCurves]:
     """Curves of constant u (axis 0) or v (axis 1) between the borders, place by place."""
     if ends.count < 2:
         return
-    steps = (ends.count, resolution[1]) if axis == 0 else (resolution[0], ends.count)
+    steps = (ends.count, divisions) if axis == 0 else (divisions, ends.count)
     grids = evaluate(batch, steps, normals=False).positions
     for i in range(1, ends.count):
         points = (grids[:, i] if axis == 0 else grids[:, :, i]).astype(np.float64)

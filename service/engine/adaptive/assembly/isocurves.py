@@ -1,0 +1,127 @@
+"""Isoparametric curves beside a mesh by tolerance: divided evenly, as finely as the goal asks.
+
+A chord over an interval of length h is within h² max |C″| / 8 of its curve, parameter by parameter.
+The second derivatives of all curves of a patch along u are within M_uu of the patch, and so along v
+(`service.engine.deviation.bends`); those of its sides are those of the edges' own nets. The curves
+of a triangle run along its sides: what is proved there of small triangles holds for their edges.
+
+For angles, a Bézier curve turns by no more than its control polygon: a curve gets as many pieces as
+its polygon turns, over the angle. That is sought, not proved, as for meshes.
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.adaptive.goal import Goal
+from service.engine.adaptive.limits import Budget
+from service.engine.deviation.bends import blocks_along, grid_bends, triangle_deviations
+from service.engine.mesh.edges import EdgeCurves
+from service.engine.mesh.seams import Seams
+from service.engine.options import MAX_RESOLUTION, MeshOptions
+from service.engine.wires.draw import most_solids
+from service.engine.wires.isocurves import Divisions, IsoCurves, divided_isocurves
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
+from service.surface.lowered import PatchModel
+
+SHARE = 0.75
+"""Of the tolerance; the rest is for the rounding of the points, which a goal leaves room for."""
+
+FINEST = 1 << 12
+"""Most divisions for the sake of angles: at a cusp no number of them is enough."""
+
+PARTS = 8
+"""Parts of a direction whose second derivatives are bounded one by one."""
+
+
+def goal_isocurves(
+    model: PatchModel, seams: Seams, goal: Goal, options: MeshOptions, most: int
+) -> list[IsoCurves]:
+    """The curves, as lines that are within the tolerance of a goal.
+
+    Raises
+    ------
+    TooLarge
+        `too_many_triangles` if they have more than `most` samples, or as tubes or ribbons more
+        triangles than that.
+    """
+    divisions = goal_divisions(model, seams, goal)
+    Budget(most).count(most_pieces(divisions.size(seams, options.isocurves), options))
+    return divided_isocurves(model, seams, divisions, options.isocurves)
+
+
+def most_pieces(size: tuple[int, int], options: MeshOptions) -> int:
+    """Samples of so many curves with so many samples; as tubes or ribbons, triangles at most."""
+    return most_solids(*size, options)[1] if options.solid_wires else size[1]
+
+
+def goal_divisions(model: PatchModel, seams: Seams, goal: Goal) -> Divisions:
+    """How often the curves are divided."""
+    edges = np.ones(len(seams.users), dtype=np.intp)
+    for group in seams.curves:
+        edges[group.ids] = _of_edges(group, goal)
+    across = [_across(batch, goal) for batch in model.batches]
+    along_u, along_v = (np.concatenate([both[axis] for both in across]) for axis in (0, 1))
+    return Divisions(edges, along_u, along_v)
+
+
+def _of_edges(group: EdgeCurves, goal: Goal) -> Ints:
+    """Divisions of edges (E,): curves, as patches of which the other direction has degree 0."""
+    weights = None if group.weights is None else group.weights[:, :, None]
+    return _across(TensorPatches(group.points[:, :, None], weights), goal)[0]
+
+
+def _across(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
+    """Divisions along u and along v of the patches of a batch, (P,) each."""
+    allowed = SHARE * goal.allowed(_distance_to_eye(batch, goal))
+    if isinstance(batch, TrianglePatches):
+        bound = triangle_deviations(batch, MAX_RESOLUTION) * MAX_RESOLUTION**2
+        pieces = _pieces(8 * bound, allowed)
+        if goal.angle < np.inf:
+            square = batch.tensor().points
+            turns = np.maximum(_turns(square), _turns(square.swapaxes(1, 2)))
+            pieces = np.maximum(pieces, _by_angle(turns, goal))
+        return pieces, pieces
+    p, q = batch.degree
+    blocks = blocks_along(PARTS, max(p, 1)), blocks_along(PARTS, max(q, 1))
+    bends = grid_bends(batch, (PARTS, PARTS), blocks)
+    found = []
+    for bend, points in ((bends.uu, batch.points), (bends.vv, batch.points.swapaxes(1, 2))):
+        pieces = _pieces(bend.max(axis=(0, 1)), allowed)
+        if goal.angle < np.inf:
+            pieces = np.maximum(pieces, _by_angle(_turns(points), goal))
+        found.append(pieces)
+    return found[0], found[1]
+
+
+def _pieces(bend: FloatArray, allowed: FloatArray) -> Ints:
+    """The least R with bend / (8 R²) within what is allowed, at most `MAX_RESOLUTION`."""
+    with np.errstate(over="ignore", divide="ignore"):
+        pieces = np.ceil(np.sqrt(bend / allowed / 8))
+    return np.clip(pieces, 1, MAX_RESOLUTION).astype(np.intp)
+
+
+def _by_angle(turns: FloatArray, goal: Goal) -> Ints:
+    return np.clip(np.ceil(turns / goal.angle), 1, FINEST).astype(np.intp)
+
+
+def _turns(points: FloatArray) -> FloatArray:
+    """By how many radians control polygons along the second axis (P, n+1, m, 3) turn: (P,)."""
+    legs = np.diff(points, axis=1)
+    length = np.sqrt(np.square(legs).sum(axis=-1))
+    one, two = legs[:, :-1], legs[:, 1:]
+    cosine = (one * two).sum(axis=-1)
+    cosine /= np.maximum(length[:, :-1] * length[:, 1:], np.finfo(float).tiny)
+    still = (length[:, :-1] == 0) | (length[:, 1:] == 0)
+    angle = np.where(still, 0.0, np.arccos(np.clip(cosine, -1.0, 1.0)))
+    turns: FloatArray = angle.sum(axis=1).max(axis=1, initial=0.0)
+    return turns
+
+
+def _distance_to_eye(batch: Patches, goal: Goal) -> FloatArray:
+    """Distances from the eye to the boxes about the patches; 0 where nobody looks."""
+    if goal.view is None:
+        return np.zeros(batch.count)
+    points = batch.points.reshape(batch.count, -1, 3)
+    outside = np.maximum(points.min(axis=1) - goal.view.eye, goal.view.eye - points.max(axis=1))
+    distance: FloatArray = np.sqrt(np.square(np.maximum(outside, 0.0)).sum(axis=1))
+    return distance

@@ -1,0 +1,123 @@
+"""Isoparametric curves beside meshes by tolerance: near enough, on the grid, and bounded."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from service.encoders.format import EncodeOptions
+from service.encoders.registry import BY_NAME
+from service.engine.adaptive.accuracy import Accuracy, Camera
+from service.engine.adaptive.assembly.isocurves import goal_divisions
+from service.engine.adaptive.goal import Goal, View
+from service.engine.mesh.mesh import Mesh
+from service.engine.mesh.seams import find_seams
+from service.engine.options import MeshOptions
+from service.engine.wires.isocurves import divided_isocurves, isocurves
+from service.errors import TooLarge
+from service.pipeline.limits import Limits
+from service.pipeline.mesh import plan_mesh
+from service.surface.batches import TrianglePatches
+from service.surface.examples import find
+from service.surface.lowered import Part, PatchModel
+from tests.engine.meshing import mesh_of
+from tests.strategies import Array, model_of, nets, triangle_nets, weighted_nets
+
+COUNTS = (3, 2)
+FINE = MeshOptions(accuracy=Accuracy(relative_tolerance=1e-3), isocurves=COUNTS)
+
+
+def distances(points: Array, a: Array, b: Array) -> Array:
+    """Distances of points (n, 3) to the nearest of the segments from a to b (m, 3)."""
+    along, away = b - a, points[:, None] - a
+    square = np.maximum((along * along).sum(axis=1), np.finfo(float).tiny)
+    share = np.clip((away * along).sum(axis=2) / square, 0, 1)
+    nearest: Array = np.linalg.norm(away - share[..., None] * along, axis=2).min(axis=1)
+    return nearest
+
+
+def furthest(model: PatchModel, goal: Goal) -> float:
+    """How far points of the curves are from their lines at most."""
+    seams = find_seams(model.batches)
+    divisions = goal_divisions(model, seams, goal)
+    lines = divided_isocurves(model, seams, divisions, COUNTS)
+    curves, samples = divisions.size(seams, COUNTS)
+    assert sum(len(run.points) for run in lines) <= curves
+    assert sum(run.points[..., 0].size for run in lines) <= samples
+    dense = [run.points.reshape(-1, 3) for run in isocurves(model, (33, 33), COUNTS)]
+    if not lines:
+        return float(len(dense))
+    a = np.concatenate([run.points[:, :-1].reshape(-1, 3) for run in lines])
+    b = np.concatenate([run.points[:, 1:].reshape(-1, 3) for run in lines])
+    return max(float(distances(points, a, b).max()) for points in dense)
+
+
+@settings(max_examples=20)
+@given(weighted_nets(nets(limit=4)))
+def test_lines_are_within_the_tolerance_of_their_curves(
+    weighted: tuple[Array, Array | None],
+) -> None:
+    net, weights = weighted
+    model = model_of([net], None if weights is None else [weights])
+    assert furthest(model, Goal(0.02)) <= 0.02
+
+
+@settings(max_examples=10)
+@given(triangle_nets())
+def test_lines_on_a_triangle_are_within_the_tolerance(net: Array) -> None:
+    batch = TrianglePatches(net[np.newaxis])
+    model = PatchModel("one", (batch,), (Part("one", 0, 1),))
+    assert furthest(model, Goal(0.02)) <= 0.02
+
+
+def test_a_finer_goal_divides_more_often_and_a_far_eye_less() -> None:
+    model = find("utah-teapot").surface().lower()
+    assert isinstance(model, PatchModel)
+    seams = find_seams(model.batches)
+    far = View(np.array([0, 0, 1e3]), 1e-3, 1.0)
+    counts = [
+        goal_divisions(model, seams, goal).size(seams, COUNTS)[1]
+        for goal in (Goal(1e-3), Goal(1e-2), Goal(1e-3, angle=0.05), Goal(1.0, view=far))
+    ]
+    assert counts[3] < counts[1] < counts[0] < counts[2]
+
+
+@pytest.mark.parametrize("name", ["torus", "octahedral-sphere", "tea-service"])
+@pytest.mark.parametrize("wires", ["lines", "tubes", "ribbons"])
+@pytest.mark.parametrize("surface", [True, False])
+def test_every_form_of_wires(name: str, wires: Any, surface: bool) -> None:
+    mesh = mesh_of(name, accuracy=FINE.accuracy, isocurves=(2, 2), wires=wires, surface=surface)
+    if wires == "lines":
+        assert len(mesh.overlays[-1].segments) > 50
+    else:
+        assert len(mesh.triangles) > 1000
+    assert bool(mesh.report.deviation_bound) == surface
+
+
+@pytest.mark.parametrize("wires", ["lines", "tubes"])
+def test_wires_lie_on_the_grid_of_a_compact_file(wires: Any) -> None:
+    options = MeshOptions(accuracy=FINE.accuracy, isocurves=(2, 2), wires=wires)
+    surface = find("torus").surface()
+    work = plan_mesh(surface, options, BY_NAME["glb"], EncodeOptions(quantize=True))
+    mesh = work.build(*work.lower())
+    assert isinstance(mesh, Mesh)
+    assert mesh.step
+    rows = np.concatenate([mesh.positions, *(overlay.positions for overlay in mesh.overlays)])
+    assert (rows / mesh.step == np.rint(rows / mesh.step)).all()
+    assert len(work.run().content)
+
+
+@pytest.mark.parametrize("wires", ["lines", "tubes"])
+@pytest.mark.parametrize("accuracy", [FINE.accuracy, Accuracy(max_triangles=400)])
+def test_wires_count_as_triangles(wires: Any, accuracy: Accuracy) -> None:
+    options = MeshOptions(accuracy=accuracy, isocurves=(900, 900), wires=wires)
+    surface = find("torus").surface()
+    with pytest.raises(TooLarge) as refused:
+        plan_mesh(surface, options, BY_NAME["glb"], limits=Limits(max_vertices=10_000)).run()
+    assert refused.value.issues[0].code == "too_many_triangles"
+
+
+def test_a_camera_sees_the_wires_of_every_copy() -> None:
+    seen = Accuracy(camera=Camera((9, 0, 4), 0.8, 400), pixel_tolerance=1)
+    assert mesh_of("tea-service", accuracy=seen, isocurves=(2, 2), wires="tubes").report.triangles
