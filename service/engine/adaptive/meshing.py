@@ -9,6 +9,7 @@
 from collections import Counter
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import pi
 
 from service.bases.arrays import FloatArray
 from service.engine.adaptive.aims import (
@@ -25,6 +26,7 @@ from service.engine.adaptive.assembly.assemble import Divided, assemble
 from service.engine.adaptive.assembly.isocurves import goal_isocurves
 from service.engine.adaptive.assembly.lines import draw_lines
 from service.engine.adaptive.borders.border import divide_border
+from service.engine.adaptive.borders.side_normals import SideNormals, side_normals
 from service.engine.adaptive.faces import Faces, find_faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
@@ -56,7 +58,13 @@ class Meshing:
     options: MeshOptions
     storage: Storage
 
-    def made(self, goal: Goal, most: int, effort: Effort | None = None) -> Mesh:
+    def made(
+        self,
+        goal: Goal,
+        most: int,
+        effort: Effort | None = None,
+        normals: SideNormals | None = None,
+    ) -> Mesh:
         """The mesh that meets a goal.
 
         Parameters
@@ -67,6 +75,8 @@ class Meshing:
             Triangles that are allowed.
         effort : Effort, optional
             What dividing may take, of all that is made with it.
+        normals : SideNormals, optional
+            Those along its edges, if it is meshed with other models by an angle.
 
         Raises
         ------
@@ -81,8 +91,10 @@ class Meshing:
         rounding = storage.rounding(origin, *model.bounds)
         nearest = nearest_to_eye(goal.view, model.bounds)
         check_goal(goal, floor(self._ground, rounding), nearest)
+        if normals is None and goal.angle < pi:
+            (normals,) = side_normals([(model.batches, self.seams)])
         edges = for_border(goal, rounding, model.bounds)
-        border = divide_border(self._faces, self._seams, edges, most)
+        border = divide_border(self._faces, self.seams, edges, most, normals)
         overlays = draw_lines(model, border, self.options, storage, origin)
         if self.options.surface:
             made = triangulate(
@@ -101,7 +113,7 @@ class Meshing:
             mesh = replace(lines, step=storage.step)
         if self.options.wired:
             left = most - len(mesh.triangles)
-            curves = goal_isocurves(model, self._seams, goal, self.options, left)
+            curves = goal_isocurves(model, self.seams, goal, self.options, left)
             mesh = with_wires(mesh, model, self.options, curves)
         return mesh
 
@@ -117,12 +129,13 @@ class Meshing:
         return Ground.of(self.model)
 
     @cached_property
-    def _seams(self) -> Seams:
+    def seams(self) -> Seams:
+        """Those of the model."""
         return find_seams(self.model.batches)
 
     @cached_property
     def _faces(self) -> Faces:
-        return find_faces(self.model, self._seams)
+        return find_faces(self.model, self.seams)
 
 
 class GroupMeshing:
@@ -173,8 +186,11 @@ class GroupMeshing:
         goals = goals_of_models(goal, group, rounding)
         copies = Counter(member.model for member in group.members)
         meshes = []
+        normals: list[SideNormals | None] = [None] * len(self._models)
+        if goal.angle < pi:
+            normals[:] = side_normals([(own.model.batches, own.seams) for own in self._models])
         for number, (model, own) in enumerate(zip(self._models, goals, strict=True)):
-            mesh = model.made(own, most // copies[number], effort)
+            mesh = model.made(own, most // copies[number], effort, normals[number])
             most -= len(mesh.triangles) * copies[number]
             meshes.append(mesh)
         scene = arranged(group, tuple(meshes))

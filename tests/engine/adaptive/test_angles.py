@@ -8,9 +8,12 @@ from service.engine.adaptive.aims import goal_of
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
+from service.engine.build import build_scene
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
-from service.surface.lowered import PatchModel
+from service.surface.bezier import BezierSurface
+from service.surface.group import GroupSurface, Member
+from service.surface.lowered import GroupModel, PatchModel
 from tests.engine.meshing import check_sound
 from tests.examples import patches_of
 from tools.certify.models import complex_of
@@ -38,8 +41,6 @@ SMOOTH = {
     "rounded-box": (600, 3200),
     "nurbs-goblet": (850, 6200),
     "bspline-ring": (1100, 5200),
-}
-TWISTED = {
     "bspline-hills": (200, 1100),
     "saddle": (100, 500),
     "monkey-saddle": (200, 1150),
@@ -57,26 +58,25 @@ def test_normals_turn_no_more_than_was_asked_for(example: str) -> None:
         assert mesh.report.triangles <= most
 
 
-@pytest.mark.parametrize("example", TWISTED)
-def test_along_a_border_normals_turn_as_the_edge_is_divided(example: str) -> None:
-    """Edges know nothing of the normals beside them: what is asked for holds within the border."""
-    for angle, most in zip((0.5, 0.2), TWISTED[example], strict=True):
-        mesh = made(example, angle)
-        check_sound(mesh)
-        assert inner_angle(mesh) <= 1.1 * angle
-        assert mesh.report.triangles <= most
-
-
-def inner_angle(mesh: Mesh) -> float:
-    """The largest angle between normals at the ends of an edge that does not touch the border."""
-    assert mesh.normals is not None
-    edges = np.sort(mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    edges, uses = np.unique(edges, axis=0, return_counts=True)
-    outside = np.unique(edges[uses == 1])
-    inner = edges[~np.isin(edges, outside).any(axis=1)]
-    assert len(inner)
-    a, b = mesh.normals[inner[:, 0]], mesh.normals[inner[:, 1]]
-    return float(2 * np.arcsin(np.minimum(1, np.linalg.norm(a - b, axis=1) / 2)).max())
+def test_members_of_a_group_are_divided_alike_along_a_straight_seam() -> None:
+    """Which is divided for the sake of normals alone: those of the one that turns more."""
+    rows = np.array([[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]], [[2, 0, -2], [2, 1, 4.0]]])
+    one, other = rows[:2], rows[1:]
+    group = GroupSurface((Member(BezierSurface(one)), Member(BezierSurface(other))))
+    options = MeshOptions(accuracy=Accuracy(angle_tolerance=0.05))
+    along = one[-1, -1] - one[-1, 0]
+    found = []
+    model = group.lower()
+    assert isinstance(model, GroupModel)
+    for mesh in build_scene(model, options).meshes:
+        away = mesh.positions - one[-1, 0]
+        share = away @ along / (along @ along)
+        near = np.linalg.norm(away - share[:, None] * along, axis=1) < 1e-12
+        found.append({*map(tuple, mesh.positions[near].tolist())})
+        assert mesh.report.normal_angle is not None
+        assert mesh.report.normal_angle <= 0.055
+    assert len(found[0]) > 4
+    assert found[0] == found[1]
 
 
 @pytest.mark.parametrize("kind", ["fans", "rings"])

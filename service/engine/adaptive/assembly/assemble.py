@@ -7,15 +7,12 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, Ints
 from service.engine.adaptive.assembly.samples import Samples, samples_of
-from service.engine.adaptive.assembly.shading import (
-    sample_normals,
-    scattered_channels,
-    scattered_curvatures,
-)
+from service.engine.adaptive.assembly.shading import scattered_channels, scattered_curvatures
 from service.engine.adaptive.faces import Faces
 from service.engine.adaptive.storage import Storage, slack
 from service.engine.adaptive.triangulation import Triangulation
 from service.engine.curvatures.ranges import ranges
+from service.engine.evaluation.scattered import scattered_normals
 from service.engine.extent import stored_bounds
 from service.engine.mesh.borders import count_borders
 from service.engine.mesh.channels import ChannelRows, agreeing, by_kind
@@ -57,7 +54,7 @@ def assemble(divided: Divided, options: MeshOptions, overlays: tuple[Overlay, ..
     normals, limits = None, 0
     angle_matters = options.accuracy is not None and options.accuracy.angle_tolerance is not None
     if options.normals or angle_matters:
-        normals, limits = sample_normals(model, samples)
+        normals, limits = scattered_normals(model.batches, samples.patch, samples.u, samples.v)
     channels = scattered_channels(model, samples, dtype, uvs=options.uvs)
     if options.curvatures:
         channels += scattered_curvatures(model, samples, dtype)

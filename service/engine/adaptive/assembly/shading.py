@@ -1,10 +1,8 @@
-"""Normals, channels and curvatures at samples that lie anywhere, each in its own patch."""
-
-from collections.abc import Iterator
+"""Channels and curvatures at samples that lie anywhere, each in its own patch."""
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import FloatArray
 from service.bases.bernstein import bernstein
 from service.bases.chunks import chunks
 from service.bases.triangle import degree_of
@@ -12,27 +10,12 @@ from service.bases.triangle_basis import triangle_bernstein
 from service.engine.adaptive.assembly.samples import Samples
 from service.engine.curvatures.care import Care
 from service.engine.curvatures.rows import as_channels, stored, stretched
-from service.engine.evaluation.normals import unit_normals
+from service.engine.evaluation.scattered import by_batch
 from service.engine.evaluation.triangle_nets import barycentric_places
-from service.engine.evaluation.triangle_normals import triangle_normals
 from service.engine.mesh.channels import CHUNK_VALUES, ChannelRows, limits_of
 from service.engine.scratch import Real
-from service.surface.batches import Patches, TrianglePatches
+from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
-
-
-def sample_normals(model: PatchModel, samples: Samples) -> tuple[FloatArray, int]:
-    """Unit normals (N, 3) at samples, and how many of them are limits."""
-    normals = np.empty((len(samples.patch), 3))
-    limits = 0
-    for batch, first, rows in by_batch(model, samples.patch):
-        index, u, v = samples.patch[rows] - first, samples.u[rows], samples.v[rows]
-        if isinstance(batch, TrianglePatches):
-            normals[rows], found = triangle_normals(batch, index, u * (1.0 - v), v)
-        else:
-            normals[rows], found = unit_normals(batch, index, u, v)
-        limits += found
-    return normals, limits
 
 
 def scattered_channels(
@@ -55,7 +38,7 @@ def scattered_curvatures(
     """Gaussian and mean curvature."""
     rows = np.empty((2, len(samples.patch)), dtype=dtype)
     care = Care()
-    for batch, first, here in by_batch(model, samples.patch):
+    for batch, first, here in by_batch(model.batches, samples.patch):
         index, u, v = samples.patch[here] - first, samples.u[here], samples.v[here]
         if isinstance(batch, TrianglePatches):
             u = u * (1.0 - v)
@@ -63,22 +46,10 @@ def scattered_curvatures(
     return as_channels(model, rows)
 
 
-def by_batch(model: PatchModel, patch: Ints) -> Iterator[tuple[Patches, int, Ints]]:
-    """The batches that samples of these patches are in: batch, its first patch, rows (m,)."""
-    first = np.cumsum([0, *(batch.count for batch in model.batches)])
-    owner = np.searchsorted(first, patch, side="right") - 1
-    order = np.argsort(owner, kind="stable")
-    ends = np.searchsorted(owner[order], np.arange(len(model.batches) + 1))
-    for number, batch in enumerate(model.batches):
-        rows = order[ends[number] : ends[number + 1]]
-        if len(rows):
-            yield batch, int(first[number]), rows
-
-
 def _rows(model: PatchModel, samples: Samples, number: int, dtype: Real) -> FloatArray:
     """Values (N, d) of one channel, computed in float64."""
     values = np.empty((len(samples.patch), model.batches[0].channels[number].dimension))
-    for batch, first, rows in by_batch(model, samples.patch):
+    for batch, first, rows in by_batch(model.batches, samples.patch):
         nets = batch.channels[number].nets
         for part in chunks(len(rows), nets[0].size, CHUNK_VALUES):
             some = rows[part]
@@ -102,7 +73,7 @@ def _rows(model: PatchModel, samples: Samples, number: int, dtype: Real) -> Floa
 def _parameters(model: PatchModel, samples: Samples) -> FloatArray:
     """Parameters (N, 2): in the surface's own domain, or in the patch; of triangles (s, t)."""
     rows = np.stack([samples.u, samples.v], axis=1)
-    for batch, _, here in by_batch(model, samples.patch):
+    for batch, _, here in by_batch(model.batches, samples.patch):
         if isinstance(batch, TrianglePatches):
             rows[here, 0] *= 1.0 - rows[here, 1]
     if model.domain is not None:

@@ -1,4 +1,4 @@
-"""The vertices on the sides of the faces: decided by the edges alone."""
+"""The vertices on the sides of the faces: decided by the edges, and by normals where they count."""
 
 from dataclasses import dataclass
 
@@ -7,6 +7,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.borders.chains import find_chains
 from service.engine.adaptive.borders.division import divide
+from service.engine.adaptive.borders.side_normals import SideNormals
 from service.engine.adaptive.faces import SPAN, Faces
 from service.engine.adaptive.goal import Goal
 from service.engine.mesh.seams import Seams
@@ -38,7 +39,9 @@ class Border:
     collapsed: Bools
 
 
-def divide_border(faces: Faces, seams: Seams, goal: Goal, most: int) -> Border:
+def divide_border(
+    faces: Faces, seams: Seams, goal: Goal, most: int, normals: SideNormals | None = None
+) -> Border:
     """Divides the sides of all faces; what sides have in common is divided once.
 
     Parameters
@@ -47,6 +50,8 @@ def divide_border(faces: Faces, seams: Seams, goal: Goal, most: int) -> Border:
         Of the model that the faces are of, in its own coordinates.
     most : int
         Triangles that are allowed.
+    normals : SideNormals, optional
+        Normals that turn no further than the angle of the goal between two vertices.
 
     Raises
     ------
@@ -56,7 +61,7 @@ def divide_border(faces: Faces, seams: Seams, goal: Goal, most: int) -> Border:
         `too_many_triangles`, as soon as the sides alone need more.
     """
     chains = find_chains(faces, seams)
-    division = divide(chains, seams, goal, len(faces.first), most)
+    division = divide(chains, seams, goal, len(faces.first), most, normals=normals)
     begin, _, spans = faces.sides()
     collapsed = seams.collapsed[begin, np.arange(4)]
     poles = seams.corner[begin, BEGINS][collapsed]

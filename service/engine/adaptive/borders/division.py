@@ -1,5 +1,8 @@
 """Where chains are divided, by a rule that knows nothing but the chain itself and the goal.
 
+Only where a goal bounds angles, the normals of all patches along the chain count, too: then the
+places depend on what is meshed together.
+
 A chain of several edges is tried as one straight segment, then cut at the knot in the middle, and
 so on; an edge is halved. All is done in coordinates about the chain's first point and in its own
 direction, number by number: hence the same places and the same points, bit for bit, wherever the
@@ -16,7 +19,9 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.chunks import runs as runs_of
 from service.bases.homogeneous import homogeneous
 from service.engine.adaptive.borders.chains import Chains
+from service.engine.adaptive.borders.side_normals import SideNormals
 from service.engine.adaptive.borders.straightness import (
+    CORNERS,
     Place,
     Verdict,
     judged,
@@ -24,6 +29,7 @@ from service.engine.adaptive.borders.straightness import (
     shapes,
     tangents_of,
 )
+from service.engine.adaptive.cutting.turning import FALLING, chord_of
 from service.engine.adaptive.faces import SPAN
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.limits import Budget
@@ -32,6 +38,10 @@ from service.engine.mesh.seams import Seams
 
 CHUNK = 1 << 18
 """Coordinates of nets that are worked on at a time."""
+
+ROUGH = 5
+"""An edge may be halved this often for its normals, whether that helps or not: nothing that is only
+narrow is taken for a crease."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,6 +80,10 @@ class _Curves:
     nets : ndarray of float64, shape (N, n+1, 3), or (N, n+1, 4) if homogeneous
     origin, slack : ndarray of float64, shapes (C, 3) and (C,)
         The first points, and what rounding may do to the nets.
+    edge, backward : ndarray of int and of bool, shape (N,)
+        The number of each edge, and whether the chain runs against it.
+    normals : SideNormals or None
+        Those of the patches on both sides, where they count.
     """
 
     chain: Ints
@@ -79,6 +93,17 @@ class _Curves:
     nets: FloatArray
     origin: FloatArray
     slack: FloatArray
+    edge: Ints
+    backward: Bools
+    normals: SideNormals | None
+
+    def turns(
+        self, rows: Ints, begin: FloatArray, end: FloatArray
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """How far normals turn along parts of edges: `SideNormals.turns`; None if nobody asks."""
+        if self.normals is None:
+            return None
+        return self.normals.turns(self.edge[rows], self.backward[rows], begin, end)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -157,7 +182,15 @@ class _Pieces:
         self.budget.count(self.triangles)
 
 
-def divide(chains: Chains, seams: Seams, goal: Goal, faces: int, most: int) -> Division:
+def divide(
+    chains: Chains,
+    seams: Seams,
+    goal: Goal,
+    faces: int,
+    most: int,
+    *,
+    normals: SideNormals | None,
+) -> Division:
     """Divides every chain into pieces that may be straight.
 
     Parameters
@@ -166,6 +199,8 @@ def divide(chains: Chains, seams: Seams, goal: Goal, faces: int, most: int) -> D
         How many faces the chains are sides of.
     most : int
         Triangles that are allowed.
+    normals : SideNormals or None
+        Normals that are to turn no further than the angle of the goal between two vertices.
 
     Raises
     ------
@@ -179,7 +214,7 @@ def divide(chains: Chains, seams: Seams, goal: Goal, faces: int, most: int) -> D
     length = chains.length
     every = np.arange(len(length))
     parts = [(every, length * SPAN, np.zeros((len(every), 3)))]
-    parts += [_divided(curves, goal, pieces) for curves in _curves(chains, seams)]
+    parts += [_divided(curves, goal, pieces) for curves in _curves(chains, seams, normals)]
     chain, at, points = (np.concatenate(found) for found in zip(*parts, strict=True))
     order = np.lexsort((at, chain))
     chain, at = chain[order], at[order]
@@ -260,7 +295,12 @@ def _judged_runs(curves: _Curves, runs: _Runs, goal: Goal) -> Verdict:
         shares = np.stack([first, first + step[run]], axis=1)
     found = shapes(curves.nets[rows], chords[run], shares=shares, tangents=tangents)
     found = found.together(begin)
-    return judged(found, goal, Place(curves.origin[owner], slack), runs.cuts)
+    verdict = judged(found, goal, Place(curves.origin[owner], slack), runs.cuts)
+    turns = curves.turns(rows, np.zeros(len(rows)), np.ones(len(rows)))
+    if turns is None:
+        return verdict
+    far = np.add.reduceat(turns[1], begin) > chord_of(goal.angle)
+    return Verdict(verdict.cut | far, verdict.closed)
 
 
 def _halved(
@@ -297,10 +337,17 @@ def _judged_parts(curves: _Curves, parts: _Parts, goal: Goal) -> Verdict:
     ends = projected(parts.nets[:, [0, -1]], 3)
     tangents = tangents_of(parts.nets, slack) if goal.angle < inf else None
     found = shapes(parts.nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
-    return judged(found, goal, Place(curves.origin[owner], slack), parts.cuts, parts.depth)
+    verdict = judged(found, goal, Place(curves.origin[owner], slack), parts.cuts, parts.depth)
+    begin = parts.at / SPAN
+    turns = curves.turns(parts.row, begin, begin + 0.5**parts.depth)
+    if turns is None or parts.depth >= CORNERS:
+        return verdict
+    half, whole = turns
+    far = (whole > chord_of(goal.angle)) & ((parts.depth < ROUGH) | (half <= FALLING * whole))
+    return Verdict(verdict.cut | far, verdict.closed)
 
 
-def _curves(chains: Chains, seams: Seams) -> Iterator[_Curves]:
+def _curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> Iterator[_Curves]:
     """All chains, those of one degree together."""
     kind, place = (np.empty(len(seams.users), dtype=np.intp) for _ in range(2))
     for number, group in enumerate(seams.curves):
@@ -331,4 +378,7 @@ def _curves(chains: Chains, seams: Seams) -> Iterator[_Curves]:
             homogeneous(points, weights),
             origin,
             rounding(size, far, points.shape[1] - 1),
+            chains.edge[rows],
+            chains.backward[rows],
+            normals,
         )

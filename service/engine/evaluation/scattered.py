@@ -1,0 +1,44 @@
+"""Unit normals at places that lie anywhere, each in its own patch of a model."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.evaluation.normals import unit_normals
+from service.engine.evaluation.triangle_normals import triangle_normals
+from service.surface.batches import Patches, TrianglePatches
+
+
+def by_batch(batches: Sequence[Patches], patch: Ints) -> Iterator[tuple[Patches, int, Ints]]:
+    """The batches that patches (N,) are in: batch, number of its first patch, rows (m,).
+
+    Patches are numbered from one batch to the next.
+    """
+    first = np.cumsum([0, *(batch.count for batch in batches)])
+    owner = np.searchsorted(first, patch, side="right") - 1
+    order = np.argsort(owner, kind="stable")
+    ends = np.searchsorted(owner[order], np.arange(len(batches) + 1))
+    for number, batch in enumerate(batches):
+        rows = order[ends[number] : ends[number + 1]]
+        if len(rows):
+            yield batch, int(first[number]), rows
+
+
+def scattered_normals(
+    batches: Sequence[Patches], patch: Ints, u: FloatArray, v: FloatArray
+) -> tuple[FloatArray, int]:
+    """Unit normals (N, 3) at parameters of patches, and how many of them are limits.
+
+    Triangles are taken as patches of which the side v = 1 is one point: s = u (1 − v), t = v.
+    """
+    normals = np.empty((len(patch), 3))
+    limits = 0
+    for batch, first, rows in by_batch(batches, patch):
+        index, at_u, at_v = patch[rows] - first, u[rows], v[rows]
+        if isinstance(batch, TrianglePatches):
+            normals[rows], found = triangle_normals(batch, index, at_u * (1.0 - at_v), at_v)
+        else:
+            normals[rows], found = unit_normals(batch, index, at_u, at_v)
+        limits += found
+    return normals, limits
