@@ -1,11 +1,12 @@
 """A certified triangulation into a mesh: normals, channels, shared vertices, parts, report."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, Ints
+from service.engine.adaptive.assembly.flat import without_flat
 from service.engine.adaptive.assembly.samples import Samples, samples_of
 from service.engine.adaptive.assembly.shading import scattered_channels, scattered_curvatures
 from service.engine.adaptive.faces import Faces
@@ -48,6 +49,10 @@ def assemble(divided: Divided, options: MeshOptions, overlays: tuple[Overlay, ..
     """
     model, made, origin = divided.model, divided.made, divided.origin
     dtype = divided.storage.dtype
+    stored = divided.storage.written(made.positions, origin)
+    if not divided.storage.step:  # on a grid triangles may have no area
+        made = without_flat(made, stored)
+        divided = replace(divided, made=made)
     samples, corners = samples_of(divided.faces, made)
     order, parts = _in_parts(divided)
     corners, bounds = corners[order], made.bounds[order]
@@ -62,7 +67,7 @@ def assemble(divided: Divided, options: MeshOptions, overlays: tuple[Overlay, ..
     triangles = welding.vertex.astype(np.uint32)[corners]
     welds = shared_places(welding) if options.weld else None
     boundary, watertight = count_borders((triangles, _NO_QUADS), welds)
-    positions = divided.storage.written(made.positions, origin)[samples.vertex[welding.samples]]
+    positions = stored[samples.vertex[welding.samples]]
     shown = None if normals is None else normals[welding.samples]
     uvs, colors, attributes = by_kind(tuple(c.take(welding.samples) for c in channels))
     low, high = stored_bounds(positions, origin)

@@ -1,0 +1,62 @@
+"""Triangles that only rounding makes flat: none is in a file of float32."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from service.engine.adaptive.accuracy import Accuracy
+from service.engine.adaptive.assembly.flat import without_flat
+from service.engine.adaptive.triangulation import Triangulation
+from service.surface.bspline import BsplineSurface
+from tests.engine.meshing import mesh_of
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_side_that_is_nearly_a_point_is_one_in_float32(seed: int) -> None:
+    turn, rng = np.linspace(0, 2 * np.pi, 9), np.random.default_rng(seed)
+    rows = [
+        np.stack([r * np.cos(turn), r * np.sin(turn), np.full(9, 1 - r**2)], axis=1)
+        for r in (1, 0.9, 0.6, 0.3, 0)
+    ]
+    net = np.array(rows) + np.array([1.3, 2.1, 0.7])
+    net[-1] += rng.normal(size=(9, 3)) * 1e-12
+    model = BsplineSurface(net).lower()
+    wide, narrow = (
+        mesh_of(model, single=single, accuracy=Accuracy(tolerance=1e-3)) for single in (False, True)
+    )
+    corners = narrow.positions[narrow.triangles]
+    assert not (corners == corners[:, [1, 2, 0]]).all(axis=2).any()
+    assert narrow.report.boundary_edges < wide.report.boundary_edges
+    assert (narrow.report.deviation_bound or 1) <= 1e-3
+
+
+def strip(stored: list[int]) -> tuple[Triangulation, np.ndarray]:
+    """Triangles 0 1 2, 2 1 3, 2 3 4 of one face, their vertices stored at some places."""
+    nothing = np.zeros(5, dtype=np.intp)
+    made = Triangulation(
+        face=nothing,
+        u=np.arange(5),
+        v=nothing,
+        vertex=np.arange(5),
+        positions=np.zeros((5, 3)),
+        triangles=np.array([[0, 1, 2], [2, 1, 3], [2, 3, 4]]),
+        bounds=np.array([1.0, 3.0, 2.0]),
+        mesh_bounds=None,
+    )
+    return made, np.array([[place, place**2, 0.0] for place in stored])
+
+
+def test_the_triangle_beside_takes_over_the_bound() -> None:
+    found = without_flat(*strip([0, 1, 2, 1, 4]))
+    assert found.vertex.tolist() == [0, 1, 2, 1, 4]
+    assert found.triangles.tolist() == [[0, 1, 2], [2, 3, 4]]
+    assert found.bounds.tolist() == [1.0, 3.0] or found.bounds.tolist() == [3.0, 2.0]
+
+
+@pytest.mark.parametrize("stored", [[0, 1, 2, 3, 4], [7, 7, 7, 7, 7]])
+def test_what_is_not_flat_or_nothing_but_flat_stays(stored: list[int]) -> None:
+    made, places = strip(stored)
+    assert without_flat(made, places) is made
+    apart = replace(made, face=np.array([0, 0, 0, 1, 1]))
+    assert without_flat(apart, places) is apart
