@@ -871,7 +871,7 @@ export interface components {
             ];
             /**
              * Knots
-             * @description Knots along u and along v: numbers that never decrease, each at most degree + 1 times, or a name; one name means both. `clamped` reaches the first and last control points; `uniform` does not; `periodic` closes smoothly, its control points given once. Intervals of named knots have length 1, the first begins at 0. Equal knots: degree times is a crease, degree + 1 times parts the surface; knots that differ do so by 1e-8 of the largest at least. Left out: clamped.
+             * @description Knots along u and along v: numbers that never decrease, each at most degree + 1 times, or a name; one name means both. `clamped` reaches the first and last control points; `uniform` does not; `periodic` closes smoothly, its control points given once. Intervals of named knots have length 1, the first begins at 0. Equal knots: degree times is a crease, degree + 1 times parts the surface. Knots that differ by less than 1e-12 of the domain are taken for equal, up to degree times. The first and the last knot, which do not matter, may both be left out. Left out: clamped.
              * @default [
              *       "clamped",
              *       "clamped"
@@ -1866,6 +1866,12 @@ export interface components {
              * @description There if it was asked for (`curvatures`): least and greatest curvature of the vertices.
              */
             curvature?: components["schemas"]["CurvatureRange"];
+            /**
+             * Merged Knots
+             * @description There if a B-spline has knots that differ from the one before by rounding alone: so many were
+             *     taken for equal.
+             */
+            merged_knots?: number;
             /**
              * Parts
              * @description The bound of every part by itself, in the order of the parts.

@@ -41,6 +41,27 @@ def wrapped(points: FloatArray, degree: int, axis: int = 0) -> FloatArray:
     return np.take(points, np.arange(count + degree), axis=axis, mode="wrap")
 
 
+def merged(knots: FloatArray, degree: int, least: float) -> FloatArray:
+    """The knots, those made equal that differ by less than `least` and so by rounding alone.
+
+    What becomes one knot within the domain does so at most p times, at its ends p + 1 times, and
+    the ends stay where they are. Knots of which there are more stay as they are.
+    """
+    joined = np.diff(knots) < least
+    if not (joined & (knots[1:] > knots[:-1])).any():
+        return knots
+    number = np.concatenate([[0], np.cumsum(~joined)])
+    first, count = np.unique(number, return_index=True, return_counts=True)[1:]
+    last = first + count - 1
+    value, most = knots[first].copy(), np.full(len(first), degree)
+    for end in (degree, len(knots) - 1 - degree):
+        value[number[end]], most[number[end]] = knots[end], degree + 1
+    value, most = value[number], most[number]
+    narrow = (knots[last] - knots[first] < least)[number]
+    made: FloatArray = np.where(narrow & (count[number] <= most), value, knots)
+    return made
+
+
 def multiplicities(knots: FloatArray) -> tuple[FloatArray, Ints]:
     """The distinct knots and how often each occurs."""
     distinct, counts = np.unique(knots, return_counts=True)

@@ -148,6 +148,7 @@ def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, ob
         **closed,
         **_accuracy(report, parts),
         **_curvature(report),
+        **({"merged_knots": report.merged_knots} if report.merged_knots else {}),
         "engine": report.engine,
     }
 

@@ -77,7 +77,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     vertex = position + (5 + size.colors) * (FLOAT32_CHARS + 1) + 7
     vertex += sum(d * (FLOAT64_CHARS + 1) + 2 for d in dimensions)
     named = 100 + 2 * digits(size.triangles + size.quads) + 4 * FLOAT64_CHARS + REPORT_PART
-    report = 576 + 13 * FLOAT64_CHARS
+    report = 612 + 13 * FLOAT64_CHARS
     return (
         size.vertices * vertex
         + size.triangles * 2 * (3 * index + 2)

@@ -88,6 +88,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
             closure=closure(model, seams.connectivity),
             deviation_bound=largest(bounds),
             curvature=ranges(attributes) if attributes else None,
+            merged_knots=model.merged_knots,
         ),
         colors=colors,
         attributes=attributes,

@@ -17,6 +17,7 @@ from service.surface.knots import (
     check_bezier_points,
     check_degree,
     checked_knots,
+    count_merged,
     knot_vector,
 )
 from service.surface.lowered import Domain, Part, PatchModel
@@ -44,9 +45,10 @@ class BsplineSurface(SurfaceKind):
         (p, q), 1 to 64 each.
     knots : a name or an ndarray of float64 for u, and one for v
         n + p + 2 numbers that never decrease, none more than p + 1 times: at p times there is a
-        crease, at p + 1 the surface parts. Or "clamped": it reaches its first and last points;
-        "uniform": it does not; "periodic": it closes, C^{p−1}, the control points given once.
-        Spans of named knots have length one, the first begins at 0.
+        crease, at p + 1 the surface parts. The first and the last may be left out. Or
+        "clamped": it reaches its first and last points; "uniform": it does not; "periodic": it
+        closes, C^{p−1}, the control points given once. Spans of named knots have length one, the
+        first begins at 0.
     weights : ndarray of float64, shape (n+1, m+1), or None
         Positive weights. Equal ones are the same as none.
     up : "y" or "z"
@@ -159,6 +161,10 @@ class BsplineSurface(SurfaceKind):
             self.up,
             domain,
             control_net=self._wrapped(self.control_net, 1),
+            merged_knots=sum(
+                count_merged(self.knots[k], self.control_net.shape[k], self.degree[k])
+                for k in range(2)
+            ),
         )
 
     def _nets(

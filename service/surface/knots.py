@@ -26,9 +26,9 @@ NAMED: Mapping[str, Callable[[int, int], FloatArray]] = MappingProxyType(
 MIN_PERIODIC = 3
 """Fewer control points make no loop."""
 
-MIN_SPAN = 1e-8
-"""Least length of a span in units of the domain's largest knot. A parameter written in float64
-still has half of its digits within it; knots that are closer were meant to be equal."""
+MIN_SPAN, ROUNDED = 2.0**-40, 2.0**-49
+"""Least length of a span, in units of the domain's length and of its largest knot: knots that are
+closer differ by rounding."""
 
 SHORTEST = float(np.finfo(np.float32).tiny)
 """Least length of any span: shorter ones are nothing in single precision, and derivatives along
@@ -91,29 +91,49 @@ def checked_knots(knots: Knots, count: int, degree: int, where: str, points: str
             raise InvalidRequest(Issue("wrong_value", message, where, "another text", needed))
         return knots
     vector = np.array(knots, dtype=np.float64, order="C")
-    needed_length = count + degree + 1
-    if vector.shape != (needed_length,):
+    whole = count + degree + 1
+    if vector.shape not in ((whole,), (whole - 2,)):
         raise InvalidRequest(
             Issue(
                 "wrong_length",
-                "A knot vector has as many knots as there are control points, and degree + 1 more.",
+                "A knot vector has as many knots as there are control points, and degree + 1 more; "
+                "its first and its last one may both be left out.",
                 where,
                 f"{vector.size} knots",
-                f"{needed_length} = {count} + {degree} + 1",
+                f"{whole} = {count} + {degree} + 1, or {whole - 2}",
             )
         )
     _check_values(vector, where)
-    _check_order(vector, degree, where)
+    _check_order(vector, degree, whole, where)
     vector += 0.0
     vector.flags.writeable = False
     return vector
 
 
 def knot_vector(knots: Knots, count: int, degree: int) -> FloatArray:
-    """The knots themselves; those of "periodic" are for control points that were `wrapped`."""
+    """The knots that a spline is computed with, n + p + 2 of them.
+
+    Those of "periodic" are for control points that were `wrapped`. The first and the last, where
+    they were left out, are the ones beside them: neither matters within the domain. Knots that
+    differ by rounding alone are equal.
+    """
     if not isinstance(knots, str):
-        return knots
+        knots = _whole(knots, count + degree + 1)
+        return knot.merged(knots, degree, least_span(*knot.domain(knots, degree)))
     return PLANS.array(("knots", knots, count, degree), lambda: NAMED[knots](count, degree))
+
+
+def count_merged(knots: Knots, count: int, degree: int) -> int:
+    """How many knots are made equal to others by `knot_vector`."""
+    if isinstance(knots, str):
+        return 0
+    made = knot_vector(knots, count, degree)
+    return int(np.count_nonzero((np.diff(made) == 0) & (np.diff(_whole(knots, len(made))) > 0)))
+
+
+def _whole(knots: FloatArray, length: int) -> FloatArray:
+    """The knots with their first and last one, if these were left out."""
+    return knots if len(knots) == length else np.pad(knots, 1, mode="edge")
 
 
 def check_bezier_points(
@@ -149,7 +169,7 @@ def check_bezier_points(
 
 def least_span(low: float, high: float) -> float:
     """Least length of a span of knots between these two."""
-    return max(MIN_SPAN * max(abs(low), abs(high)), SHORTEST)
+    return max(MIN_SPAN * (high - low), ROUNDED * max(abs(low), abs(high)), SHORTEST)
 
 
 def _check_values(vector: FloatArray, where: str) -> None:
@@ -175,8 +195,11 @@ def _check_values(vector: FloatArray, where: str) -> None:
     )
 
 
-def _check_order(vector: FloatArray, degree: int, where: str) -> None:
-    """Refuses knots that decrease, that are equal too often, and a domain without length."""
+def _check_order(vector: FloatArray, degree: int, whole: int, where: str) -> None:
+    """Refuses knots that decrease, that are equal too often, and a domain without length.
+
+    Of `whole` knots the first and the last one may have been left out.
+    """
     _refuse(
         np.flatnonzero(vector[1:] < vector[:-1]) + 1,
         where,
@@ -187,9 +210,11 @@ def _check_order(vector: FloatArray, degree: int, where: str) -> None:
             needed="at least the knot before",
         ),
     )
+    left_out = len(vector) < whole
+    knots = _whole(vector, whole)
     # One knot too many: it equals the one p + 1 places before.
     _refuse(
-        np.flatnonzero(vector[degree + 1 :] == vector[: -degree - 1]) + degree + 1,
+        np.flatnonzero(knots[degree + 1 :] == knots[: -degree - 1]) + degree + 1 - left_out,
         where,
         lambda _: Issue(
             "knot_multiplicity",
@@ -198,7 +223,8 @@ def _check_order(vector: FloatArray, degree: int, where: str) -> None:
             needed=f"at most {degree + 1} for degree {degree}",
         ),
     )
-    low, high = knot.domain(vector, degree)
+    knots = knot.merged(knots, degree, least_span(*knot.domain(knots, degree)))
+    low, high = knot.domain(knots, degree)
     if not low < high:
         raise InvalidRequest(
             Issue(
@@ -209,17 +235,16 @@ def _check_order(vector: FloatArray, degree: int, where: str) -> None:
                 "a domain of some length",
             )
         )
-    at = knot.spans(vector, degree)
-    least = least_span(low, high)
-    lengths = np.diff(vector)
+    at = knot.spans(knots, degree)
+    lengths = np.diff(knots)
     _refuse(
-        at[lengths[at] < least] + 1,
+        at[lengths[at] < SHORTEST] + 1 - left_out,
         where,
         lambda k: Issue(
             "knots_too_close",
             "Knots that differ so little must be equal.",
-            got=f"{lengths[k - 1]:.3g} more than the knot before",
-            needed=f"equal knots, or at least {least:.3g} more",
+            got=f"{lengths[k - 1 + left_out]:.3g} more than the knot before",
+            needed=f"equal knots, or at least {SHORTEST:.3g} more",
         ),
     )
 

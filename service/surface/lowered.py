@@ -55,7 +55,8 @@ class PatchModel:
     every patch are its own, in [0, 1]. Patch k was number `order[k]` of those that the request
     lists, k itself where `order` is None. `control_net` (n, m, 3) is the surface's own, where that
     is another than its patches have. `stretch`, affine, float64 of shape (4, 4), is what its place
-    does to it up to a turn: curvatures are those of the stretched surface.
+    does to it up to a turn: curvatures are those of the stretched surface. `merged_knots` differed
+    from the knot before by rounding alone, and were taken for equal.
     """
 
     name: str
@@ -67,6 +68,7 @@ class PatchModel:
     sequence: NDArray[np.intp] | None = None
     control_net: FloatArray | None = None
     stretch: FloatArray | None = None
+    merged_knots: int = 0
 
     @property
     def nets(self) -> tuple[Patches, ...]:

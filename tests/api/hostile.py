@@ -343,11 +343,11 @@ def splines() -> Iterator[Hostile]:
         ' ["clamped",[0,0,1,1,1]]@/1',
         "empty_list": '["clamped",[]]@/1',
         "knots_decrease": '["clamped",[0,1,0,1]]@/1/2',
-        "empty_domain": '["clamped",[0,1,1,2]]@/1',
+        "empty_domain": '["clamped",[0,1,1,2]]@/1 ["clamped",[0,1e12,1000000000000.001,2e12]]@/1',
         "knot_too_large": '["clamped",[0,0,1e-300,1e39]]@/1/3'
         ' ["clamped",[-1e308,-1e308,1e308,1e308]]@/1/0',
-        "knots_too_close": '["clamped",[0,1e9,1000000001,2e9]]@/1/2'
-        ' ["clamped",[0,0,5e-324,5e-324]]@/1/2 ["clamped",[0,0,1e-39,1e-39]]@/1/2',
+        "knots_too_close": '["clamped",[0,0,5e-324,5e-324]]@/1/2'
+        ' ["clamped",[0,0,1e-39,1e-39]]@/1/2',
     }
     linear = f'{SPLINE},"degree":1'
     yield from wrong("knots", surface(f'{linear},"knots":?'), "/surface/knots", faults)

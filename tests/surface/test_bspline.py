@@ -10,12 +10,14 @@ from hypothesis import strategies as st
 
 from service.bases import knots as knot
 from service.bases.bernstein import bernstein
+from service.engine.adaptive.accuracy import Accuracy
 from service.errors import InvalidRequest, Issue
 from service.surface import bspline
 from service.surface.batches import TensorPatches
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_WEIGHT_RATIO
 from service.surface.lowered import Part, PatchModel
+from tests.engine.meshing import mesh_of
 from tests.oracles.exact import exact_net
 from tests.oracles.splines import fractions, spline_surface_point
 from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
@@ -216,7 +218,7 @@ def u_knots(*vector: float) -> dict[str, Any]:
             "empty_domain",
             "/knots/0",
         ),
-        (u_knots(0, 0, 0, 1, 1 + 1e-9, 3, 3, 3), "knots_too_close", "/knots/0/4"),
+        (u_knots(0, 0, 0, 1e-320, 3e-320, 3e-320, 1, 1), "knots_too_close", "/knots/0/3"),
         ({"weights": np.ones((4, 5))}, "weights_shape", "/weights"),
         ({"weights": np.zeros((5, 4))}, "weight_not_positive", "/weights/0/0"),
         ({"control_net": np.zeros((5, 4, 2))}, "wrong_dimension", "/control_net"),
@@ -234,7 +236,48 @@ def test_refuses_and_points(fields: dict[str, Any], code: str, pointer: str) -> 
 def test_says_how_many_knots_there_must_be() -> None:
     """n + p + 1, added up."""
     (issue,) = issues_of(**u_knots(*KNOTS[1:]))
-    assert (issue.got, issue.needed) == ("7 knots", "8 = 5 + 2 + 1")
+    assert (issue.got, issue.needed) == ("7 knots", "8 = 5 + 2 + 1, or 6")
+
+
+ROUNDED = 1e-13
+"""Of the domain: what knots that were computed differ by."""
+
+
+@pytest.mark.parametrize(
+    ("given", "meant", "count"),
+    [
+        ([0, 0, 0, 1, 1 + ROUNDED, 3, 3, 3], [0, 0, 0, 1, 1, 3, 3, 3], 1),
+        ([0, 0, 0, 1, 1 + 1e-9, 3, 3, 3], [0, 0, 0, 1, 1 + 1e-9, 3, 3, 3], 0),
+        ([-ROUNDED, 0, ROUNDED, 1, 2, 3, 3, 3 + ROUNDED], [ROUNDED] * 3 + [1, 2, 3, 3, 3], 3),
+        ([0, 0, 0, 1, 1 + ROUNDED, 1 + 2 * ROUNDED, 3, 3, 3], None, 0),
+        ([1e6, 1e6, 1e6, 1e6 + 1e-3, 1e6 + 0.5, 1e6 + 1, 1e6 + 1, 1e6 + 1], None, 0),
+    ],
+    ids=["equal", "near", "at the ends", "never more than p", "far from zero"],
+)
+def test_knots_that_rounding_tells_apart_are_equal(
+    given: list[float], meant: list[float] | None, count: int
+) -> None:
+    net = np.random.default_rng(1).random((len(given) - 3, 4, 3))
+    surface = BsplineSurface(net, (2, 3), (np.array(given), "clamped"))
+    exact = BsplineSurface(net, (2, 3), (np.array(meant or given), "clamped"))
+    assert surface.knots[0].tolist() == given  # type: ignore[union-attr]
+    np.testing.assert_array_equal(surface.knot_vectors[0], meant or given)
+    model, other = surface.lower(), exact.lower()
+    assert np.array_equal(model.batches[0].points, other.batches[0].points)
+    for accuracy in (None, Accuracy(tolerance=0.1)):
+        assert mesh_of(model, accuracy=accuracy).report.merged_knots == count
+
+
+def test_the_first_and_the_last_knot_may_be_left_out() -> None:
+    """As some systems write knots: neither matters within the domain."""
+    net = np.random.default_rng(2).random((5, 4, 3))
+    whole = np.array([-1, 0, 0, 1, 2, 3, 3.5, 4])
+    short, long = (
+        BsplineSurface(net, (2, 3), (knots, "clamped")) for knots in (whole[1:-1], whole)
+    )
+    points, expected = (surface.lower().batches[0].points for surface in (short, long))
+    np.testing.assert_allclose(points, expected, atol=1e-15)
+    assert issues_of(**u_knots(0, 0, 0, 1, 3, 3))[0].code == "knot_multiplicity"
 
 
 def test_takes_what_is_just_within_the_limits() -> None:

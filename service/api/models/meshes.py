@@ -122,6 +122,9 @@ class MeshReport(Answer):
     normals at two vertices that an edge joins."""
     curvature: CurvatureRange | Missing = None
     """There if it was asked for (`curvatures`): least and greatest curvature of the vertices."""
+    merged_knots: Count | Missing = None
+    """There if a B-spline has knots that differ from the one before by rounding alone: so many were
+    taken for equal."""
     parts: list[PartReport] | Missing = None
     """The bound of every part by itself, in the order of the parts."""
     engine: int

@@ -45,7 +45,7 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
         # Indices, positions, normals and texture coordinates beside those.
         node += COMPRESSED * (4 + len(more))
     names = 3 * LONGEST_ESCAPE * size.name_bytes
-    return 2624 + 13 * FLOAT64_CHARS + size.named * node + names
+    return 2660 + 13 * FLOAT64_CHARS + size.named * node + names
 
 
 def _buffer_bound(size: MeshSize, options: EncodeOptions) -> int:

@@ -29,7 +29,8 @@ class MeshReport:
     `mesh_deviation_bound`, where it was asked for: no point of the faces is further than this from
     the surface. `normal_angle`, in radians, where it was asked for: the largest measured between
     the normals at two vertices that an edge joins. `curvature`, where it was asked for: least and
-    greatest Gaussian, then mean curvature of the vertices.
+    greatest Gaussian, then mean curvature of the vertices. `merged_knots` of a B-spline differed
+    from the knot before by rounding alone, and were taken for equal.
     """
 
     vertices: int
@@ -46,4 +47,5 @@ class MeshReport:
     mesh_deviation_bound: float | None = None
     normal_angle: float | None = None
     curvature: Ranges | None = None
+    merged_knots: int = 0
     engine: int = ENGINE

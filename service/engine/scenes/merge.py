@@ -68,6 +68,7 @@ def added(reports: Sequence[MeshReport]) -> MeshReport:
         mesh_deviation_bound=_largest(reports, "mesh_deviation_bound"),
         normal_angle=_largest(reports, "normal_angle"),
         curvature=together([report.curvature for report in reports]),
+        merged_knots=sum(report.merged_knots for report in reports),
     )
 
 

@@ -79,6 +79,7 @@ def only_lines(
             watertight=False,
             boundary_edges=0,
             poles_repaired=0,
+            merged_knots=model.merged_knots,
         ),
     )
 
@@ -158,6 +159,7 @@ def _with_solids(
         mesh_deviation_bound=known.mesh_deviation_bound,
         normal_angle=known.normal_angle,
         curvature=known.curvature,
+        merged_knots=known.merged_knots,
     )
     return replace(together, report=report)
 

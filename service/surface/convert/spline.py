@@ -61,8 +61,16 @@ def elevate_spline(surface: BsplineSurface, operation: Elevate, allowed: Allowed
 def restrict_spline(
     surface: BsplineSurface, operation: Restrict, allowed: Allowed
 ) -> BsplineSurface:
-    """The piece keeps its parameters and its knots; a direction that is cut is clamped."""
-    pieces = ("u", operation.u), ("v", operation.v)
+    """The piece keeps its parameters and its knots; a direction that is cut is clamped.
+
+    A parameter that differs from a knot by rounding alone is that knot.
+    """
+    pieces: list[tuple[str, Interval | None]] = []
+    for axis, given in enumerate((operation.u, operation.v)):
+        ends = None
+        if given is not None:
+            ends = at_knot(surface, axis, given[0]), at_knot(surface, axis, given[1])
+        pieces.append(("uv"[axis], ends))
     for axis, (name, piece) in enumerate(pieces):
         if piece is not None:
             check_within(name, piece, domain_of(surface, axis))
@@ -77,7 +85,10 @@ def split_spline(surface: BsplineSurface, operation: Split, allowed: Allowed) ->
     """A group of two B-splines or four, in the order of the pieces of a patch."""
     if operation.at is not None:
         raise InvalidRequest(not_barycentric())
-    cuts = ("u", operation.u), ("v", operation.v)
+    cuts = [
+        (name, None if t is None else at_knot(surface, axis, t))
+        for axis, (name, t) in enumerate((("u", operation.u), ("v", operation.v)))
+    ]
     for axis, (name, t) in enumerate(cuts):
         if t is not None:
             check_inside(name, t, domain_of(surface, axis))
@@ -168,6 +179,14 @@ def bezier_of_spline(
     return shared(Batch(net, channels), None, (), surface.up, surface.name)
 
 
+def at_knot(surface: BsplineSurface, axis: int, parameter: float) -> float:
+    """The knot that a parameter along u or v differs from by rounding alone; else the parameter."""
+    breaks = knot.breaks(surface.knot_vectors[axis], surface.degree[axis])
+    nearest = float(breaks[np.abs(breaks - parameter).argmin()])
+    least = least_span(float(breaks[0]), float(breaks[-1]))
+    return nearest if abs(parameter - nearest) < least else parameter
+
+
 def domain_of(surface: BsplineSurface, axis: int) -> Interval:
     """First and last parameter along u or v."""
     return knot.domain(surface.knot_vectors[axis], surface.degree[axis])
@@ -187,7 +206,7 @@ def _over(surface: BsplineSurface, change: _Change, allowed: Allowed) -> Bspline
     axis, degree, piece, where = change
     knots, old = surface.knot_vectors[axis], surface.degree[axis]
     target = raised_knots(knots, old, degree, *piece)
-    _check_spans(target, degree, where)
+    _check_spans(target, degree, least_span(*domain_of(surface, axis)), where)
     count = len(target) - degree - 1
     own = surface.control_net.shape[:2]
     beside = sum(n.shape[-1] for _, _, _, n in surface.channels.each() if n.shape[:2] == own)
@@ -278,11 +297,9 @@ def _check_work(work: int, where: str) -> None:
         )
 
 
-def _check_spans(knots: FloatArray, degree: int, where: str) -> None:
-    """Refuses a cut so near a knot that what is between would be no surface."""
-    breaks = knot.breaks(knots, degree)
-    least = least_span(float(breaks[0]), float(breaks[-1]))
-    shortest = float(np.diff(breaks).min())
+def _check_spans(knots: FloatArray, degree: int, least: float, where: str) -> None:
+    """Refuses a piece so short that rounding would tell no parameters within it apart."""
+    shortest = float(np.diff(knot.breaks(knots, degree)).min())
     if shortest < least:
         raise InvalidRequest(
             Issue(
