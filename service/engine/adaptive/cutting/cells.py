@@ -42,6 +42,8 @@ def divided(task: Task, start: Cells) -> Leaves:
     Leaves
         In the order of face, u0, v0. The same, bit for bit, whatever other cells there are.
     """
+    if not len(start):
+        return Leaves.none()
     found: list[Leaves] = []
     several = np.any(start.box[1::2] - start.box[::2] > SPAN, axis=0)
     if several.any():
