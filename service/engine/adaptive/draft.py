@@ -289,6 +289,9 @@ class Draft:
         self.across = np.concatenate([self.across, none])
         self.alive = np.concatenate([self.alive & ~dead, np.ones(count, dtype=bool)])
         self.dirty = np.concatenate([dead, np.ones(count, dtype=bool)])
+        if not begin:
+            self._join(np.arange(count), vertex, np.ones((count, 3), dtype=bool), vanished)
+            return
         # An edge may have changed if both of its ends are vertices of what is new or gone.
         mark = np.zeros(len(self.places), dtype=bool)
         mark[vertex[self.dirty]] = True

@@ -70,7 +70,7 @@ class Verdict:
     form: FloatArray
 
 
-def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale) -> Verdict:
+def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | None) -> Verdict:
     """Verdict on cells of one span.
 
     Parameters
@@ -79,8 +79,8 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale) -> V
         p, q ≥ 2.
     eye : ndarray of float64, shape (3, m), or None
         Of the goal's view, in the coordinates of each net.
-    scale : Scale
-        What is too small is not cut for the sake of its normals.
+    scale : Scale or None
+        What is too small is not cut for the sake of its normals; None if these do not matter.
     """
     at = nine(nets)
     corner = at[CORNERS]
@@ -89,7 +89,7 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale) -> V
     flat = planes.flat
     size = np.sqrt(np.maximum(diagonals[0], diagonals[1]))
     allowed = allowed_at(nets, goal, eye)
-    if goal.angle < np.pi:
+    if scale is not None:
         allowed = np.minimum(allowed, level(goal.angle, size, scale))
     shape = _heights(at, corner, planes, normal, goal.two_sided)
     (up, down), signed, told, heights = shape.over, shape.signed, shape.told, np.abs(shape.told)
@@ -119,7 +119,7 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale) -> V
     squares = _dots(along[[0, 0, 1]], along[[0, 1, 1]])
     lengths = np.sqrt(squares[::2])
     v_first = across_v((bend_u, bend_v), (lengths[0], lengths[1]), skew, allowed)
-    if goal.angle < np.pi:
+    if scale is not None:
         turn = turning(at, goal.angle, scale, nets)
         here = turn.exceeds & ~fails
         fails |= here

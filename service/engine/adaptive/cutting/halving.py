@@ -15,22 +15,25 @@ from service.engine.adaptive.cutting.boxes import Cells
 from service.engine.adaptive.faces import SPAN
 
 
-def halves(nets: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
+def halve(nets: FloatArray, axis: int, made: FloatArray) -> None:
     """Nets over both halves of every cell, divided along u (axis 0) or v (axis 1).
 
     de Casteljau's algorithm at ½: means of neighbours, means of those means, and so on; the first
     of each row make the first half, the last ones the second.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (p+1, q+1, D, m)
+    made : ndarray of float64, shape (p+1, q+1, D, 2, m)
+        Where they are put.
     """
-    rest = np.moveaxis(nets, axis, 0)
-    made = np.empty((2, *nets.shape))
-    first, second = np.moveaxis(made, axis + 1, 1)
+    rest, both = np.moveaxis(nets, axis, 0), np.moveaxis(made, axis, 0)
     degree = len(rest) - 1
-    first[0], second[degree] = rest[0], rest[-1]
+    both[0, ..., 0, :], both[degree, ..., 1, :] = rest[0], rest[-1]
     for k in range(1, degree + 1):
         rest = rest[:-1] + rest[1:]
         rest *= 0.5
-        first[k], second[degree - k] = rest[0], rest[-1]
-    return made[0], made[1]
+        both[k, ..., 0, :], both[degree - k, ..., 1, :] = rest[0], rest[-1]
 
 
 def restricted(nets: FloatArray, low: FloatArray, high: FloatArray, axis: int) -> FloatArray:

@@ -304,7 +304,9 @@ def _allowed(task: Task, pieces: _Pieces) -> FloatArray:
         return np.full(len(pieces.whole), task.goal.tolerance)
     allowed = np.empty(len(pieces.cell))
     for net, here in _nets(task, pieces, np.arange(len(pieces.cell))):
-        allowed[here] = allowed_at(net, task.goal, task.eye_of(pieces.own.take(here)))
+        allowed[here] = allowed_at(
+            net, task.goal, task.eye_of(task.patch_of(pieces.own.take(here)))
+        )
     return -pieces.worst(-allowed)
 
 

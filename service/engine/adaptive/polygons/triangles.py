@@ -128,11 +128,22 @@ def edges(corners: Ints) -> tuple[Ints, Ints]:
 
 
 def among(values: Ints, others: Ints) -> Bools:
-    """Which values are among so many others that NumPy's `isin`, which hashes them, takes long."""
-    known = np.sort(others)
-    place = np.searchsorted(known, values).clip(max=len(known) - 1)
-    found: Bools = known[place] == values if len(known) else np.zeros(len(values), dtype=bool)
+    """Which of few values are among many others: the few are sorted, not the many."""
+    if not len(values):
+        return np.zeros(0, dtype=bool)
+    known, number = np.unique(values, return_inverse=True)
+    there = np.zeros(len(known), dtype=bool)
+    there[_places(known, others)[1]] = True
+    found: Bools = there[number]
     return found
+
+
+def _places(known: Ints, others: Ints) -> tuple[Ints, Ints]:
+    """Those of many others that are among a few sorted numbers, and which of these they are."""
+    place = np.searchsorted(known, others)
+    place[place == len(known)] = 0
+    here = np.flatnonzero(known[place] == others)
+    return here, place[here]
 
 
 def pairs(vertex: Ints) -> Ints:
@@ -151,10 +162,11 @@ def foster(corners: Ints, leaf: Ints, host: Ints) -> None:
     there, back = edges(corners)
     waiting = np.flatnonzero(host < 0)
     sides = (3 * waiting[:, np.newaxis] + np.arange(3)).ravel()
-    order = np.argsort(there)
-    place = np.minimum(np.searchsorted(there, back[sides], sorter=order), len(there) - 1)
-    found = order[place]
-    beside = np.where(there[found] == back[sides], found // 3, -1).reshape(-1, 3)
+    known, number = np.unique(back[sides], return_inverse=True)
+    here, which = _places(known, there)
+    found = np.full(len(known), -1)
+    found[which] = here // 3
+    beside = found[number].reshape(-1, 3)
     within = np.where(leaf[beside] == leaf[waiting][:, np.newaxis], beside, -1)
     for around in (within, beside):
         while True:
