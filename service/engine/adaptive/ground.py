@@ -7,6 +7,7 @@ is computed beside it.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -21,7 +22,7 @@ CHUNK = 1 << 17
 """Numbers that are worked on at a time: they stay in the processor's cache."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class Nets:
     """Tensor-product nets of one degree (p, q), each about the middle of its own box.
 
@@ -45,6 +46,11 @@ class Nets:
     def rational(self) -> bool:
         """Whether there are weights."""
         return int(self.values.shape[2]) == 4
+
+    @cached_property
+    def items(self) -> FloatArray:
+        """The nets one after another, shape (k, D, p+1, q+1)."""
+        return np.ascontiguousarray(self.values.transpose(3, 2, 0, 1))
 
     def take(self, rows: Ints) -> FloatArray:
         """The nets in these rows, shape (p+1, q+1, D, m)."""

@@ -2,6 +2,8 @@
 
     cells → outlines → triangles → certificate, a closer look → cut what fails, and again
 
+Only what a round changed is looked at again in the next (`draft`).
+
 **Why this ends.** Let ε be the tolerance (the least that is allowed anywhere). Every round in which
 anything fails cuts a leaf in two, or halves the height of a strip twice. There are finitely many
 boxes of places and finitely many heights, so the rounds end, with a mesh or with
@@ -21,33 +23,21 @@ boxes of places and finitely many heights, so the rounds end, with a mesh or wit
    from side to side, and are cut between them.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import Bools, Ints
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.closer import looked_closer
-from service.engine.adaptive.cutting.boxes import Leaves, whole
+from service.engine.adaptive.closer import candidates, looked_closer
+from service.engine.adaptive.cutting.boxes import Cells, whole
 from service.engine.adaptive.cutting.cells import divided
 from service.engine.adaptive.cutting.task import Task
+from service.engine.adaptive.draft import Draft, Store
 from service.engine.adaptive.faces import Faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.limits import Budget, Effort
-from service.engine.adaptive.polygons.outlines import Outline, outlined
-from service.engine.adaptive.polygons.triangles import Triangles, triangulated
-from service.engine.adaptive.proof.certificate import Bounds, Parts, certify
+from service.engine.adaptive.proof.certificate import Parts, certify
 from service.engine.adaptive.triangulation import Triangulation
-
-Store = Callable[[FloatArray], FloatArray]
-
-CROWD = 64
-"""A leaf with more corners is cut, whatever its triangles are like."""
-
-OVERHEAD = 4000
-"""What it takes to make triangles of a leaf, in multiplications, about."""
 
 FLATTER = 2
 """How often the height of a strip is halved when it fails."""
@@ -82,211 +72,108 @@ def triangulate(
         `tolerance_too_small` if places are not fine enough.
     """
     task = Task(ground, faces, goal, Budget(most, effort or Effort()))
-    leaves = divided(task, whole(faces))
-    halvings = np.zeros(len(border.at), dtype=np.intp)
-    done: _Certified | None = None
+    draft, proofs = Draft(task, border, stored), Proofs()
+    draft.renew(divided(task, whole(faces)))
     while True:
-        task.budget.spend(OVERHEAD * len(leaves))
-        outline = outlined(faces, border, leaves.cells, halvings)
-        crowded, along_v = _crowded(outline, leaves)
-        if not crowded.any():
-            positions = _positions(task, border, outline)
-            triangles = triangulated(outline, leaves, positions)
-            task.budget.count(int(triangles.kept.sum()))
-            done = _certified(task, outline, triangles, stored(positions), done)
-            crowded, along_v, strips = _failing(outline, leaves, done)
-            if not crowded.any() and not len(strips):
-                return _finished(outline, positions, done, goal)
-            halvings[strips] += FLATTER
-        if crowded.any():
-            halves = leaves.cells.take(crowded).halved(along_v[crowded])
-            new = [divided(task, half) for half in halves]
-            leaves = Leaves.joined([leaves.take(~crowded), *new])
+        task.budget.count(int(draft.kept.sum()))
+        proofs.renew(draft)
+        cut, along_v, strips = _failing(draft, proofs.passed)
+        if not len(cut) and not len(strips):
+            return draft.finished(proofs.deviation, proofs.mesh if goal.two_sided else None)
+        draft.halvings[strips] += FLATTER
+        assert draft.leaves is not None
+        halves = draft.leaves.cells.take(cut).halved(along_v)
+        draft.renew(divided(task, Cells.joined([*halves])), cut, strips)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Certified:
-    """Triangles with what was proved of each of them, and the samples that they have.
+class Proofs:
+    """What was proved of each triangle of a draft.
 
-    What is `close` was measured against other triangles than its own and those beside it.
+    Attributes
+    ----------
+    deviation, mesh : ndarray of float64, shape (T,)
+    passed : ndarray of bool, shape (T,)
+    close : ndarray of bool, shape (T,)
+        What was measured against other triangles than its own and those beside it.
     """
 
-    outline: Outline
-    triangles: Triangles
-    deviation: FloatArray
-    mesh: FloatArray
-    passed: Bools
-    close: Bools
+    def __init__(self) -> None:
+        self.deviation = self.mesh = np.zeros(0)
+        self.passed = self.close = np.zeros(0, dtype=bool)
 
-
-def _positions(task: Task, border: Border, outline: Outline) -> FloatArray:
-    """Positions of all vertices: those of the border, then those within the faces."""
-    inner = np.flatnonzero(outline.vertex >= len(border.points))
-    face, u, v = outline.face[inner], outline.u[inner], outline.v[inner]
-    points = task.positions(face, u, v)
-    return np.concatenate([border.points, points])
-
-
-def _crowded(outline: Outline, leaves: Leaves) -> tuple[Bools, Bools]:
-    """Leaves with too many corners, and which of them have more of them along v."""
-    size = np.diff(outline.start)
-    crowded = size > CROWD
-    along_v = np.zeros(len(size), dtype=bool)
-    if crowded.any():
-        leaf = np.repeat(np.arange(len(size)), size)
-        u, v = outline.u[outline.corner], outline.v[outline.corner]
-        box = leaves.cells.box[:, leaf]
-        on_u = np.bincount(leaf, (u == box[0]) | (u == box[1]), minlength=len(size))
-        on_v = np.bincount(leaf, (v == box[2]) | (v == box[3]), minlength=len(size))
-        along_v = on_u > on_v
-    return crowded, along_v
-
-
-def _certified(
-    task: Task,
-    outline: Outline,
-    triangles: Triangles,
-    positions: FloatArray,
-    before: _Certified | None,
-) -> _Certified:
-    """Bounds of all triangles; those that are as they were before keep theirs."""
-    count = len(triangles.host)
-    deviation, mesh = np.full(count, np.inf), np.zeros(count)
-    passed = np.zeros(count, dtype=bool)
-    todo = triangles.host >= 0
-    if before is not None:
-        same, old = _unchanged(outline, triangles, before)
-        deviation[same], mesh[same] = before.deviation[old], before.mesh[old]
-        passed[same] = before.passed[old]
-        todo[same] = False
-    these = np.flatnonzero(todo)
-    host = triangles.host[these]
-    places = np.stack([outline.u, outline.v], axis=1)
-
-    def bounds(rows: Ints, hosts: Ints, own: Bools) -> Bounds:
-        corners = triangles.corners[rows]
-        task.budget.spend(task.certifying(outline.face[corners[:, 0]], places[corners]))
-        parts = Parts(
-            outline.face[corners[:, 0]],
-            places[corners],
-            outline.vertex[triangles.corners[hosts]],
-            triangles.across[hosts],
-            own,
+    def renew(self, draft: Draft) -> None:
+        """Bounds of all triangles that are new, or measured against what has changed."""
+        count, dirty = len(draft.host), draft.dirty
+        more = count - len(self.passed)
+        self.deviation = np.concatenate([self.deviation, np.full(more, np.inf)])
+        self.mesh = np.concatenate([self.mesh, np.zeros(more)])
+        self.passed, self.close = (
+            np.concatenate([values, np.zeros(more, dtype=bool)])
+            for values in (self.passed, self.close)
         )
-        return certify(task.ground, task.faces, parts, positions, task.goal)
+        todo = dirty | dirty[draft.host] | ((draft.base >= 0) & dirty[draft.base])
+        near = np.flatnonzero(self.close & ~todo & draft.alive)
+        if len(near):
+            others = candidates(draft, draft.host[near], draft.base[near])
+            todo[near[dirty[others].any(axis=0)]] = True
+        todo &= draft.alive & (draft.host >= 0)
+        these = np.flatnonzero(todo)
+        self.close[these] = False
+        self._prove(draft, these)
 
-    found = bounds(these, host, host == these)
-    deviation[these], passed[these] = found.deviation, found.passed
-    if found.mesh is not None:
-        mesh[these] = found.mesh
-    again = these[~found.passed & (triangles.base[these] >= 0) & (triangles.base[these] != these)]
-    if len(again):
-        other = bounds(again, triangles.base[again], np.zeros(len(again), dtype=bool))
-        better = other.passed & (mesh[again] <= 2.0 * other.allowed)
-        deviation[again[better]], passed[again[better]] = other.deviation[better], True
-    wide = these[~passed[these] & (mesh[these] <= 2.0 * found.allowed)]
-    close = np.zeros(count, dtype=bool)
-    if len(wide):
-        bound, near = looked_closer(task, outline, triangles, positions, wide)
-        deviation[wide[near]], passed[wide[near]] = bound[near], True
-        close[wide[near]] = True
-    return _Certified(outline, triangles, deviation, mesh, passed, close)
-
-
-def _unchanged(outline: Outline, triangles: Triangles, before: _Certified) -> tuple[Ints, Ints]:
-    """Triangles that are there as before, with the same neighbours; and which they were."""
-    old = before.outline
-    # Samples are in the order of face, u, v in both: where the old ones are among the new.
-    both = [
-        np.concatenate(pair)
-        for pair in ((outline.face, old.face), (outline.u, old.u), (outline.v, old.v))
-    ]
-    order = np.lexsort(both[::-1])
-    same = np.append(
-        np.logical_and.reduce([column[order[1:]] == column[order[:-1]] for column in both]), False
-    )
-    sample = np.full(len(old.face), -1)
-    hits = np.flatnonzero(same)
-    sample[order[hits + 1] - len(outline.face)] = order[hits]
-    vertex = np.full(old.vertices, -1)
-    vertex[old.vertex] = np.where(sample >= 0, outline.vertex[sample], -1)
-    theirs = before.triangles
-    kept = np.flatnonzero(theirs.kept & ~before.close & (sample[theirs.corners] >= 0).all(axis=1))
-    if not len(kept):
-        return kept, kept
-    many = len(outline.face)
-    new_keys, new_across = _keyed(triangles.corners, triangles.across, many)
-    moved = np.where(theirs.across[kept] >= 0, vertex[theirs.across[kept]], -1)
-    moved[(theirs.across[kept] >= 0) & (moved < 0)] = -2
-    old_keys, old_across = _keyed(sample[theirs.corners[kept]], moved, many)
-    ranks = np.argsort(old_keys)
-    place = ranks[np.searchsorted(old_keys[ranks], new_keys).clip(max=len(kept) - 1)]
-    same = (old_keys[place] == new_keys) & (old_across[:, place] == new_across).all(axis=0)
-    same &= triangles.kept
-    # What was measured against the base of its strip needs that base.
-    same &= same[triangles.base] | (triangles.base < 0)
-    rows = np.flatnonzero(same)
-    return rows, kept[place[rows]]
+    def _prove(self, draft: Draft, these: Ints) -> None:
+        """Bounds of some triangles: against their hosts, the bases of strips, and what is near."""
+        task, count = draft.task, len(these)
+        other = np.flatnonzero((draft.base[these] >= 0) & (draft.base[these] != these))
+        rows = np.concatenate([these, these[other]])
+        hosts = np.concatenate([draft.host[these], draft.base[these[other]]])
+        own = hosts == rows
+        corners = draft.corners[rows]
+        face, places = draft.face[corners[:, 0]], np.stack([draft.u[corners], draft.v[corners]], 2)
+        task.budget.spend(task.certifying(face, places))
+        vertices = draft.vertex[draft.corners[hosts]]
+        parts = Parts(face, places, vertices, draft.across[hosts], own)
+        found = certify(task.ground, task.faces, parts, draft.positions, task.goal)
+        deviation, allowed, passed = found.deviation[:count], found.allowed, found.passed[:count]
+        mesh = np.zeros(count) if found.mesh is None else found.mesh[:count]
+        if len(other):
+            better = ~passed[other] & (found.deviation[count:] <= allowed[count:])
+            better &= mesh[other] <= 2.0 * allowed[count:]
+            chosen = other[better]
+            deviation[chosen], passed[chosen] = found.deviation[count:][better], True
+        wide = np.flatnonzero(~passed & (mesh <= 2.0 * allowed[:count]))
+        if len(wide):
+            bound, near = looked_closer(draft, these[wide])
+            deviation[wide[near]], passed[wide[near]] = bound[near], True
+            self.close[these[wide[near]]] = True
+        self.deviation[these], self.mesh[these], self.passed[these] = deviation, mesh, passed
 
 
-def _keyed(corners: Ints, across: Ints, many: int) -> tuple[Ints, Ints]:
-    """A number for each triangle, by the edge at which its least corner begins.
-
-    Of all triangles of places only one has that edge. Then what it has to have in common with
-    another, in columns: its last corner, and what is across its edges.
-    """
-    first = corners.argmin(axis=1)
-    rows = np.arange(len(corners))
-    begin, end, last = (corners[rows, (first + k) % 3] for k in range(3))
-    beyond = [across[rows, (first + k) % 3] for k in range(3)]
-    return begin * many + end, np.stack([last, *beyond])
-
-
-def _failing(outline: Outline, leaves: Leaves, done: _Certified) -> tuple[Bools, Bools, Ints]:
+def _failing(draft: Draft, passed: Bools) -> tuple[Ints, Bools, Ints]:
     """Leaves to be cut, whether along v, and segments of the border whose strips do not pass."""
-    triangles = done.triangles
+    leaves = draft.leaves
+    assert leaves is not None
     fails, along_v = np.zeros(len(leaves), dtype=bool), leaves.along_v.copy()
     box = leaves.cells.box
-    orphans = triangles.leaf[(triangles.host < 0) & (triangles.leaf >= 0)]
-    vanished = np.concatenate([orphans, triangles.bare])
-    across = triangles.crossed[:, 0]
+    orphans = draft.leaf[draft.alive & (draft.host < 0) & (draft.leaf >= 0)]
+    vanished = np.concatenate([orphans, draft.bare])
+    across = draft.crossed[:, 0]
     if len(vanished):
         fails[vanished] = True
         along_v[vanished] = (
             box[3, vanished] - box[2, vanished] > box[1, vanished] - box[0, vanished]
         )
     if len(across):
-        begin = triangles.corners[across, triangles.crossed[:, 1]]
-        end = triangles.corners[across, (triangles.crossed[:, 1] + 1) % 3]
-        leaf = triangles.leaf[across]
+        begin = draft.corners[across, draft.crossed[:, 1]]
+        end = draft.corners[across, (draft.crossed[:, 1] + 1) % 3]
+        leaf = draft.leaf[across]
         begin, end, leaf = begin[leaf >= 0], end[leaf >= 0], leaf[leaf >= 0]
         gone = np.zeros((2, len(leaves)), dtype=np.intp)
-        np.maximum.at(gone[0], leaf, np.abs(outline.u[end] - outline.u[begin]))
-        np.maximum.at(gone[1], leaf, np.abs(outline.v[end] - outline.v[begin]))
+        np.maximum.at(gone[0], leaf, np.abs(draft.u[end] - draft.u[begin]))
+        np.maximum.at(gone[1], leaf, np.abs(draft.v[end] - draft.v[begin]))
         fails[leaf], along_v[leaf] = True, (gone[1] > gone[0])[leaf]
-    bad = ~done.passed & (triangles.host >= 0)
-    mine = triangles.leaf[bad]
+    bad = draft.alive & ~passed & (draft.host >= 0)
+    mine = draft.leaf[bad]
     fails[mine[mine >= 0]] = True
-    return fails, along_v, np.unique(triangles.segment[bad & (triangles.leaf < 0)])
-
-
-def _finished(
-    outline: Outline, positions: FloatArray, done: _Certified, goal: Goal
-) -> Triangulation:
-    """The mesh: triangles that are kept, each with the greatest bound of all that falls to it."""
-    triangles = done.triangles
-    deviation, mesh = np.zeros(len(triangles.host)), np.zeros(len(triangles.host))
-    np.maximum.at(deviation, triangles.host, done.deviation)
-    np.maximum.at(mesh, triangles.host, done.mesh)
-    kept = np.flatnonzero(triangles.kept)
-    order = kept[np.argsort(outline.face[triangles.corners[kept, 0]], kind="stable")]
-    return Triangulation(
-        outline.face,
-        outline.u,
-        outline.v,
-        outline.vertex,
-        positions,
-        triangles.corners[order],
-        deviation[order],
-        mesh[order] if goal.two_sided else None,
-    )
+    cut = np.flatnonzero(fails & draft.present)
+    return cut, along_v[cut], np.unique(draft.segment[bad & (draft.leaf < 0)])

@@ -76,16 +76,30 @@ class Leaves:
         )
 
     @classmethod
+    def none(cls) -> "Leaves":
+        """No leaves at all."""
+        box = np.empty((4, 0), dtype=np.intp)
+        no = np.zeros(0, dtype=bool)
+        return cls(Cells(box[0], box), no, no, np.empty((7, 0)))
+
+    @classmethod
+    def together(cls, parts: list["Leaves"]) -> "Leaves":
+        """Leaves of several lists, one list after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(
+            Cells.joined([part.cells for part in parts]),
+            np.concatenate([part.along_v for part in parts]),
+            np.concatenate([part.rising for part in parts]),
+            np.concatenate([part.form for part in parts], axis=1),
+        )
+
+    @classmethod
     def joined(cls, parts: list["Leaves"]) -> "Leaves":
         """Leaves of several lists, in the order of face, u0, v0."""
-        cells = Cells.joined([part.cells for part in parts])
-        order = np.lexsort((cells.box[2], cells.box[0], cells.face))
-        return cls(
-            cells.take(order),
-            np.concatenate([part.along_v for part in parts])[order],
-            np.concatenate([part.rising for part in parts])[order],
-            np.concatenate([part.form for part in parts], axis=1)[:, order],
-        )
+        found = cls.together(parts)
+        box = found.cells.box
+        return found.take(np.lexsort((box[2], box[0], found.cells.face)))
 
 
 def whole(faces: Faces) -> Cells:

@@ -6,13 +6,14 @@ cell depends on that cell alone.
 """
 
 from collections.abc import Iterator
+from typing import TypeAlias
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.cutting.boxes import Cells, Leaves
 from service.engine.adaptive.cutting.estimate import judged
-from service.engine.adaptive.cutting.halving import halves, over
+from service.engine.adaptive.cutting.halving import halve, over
 from service.engine.adaptive.cutting.spans import flattened
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.cutting.turning import scale
@@ -42,6 +43,8 @@ def divided(task: Task, start: Cells) -> Leaves:
     Leaves
         In the order of face, u0, v0. The same, bit for bit, whatever other cells there are.
     """
+    if not len(start):
+        return Leaves.none()
     found: list[Leaves] = []
     several = np.any(start.box[1::2] - start.box[::2] > SPAN, axis=0)
     if several.any():
@@ -57,32 +60,54 @@ def _divided(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
     degrees = max(nets.degree[0], 2), max(nets.degree[1], 2)
     numbers = (degrees[0] + 1) * (degrees[1] + 1) * nets.values.shape[2]
     block = max(16, BLOCK // numbers)
-    waiting: list[tuple[Cells, FloatArray | None]] = [
-        (start.take(slice(k, k + block)), None) for k in reversed(range(0, len(start), block))
+    angles = task.goal.angle < np.pi
+    patches = task.patch_of(start)
+    waiting: list[_Level] = [
+        (start.take(rows), patches[rows], None)
+        for rows in (slice(k, k + block) for k in reversed(range(0, len(start), block)))
     ]
     leaves = 0
     while waiting:
-        cells, net = waiting.pop()
+        cells, patch, net = waiting.pop()
         if net is None:
-            net = over(nets.take(task.ground.row[task.patch_of(cells)]), cells)
-        parts = [(cells, net)]
+            net = over(nets.take(task.ground.row[patch]), cells)
+        parts = [(cells, patch, net)]
         total = len(cells)
-        while waiting and (more := waiting[-1][1]) is not None and total + more.shape[3] <= block:
-            parts.append((waiting.pop()[0], more))
+        while waiting and (more := waiting[-1][2]) is not None and total + more.shape[3] <= block:
+            parts.append((*waiting.pop()[:2], more))
             total += more.shape[3]
         if len(parts) > 1:
-            cells = Cells.joined([own for own, _ in parts])
-            net = np.concatenate([own for _, own in parts], axis=3)
-        turns = TURNS * len(cells) if task.goal.angle < np.pi else 0
+            cells = Cells.joined([part[0] for part in parts])
+            patch = np.concatenate([part[1] for part in parts])
+            net = np.concatenate([part[2] for part in parts], axis=3)
+        turns = TURNS * len(cells) if angles else 0
         task.budget.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
-        sizes = task.ground.sizes[task.patch_of(cells)]
-        verdict = judged(net, task.goal, task.eye_of(cells), scale(cells.box / SPAN, sizes))
+        size = scale(cells.box / SPAN, task.ground.sizes[patch]) if angles else None
+        verdict = judged(net, task.goal, task.eye_of(patch), size)
         done = np.flatnonzero(~verdict.fails)
-        yield Leaves(cells, verdict.along_v, verdict.rising, verdict.form).take(done)
-        leaves += len(done)
-        task.budget.count(leaves)
-        for axis, along_v in enumerate((False, True)):
-            cut = np.flatnonzero(verdict.fails & (verdict.along_v == along_v))
-            if len(cut):
-                boxes = cells.take(cut).halved(np.full(len(cut), along_v))
-                waiting += zip(boxes, halves(net[..., cut], axis), strict=True)
+        if len(done):
+            yield Leaves(cells, verdict.along_v, verdict.rising, verdict.form).take(done)
+            leaves += len(done)
+            task.budget.count(leaves)
+        # First those that are cut across u, then those that are cut across v.
+        cut = np.flatnonzero(verdict.fails)
+        if not len(cut):
+            continue
+        cut = cut[np.argsort(verdict.along_v[cut], kind="stable")]
+        count, along_v = len(cut), verdict.along_v[cut]
+        pair = cells.take(cut).halved(along_v)
+        made = np.empty((*net.shape[:3], 2 * count))
+        both = made.reshape(*net.shape[:3], 2, count)
+        middle = count - int(np.count_nonzero(along_v))
+        for axis, rows in enumerate((slice(0, middle), slice(middle, None))):
+            if len(cut[rows]):
+                halve(net[..., cut[rows]], axis, both[..., rows])
+        halves, twice = Cells.joined([*pair]), np.tile(patch[cut], 2)
+        waiting += [
+            (halves.take(rows), twice[rows], made[..., rows])
+            for rows in (slice(k, k + block) for k in range(0, 2 * count, block))
+        ]
+
+
+_Level: TypeAlias = tuple[Cells, Ints, FloatArray | None]
+"""Cells, their patches, and their nets unless they are still to be made."""

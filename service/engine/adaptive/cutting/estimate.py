@@ -13,7 +13,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.halving import nine, points, quadratic
 from service.engine.adaptive.cutting.turning import Scale, level, turning
 from service.engine.adaptive.goal import Goal
-from service.engine.adaptive.vectors import Vectors, cross, dot, length
+from service.engine.adaptive.vectors import Vectors, dot, length
 
 THIN = 1e-9
 """A triangle has no plane if its area is below this share of its longest side's square."""
@@ -26,6 +26,21 @@ TWIST = 0.1
 
 SKEW = 0.25
 """Share of a cell's skewness that its longer side gains when the direction of a cut is chosen."""
+
+CORNERS = [0, 2, 2, 0], [0, 0, 2, 2]
+"""Places of the corners a, b, c, d among nine, counter-clockwise from (0, 0),"""
+
+SIDES = [1, 2, 1, 0], [0, 1, 2, 1]
+"""and of the middles of the sides after them."""
+
+OF = [[0, 1, 4], [2, 3, 4], [0, 3, 5], [1, 2, 5]]
+"""Sides of the triangles abc, acd, abd, bcd among ab, bc, cd, da, ac, bd."""
+
+FROM = [[0], [0], [1], [1]]
+"""Corners from which their heights are measured: a, a, b, b;"""
+
+HALFWAY = [[0, 1, 2], [2, 3, 4], [0, 2, 4], [1, 3, 2]]
+"""middles of their sides, in order, among those of ab, bc, ac or bd, cd, da."""
 
 LENGTH = 1e-3
 """Of the allowed deviation, how much a direction gains by its length: it breaks ties."""
@@ -55,7 +70,7 @@ class Verdict:
     form: FloatArray
 
 
-def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale) -> Verdict:
+def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | None) -> Verdict:
     """Verdict on cells of one span.
 
     Parameters
@@ -64,73 +79,54 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale) -> V
         p, q ≥ 2.
     eye : ndarray of float64, shape (3, m), or None
         Of the goal's view, in the coordinates of each net.
-    scale : Scale
-        What is too small is not cut for the sake of its normals.
+    scale : Scale or None
+        What is too small is not cut for the sake of its normals; None if these do not matter.
     """
     at = nine(nets)
-    size = np.maximum(length(at[2][2] - at[0][0]), length(at[0][2] - at[2][0]))
-    allowed = np.minimum(allowed_at(nets, goal, eye), level(goal.angle, size, scale))
-    low, right, high, left, middle = at[1][0], at[2][1], at[1][2], at[0][1], at[1][1]
-    corners = at[0][0], at[2][0], at[2][2], at[0][2]
-    planes = two_planes(*corners)
-    rising, falling, flat = planes.rising, planes.falling, planes.flat
-    a, b, c, d = corners
-    up = np.maximum(
-        highest(*(dot(x - a, rising[0]) for x in (low, right, middle))),
-        highest(*(dot(x - a, rising[1]) for x in (middle, high, left))),
-    )
-    down = np.maximum(
-        highest(*(dot(x - b, falling[0]) for x in (low, middle, left))),
-        highest(*(dot(x - b, falling[1]) for x in (right, high, middle))),
-    )
-    bends = low - (a + b) * 0.5, high - (c + d) * 0.5, left - (a + d) * 0.5, right - (b + c) * 0.5
-    inner = middle - (left + right) * 0.5, middle - (low + high) * 0.5
-    normal = unit(cross(c - a, d - b))
-    heights = [dot(bend, normal) for bend in (*bends, *inner)]
-    if flat.any() or goal.two_sided:
-        stray = [length(bend) for bend in (*bends, *inner)]
-        across = length(middle - (a + c) * 0.5), length(middle - (b + d) * 0.5)
-        side = np.maximum.reduce(stray[:4])
-        wide = [np.maximum(side, x) for x in across]
-        up, down = np.where(flat, wide[0], up), np.where(flat, wide[1], down)
-        heights = [np.where(flat, x, h) for x, h in zip(stray, heights, strict=True)]
-        if goal.two_sided:
-            up, down = np.maximum(up, wide[0] * 0.5), np.maximum(down, wide[1] * 0.5)
-            heights = [np.maximum(np.abs(h), x * 0.5) for x, h in zip(stray, heights, strict=True)]
-    is_rising = np.where(planes.worse == 0, up < down * NEARLY, planes.worse < 0)
-    twist = np.maximum(np.abs(heights[0] - heights[1]), np.abs(heights[2] - heights[3]))
-    best = np.where(is_rising, up, down) + TWIST * twist
-    bend_u = np.maximum.reduce([np.abs(heights[k]) for k in (0, 1, 4)])
-    bend_v = np.maximum.reduce([np.abs(heights[k]) for k in (2, 3, 5)])
-    along_u, along_v = (b - a + c - d) * 0.5, (d - a + c - b) * 0.5
+    corner = at[CORNERS]
+    a, b, c, d = corner
+    planes, normal, diagonals = two_planes(corner)
+    flat = planes.flat
+    size = np.sqrt(np.maximum(diagonals[0], diagonals[1]))
+    allowed = allowed_at(nets, goal, eye)
+    if scale is not None:
+        allowed = np.minimum(allowed, level(goal.angle, size, scale))
+    shape = _heights(at, corner, planes, normal, goal.two_sided)
+    (up, down), signed, told, heights = shape.over, shape.signed, shape.told, np.abs(shape.told)
+    is_rising = up < down * NEARLY
+    if planes.worse.any():
+        is_rising = np.where(planes.worse == 0, is_rising, planes.worse < 0)
+    twists = np.abs(told[:2] - told[2:4]).max(axis=0)
+    best = np.where(is_rising, up, down) + TWIST * twists
+    bend_u, bend_v = heights[[0, 2, 4]].max(axis=0), heights[[1, 3, 5]].max(axis=0)
+    along = np.stack([b - a + c - d, d - a + c - b]) * 0.5
     fails = best > allowed
     rest = np.flatnonzero(~fails)
     if len(rest):
-        normals = np.where(is_rising, rising, falling)[..., rest]
-        places = np.stack([np.stack([place[:, rest] for place in row]) for row in at])
-        more = remainder(nets[..., rest], places, normals, flat[rest], goal.two_sided)
-        over = best[rest] + more[0] > allowed[rest]
-        chosen = rest[over]
-        fails[chosen] = True
-        bend_u[chosen], bend_v[chosen] = more[1][over], more[2][over]
+        # Where all are near enough nothing need be copied.
+        some = rest if len(rest) < len(fails) else slice(None)
+        normals = np.where(is_rising, planes.normals[:2], planes.normals[2:])[..., some]
+        net, bare = points(nets[..., some]), flat[some]
+        more = remainder(net, at[..., some], normals, bare, goal.two_sided)
+        over = np.flatnonzero(best[some] + more > allowed[some])
+        if len(over):
+            chosen = rest[over]
+            fails[chosen] = True
+            bend_u[chosen], bend_v[chosen] = sagging(
+                net[..., over], normals[..., over], bare[over], goal.two_sided
+            )
     skew = dot(a - b + c - d, normal)
-    v_first = across_v((bend_u, bend_v), (length(along_u), length(along_v)), skew, allowed)
-    if goal.angle < np.pi:
+    squares = _dots(along[[0, 0, 1]], along[[0, 1, 1]])
+    lengths = np.sqrt(squares[::2])
+    v_first = across_v((bend_u, bend_v), (lengths[0], lengths[1]), skew, allowed)
+    if scale is not None:
         turn = turning(at, goal.angle, scale, nets)
         here = turn.exceeds & ~fails
         fails |= here
         v_first = np.where(here, turn.along_v, v_first)
-    form = np.stack(
-        [
-            dot(along_u, along_u),
-            dot(along_u, along_v),
-            dot(along_v, along_v),
-            dot((left + right) * 0.5 - middle, normal),
-            skew * 0.125,
-            dot((low + high) * 0.5 - middle, normal),
-            allowed,
-        ]
-    )
+    form = np.empty((7, len(fails)))
+    form[:3], form[3], form[4], form[5] = squares, -signed[4], skew * 0.125, -signed[5]
+    form[6] = allowed
     return Verdict(fails, v_first, is_rising, form)
 
 
@@ -165,45 +161,103 @@ class Planes:
 
     Attributes
     ----------
-    rising, falling : ndarray of float64, shape (2, 3, m)
-        Of a triangle without area, the normal of the other: its part falls to that.
+    normals : ndarray of float64, shape (4, 3, m)
+        Two of the rising diagonal, two of the falling one. Of a triangle without area, the normal
+        of the other: its part falls to that.
     flat : ndarray of bool, shape (m,)
         Cells of which no triangle has a plane.
     worse : ndarray of int, shape (m,)
         How many more triangles without area the rising diagonal has.
     """
 
-    rising: FloatArray
-    falling: FloatArray
+    normals: FloatArray
     flat: Bools
     worse: Ints
 
 
-def two_planes(a: Vectors, b: Vectors, c: Vectors, d: Vectors) -> Planes:
-    """Planes of cells with the corners (0, 0), (1, 0), (1, 1), (0, 1)."""
-    rising, no_rising = _pair((a, b, c), (a, c, d))
-    falling, no_falling = _pair((a, b, d), (b, c, d))
-    flat = (no_rising == 2) & (no_falling == 2)
-    return Planes(rising, falling, flat, no_rising - no_falling)
+def two_planes(corner: FloatArray) -> tuple[Planes, Vectors, FloatArray]:
+    """Planes of cells with corners (4, 3, m) at (0, 0), (1, 0), (1, 1), (0, 1).
+
+    And unit normals of the cells, across both diagonals, or zero; and the squares (2, m) of these.
+    """
+    # Sides ab, bc, cd, da, and the diagonals ac, bd.
+    vectors = np.concatenate([corner[[1, 2, 3, 0]] - corner, corner[2:] - corner[:2]])
+    squares = _dots(vectors, vectors)
+    crossed = _crosses(vectors[[0, 3, 3, 1, 4]], vectors[[4, 4, 0, 5, 5]])
+    size = np.sqrt(_dots(crossed, crossed))
+    none = size[:4] <= THIN * squares[OF].max(axis=1)
+    some = none.any()
+    size[4] = np.maximum(size[4], np.finfo(float).tiny)
+    if some:
+        size[:4] = np.where(none, 1.0, size[:4])
+    crossed /= size[:, np.newaxis]
+    normals, flat = crossed[:4], np.zeros(none.shape[1], dtype=bool)
+    worse = np.zeros(len(flat), dtype=np.intp)
+    if some:
+        normals = np.where(none[:, np.newaxis], normals[[1, 0, 3, 2]], normals)
+        flat = none.all(axis=0)
+        worse = none[:2].sum(axis=0) - none[2:].sum(axis=0)
+    return Planes(normals, flat, worse), crossed[4], squares[4:]
 
 
-def _pair(
-    first: tuple[Vectors, Vectors, Vectors], second: tuple[Vectors, Vectors, Vectors]
-) -> tuple[FloatArray, Ints]:
-    (one, no_one), (two, no_two) = _normal(*first), _normal(*second)
-    if no_one.any() or no_two.any():
-        one, two = np.where(no_one, two, one), np.where(no_two, one, two)
-    return np.stack([one, two]), no_one.astype(np.intp) + no_two
+@dataclass(frozen=True, eq=False, slots=True)
+class _Heights:
+    """How high m cells are.
+
+    Attributes
+    ----------
+    over : ndarray of float64, shape (2, m)
+        Over the triangles of the rising diagonal, and of the falling one.
+    signed : ndarray of float64, shape (6, m)
+        Middles of ab, bc, cd, da over the middles of the ends; the cell's middle over that of
+        da and bc, and over that of ab and cd.
+    told : ndarray of float64, shape (6, m)
+        The same, but what matters of them: lengths where there is no plane.
+    """
+
+    over: FloatArray
+    signed: FloatArray
+    told: FloatArray
 
 
-def _normal(a: Vectors, b: Vectors, c: Vectors) -> tuple[Vectors, Bools]:
-    """Unit normals of triangles, and which have none."""
-    ab, ac, bc = b - a, c - a, c - b
-    normal = cross(ab, ac)
-    size = length(normal)
-    longest = np.maximum(np.maximum(dot(ab, ab), dot(ac, ac)), dot(bc, bc))
-    none = size <= THIN * longest
-    return normal / np.where(none, 1.0, size), none
+def _heights(
+    at: FloatArray, corner: FloatArray, planes: Planes, normal: Vectors, two_sided: bool
+) -> _Heights:
+    """Heights of nine points, the unit normals of the cells being known."""
+    side, middle = at[SIDES], at[1, 1]
+    # Half-way along the edges of the four triangles, each from one of its corners.
+    away = np.stack([side[0], side[1], middle, side[2], side[3]]) - corner[:2, np.newaxis]
+    above = _dots(away[FROM, HALFWAY], planes.normals[:, np.newaxis])
+    highs = highest(above[:, 0], above[:, 1], above[:, 2])
+    over = np.maximum(highs[::2], highs[1::2])
+    bends = np.empty((6, *middle.shape))
+    np.subtract(side, (corner + corner[[1, 2, 3, 0]]) * 0.5, out=bends[:4])
+    np.subtract(middle, (side[[3, 0]] + side[[1, 2]]) * 0.5, out=bends[4:])
+    signed = told = _dots(bends, normal)
+    if two_sided or planes.flat.any():
+        stray = np.sqrt(_dots(bends, bends))
+        across = middle - (corner[:2] + corner[2:]) * 0.5
+        wide = np.maximum(stray[:4].max(axis=0), np.sqrt(_dots(across, across)))
+        over, told = np.where(planes.flat, wide, over), np.where(planes.flat, stray, told)
+        if two_sided:
+            over = np.maximum(over, wide * 0.5)
+            told = np.maximum(np.abs(told), stray * 0.5)
+    return _Heights(over, signed, told)
+
+
+def _dots(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Products of vectors (…, 3, m), shape (…, m)."""
+    product: FloatArray = a[..., 0, :] * b[..., 0, :]
+    product += a[..., 1, :] * b[..., 1, :]
+    product += a[..., 2, :] * b[..., 2, :]
+    return product
+
+
+def _crosses(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Products of vectors (k, 3, m)."""
+    product = a[:, [1, 2, 0]] * b[:, [2, 0, 1]]
+    product -= a[:, [2, 0, 1]] * b[:, [1, 2, 0]]
+    return product
 
 
 def unit(vectors: Vectors) -> Vectors:
@@ -229,58 +283,57 @@ def highest(m0: FloatArray, m1: FloatArray, m2: FloatArray) -> FloatArray:
 
 
 def remainder(
-    nets: FloatArray,
-    at: FloatArray,
-    normals: FloatArray,
-    flat: Bools,
-    two_sided: bool,
+    net: FloatArray, at: FloatArray, normals: FloatArray, flat: Bools, two_sided: bool
 ) -> FloatArray:
-    """What is left of nets (p+1, q+1, D, m) without their biquadratic part.
+    """The greatest height (m,) of a control point that is left without the biquadratic part.
 
     Parameters
     ----------
+    net : ndarray of float64, shape (p+1, q+1, 3, m)
     at : ndarray of float64, shape (3, 3, 3, m)
         Nine points of each.
     normals : ndarray of float64, shape (2, 3, m)
         Of both triangles,
     flat : ndarray of bool, shape (m,)
         unless there are none.
-
-    Returns
-    -------
-    ndarray of float64, shape (3, m)
-        The greatest height of a control point that is left; and how high a chord of the net is
-        below the surface along u, and along v, judged by second differences.
     """
-    net = points(nets)
-    along_u, along_v = quadratic(len(net) - 1), quadratic(net.shape[1] - 1)
-    left = net.copy()
-    for i, shares in enumerate(along_u):
-        row = shares[0] * at[0] + shares[1] * at[1] + shares[2] * at[2]
-        for j, (x, y, z) in enumerate(along_v):
-            left[i, j] -= x * row[0] + y * row[1] + z * row[2]
-    heights = np.abs(_along(left, normals[0]))
-    np.maximum(heights, np.abs(_along(left, normals[1])), out=heights)
+    normals = normals[:, np.newaxis, np.newaxis]
+    heights: FloatArray
+    heights = np.abs(_left(_dots(net, normals), _dots(at, normals))).max(axis=(0, 1, 2))
     if flat.any() or two_sided:
-        stray = np.sqrt(left[:, :, 0] ** 2 + left[:, :, 1] ** 2 + left[:, :, 2] ** 2)
+        left = _left(net.swapaxes(0, 2).swapaxes(1, 2), at.swapaxes(0, 2).swapaxes(1, 2))
+        stray = np.sqrt(np.add.reduce(left * left, axis=0).max(axis=(0, 1)))
         heights = np.where(flat, stray, np.maximum(heights, stray * (0.5 if two_sided else 0.0)))
-    sides = []
+    return heights
+
+
+def sagging(net: FloatArray, normals: FloatArray, flat: Bools, two_sided: bool) -> FloatArray:
+    """How high a chord of nets is below the surface along u, and along v: (2, m).
+
+    Judged by second differences; the arguments are those of `remainder`.
+    """
+    found = np.empty((2, net.shape[3]))
     for axis in (0, 1):
         degree = net.shape[axis] - 1
         bend = np.diff(net, n=2, axis=axis)
-        size = np.maximum(np.abs(_along(bend, normals[0])), np.abs(_along(bend, normals[1])))
+        size = np.abs(_dots(bend, normals[:, np.newaxis, np.newaxis])).max(axis=(0, 1, 2))
         if flat.any() or two_sided:
-            stray = np.sqrt(bend[:, :, 0] ** 2 + bend[:, :, 1] ** 2 + bend[:, :, 2] ** 2)
+            stray = np.sqrt(_dots(bend, bend).max(axis=(0, 1)))
             size = np.where(flat, stray, np.maximum(size, stray * (0.5 if two_sided else 0.0)))
-        sides.append(size.max(axis=(0, 1)) * (degree * (degree - 1) / 8))
-    return np.stack([heights.max(axis=(0, 1)), *sides])
+        found[axis] = size * (degree * (degree - 1) / 8)
+    return found
 
 
-def _along(net: FloatArray, normal: Vectors) -> FloatArray:
-    heights: FloatArray = (
-        net[:, :, 0] * normal[0] + net[:, :, 1] * normal[1] + net[:, :, 2] * normal[2]
-    )
-    return heights
+def _left(values: FloatArray, at: FloatArray) -> FloatArray:
+    """Nets (k, p+1, q+1, m) less those of biquadratic functions with values (k, 3, 3, m)."""
+    along_u, along_v = (quadratic(n - 1)[..., np.newaxis] for n in values.shape[1:3])
+    row = along_u[:, 0, np.newaxis] * at[:, np.newaxis, 0]
+    row += along_u[:, 1, np.newaxis] * at[:, np.newaxis, 1]
+    row += along_u[:, 2, np.newaxis] * at[:, np.newaxis, 2]
+    left = values - along_v[:, 0] * row[:, :, np.newaxis, 0]
+    left -= along_v[:, 1] * row[:, :, np.newaxis, 1]
+    left -= along_v[:, 2] * row[:, :, np.newaxis, 2]
+    return left
 
 
 def allowed_at(nets: FloatArray, goal: Goal, eye: Vectors | None) -> FloatArray:

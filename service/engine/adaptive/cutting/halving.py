@@ -13,22 +13,27 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.engine.adaptive.cutting.boxes import Cells
 from service.engine.adaptive.faces import SPAN
-from service.engine.adaptive.vectors import Vectors
 
 
-def halves(nets: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
+def halve(nets: FloatArray, axis: int, made: FloatArray) -> None:
     """Nets over both halves of every cell, divided along u (axis 0) or v (axis 1).
 
     de Casteljau's algorithm at ½: means of neighbours, means of those means, and so on; the first
     of each row make the first half, the last ones the second.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (p+1, q+1, D, m)
+    made : ndarray of float64, shape (p+1, q+1, D, 2, m)
+        Where they are put.
     """
-    rest = np.moveaxis(nets, axis, 0).copy()
-    first, second = np.empty_like(rest), np.empty_like(rest)
+    rest, both = np.moveaxis(nets, axis, 0), np.moveaxis(made, axis, 0)
     degree = len(rest) - 1
-    for k in range(degree + 1):
-        first[k], second[degree - k] = rest[0], rest[-1]
-        rest = (rest[:-1] + rest[1:]) * 0.5
-    return np.moveaxis(first, 0, axis), np.moveaxis(second, 0, axis)
+    both[0, ..., 0, :], both[degree, ..., 1, :] = rest[0], rest[-1]
+    for k in range(1, degree + 1):
+        rest = rest[:-1] + rest[1:]
+        rest *= 0.5
+        both[k, ..., 0, :], both[degree - k, ..., 1, :] = rest[0], rest[-1]
 
 
 def restricted(nets: FloatArray, low: FloatArray, high: FloatArray, axis: int) -> FloatArray:
@@ -69,13 +74,14 @@ def raised(nets: FloatArray) -> FloatArray:
     return nets
 
 
-def nine(nets: FloatArray) -> list[list[Vectors]]:
-    """Points at u, v ∈ {0, ½, 1}: `nine(nets)[i][j]` is S(i/2, j/2), shape (3, m)."""
-    lines = (nets[0], _middle(nets), nets[-1])
-    places = [[line[0], _middle(line), line[-1]] for line in lines]
-    if nets.shape[2] == 4:
-        places = [[place[:3] / place[3] for place in row] for row in places]
-    return places
+def nine(nets: FloatArray) -> FloatArray:
+    """Points at u, v ∈ {0, ½, 1}: `nine(nets)[i, j]` is S(i/2, j/2), shape (3, m)."""
+    lines = np.empty((3, *nets.shape[1:]))
+    lines[0], lines[1], lines[2] = nets[0], _middle(nets), nets[-1]
+    places = np.empty((3, 3, *nets.shape[2:]))
+    places[:, 0], places[:, 2] = lines[:, 0], lines[:, -1]
+    places[:, 1] = _middle(lines.swapaxes(0, 1))
+    return points(places)
 
 
 def points(nets: FloatArray) -> FloatArray:
@@ -91,11 +97,14 @@ def _middle(rows: FloatArray) -> FloatArray:
             rows = (rows[:-1] + rows[1:]) * 0.5
         middle: FloatArray = rows[0]
         return middle
-    value: FloatArray = rows[0] + rows[-1]
-    for i in range(1, degree):
-        value += comb(degree, i) * rows[i]
-    value *= 0.5**degree
+    shares = _binomial(degree).reshape(-1, *[1] * (rows.ndim - 1))
+    value: FloatArray = np.add.reduce(rows * shares, axis=0)
     return value
+
+
+@lru_cache(maxsize=64)
+def _binomial(degree: int) -> FloatArray:
+    return np.array([comb(degree, i) / 2**degree for i in range(degree + 1)])
 
 
 @lru_cache(maxsize=128)

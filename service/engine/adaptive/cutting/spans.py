@@ -18,14 +18,15 @@ from service.engine.adaptive.cutting.estimate import (
     across_v,
     allowed_at,
     remainder,
+    sagging,
     two_planes,
-    unit,
 )
 from service.engine.adaptive.cutting.halving import nine, over
+from service.engine.adaptive.cutting.halving import points as points_of
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.cutting.turning import FINEST, chord_of, level, normals
 from service.engine.adaptive.faces import SPAN
-from service.engine.adaptive.vectors import Vectors, cross, dot, length
+from service.engine.adaptive.vectors import Vectors, dot, length
 
 BLOCK = 1 << 14
 """Spans that are looked at together, about."""
@@ -77,7 +78,7 @@ class _Look:
         Points of each piece at the beginning, in the middle and at the end along u and v.
     x, y : ndarray of float64, shape (3, N)
         Where they are in the cell, 0 … 1.
-    corner : tuple of ndarray, shape (3, m)
+    corner : ndarray of float64, shape (4, 3, m)
         Corners of the cells, in the order (0, 0), (1, 0), (1, 1), (0, 1).
     planes : Planes
     normal : ndarray of float64, shape (3, m)
@@ -90,7 +91,7 @@ class _Look:
     points: FloatArray
     x: FloatArray
     y: FloatArray
-    corner: tuple[Vectors, Vectors, Vectors, Vectors]
+    corner: FloatArray
     planes: Planes
     normal: Vectors
     stray: FloatArray
@@ -165,22 +166,21 @@ def _looked_at(task: Task, cells: Cells) -> _Look:
     count = len(pieces.cell)
     points = np.empty((3, 3, 3, count))
     for net, here in _nets(task, pieces, np.arange(count)):
-        for i, row in enumerate(nine(net)):
-            for j, place in enumerate(row):
-                points[i, j][:, here] = place
+        points[..., here] = nine(net)
     middles, first = task.ground.middles, task.faces.first
     about = middles[:, task.patch_of(pieces.own)] - middles[:, first[pieces.own.face]]
     points += about
-    corner = (
-        points[0, 0][:, pieces.start],
-        points[2, 0][:, pieces.end - pieces.width + 1],
-        points[2, 2][:, pieces.end],
-        points[0, 2][:, pieces.start + pieces.width - 1],
+    corner = np.stack(
+        [
+            points[0, 0][:, pieces.start],
+            points[2, 0][:, pieces.end - pieces.width + 1],
+            points[2, 2][:, pieces.end],
+            points[0, 2][:, pieces.start + pieces.width - 1],
+        ]
     )
-    planes = two_planes(*corner)
+    planes, normal, _ = two_planes(corner)
     x, y = (_shares(cells.box[k : k + 2, pieces.cell], pieces.own.box[k : k + 2]) for k in (0, 2))
     stray = np.where(planes.flat[pieces.cell], 1.0, 0.5 if task.goal.two_sided else 0.0)
-    normal = unit(cross(corner[2] - corner[0], corner[3] - corner[1]))
     return _Look(pieces, about, points, x, y, corner, planes, normal, stray)
 
 
@@ -205,7 +205,7 @@ def _examined(task: Task, cells: Cells) -> tuple[Leaves, tuple[Cells, Cells]]:
     fails = best > allowed
     if task.goal.angle < np.pi:
         fails |= _turned(look, task.goal.angle)
-    rest = _left(task, look, np.where(rising, planes.rising, planes.falling), ~fails)
+    rest = _left(task, look, np.where(rising, planes.normals[:2], planes.normals[2:]), ~fails)
     worse = ~fails & (best + rest[0] > allowed)
     fails |= worse
     bends = np.where(worse, rest[1:], bends)
@@ -242,7 +242,7 @@ def _crosswise(cells: Cells, along_v: Bools) -> Bools:
 def _heights(look: _Look, rising: bool) -> FloatArray:
     """The greatest height of any of the points over the triangle below it, (m,)."""
     of = look.pieces.cell
-    normals = look.planes.rising if rising else look.planes.falling
+    normals = look.planes.normals[:2] if rising else look.planes.normals[2:]
     lower, upper = normals[0][:, of], normals[1][:, of]
     a, b, c, d = (vectors[:, of] for vectors in look.corner)
     base = a if rising else b
@@ -290,7 +290,7 @@ def _turned(look: _Look, angle: float) -> Bools:
     So no two of them are further apart than the angle.
     """
     points, own = look.points, look.normal[:, look.pieces.cell]
-    found = normals([list(row) for row in points])
+    found = normals(points)
     apart = np.maximum.reduce(
         [np.where(dot(n, n) == 0.0, 0.0, length(n - own)) for row in found for n in row]
     )
@@ -304,17 +304,21 @@ def _allowed(task: Task, pieces: _Pieces) -> FloatArray:
         return np.full(len(pieces.whole), task.goal.tolerance)
     allowed = np.empty(len(pieces.cell))
     for net, here in _nets(task, pieces, np.arange(len(pieces.cell))):
-        allowed[here] = allowed_at(net, task.goal, task.eye_of(pieces.own.take(here)))
+        allowed[here] = allowed_at(
+            net, task.goal, task.eye_of(task.patch_of(pieces.own.take(here)))
+        )
     return -pieces.worst(-allowed)
 
 
 def _left(task: Task, look: _Look, normals: FloatArray, wanted: Bools) -> FloatArray:
-    """What `remainder` says of the pieces of wanted cells, the greatest of every cell: (3, m)."""
+    """What `remainder` and `sagging` say of wanted cells, of every one the greatest: (3, m)."""
     pieces = look.pieces
     found = np.zeros((3, len(pieces.cell)))
     for net, here in _nets(task, pieces, np.flatnonzero(wanted[pieces.cell])):
         cell = pieces.cell[here]
         at = look.points[..., here] - look.about[:, here]
         flat = look.planes.flat[cell]
-        found[:, here] = remainder(net, at, normals[..., cell], flat, task.goal.two_sided)
+        bare, two_sided = points_of(net), task.goal.two_sided
+        found[0, here] = remainder(bare, at, normals[..., cell], flat, two_sided)
+        found[1:, here] = sagging(bare, normals[..., cell], flat, two_sided)
     return pieces.worst(found)

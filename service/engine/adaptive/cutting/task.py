@@ -63,8 +63,8 @@ class Task:
         counts = np.bincount(group, pieces, minlength=len(costs))
         return float(np.dot(counts, costs))
 
-    def eye_of(self, cells: Cells) -> Vectors | None:
-        """The eye of the goal's view in the coordinates of the net of each cell of one span."""
+    def eye_of(self, patch: Ints) -> Vectors | None:
+        """The eye of the goal's view in the coordinates of the nets of these patches."""
         if self.goal.view is None:
             return None
-        return self.goal.view.eye[:, np.newaxis] - self.ground.middles[:, self.patch_of(cells)]
+        return self.goal.view.eye[:, np.newaxis] - self.ground.middles[:, patch]

@@ -73,14 +73,13 @@ def scale(box: FloatArray, size: FloatArray) -> Scale:
     return Scale(box[1::2] - box[::2], size)
 
 
-def turning(
-    at: list[list[Vectors]], angle: float, scale: Scale, nets: FloatArray | None = None
-) -> Turning:
+def turning(at: FloatArray, angle: float, scale: Scale, nets: FloatArray | None = None) -> Turning:
     """Normals of cells in nine places, compared in pairs.
 
     Parameters
     ----------
-    at : nine points of cells
+    at : ndarray of float64, shape (3, 3, 3, m)
+        Nine points of cells.
     angle : float
     scale : Scale
     nets : ndarray of float64, shape (p+1, q+1, D, m), optional
@@ -156,7 +155,7 @@ def level(angle: float, size: FloatArray, scale: Scale | None = None) -> FloatAr
     return np.where(small, np.inf, most)
 
 
-def normals(at: list[list[Vectors]], nets: FloatArray | None = None) -> list[list[Vectors]]:
+def normals(at: FloatArray, nets: FloatArray | None = None) -> list[list[Vectors]]:
     """Unit normals in nine places of biquadratic surfaces through them; zero where there is none.
 
     With nets, those at the corners are the surface's own. One that is missing at the end of a line

@@ -65,6 +65,10 @@ class Outline:
         whether a side that is one point ends there;
     turned : ndarray of bool, shape (K,)
         whether (a, b, c), not (a, c, b), is counter-clockwise.
+    entry : ndarray of int, shape (M,)
+        The sample that each entry of the border is.
+    touching : ndarray of int, shape (2, E)
+        Segments, and leaves that have a corner in them or at an end of theirs.
     """
 
     face: Ints
@@ -80,6 +84,8 @@ class Outline:
     ends: Ints
     polar: Bools
     turned: Bools
+    entry: Ints
+    touching: Ints
 
 
 def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Outline:
@@ -93,7 +99,7 @@ def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Out
     count = len(cells)
     u, v = cells.box[CORNER_U].copy(), cells.box[CORNER_V].copy()
     vertex = np.full((4, count), -1)
-    corner, number, segment = _lift(
+    corner, number, segment, touching = _lift(
         faces, border, cells, flattened=flattened, places=(u, v), vertex=vertex
     )
     side = np.repeat(np.arange(len(border.start) - 1), np.diff(border.start))
@@ -150,6 +156,8 @@ def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Out
         entry[ends],
         pole[border.vertex[ends]],
         np.isin(side[segment] % 4, (1, 2)),
+        entry,
+        touching,
     )
 
 
@@ -161,19 +169,22 @@ def _lift(
     flattened: Ints,
     places: tuple[Ints, Ints],
     vertex: Ints,
-) -> tuple[Ints, Ints, Ints]:
+) -> tuple[Ints, Ints, Ints, Ints]:
     """Lift corners, in place, or tell which vertices of the border they are.
 
     Returns
     -------
     corner, leaf, segment : ndarray of int, shape (k,)
         The corners that were lifted, and the entries of the border before them.
+    touching : ndarray of int, shape (2, E)
+        See `Outline`.
     """
     sizes = (faces.spans * SPAN)[:, [1, 1, 0, 0]].ravel()
     base = np.cumsum(sizes + 1) - (sizes + 1)
     keys = np.repeat(base, np.diff(border.start)) + border.at
     least = np.full(len(keys), np.iinfo(np.intp).max)
     found: list[tuple[Ints, Ints, Ints]] = []
+    touching: list[Ints] = []
     for side in range(4):
         limit = faces.spans[cells.face, side // 2] * SPAN if side % 2 else 0
         here = np.flatnonzero(cells.box[FIXED[side]] == limit)
@@ -189,7 +200,9 @@ def _lift(
             entry = np.searchsorted(keys, key, side="right") - 1
             exact = keys[entry] == key
             vertex[corner, here[exact]] = border.vertex[entry[exact]]
-            np.minimum.at(least, entry - exact if last else entry, height)
+            segment = entry - exact if last else entry
+            np.minimum.at(least, segment, height)
+            touching.append(np.stack([segment, here]))
             free = ~exact
             found.append((np.full(free.sum(), 4 * side + corner), here[free], entry[free]))
     code, leaf, segment = (np.concatenate(parts) for parts in zip(*found, strict=True))
@@ -201,7 +214,7 @@ def _lift(
     for axis in (0, 1):
         mine = lying // 2 == axis
         places[axis][which[mine], leaf[mine]] += across[mine]
-    return which, leaf, segment
+    return which, leaf, segment, np.concatenate(touching, axis=1)
 
 
 def _places(faces: Faces, side: Ints, at: Ints) -> tuple[Ints, Ints]:

@@ -9,31 +9,33 @@ control points:
                               corner, j of the second and k of the third to the p + q arguments,
                               corners giving their u to the first p and their v to the others.
 
-All is computed by (1 − t) a + t b with 0 ≤ t ≤ 1, and means: combinations of the given points with
-no negative factor, each factor right to some units in the last place. Hence rounding moves a point
-by a few units in the last place of the net's size, also where homogeneous points are divided by
-their weights.
+Both are products of matrices with the net: the blossoms of the Bernstein polynomials along u, those
+along v (`rows`), and the shares of the means. All numbers in them are not negative and every row
+adds up to one, so products are means of the given points, whatever their order of summation. Hence
+rounding moves a point by a few units in the last place of the net's size, also where homogeneous
+points are divided by their weights.
+
+Arrays are (m, …), a matrix for each item: NumPy multiplies stacked matrices one by one, so that an
+item has the same bits whatever stands beside it.
 
 Ramshaw, Blossoms are polar forms, CAGD 6 (1989); DeRose, Goldman, Hagen and Mann, Functional
 composition algorithms via blossoming, ACM TOG 12 (1993).
 """
 
-from collections.abc import Sequence
 from functools import lru_cache
 from math import comb, prod
 from typing import TypeAlias
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, Ints
 
 Exponents: TypeAlias = tuple[int, ...]
-Place: TypeAlias = tuple[int, int]
 
 
 @lru_cache(maxsize=256)
 def mixtures(arguments: int, degree: int) -> tuple[Exponents, ...]:
-    """How often each argument is taken, in the order of `blossoms`.
+    """How often each argument is taken, in the order of `rows`.
 
     Those that end in the first argument come first: they are made of those that have no other.
     """
@@ -47,73 +49,91 @@ def mixtures(arguments: int, degree: int) -> tuple[Exponents, ...]:
     )
 
 
-def blossoms(net: FloatArray, arguments: Sequence[FloatArray]) -> FloatArray:
-    """Blossoms of curves at all mixtures of some arguments.
+@lru_cache(maxsize=256)
+def _parents(arguments: int, degree: int) -> tuple[Ints, Ints]:
+    """Of which mixture of one argument less each is made, and which argument is added."""
+    counts = [comb(degree - 1 + last, last) for last in range(arguments)]
+    parent = np.concatenate([np.arange(count) for count in counts])
+    return parent, np.repeat(np.arange(arguments), counts)
+
+
+def rows(degree: int, arguments: FloatArray) -> FloatArray:
+    """Blossoms of the Bernstein polynomials of a degree at all mixtures of some arguments.
+
+    b(t_1 … t_d) of B_i^d is (1 − t_d) b(t_1 … t_{d−1}) of B_i^{d−1} + t_d b(…) of B_{i−1}^{d−1}.
 
     Parameters
     ----------
-    net : ndarray of float64, shape (n+1, …, m)
-        Control points along axis 0.
-    arguments : ndarrays of float64, shape (m,)
+    degree : int
+        n ≥ 1.
+    arguments : ndarray of float64, shape (k, m)
         Each in [0, 1]; 1 − t must be exact, as it is for multiples of 2^-53.
 
     Returns
     -------
-    ndarray of float64, shape (mixtures, …, m)
+    ndarray of float64, shape (m, mixtures, n+1)
+        Row r times the control points of a curve is its blossom at mixture r.
     """
-    rests = [1.0 - t for t in arguments]
-    rows = net[np.newaxis]
-    for degree in range(1, len(net)):
-        count = comb(degree + len(arguments) - 1, degree)
-        mixed = np.empty((count, rows.shape[1] - 1, *rows.shape[2:]))
-        first = 0
-        for last, (t, rest) in enumerate(zip(arguments, rests, strict=True)):
-            known = comb(degree - 1 + last, last)
-            target = mixed[first : first + known]
-            np.multiply(rows[:known, :-1], rest, out=target)
-            target += rows[:known, 1:] * t
-            first += known
-        rows = mixed
-    return rows[:, 0]
+    rest = 1.0 - arguments
+    made = np.stack([rest, arguments], axis=1)
+    for d in range(2, degree + 1):
+        parent, last = _parents(len(arguments), d)
+        before = made[parent]
+        made = np.empty((len(parent), d + 1, arguments.shape[1]))
+        np.multiply(before, rest[last][:, np.newaxis], out=made[:, :d])
+        made[:, d] = 0.0
+        before *= arguments[last][:, np.newaxis]
+        made[:, 1:] += before
+    return np.ascontiguousarray(made.transpose(2, 0, 1))
 
 
-def box_nets(
-    nets: FloatArray, u: tuple[FloatArray, FloatArray], v: tuple[FloatArray, FloatArray]
-) -> FloatArray:
-    """Nets (p+1, q+1, D, m) over the boxes u_0 … u_1 × v_0 … v_1, whichever way they run."""
-    along_u = blossoms(nets, u)
-    # Mixtures of two arguments: first all of the first, last all of the second.
-    both = blossoms(along_u.swapaxes(0, 1), v)
-    return both.swapaxes(0, 1)
+def both_rows(
+    degree: tuple[int, int], u: FloatArray, v: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The rows along u and along v, at arguments (k, m) each."""
+    if degree[0] != degree[1]:
+        return rows(degree[0], u), rows(degree[1], v)
+    made = rows(degree[0], np.concatenate([u, v], axis=1))
+    return made[: u.shape[1]], made[u.shape[1] :]
 
 
-def triangle_nets(nets: FloatArray, u: Sequence[FloatArray], v: Sequence[FloatArray]) -> FloatArray:
-    """Nets (N, D, m) over the triangles with corners (u_k, v_k), in the order of `exponents`."""
-    p, q = nets.shape[0] - 1, nets.shape[1] - 1
-    both = blossoms(blossoms(nets, u).swapaxes(0, 1), v)
-    terms, shares = _dealt(p, q)
-    both *= shares
-    made = np.empty((len(terms), *nets.shape[2:]))
-    for number, (first, *others) in enumerate(terms):
-        point = made[number]
-        point[...] = both[first]
-        for place in others:
-            np.add(point, both[place], out=point)
+def box_nets(nets: FloatArray, along_u: FloatArray, along_v: FloatArray) -> FloatArray:
+    """Nets times matrices: over boxes, if these are rows of two arguments.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (m, D, p+1, q+1), or (1, D, p+1, q+1) for all
+    along_u, along_v : ndarray of float64, shapes (m, U, p+1) and (m, V, q+1)
+
+    Returns
+    -------
+    ndarray of float64, shape (m, D, U, V)
+    """
+    size, p1, q1 = nets.shape[1:]
+    lines = nets.reshape(-1, size * p1, q1) @ along_v.swapaxes(1, 2)
+    made: FloatArray = along_u[:, np.newaxis] @ lines.reshape(len(lines), size, p1, -1)
     return made
 
 
-def half_nets(boxes: FloatArray) -> FloatArray:
-    """Nets (N, D, m) over the triangles (0, 0), (1, 0), (0, 1) of boxes."""
-    p, q = boxes.shape[0] - 1, boxes.shape[1] - 1
-    terms = _halved(p, q)
-    made = np.empty((len(terms), *boxes.shape[2:]))
-    share = np.empty(boxes.shape[2:])
-    for number, ((first, factor), *others) in enumerate(terms):
-        point = made[number]
-        np.multiply(boxes[first], factor, out=point)
-        for place, other in others:
-            np.multiply(boxes[place], other, out=share)
-            np.add(point, share, out=point)
+def triangle_nets(nets: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
+    """Nets (m, D, N) over the triangles with corners (u_k, v_k), in the order of `exponents`.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (m, D, p+1, q+1)
+    u, v : ndarray of float64, shape (3, m)
+    """
+    p, q = nets.shape[2] - 1, nets.shape[3] - 1
+    both = box_nets(nets, *both_rows((p, q), u, v))
+    made: FloatArray = both.reshape(*both.shape[:2], -1) @ _dealt(p, q)
+    return made
+
+
+def half_nets(nets: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
+    """Nets (m, D, N) over the triangles (u_0, v_0), (u_1, v_0), (u_0, v_1); u, v are (2, m)."""
+    p, q = nets.shape[2] - 1, nets.shape[3] - 1
+    both = box_nets(nets, *both_rows((p, q), u, v))
+    made: FloatArray = both.reshape(*both.shape[:2], -1) @ _halved(p, q)
     return made
 
 
@@ -124,38 +144,38 @@ def exponents(degree: int) -> tuple[Exponents, ...]:
 
 
 @lru_cache(maxsize=64)
-def _dealt(p: int, q: int) -> tuple[tuple[tuple[Place, ...], ...], FloatArray]:
-    """Which blossoms (v, u) make each point of a triangle, and their shares (V, U, 1, 1)."""
+def _dealt(p: int, q: int) -> FloatArray:
+    """Shares of the blossoms (u, v) in the points of a triangle: shape (U V, N)."""
     along_u, along_v = mixtures(3, p), mixtures(3, q)
     place = {key: number for number, key in enumerate(exponents(p + q))}
-    terms: list[list[Place]] = [[] for _ in place]
-    shares = np.empty((len(along_v), len(along_u), 1, 1))
+    shares = np.zeros((len(along_u), len(along_v), len(place)))
     for j, b in enumerate(along_v):
         for i, a in enumerate(along_u):
             both = tuple(x + y for x, y in zip(a, b, strict=True))
-            terms[place[both]].append((j, i))
             ways = prod(comb(n, k) for n, k in zip(both, a, strict=True))
-            shares[j, i] = ways / comb(p + q, p)
-    shares.flags.writeable = False
-    return tuple(map(tuple, terms)), shares
+            shares[i, j, place[both]] = ways / comb(p + q, p)
+    matrix = shares.reshape(-1, len(place))
+    matrix.flags.writeable = False
+    return matrix
 
 
 @lru_cache(maxsize=64)
-def _halved(p: int, q: int) -> tuple[tuple[tuple[Place, float], ...], ...]:
-    """Which points (b, c) of a box make each point of its half, and their shares.
+def _halved(p: int, q: int) -> FloatArray:
+    """Shares of the points (b, c) of a box in the points of its half: shape ((p+1) (q+1), N).
 
         b_ijk = Σ_bc C(i, p−b−k+c) C(j, b) C(k, c) / C(p+q, p) P_bc
 
     Of the j copies of the corner (1, 0) b give their u, of the k of (0, 1) c give their v.
     """
-    made = []
-    for i, j, k in exponents(p + q):
-        terms = []
+    keys = exponents(p + q)
+    shares = np.zeros((p + 1, q + 1, len(keys)))
+    for row, (i, j, k) in enumerate(keys):
         for b in range(min(j, p) + 1):
             for c in range(min(k, q) + 1):
                 rest = p - b - (k - c)
                 if 0 <= rest <= i:
                     ways = comb(i, rest) * comb(j, b) * comb(k, c)
-                    terms.append(((b, c), ways / comb(p + q, p)))
-        made.append(tuple(terms))
-    return tuple(made)
+                    shares[b, c, row] = ways / comb(p + q, p)
+    matrix = shares.reshape(-1, len(keys))
+    matrix.flags.writeable = False
+    return matrix

@@ -34,7 +34,6 @@ of third order, and so is what neighbours add.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -43,8 +42,8 @@ from service.bases.chunks import chunks
 from service.engine.adaptive.faces import SPAN, Faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground, Nets
-from service.engine.adaptive.proof.clip import Pieces, clipped, images
-from service.engine.adaptive.proof.local import Local, box_order, local
+from service.engine.adaptive.proof.clip import clipped, images
+from service.engine.adaptive.proof.local import Local, box_order, local, scaled, unit_of
 from service.engine.adaptive.proof.reduction import DIRECT
 
 CHUNK = 1 << 17
@@ -52,9 +51,6 @@ CHUNK = 1 << 17
 
 BLOCK = 1 << 16
 """Pieces that there are at a time, unless one part alone has more."""
-
-Form: TypeAlias = Literal["halves", "triangles", "near"]
-"""Halves of boxes, any triangles, or triangles of patches of high degree."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -158,24 +154,28 @@ def _measured(
     right, order = _right_angles(pieces.corners)
     shares = images(pieces, corners) if goal.two_sided else None
     away, near, astray = found = np.zeros((3, len(pieces.part)))
-    for nets, here in ground.by_group(pieces.patch):
-        for form, rows in _forms(nets, pieces, right, here):
-            for chunk in chunks(len(rows), _room(nets), CHUNK):
-                some = rows[chunk]
-                patch, turn = pieces.patch[some], order[:, np.newaxis, some]
-                seen = _seen(ground, nets, (patch, pieces.part[some]), parts, columns)
-                places = np.take_along_axis(pieces.places[..., some], turn, axis=0)
-                net = nets.take(ground.row[patch])
-                if form == "near":
-                    piece = seen.near(net, patch, ground.sizes[patch], places)
-                else:
-                    piece = seen.over(net, places, halves=form == "halves")
-                away[some] = seen.restored(piece.deviation(seen.hosts))
-                if goal.view is not None:
-                    near[some] = seen.distances(piece, goal.view.eye)
-                if shares is not None:
-                    turned = np.take_along_axis(shares[..., some], turn, axis=0)
-                    astray[some] = seen.restored(piece.straying(seen.hosts.at(turned)))
+    for nets, rows in ground.by_group(pieces.patch):
+        here, high = rows, sum(nets.degree) > DIRECT
+        if high:
+            here = rows[box_order(pieces.patch[rows], pieces.places[..., rows])]
+        for chunk in chunks(len(here), _room(nets), CHUNK):
+            some = here[chunk]
+            patch, turn = pieces.patch[some], order[:, np.newaxis, some]
+            seen = _seen(ground, nets, (patch, pieces.part[some]), parts, columns)
+            places = np.take_along_axis(pieces.places[..., some], turn, axis=0)
+            if high:
+                row, which = np.unique(patch, return_inverse=True)
+                sizes = ground.sizes[row]
+                own = scaled(nets.items[ground.row[row]], 1.0 / unit_of(sizes))
+                piece = seen.near(own, which, sizes[which], places)
+            else:
+                piece = seen.over(nets.items[ground.row[patch]], places, right[some])
+            away[some] = seen.restored(piece.deviation(seen.hosts))
+            if goal.view is not None:
+                near[some] = seen.distances(piece, goal.view.eye)
+            if shares is not None:
+                turned = np.take_along_axis(shares[..., some], turn, axis=0)
+                astray[some] = seen.restored(piece.straying(seen.hosts.at(turned)))
     if parts.own is not None:
         astray[~parts.own[pieces.part]] = 0.0
     choices = np.maximum, np.minimum, np.maximum
@@ -185,15 +185,6 @@ def _measured(
             for choose, values in zip(choices, found, strict=True)
         ]
     )
-
-
-def _forms(nets: Nets, pieces: Pieces, right: Bools, here: Ints) -> Iterator[tuple[Form, Ints]]:
-    """How pieces over patches of one degree are treated, and which of them so."""
-    if sum(nets.degree) > DIRECT:
-        yield "near", here[box_order(pieces.patch[here], pieces.places[..., here])]
-    else:
-        yield "halves", here[right[here]]
-        yield "triangles", here[~right[here]]
 
 
 def _seen(
@@ -212,15 +203,16 @@ def _right_angles(corners: Ints) -> tuple[Bools, Ints]:
     First the corner at the right angle, then the one along u, then the one along v.
     """
     u, v = corners[:, 0], corners[:, 1]
-    right = np.zeros(u.shape[1], dtype=bool)
-    order = np.empty(u.shape, dtype=np.intp)
-    order[:] = np.arange(3)[:, np.newaxis]
-    for k in range(3):
-        for one, two in ((k - 2, k - 1), (k - 1, k - 2)):
-            here = (v[k] == v[one]) & (u[k] == u[two])
-            right |= here
-            order[:, here] = np.array([[k], [one % 3], [two % 3]])
-    return right, order
+    # Whether edge k runs along u, and along v.
+    along_u, along_v = v == v[[1, 2, 0]], u == u[[1, 2, 0]]
+    # Along u comes into corner k, or goes out of it, and along v the other way.
+    one, two = along_u[[2, 0, 1]] & along_v, along_u & along_v[[2, 0, 1]]
+    right = (one | two).any(axis=0)
+    case = np.concatenate([one, two]).argmax(axis=0)
+    corner, swapped = case % 3, case < 3
+    order = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [1, 0, 2], [2, 1, 0]])
+    chosen = np.where(right, corner + 3 * swapped, 0)
+    return right, np.ascontiguousarray(order[chosen].T)
 
 
 def _room(nets: Nets) -> int:
@@ -228,7 +220,7 @@ def _room(nets: Nets) -> int:
     p, q = nets.degree
     if p + q > DIRECT:
         return 2 * (p + 1) * (q + 1)
-    return 3 * (p + q + 1) * (p + q + 2)
+    return 2 * (p + q + 1) * (p + q + 2)
 
 
 def _joined(choose: np.ufunc, values: FloatArray, part: Ints, count: int) -> FloatArray:

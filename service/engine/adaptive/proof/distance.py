@@ -18,6 +18,9 @@ So max_e 2 δ_e sin(θ_e/2) is added once.
 
     d(S, mesh) ≤ min(own, lens + fold), each the lesser of two bounds.
 
+**Few points.** What is inside T is at no distance from it, and so is most of a net. Every other
+point is measured to all three edges, and to the tents on them.
+
 A flat patch is at no distance from two triangles, whatever its parameters do, as long as its net
 stays above them: θ = 0.
 """
@@ -26,7 +29,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.proof.hosts import Hosts
 
 INSIDE = 2.0**-46
@@ -61,58 +64,83 @@ class Reach:
         return bound
 
 
-def reach(x: FloatArray, y: FloatArray, h: FloatArray, hosts: Hosts) -> Reach:
-    """The largest distances of net points (N, m), given in the frames of their hosts."""
-    flat = np.full(x.shape, np.inf)
-    lens = np.full(x.shape, np.inf)
+def reach(points: FloatArray, hosts: Hosts) -> Reach:
+    """The largest distances of net points (m, 3, N), x, y and h in the frames of their hosts."""
+    count, _, many = points.shape
+    x, y = points[:, 0], points[:, 1]
+    squared = points[:, 2] * points[:, 2]
+    height = squared.max(axis=1)
+    (_, _), (one_x, one_y), (two_x, two_y) = tangents = hosts.tangents
+    start = hosts.corners
+    # Outwards from each edge: − n · (P − A), with t × A once a piece.
+    begin = start[:, 0] * tangents[:, 1] - start[:, 1] * tangents[:, 0]
+    out = np.empty((3, count, many))
+    np.negative(y, out=out[0])
+    for edge, (along_x, along_y) in ((1, (one_x, one_y)), (2, (two_x, two_y))):
+        np.multiply(x, along_y[:, np.newaxis], out=out[edge])
+        out[edge] -= y * along_x[:, np.newaxis]
+        out[edge] -= begin[edge, :, np.newaxis]
+    worst = np.maximum(np.maximum(out[0], out[1]), out[2])
     # Where edges are points there is no inside.
-    inside = np.broadcast_to(hosts.lengths.min(axis=0) > 0, x.shape).copy()
-    fold = np.zeros(x.shape[1])
-    for edge in range(3):
-        along, out = _beside(x, y, hosts, edge)
-        length = hosts.lengths[edge]
-        inside &= out <= -INSIDE
-        # The nearest point of the edge, and the height of the tent there.
-        foot = np.minimum(np.maximum(along, 0.0), length)
-        along -= foot
-        along *= along
-        tent = foot * hosts.begins[edge]
-        np.subtract(length, foot, out=foot)
-        foot *= hosts.ends[edge]
-        np.minimum(tent, foot, out=tent)
-        # In the tent as high as the place is, if it is so high.
-        np.minimum(tent, out, out=tent)
-        np.maximum(tent, 0.0, out=tent)
-        np.maximum(fold, tent.max(axis=0) * hosts.folds[edge], out=fold)
-        np.subtract(out, tent, out=tent)
-        tent *= tent
-        tent += along
-        np.minimum(lens, tent, out=lens)
-        out *= out
-        out += along
-        np.minimum(flat, out, out=flat)
-    flat[inside] = 0.0
-    lens[inside] = 0.0
-    squared = h * h
+    point = hosts.lengths.min(axis=0) == 0
+    if point.any():
+        worst[point] = np.maximum(worst[point], 0.0)
+    beyond = np.flatnonzero(worst > -INSIDE)
+    found = np.zeros((5, count))
+    if len(beyond):
+        piece = beyond // many
+        flat = points.reshape(-1)
+        place = beyond + 2 * many * piece
+        x, y = flat.take(place), flat.take(place + many)
+        values = _beside(x, y, out.reshape(3, -1).take(beyond, axis=1), hosts, piece)
+        np.add(squared.reshape(-1).take(beyond), values[:2], out=values[2:4])
+        first = np.flatnonzero(np.diff(piece, prepend=-1))
+        found[:, piece[first]] = np.maximum.reduceat(values, first, axis=1)
     return Reach(
-        (squared + flat).max(axis=0),
-        (squared + lens).max(axis=0),
-        flat.max(axis=0),
-        lens.max(axis=0),
-        np.sqrt(squared.max(axis=0)),
-        fold,
+        np.maximum(found[2], height),
+        np.maximum(found[3], height),
+        found[0],
+        found[1],
+        np.sqrt(height),
+        found[4],
     )
 
 
-def _beside(x: FloatArray, y: FloatArray, hosts: Hosts, edge: int) -> tuple[FloatArray, FloatArray]:
-    """Coordinates along an edge, from its beginning, and outwards from it."""
-    if edge == 0:
-        return x.copy(), -y
-    start, tangent = hosts.corners[edge], hosts.tangents[edge]
-    away_x, away_y = x - start[0], y - start[1]
-    along = away_x * tangent[0]
-    along += away_y * tangent[1]
-    away_x *= tangent[1]
-    away_y *= tangent[0]
-    away_x -= away_y
-    return along, away_x
+def _beside(x: FloatArray, y: FloatArray, out: FloatArray, hosts: Hosts, piece: Ints) -> FloatArray:
+    """Squared distances of K places from edges, and from tents; two free rows; folds: (5, K).
+
+    Parameters
+    ----------
+    x, y : ndarray of float64, shape (K,)
+        Places in the frames of hosts, `piece` (K,).
+    out : ndarray of float64, shape (3, K)
+        How far they are outside of each edge.
+    """
+    corners, tangents = hosts.corners, hosts.tangents
+    begin = corners[:, 0] * tangents[:, 0] + corners[:, 1] * tangents[:, 1]
+    along = x * tangents[:, 0].take(piece, axis=1)
+    along += y * tangents[:, 1].take(piece, axis=1)
+    along -= begin.take(piece, axis=1)
+    length = hosts.lengths.take(piece, axis=1)
+    # The nearest point of the edge, and the height of the tent there.
+    foot = np.maximum(along, 0.0)
+    np.minimum(foot, length, out=foot)
+    along -= foot
+    along *= along
+    tent = foot * hosts.begins.take(piece, axis=1)
+    np.subtract(length, foot, out=foot)
+    foot *= hosts.ends.take(piece, axis=1)
+    np.minimum(tent, foot, out=tent)
+    # In the tent as high as the place is, if it is so high.
+    np.minimum(tent, out, out=tent)
+    np.maximum(tent, 0.0, out=tent)
+    values = np.empty((5, len(piece)))
+    (hosts.folds.take(piece, axis=1) * tent).max(axis=0, out=values[4])
+    np.subtract(out, tent, out=tent)
+    tent *= tent
+    tent += along
+    tent.min(axis=0, out=values[1])
+    out *= out
+    out += along
+    out.min(axis=0, out=values[0])
+    return values

@@ -28,20 +28,17 @@ from service.engine.adaptive.proof.blossoms import exponents
 
 
 def highest(h: FloatArray, degree: int) -> FloatArray:
-    """A bound of |h| over the triangle, nets (N, m): shape (m,)."""
-    middles = _middles(h, degree)
-    rest = h.copy()
-    for middle, share in zip(middles, _raised(degree), strict=True):
-        rest -= share * middle
-    bound: FloatArray = np.maximum(
-        greatest(middles) + np.maximum(rest.max(axis=0), 0.0),
-        greatest(-middles) - np.minimum(rest.min(axis=0), 0.0),
-    )
+    """A bound of |h| over the triangle, nets (m, k, N): shape (m, k)."""
+    told = h @ _parts(degree)
+    middles, rest = told[..., :3].transpose(2, 0, 1), told[..., 3:]
+    both = greatest(np.stack([middles, -middles], axis=1))
+    up = both[0] + np.maximum(rest.max(axis=-1), 0.0)
+    bound: FloatArray = np.maximum(up, both[1] - np.minimum(rest.min(axis=-1), 0.0))
     return bound
 
 
 def greatest(m: FloatArray) -> FloatArray:
-    """max(0, 4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0)) over the triangle; m is (3, m)."""
+    """max(0, 4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0)) over the triangle; m is (3, …)."""
     low, high = np.minimum(m[0], m[1]), np.maximum(m[0], m[1])
     a, c = np.minimum(low, m[2]), np.maximum(high, m[2])
     b = np.maximum(low, np.minimum(high, m[2]))
@@ -52,39 +49,22 @@ def greatest(m: FloatArray) -> FloatArray:
     return largest
 
 
-def _middles(h: FloatArray, degree: int) -> FloatArray:
-    """Values half-way along the edges, (3, m): Σ_i C(n, i) h_i / 2^n."""
-    middles = np.zeros((3, h.shape[1]))
-    for k, row in enumerate(_edges(degree)):
-        for share, point in zip(_halving(degree), row, strict=True):
-            middles[k] += share * h[point]
-    return middles
-
-
 @lru_cache(maxsize=64)
-def _edges(degree: int) -> tuple[tuple[int, ...], ...]:
-    """Points of the net along each edge k, from corner k to the next."""
-    place = {key: number for number, key in enumerate(exponents(degree))}
-    rows = []
+def _parts(degree: int) -> FloatArray:
+    """What makes the values half-way, and the net of R, of a net: shape (N, 3 + N).
+
+    Half-way along an edge a net is Σ_i C(n, i) h_i / 2^n.
+    """
+    keys = exponents(degree)
+    place = {key: number for number, key in enumerate(keys)}
+    middles = np.zeros((len(keys), 3))
     for k in range(3):
-        keys = []
         for i in range(degree + 1):
             key = [0, 0, 0]
             key[k], key[(k + 1) % 3] = degree - i, i
-            keys.append(place[key[0], key[1], key[2]])
-        rows.append(tuple(keys))
-    return tuple(rows)
-
-
-@lru_cache(maxsize=64)
-def _halving(degree: int) -> tuple[float, ...]:
-    return tuple(comb(degree, i) / 2**degree for i in range(degree + 1))
-
-
-@lru_cache(maxsize=64)
-def _raised(degree: int) -> FloatArray:
-    """Nets of 4 λ_k λ_{k+1} in degree n, shape (3, N, 1)."""
-    net = np.array(exponents(degree), dtype=np.float64).T[:, :, np.newaxis]
-    shares: FloatArray = 4.0 * net * net[[1, 2, 0]] / (degree * (degree - 1))
-    shares.flags.writeable = False
-    return shares
+            middles[place[key[0], key[1], key[2]], k] = comb(degree, i) / 2**degree
+    net = np.array(keys, dtype=np.float64)
+    raised = 4.0 * net * net[:, [1, 2, 0]] / (degree * (degree - 1))
+    parts = np.concatenate([middles, np.eye(len(keys)) - middles @ raised.T], axis=1)
+    parts.flags.writeable = False
+    return parts

@@ -20,7 +20,7 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.vectors import cross, dot, length
+from service.engine.adaptive.vectors import Vectors, cross, dot, length
 
 Direction: TypeAlias = tuple[FloatArray, FloatArray]
 
@@ -29,6 +29,9 @@ SHRUNK = 1.0 - 2.0**-40
 
 STEEPEST = 16.0
 """Slope of a tent at the most."""
+
+NEXT, BEFORE = [1, 2, 0], [2, 0, 1]
+"""The edge after each edge, and the one before it."""
 
 THIN = 2.0**-20
 """Hosts that are thinner than this share of their length have no tents: all they could gain is
@@ -75,30 +78,19 @@ class Hosts:
     def at(self, shares: FloatArray) -> FloatArray:
         """Places in the plane with these barycentric coordinates (k, 3, m): shape (k, 2, m)."""
         a, b, c = self.corners
-        places: FloatArray = (
-            shares[:, 0, np.newaxis] * a
-            + shares[:, 1, np.newaxis] * b
-            + shares[:, 2, np.newaxis] * c
-        )
+        places: FloatArray = shares[:, :1] * a + shares[:, 1:2] * b + shares[:, 2:] * c
         return places
 
     def framed(self, nets: FloatArray) -> FloatArray:
-        """Points (…, 3, m), or (…, 4, m) times their weights, in the frames; weights remain."""
-        homogeneous = nets.shape[-2] == 4
-        away = np.empty((3, *nets.shape[:-2], nets.shape[-1]))
-        for c in range(3):
-            start = self.origin[c]
-            if homogeneous:
-                start = nets[..., 3, :] * start
-            np.subtract(nets[..., c, :], start, out=away[c])
-        made = np.empty(nets.shape)
-        for k in range(3):
-            axis, target = self.axes[k], made[..., k, :]
-            np.multiply(away[0], axis[0], out=target)
-            target += away[1] * axis[1]
-            target += away[2] * axis[2]
-        if homogeneous:
-            made[..., 3, :] = nets[..., 3, :]
+        """Nets (m, 3, …), or (m, 4, …) times their weights, in the frames; weights remain."""
+        flat = nets.reshape(*nets.shape[:2], -1)
+        origin, turn = self.origin.T[..., np.newaxis], self.axes.transpose(2, 0, 1)
+        if nets.shape[1] == 4:
+            turned = turn @ (flat[:, :3] - flat[:, 3:] * origin)
+            turned = np.concatenate([turned, flat[:, 3:]], axis=1)
+        else:
+            turned = turn @ (flat - origin)
+        made: FloatArray = turned.reshape(nets.shape)
         return made
 
 
@@ -111,49 +103,59 @@ def hosts_of(vertices: FloatArray, across: FloatArray, joined: Bools) -> Hosts:
         The vertex opposite each edge in the triangle beyond it, if it is `joined`, shape (3, m).
     """
     origin = vertices[0]
-    sides = vertices[1] - origin, vertices[2] - origin
-    axes = _frame(*sides)
-    (b, low, up_b), (x, y, up_c) = (_in_frame(side, axes) for side in sides)
+    sides = vertices[1:] - origin
+    axes = _frame(sides[0], sides[1])
+    seen = in_frame(np.concatenate([sides, across - origin]), axes)
+    (b, low, up_b), (_, y, up_c) = seen[:2]
     tilt = np.maximum(np.abs(up_b), np.abs(up_c)) + np.abs(low)
     corners = np.zeros((3, 2, len(b)))
-    corners[1, 0], corners[2, 0], corners[2, 1] = b, x, y
-    along = corners[[1, 2, 0]] - corners
+    corners[1, 0], corners[2] = b, seen[1, :2]
+    along = corners[NEXT] - corners
     lengths = np.sqrt(along[:, 0] * along[:, 0] + along[:, 1] * along[:, 1])
     point = lengths == 0
     tangents = along / np.where(point, 1.0, lengths)[:, np.newaxis]
     tangents[:, 0][point] = 1.0
-    beyond = across - origin
-    far = np.stack([_in_frame(side, axes) for side in beyond])  # (edge, coordinate of the frame, m)
     joined = joined & (y > THIN * lengths.max(axis=0))
-    begins, ends, folds = _tents(corners, tangents, lengths, far, joined)
+    begins, ends, folds = _tents(corners, tangents, lengths, seen[2:], joined)
     return Hosts(origin, axes, corners, tangents, lengths, tilt, begins, ends, folds)
 
 
-def _frame(first: FloatArray, second: FloatArray) -> FloatArray:
+def in_frame(vectors: FloatArray, axes: FloatArray) -> FloatArray:
+    """Coordinates (k, 3, m) of vectors (k, 3, m) along axes (3, 3, m)."""
+    made = vectors[:, :1] * axes[:, 0]
+    made += vectors[:, 1:2] * axes[:, 1]
+    made += vectors[:, 2:] * axes[:, 2]
+    return made
+
+
+def _frame(first: Vectors, second: Vectors) -> FloatArray:
     """Orthonormal axes (3, 3, m): along the first side, towards the second, and their product.
 
     The second axis is made orthogonal twice, which leaves it so to the last places however small
     the angle is; where nothing is left any direction will do, for the height that the third vertex
     then has counts as tilt.
     """
-    size = length(first)
-    chosen = np.where(size > 0, first, second)
-    size = np.where(size > 0, size, length(second))
-    one = chosen / np.where(size > 0, size, 1.0)
+    size, other = length(first), length(second)
+    point = size == 0
+    if point.any():
+        first, size = np.where(point, second, first), np.where(point, other, size)
+    one = first / np.where(size > 0, size, 1.0)
     one[0][size == 0] = 1.0
     two = second
     for _ in range(2):
         two = two - dot(two, one) * one
+    size = length(two)
     # A second side along the first gives no direction; a coordinate axis does.
-    lost = length(two) <= 2.0**-48 * length(second)
-    least = np.abs(one).argmin(axis=0)
-    other = (np.arange(3)[:, np.newaxis] == least).astype(np.float64)
-    for _ in range(2):
-        other = other - dot(other, one) * one
-    two = np.where(lost, other, two)
-    two = two / length(two)
-    three = cross(one, two)
-    return np.stack([one, two, three])
+    lost = size <= 2.0**-48 * other
+    if lost.any():
+        least = np.abs(one).argmin(axis=0)
+        any_other = (np.arange(3)[:, np.newaxis] == least).astype(np.float64)
+        for _ in range(2):
+            any_other = any_other - dot(any_other, one) * one
+        two = np.where(lost, any_other, two)
+        size = length(two)
+    two = two / size
+    return np.stack([one, two, cross(one, two)])
 
 
 def _tents(
@@ -174,17 +176,18 @@ def _tents(
     unit = np.where(joined, reach, 1.0)
     folds = np.sqrt((out / unit - 1.0) ** 2 + (high / unit) ** 2)
     # The neighbour's angles at the beginning of edge k, and at the end of the edge before it.
-    one = np.where(joined, s, 1.0), reach
-    two = np.where(joined, lengths - s, 1.0)[[2, 0, 1]], reach[[2, 0, 1]]
-    before = tangents[[2, 0, 1]]
+    cosines = np.stack([np.where(joined, s, 1.0), np.where(joined, lengths - s, 1.0)[BEFORE]])
+    angle = cosines, np.stack([reach, reach[BEFORE]])
+    before = tangents[BEFORE]
     rest = (
         before[:, 0] * tangents[:, 0] + before[:, 1] * tangents[:, 1],
         np.maximum(before[:, 0] * tangents[:, 1] - before[:, 1] * tangents[:, 0], 0.0),
     )
     half = 1.0 + rest[0], rest[1]
-    begins = _slope(_smaller(one, _larger(half, _difference(rest, two))))
-    ends = _slope(_smaller(two, _larger(half, _difference(rest, one))))
-    return begins, ends[[1, 2, 0]], folds
+    # What the other tent at the vertex leaves, or half of what there is.
+    other = angle[0][::-1], angle[1][::-1]
+    begins, ends = _slope(_smaller(angle, _larger(half, _difference(rest, other))))
+    return begins, ends[NEXT], folds
 
 
 def _slope(angle: Direction) -> FloatArray:
@@ -209,7 +212,3 @@ def _smaller(first: Direction, second: Direction) -> Direction:
 def _larger(first: Direction, second: Direction) -> Direction:
     chosen = first[0] * second[1] <= first[1] * second[0]
     return np.where(chosen, first[0], second[0]), np.where(chosen, first[1], second[1])
-
-
-def _in_frame(side: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    return dot(side, axes[0]), dot(side, axes[1]), dot(side, axes[2])

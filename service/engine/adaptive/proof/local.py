@@ -1,6 +1,7 @@
 """Pieces of a surface as they look from their hosts: nets in frames, and what is told from them."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import inf
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.triangle import degree_of
 from service.engine.adaptive.ground import Ground, Nets
-from service.engine.adaptive.proof.blossoms import box_nets, exponents, half_nets, triangle_nets
+from service.engine.adaptive.proof.blossoms import exponents, half_nets, triangle_nets
 from service.engine.adaptive.proof.distance import reach
 from service.engine.adaptive.proof.heights import highest
 from service.engine.adaptive.proof.hosts import Hosts, hosts_of
@@ -51,47 +52,55 @@ class Local:
         """What rounding may do to a point, and to distances, in these units."""
         return UNIT * roundings(*self.degree)
 
-    def over(self, nets: FloatArray, places: FloatArray, *, halves: bool) -> "Piece":
+    def over(self, nets: FloatArray, places: FloatArray, right: Bools) -> "Piece":
         """The surface over triangles of parameters.
 
         Parameters
         ----------
-        nets : ndarray of float64, shape (p+1, q+1, D, m)
+        nets : ndarray of float64, shape (m, D, p+1, q+1)
             The patches, in model units.
         places : ndarray of float64, shape (3, 2, m)
-        halves : bool
+        right : ndarray of bool, shape (m,)
             Whether they have a right angle at corner 0, and corner 1 is along u from it.
         """
-        framed = self.hosts.framed(_scaled(nets, 1.0 / self.unit))
-        u, v = places[:, 0], places[:, 1]
-        if halves:
-            return Piece(half_nets(box_nets(framed, (u[0], u[1]), (v[0], v[2]))), self.rounding)
-        return Piece(triangle_nets(framed, [*u], [*v]), self.rounding)
+        framed = self.hosts.framed(scaled(nets, 1.0 / self.unit))
+        halves, others = np.flatnonzero(right), np.flatnonzero(~right)
+        if not len(others):
+            return Piece(half_nets(framed, places[:2, 0], places[::2, 1]), self.rounding)
+        if not len(halves):
+            return Piece(triangle_nets(framed, places[:, 0], places[:, 1]), self.rounding)
+        made = np.empty((len(nets), nets.shape[1], len(exponents(sum(self.degree)))))
+        u, v = places[:2, 0, halves], places[::2, 1, halves]
+        made[halves] = half_nets(framed[halves], u, v)
+        u, v = places[:, 0, others], places[:, 1, others]
+        made[others] = triangle_nets(framed[others], u, v)
+        return Piece(made, self.rounding)
 
     def near(self, nets: FloatArray, patch: Ints, sizes: FloatArray, places: FloatArray) -> "Piece":
-        """The surface of patches of high degree, of such sizes, over triangles in `box_order`."""
-        own = _unit(sizes)
-        sides = [(t.min(axis=0), t.max(axis=0)) for t in (places[:, 0], places[:, 1])]
-        found = over_boxes(_scaled(nets, 1.0 / own), patch, *map(np.stack, sides))
+        """The surface of patches of high degree, of such sizes, over triangles in `box_order`.
+
+        The nets are those of the patches that there are, each once, in units of their own sizes.
+        """
+        own = unit_of(sizes)
+        low, high = places.min(axis=0), places.max(axis=0)
+        found = over_boxes(nets, patch, np.stack([low[0], high[0]]), np.stack([low[1], high[1]]))
+        box = found.box
         share = own / self.unit
-        framed = self.hosts.framed(_scaled(found.low[..., found.box], share))
-        inner = (
-            [np.where(b > a, (t - a) / np.where(b > a, b - a, 1.0), 0.0) for t in places[:, axis]]
-            for axis, (a, b) in enumerate(sides)
-        )
-        gap = found.gap[found.box] * share
-        net = triangle_nets(framed, *inner)
-        bound = Piece(net, self.rounding).deviation(self.hosts) + gap
+        framed = self.hosts.framed(scaled(found.low[box], share))
+        wide = high > low
+        inner = np.where(wide, (places - low) / np.where(wide, high - low, 1.0), 0.0)
+        gap = found.gap[box] * share
+        piece = Piece(triangle_nets(framed, inner[:, 0], inner[:, 1]), self.rounding)
+        bound = piece.deviation(self.hosts) + gap
         # What hardly bends has all of its net near the host, though not near a cubic one.
         rows = np.flatnonzero(gap > bound * DOUBTFUL)
         whole = np.full(len(bound), np.inf)
         if len(rows):
             hosts = self.hosts.take(rows)
-            hull = hosts.framed(_scaled(found.whole[..., found.box[rows]], share[rows]))
-            x, y, h = _columns(projected(hull.reshape(-1, *hull.shape[2:])))
-            furthest = reach(x, y, h, hosts)
+            hull = hosts.framed(scaled(found.whole[box[rows]], share[rows]))
+            furthest = reach(projected(hull.reshape(*hull.shape[:2], -1)), hosts)
             whole[rows] = furthest.bound(furthest.height)
-        return Piece(net, self.rounding, gap, whole)
+        return Piece(piece.net, self.rounding, gap, whole)
 
     def restored(self, bound: FloatArray) -> FloatArray:
         """A bound in model units, all rounding included."""
@@ -103,9 +112,9 @@ class Local:
         """Lower bounds of the distances between the pieces and the eye, by boxes about nets."""
         # From the nearest place in a box about the piece it is not further than from the eye.
         away = np.clip(eye[:, np.newaxis] - self.middle, -FAR * self.unit, FAR * self.unit)
-        seen = self.hosts.framed(away / self.unit)
+        seen = self.hosts.framed((away / self.unit).T[..., np.newaxis])[..., 0]
         points = projected(piece.net)
-        gap = np.maximum(points.min(axis=0) - seen, seen - points.max(axis=0))
+        gap = np.maximum(points.min(axis=2) - seen, seen - points.max(axis=2)).T
         gap = np.maximum(gap, 0.0)
         length = np.sqrt(gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2])
         # Far from the middle the eye's own coordinates are rounded.
@@ -120,8 +129,8 @@ class Piece:
 
     Attributes
     ----------
-    net : ndarray of float64, shape (N, D, m)
-        A triangular net.
+    net : ndarray of float64, shape (m, D, N)
+        Triangular nets.
     rounding : float
         What its points may be off by.
     gap : ndarray of float64, shape (m,), or 0
@@ -137,9 +146,8 @@ class Piece:
 
     def deviation(self, hosts: Hosts) -> FloatArray:
         """Bounds of the distances from the surface to hosts and their neighbours."""
-        x, y, h = _columns(projected(self.net))
-        rise = self._divided(highest(np.ascontiguousarray(self.net[:, 2]), degree_of(len(h))))
-        bound = reach(x, y, h, hosts).bound(rise) + self.gap
+        rise = self._divided(highest(self.net[:, 2:3], degree_of(self.net.shape[2])))[:, 0]
+        bound = reach(projected(self.net), hosts).bound(rise) + self.gap
         nearest: FloatArray = np.minimum(bound, self.whole)
         return nearest
 
@@ -151,8 +159,10 @@ class Piece:
         """
         if self.net.shape[1] == 3:
             return numerator
-        least, most = (choose(self.net[:, 3], axis=0) for choose in (np.min, np.max))
-        quotient: FloatArray = (numerator + 2 * self.rounding * most) / least
+        weights = self.net[:, 3:]
+        quotient: FloatArray = (numerator + 2 * self.rounding * weights.max(axis=2)) / weights.min(
+            axis=2
+        )
         return quotient
 
     def straying(self, images: FloatArray) -> FloatArray:
@@ -162,28 +172,34 @@ class Piece:
         (i_0, i_1, i_2) of it every corner e with i_e > 0 gives (X − w A_e), of the point with
         one less of it, in proportion to i_e. The same for w.
         """
-        degree = degree_of(len(self.net))
-        place = {key: row for row, key in enumerate(exponents(degree))}
-        homogeneous = self.net.shape[1] == 4
-        made = np.zeros((len(exponents(degree + 1)), *self.net.shape[1:]))
-        for corner in range(3):
+        degree = degree_of(self.net.shape[2])
+        made = np.zeros((*self.net.shape[:2], len(exponents(degree + 1))))
+        for image, raised in zip(images, _raising(degree), strict=True):
             gone = self.net.copy()
-            for axis in range(2):
-                target = images[corner, axis]
-                gone[:, axis] -= self.net[:, 3] * target if homogeneous else target
-            for number, key in enumerate(exponents(degree + 1)):
-                if key[corner]:
-                    less = list(key)
-                    less[corner] -= 1
-                    row = place[less[0], less[1], less[2]]
-                    made[number] += key[corner] / (degree + 1) * gone[row]
-        columns = _columns(made)
-        rises = [highest(column, degree + 1) for column in columns]
-        part = self._divided(np.sqrt(sum(rise * rise for rise in rises)))
-        x, y, h = _columns(projected(made))
-        whole = np.sqrt((x * x + y * y + h * h).max(axis=0))
+            target = image.T[..., np.newaxis]
+            gone[:, :2] -= self.net[:, 3:] * target if self.net.shape[1] == 4 else target
+            made += gone @ raised
+        rises = highest(made[:, :3], degree + 1)
+        part = self._divided(np.sqrt((rises * rises).sum(axis=1))[:, np.newaxis])[:, 0]
+        seen = projected(made)
+        whole = np.sqrt(((seen * seen).sum(axis=1)).max(axis=1))
         bound: FloatArray = np.minimum(part, whole) + self.gap
         return bound
+
+
+@lru_cache(maxsize=64)
+def _raising(degree: int) -> FloatArray:
+    """Nets of a corner's coordinate times a net, of one degree more: shape (3, N, N+n+2)."""
+    place = {key: row for row, key in enumerate(exponents(degree))}
+    keys = exponents(degree + 1)
+    shares = np.zeros((3, len(place), len(keys)))
+    for at, key in enumerate(keys):
+        for corner in range(3):
+            if key[corner]:
+                less = tuple(n - (k == corner) for k, n in enumerate(key))
+                shares[corner, place[less], at] = key[corner] / (degree + 1)
+    shares.flags.writeable = False
+    return shares
 
 
 def box_order(patch: Ints, places: FloatArray) -> Ints:
@@ -194,27 +210,22 @@ def box_order(patch: Ints, places: FloatArray) -> Ints:
 
 
 def projected(net: FloatArray) -> FloatArray:
-    """Points (N, 3, m) of nets that may be homogeneous."""
+    """Points (m, 3, N) of nets that may be homogeneous."""
     return net if net.shape[1] == 3 else net[:, :3] / net[:, 3:]
 
 
-def _unit(sizes: FloatArray) -> FloatArray:
+def unit_of(sizes: FloatArray) -> FloatArray:
     """The least powers of two above sizes; 2^-1000 for what is less."""
     unit: FloatArray = np.ldexp(1.0, np.maximum(np.frexp(sizes)[1], -1000))
     return unit
 
 
-def _scaled(nets: FloatArray, scale: FloatArray) -> FloatArray:
-    """Nets (…, D, m) times powers of two; their weights remain."""
-    if nets.shape[-2] == 3:
+def scaled(nets: FloatArray, scale: FloatArray) -> FloatArray:
+    """Nets (m, D, …) times powers of two (m,); their weights remain."""
+    scale = scale.reshape(-1, *[1] * (nets.ndim - 1))
+    if nets.shape[1] == 3:
         return nets * scale
-    return np.concatenate([nets[..., :3, :] * scale, nets[..., 3:, :]], axis=-2)
-
-
-def _columns(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Coordinates of points (N, 3 or 4, m), (N, m) each."""
-    x, y, h = (np.ascontiguousarray(points[:, axis]) for axis in range(3))
-    return x, y, h
+    return np.concatenate([nets[:, :3] * scale, nets[:, 3:]], axis=1)
 
 
 def local(
@@ -233,7 +244,7 @@ def local(
     middle = ground.middles[:, patch]
     own = vertices - middle
     size = np.maximum(ground.sizes[patch], np.abs(own).max(axis=(0, 1)))
-    unit = _unit(size)
+    unit = unit_of(size)
     gone = across - middle
     joined = joined & (np.abs(gone).max(axis=1) <= FAR * unit)
     hosts = hosts_of(own / unit, np.where(joined[:, np.newaxis], gone, own) / unit, joined)

@@ -24,7 +24,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein, elevation
 from service.bases.cache import PLANS
-from service.engine.adaptive.proof.blossoms import blossoms
+from service.engine.adaptive.proof.blossoms import rows
 
 DIRECT = 8
 """Degree p + q up to which the nets of triangles are computed as such, and nothing is reduced."""
@@ -45,9 +45,9 @@ class Reduced:
     Attributes
     ----------
     box : ndarray of int, shape (m,)
-    whole : ndarray of float64, shape (p+1, q+1, D, B)
+    whole : ndarray of float64, shape (B, D, p+1, q+1)
         The nets.
-    low : ndarray of float64, shape (min(p, 3)+1, min(q, 3)+1, D, B)
+    low : ndarray of float64, shape (B, D, min(p, 3)+1, min(q, 3)+1)
         Nets near them.
     gap : ndarray of float64, shape (B,)
         No point of one surface is further than this from that of the other, at any parameters.
@@ -65,12 +65,25 @@ def order_of(patch: Ints, u: FloatArray, v: FloatArray) -> Ints:
 
 
 def over_boxes(nets: FloatArray, patch: Ints, u: FloatArray, v: FloatArray) -> Reduced:
-    """Nets (p+1, q+1, D, m) of patches over boxes, in the order above, no coordinate above 1."""
+    """Nets of boxes of patches, in the order above.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape (P, D, p+1, q+1)
+        Of the patches that there are, no coordinate above 1.
+    patch : ndarray of int, shape (m,)
+        Which of these it is, rising.
+    u, v : ndarray of float64, shape (2, m)
+        Sides of the boxes.
+    """
+    size, p, q = nets.shape[1], nets.shape[2] - 1, nets.shape[3] - 1
     new_u = _changes(patch, *u)
     new = new_u | _changes(*v)
     first_u, first = np.flatnonzero(new_u), np.flatnonzero(new)
-    strips = _restricted(nets[..., first_u], u[:, first_u], 0)
-    boxes = _restricted(strips[..., (np.cumsum(new_u) - 1)[first]], v[:, first], 1)
+    strip = (np.cumsum(new_u) - 1)[first]
+    strips = _between(p, u[:, first_u])[:, np.newaxis] @ nets[patch[first_u]]
+    lines = strips[strip].reshape(-1, size * (p + 1), q + 1)
+    boxes = (lines @ _between(q, v[:, first]).swapaxes(1, 2)).reshape(-1, *nets.shape[1:])
     return Reduced(np.cumsum(new) - 1, boxes, *_near(boxes))
 
 
@@ -83,65 +96,48 @@ def _changes(*keys: FloatArray | Ints) -> Bools:
     return new
 
 
-def _restricted(nets: FloatArray, sides: FloatArray, axis: int) -> FloatArray:
-    """Nets over intervals (2, m) of one direction: matrices, themselves blossoms, times lines.
+def _between(degree: int, sides: FloatArray) -> FloatArray:
+    """Matrices (m, n+1, n+1) from nets of curves to those over intervals (2, m).
 
-    Each row of a matrix is a blossom of the nets of the Bernstein polynomials: nothing is negative,
-    and rows add up to one.
+    Each row is a blossom of the Bernstein polynomials: nothing is negative, and it adds up to one.
     """
-    size = nets.shape[axis]
     different, which = np.unique(sides, axis=1, return_inverse=True)
-    units = np.broadcast_to(np.eye(size)[..., np.newaxis], (size, size, different.shape[1]))
-    return _applied(blossoms(units, [*different])[..., which], nets, axis)
+    return rows(degree, different)[which]
 
 
 def _near(boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Nets near others, and how near they are."""
-    homogeneous = boxes.shape[2] == 4
+    homogeneous = boxes.shape[1] == 4
     if homogeneous:
-        corner = boxes[0, 0, :3] / boxes[0, 0, 3]
+        corner = boxes[:, :3, :1, :1] / boxes[:, 3:, :1, :1]
         boxes = boxes.copy()
-        boxes[:, :, :3] -= boxes[:, :, 3:] * corner
-    low = boxes
-    for axis in (0, 1):
-        degree = boxes.shape[axis] - 1
-        if degree > LOW:
-            low = _applied(_reduction(degree)[..., np.newaxis], low, axis)
+        boxes[:, :3] -= boxes[:, 3:] * corner
+    low, p, q = boxes, boxes.shape[2] - 1, boxes.shape[3] - 1
+    if p > LOW:
+        low = _reduction(p) @ low
+    if q > LOW:
+        low = low @ _reduction(q).T
     raised = low
-    for axis in (0, 1):
-        degree = boxes.shape[axis] - 1
-        if degree > LOW:
-            raised = _applied(elevation(LOW, degree)[..., np.newaxis], raised, axis)
-    away = boxes - raised
+    if p > LOW:
+        raised = elevation(LOW, p) @ raised
+    if q > LOW:
+        raised = raised @ elevation(LOW, q).T
+    away = (boxes - raised).reshape(*boxes.shape[:2], -1)
     away *= away
-    points = np.sqrt((away[:, :, 0] + away[:, :, 1] + away[:, :, 2]).max(axis=(0, 1)))
+    points = np.sqrt((away[:, 0] + away[:, 1] + away[:, 2]).max(axis=1))
     # The corners of a triangle within a box are rounded where they are no corners of the box.
     if not homogeneous:
         return low, points + SHIFT
-    weights = np.sqrt(away[:, :, 3].max(axis=(0, 1)))
-    least, most = (choose(low[:, :, 3], axis=(0, 1)) for choose in (np.min, np.max))
+    weights = np.sqrt(away[:, 3].max(axis=1))
+    least, most = (choose(low[:, 3], axis=(1, 2)) for choose in (np.min, np.max))
     positive = least > 0
     least = np.where(positive, least, 1.0)
-    low[:, :, 3] = np.where(positive, low[:, :, 3], 1.0)
-    seen = low[:, :, :3] / low[:, :, 3:]
-    size = np.sqrt((seen[:, :, 0] ** 2 + seen[:, :, 1] ** 2 + seen[:, :, 2] ** 2).max(axis=(0, 1)))
-    gap = (points + weights * size) / boxes[:, :, 3].min(axis=(0, 1)) + SHIFT * (most / least)
-    low[:, :, :3] += low[:, :, 3:] * corner
+    low[:, 3] = np.where(positive[:, np.newaxis, np.newaxis], low[:, 3], 1.0)
+    seen = low[:, :3] / low[:, 3:]
+    size = np.sqrt((seen * seen).sum(axis=1).max(axis=(1, 2)))
+    gap = (points + weights * size) / boxes[:, 3].min(axis=(1, 2)) + SHIFT * (most / least)
+    low[:, :3] += low[:, 3:] * corner
     return low, np.where(positive, gap, np.inf)
-
-
-def _applied(matrix: FloatArray, nets: FloatArray, axis: int) -> FloatArray:
-    """Matrices (a, b, m) times the lines of nets, term after term; (a, b, 1) for one for all."""
-    lines = nets.swapaxes(0, axis)
-    made = np.zeros((len(matrix), *lines.shape[1:]))
-    term = np.empty(lines.shape[1:])
-    for number, row in enumerate(matrix):
-        total = made[number]
-        for factor, line in zip(row, lines, strict=True):
-            if len(factor) > 1 or factor[0]:
-                np.multiply(line, factor, out=term)
-                np.add(total, term, out=total)
-    return made.swapaxes(0, axis)
 
 
 def _reduction(degree: int) -> FloatArray:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from service.engine.adaptive.cutting.boxes import Leaves, whole
 from service.engine.adaptive.cutting.cells import divided
-from service.engine.adaptive.cutting.halving import halves, nine, quadratic, raised, restricted
+from service.engine.adaptive.cutting.halving import halve, nine, quadratic, raised, restricted
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.faces import SPAN, find_faces
 from service.engine.adaptive.goal import Goal
@@ -43,7 +43,9 @@ def test_nets_of_pieces_are_the_same_surface(net: Array, axis: int, end: int, be
     """Halved, restricted, raised: against exact points."""
     last = np.moveaxis(net[None], 0, -1)
     low, high = min(begin, end - 1) / 8, (end + 1) / 8
-    pieces = [(0.0, 0.5, halves(last, axis)[0]), (0.5, 1.0, halves(last, axis)[1])]
+    both = np.empty((*last.shape[:3], 2, last.shape[3]))
+    halve(last, axis, both)
+    pieces = [(0.0, 0.5, both[..., 0, :]), (0.5, 1.0, both[..., 1, :])]
     pieces.append((low, high, restricted(last, np.array([low]), np.array([high]), axis)))
     exact = exact_net(net)
     for start, stop, piece in pieces:

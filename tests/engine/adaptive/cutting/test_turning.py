@@ -24,12 +24,12 @@ from tests.strategies import Array, model_of
 HALVES = np.array([0.0, 0.5, 1.0])
 
 
-def nine_of(surface: Array) -> list[list[Array]]:
+def nine_of(surface: Array) -> Array:
     """Nine places of one cell from an array (3, 3, 3): u, v, coordinate."""
-    return [[surface[i, j][:, None] for j in range(3)] for i in range(3)]
+    return surface[..., np.newaxis]
 
 
-def arc(turn: float, radius: float = 1.0) -> list[list[Array]]:
+def arc(turn: float, radius: float = 1.0) -> Array:
     """A piece of a cylinder that turns so far along u."""
     u, v = np.meshgrid(turn * HALVES, HALVES, indexing="ij")
     return nine_of(np.stack([radius * np.sin(u), v, -radius * np.cos(u)], axis=-1))
@@ -49,8 +49,7 @@ def test_an_arc_turns_by_its_angle(turn: float) -> None:
     for angle, exceeds in ((0.95 * turn, True), (1.05 * turn, False)):
         at = arc(turn)
         assert verdict(turning(at, angle, at_scale(1, 1))) == (exceeds, False)
-        across = [list(row) for row in zip(*at, strict=True)]
-        found = turning(across, angle, at_scale(1, 1))
+        found = turning(at.swapaxes(0, 1), angle, at_scale(1, 1))
         assert verdict(found) == (exceeds, True)
 
 
@@ -66,7 +65,7 @@ def test_a_pole_has_the_normal_that_the_others_lead_to(noise: float) -> None:
         assert 2 * asin(apart / 2) < 0.02
 
 
-def fold(skew: float) -> list[list[Array]]:
+def fold(skew: float) -> Array:
     """A sheet folded on itself along u + skew v = 0.3 (1 + skew): it turns by π in one half."""
     u, v = np.meshgrid(HALVES, HALVES, indexing="ij")
     return nine_of(np.stack([(u + skew * v - 0.3 * (1 + skew)) ** 2, v, 0 * u], axis=-1))

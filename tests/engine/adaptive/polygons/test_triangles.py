@@ -5,27 +5,23 @@ import numpy as np
 from service.engine.adaptive.cutting.boxes import whole
 from service.engine.adaptive.cutting.cells import divided
 from service.engine.adaptive.cutting.task import Task
+from service.engine.adaptive.draft import Draft
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.limits import Budget
-from service.engine.adaptive.polygons.outlines import Outline, outlined
-from service.engine.adaptive.polygons.triangles import Triangles, triangulated
+from service.engine.adaptive.polygons.outlines import Outline
 from tests.engine.adaptive.bordering import bordered
 from tests.strategies import Array, model_of, moved
 
 
-def triangles_of(nets: list[Array], tolerance: float) -> tuple[Outline, Triangles]:
+def triangles_of(nets: list[Array], tolerance: float) -> tuple[Outline, Draft]:
     """The first triangles of a model, before any is certified."""
     model = model_of(nets)
     found = bordered(model, Goal(tolerance))
     task = Task(Ground.of(model), found.faces, Goal(tolerance), Budget())
-    leaves = divided(task, whole(found.faces))
-    halvings = np.zeros(len(found.border.at), dtype=np.intp)
-    outline = outlined(found.faces, found.border, leaves.cells, halvings)
-    positions = task.positions(outline.face, outline.u, outline.v)
-    by_vertex = np.empty((outline.vertices, 3))
-    by_vertex[outline.vertex] = positions
-    return outline, triangulated(outline, leaves, by_vertex)
+    draft = Draft(task, found.border, lambda positions: positions)
+    draft.renew(divided(task, whole(found.faces)))
+    return draft.outline, draft
 
 
 def arched(height: float) -> Array:

@@ -5,11 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from service.engine.adaptive.proof.blossoms import (
-    box_nets,
-    half_nets,
-    triangle_nets,
-)
+from service.engine.adaptive.proof.blossoms import both_rows, box_nets, half_nets, triangle_nets
 from tests.oracles import exact, triangles
 
 Array = np.ndarray
@@ -34,8 +30,8 @@ def test_nets_over_triangles_are_the_surface(p: int, q: int) -> None:
     rng = np.random.default_rng(p * 10 + q)
     net = rng.normal(size=(p + 1, q + 1, 3))
     u, v = grid(rng, 3), grid(rng, 3)
-    made = triangle_nets(net[..., np.newaxis], [*u], [*v])[..., 0]
-    oracle = triangles.exact_triangle(made)
+    made = triangle_nets(np.moveaxis(net, 2, 0)[np.newaxis], u, v)[0]
+    oracle = triangles.exact_triangle(made.T)
     for place in triangles.places(4):
         a, b = (
             sum(
@@ -52,12 +48,13 @@ def test_nets_over_boxes_are_the_surface_and_so_are_those_of_their_halves(p: int
     rng = np.random.default_rng(p * 10 + q + 1)
     net = rng.normal(size=(p + 1, q + 1, 3))
     u, v = grid(rng, 2), grid(rng, 2)
-    boxes = box_nets(net[..., np.newaxis], (u[0], u[1]), (v[0], v[1]))
-    half = triangles.exact_triangle(half_nets(boxes)[..., 0])
+    nets = np.moveaxis(net, 2, 0)[np.newaxis]
+    boxes = np.moveaxis(box_nets(nets, *both_rows((p, q), u, v))[0], 0, 2)
+    half = triangles.exact_triangle(half_nets(nets, u, v)[0].T)
     (begin_u, end_u), (begin_v, end_v) = (
         [Fraction(float(t)) for t in axis[:, 0]] for axis in (u, v)
     )
     for _, s, t in triangles.places(4):
         wanted = value(net, begin_u + s * (end_u - begin_u), begin_v + t * (end_v - begin_v))
-        assert_near(value(boxes[..., 0], s, t), wanted)
+        assert_near(value(boxes, s, t), wanted)
         assert_near(triangles.value(half, (1 - s - t, s, t)), wanted)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from service.engine.adaptive.goal import Goal, View
 from service.engine.adaptive.ground import Ground
-from service.engine.adaptive.proof.blossoms import box_nets, half_nets, triangle_nets
+from service.engine.adaptive.proof.blossoms import half_nets, triangle_nets
 from service.engine.adaptive.proof.certificate import certify
 from service.engine.adaptive.proof.heights import greatest
 from service.engine.adaptive.proof.rounding import UNIT, check_goal, floor, roundings
@@ -40,11 +40,13 @@ def errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
     worst = 0.0
     for half in (False, True):
         if half:
-            boxes = box_nets(nets.values, (u[0], u[1]), (v[0], v[2]))
-            made, corners = half_nets(boxes), ([u[0], u[1], u[0]], [v[0], v[0], v[2]])
+            made, corners = (
+                half_nets(nets.items, u[:2], v[::2]),
+                ([u[0], u[1], u[0]], [v[0], v[0], v[2]]),
+            )
         else:
-            made, corners = triangle_nets(nets.values, [*u], [*v]), ([*u], [*v])
-        found = triangles.exact_triangle(made[..., 0])
+            made, corners = triangle_nets(nets.items, u, v), ([*u], [*v])
+        found = triangles.exact_triangle(made[0].T)
         for place in triangles.places(3):
             a, b = (
                 sum(

@@ -1,0 +1,376 @@
+"""A mesh under way: its leaves, their polygons, triangles, and what is proved of each of them.
+
+Where leaves are cut only their surroundings change. So everything keeps its number: what is cut
+or replaced is marked as gone, and what is new is put behind what there is. The outline is computed
+of the new leaves and of those around them alone, and what comes out of it as it was before stays.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.adaptive.borders.border import Border
+from service.engine.adaptive.cutting.boxes import Cells, Leaves
+from service.engine.adaptive.cutting.cells import divided
+from service.engine.adaptive.cutting.task import Task
+from service.engine.adaptive.polygons.outlines import Outline, outlined
+from service.engine.adaptive.polygons.triangles import (
+    Rows,
+    among,
+    crossed,
+    edges,
+    foster,
+    neighbours,
+    pairs,
+    triangulated,
+)
+from service.engine.adaptive.triangulation import Triangulation
+
+Store = Callable[[FloatArray], FloatArray]
+
+CROWD = 64
+"""A leaf with more corners is cut, whatever its triangles are like."""
+
+OVERHEAD = 4000
+"""What it takes to make triangles of a leaf, in multiplications, about."""
+
+NONE = np.empty(0, dtype=np.intp)
+
+
+class Draft:
+    """Leaves, samples and triangles; what is gone keeps its number.
+
+    Attributes
+    ----------
+    leaves : Leaves
+        All that there were.
+    face, u, v, vertex : ndarray of int, shape (N,)
+        Samples: a vertex as a face sees it.
+    positions, places : ndarray of float64, shape (V, 3)
+        Vertices as they are stored, and as they were evaluated; those of the border first.
+    corners : ndarray of int, shape (T, 3)
+        Samples of triangles, counter-clockwise.
+    leaf, segment, base : ndarray of int, shape (T,)
+        See `Rows`.
+    host : ndarray of int, shape (T,)
+        The triangle to which the surface over this one falls: itself, unless two of its vertices
+        are one; then one beside it, or −1 if the whole face has none.
+    beside : ndarray of int, shape (T, 3)
+        The triangle beyond edge k, k+1 in the same face, if there is just one, or else −1;
+    across : ndarray of int, shape (T, 3)
+        the vertex opposite to the edge there.
+    alive : ndarray of bool, shape (T,)
+        Which triangles of places there are still.
+    dirty : ndarray of bool, shape (T,)
+        Which have changed, with what is across their edges, or are gone, since the last round.
+    bare : ndarray of int
+        Leaves with a piece of the border that no triangle has for an edge.
+    crossed : ndarray of int, shape (X, 2)
+        Triangles, and which of their edges, where more than two meet that are not all borders.
+    outline : Outline
+        Of the last leaves that were looked at.
+    """
+
+    outline: Outline
+
+    def __init__(self, task: Task, border: Border, stored: Store) -> None:
+        self.task, self.border, self.stored = task, border, stored
+        self.halvings = np.zeros(len(border.at), dtype=np.intp)
+        self.leaves: Leaves | None = None
+        self.present = np.zeros(0, dtype=bool)
+        self.first = self.size = self.owner = self.polygon = NONE
+        self.touching = np.empty((2, 0), dtype=np.intp)
+        self.face = self.u = self.v = self.vertex = self.entry = NONE
+        self.places, self.positions = border.points, stored(border.points)
+        self.corners = self.beside = self.across = np.empty((0, 3), dtype=np.intp)
+        self.leaf = self.segment = self.base = self.host = self.bare = NONE
+        self.alive = self.dirty = np.zeros(0, dtype=bool)
+        self.crossed = np.empty((0, 2), dtype=np.intp)
+
+    @property
+    def kept(self) -> Bools:
+        """Which triangles are part of the mesh, shape (T,)."""
+        kept: Bools = self.alive & (self.host == np.arange(len(self.host)))
+        return kept
+
+    def renew(self, fresh: Leaves, cut: Ints = NONE, flat: Ints = NONE) -> None:
+        """Put leaves in the place of those that were cut; and strips over these segments anew."""
+        while True:
+            near, far = self._around(cut, flat)
+            old = np.concatenate([near, far])
+            parts = [fresh] if self.leaves is None else [fresh, self.leaves.take(old)]
+            some = Leaves.together(parts)
+            self.task.budget.spend(OVERHEAD * len(some))
+            outline = outlined(self.task.faces, self.border, some.cells, self.halvings)
+            size = np.diff(outline.start)
+            crowd = np.flatnonzero(size[: len(fresh) + len(near)] > CROWD)
+            if not len(crowd):
+                break
+            along_v = _crowded_along_v(outline, some.cells, crowd)
+            halves = some.cells.take(crowd).halved(along_v)
+            mine = crowd < len(fresh)
+            rest = np.delete(np.arange(len(fresh)), crowd[mine])
+            fresh = Leaves.together([fresh.take(rest), divided(self.task, Cells.joined([*halves]))])
+            cut = np.concatenate([cut, near[crowd[~mine] - len(fresh.take(rest)) - mine.sum()]])
+        self._replace(outline, some, len(fresh), near, (cut, far))
+
+    def _around(self, cut: Ints, flat: Ints) -> tuple[Ints, Ints]:
+        """Leaves that may change with those that are cut, and those that tell how they look."""
+        if self.leaves is None:
+            return NONE, NONE
+        gone = np.zeros(len(self.present), dtype=bool)
+        gone[cut] = True
+        near = gone.copy()
+        self._spread(near, flat)
+        far = near.copy()
+        self._spread(far, NONE)
+        return np.flatnonzero(near & ~gone), np.flatnonzero(far & ~near)
+
+    def _spread(self, leaves: Bools, segments: Ints) -> None:
+        """Adds leaves that have a sample, or a segment of the border, in common with these."""
+        mark = np.zeros(len(self.face), dtype=bool)
+        mark[self.polygon[leaves[self.owner]]] = True
+        together = np.zeros(len(self.border.at), dtype=bool)
+        segment, leaf = self.touching
+        together[segment[leaves[leaf]]] = True
+        together[segments] = True
+        leaves[self.owner[mark[self.polygon]]] = True
+        leaves[leaf[together[segment]]] = True
+        leaves &= self.present
+
+    def _replace(
+        self,
+        outline: Outline,
+        some: Leaves,
+        count: int,
+        near: Ints,
+        others: tuple[Ints, Ints],
+    ) -> None:
+        """Take over what is new of an outline, the first leaves of which are new, others near."""
+        cut, far = others
+        begin = len(self.present)
+        number = np.concatenate([begin + np.arange(count), near, far])
+        sample = self._samples(outline, np.concatenate([cut, near, far]))
+        self.outline = outline
+        polygon = sample[outline.corner]
+        changed = np.zeros(len(number), dtype=bool)
+        changed[:count] = True
+        changed[count : count + len(near)] = self._differs(outline, polygon, count, near)
+        mine = np.flatnonzero(changed)
+        self._store(outline, some, count, (cut, number, mine), polygon)
+        segments = np.zeros(len(self.border.at), dtype=bool)
+        segments[outline.touching[0, changed[outline.touching[1]]]] = True
+        points = self.places[self.vertex[sample]]
+        rows = triangulated(outline, some, points, changed, segments)
+        gone = np.zeros(begin + count + 1, dtype=bool)
+        gone[cut], gone[number[mine]] = True, True
+        gone[-1] = False
+        dead = self.alive & (gone[self.leaf] | ((self.leaf < 0) & segments[self.segment]))
+        self._add(
+            Rows(
+                sample[rows.corners],
+                np.where(rows.leaf < 0, -1, number[rows.leaf]),
+                rows.segment,
+                rows.base,
+            ),
+            dead,
+        )
+
+    def _samples(self, outline: Outline, leaves: Ints) -> Ints:
+        """The samples of an outline among all; those that are new are added."""
+        known = NONE
+        number = np.full(len(outline.face), -1)
+        if len(self.face):
+            mark = np.zeros(len(self.face), dtype=bool)
+            here = np.zeros(len(self.present), dtype=bool)
+            here[leaves] = True
+            mark[self.polygon[here[self.owner]]] = True
+            mark[self.entry] = True
+            known = np.flatnonzero(mark)
+            columns = [
+                np.concatenate(pair)
+                for pair in (
+                    (outline.face, self.face[known]),
+                    (outline.u, self.u[known]),
+                    (outline.v, self.v[known]),
+                )
+            ]
+            order = np.lexsort(columns[::-1])
+            same = np.logical_and.reduce([c[order[1:]] == c[order[:-1]] for c in columns])
+            hits = np.flatnonzero(same)
+            number[order[hits]] = known[order[hits + 1] - len(number)]
+        fresh = np.flatnonzero(number < 0)
+        number[fresh] = len(self.face) + np.arange(len(fresh))
+        vertex = outline.vertex[fresh]
+        inner = np.flatnonzero(vertex >= len(self.border.points))
+        vertex[inner] = len(self.places) + np.arange(len(inner))
+        row = fresh[inner]
+        if len(row):
+            points = self.task.positions(outline.face[row], outline.u[row], outline.v[row])
+            self.places = np.concatenate([self.places, points])
+            self.positions = np.concatenate([self.positions, self.stored(points)])
+        self.face = np.concatenate([self.face, outline.face[fresh]])
+        self.u = np.concatenate([self.u, outline.u[fresh]])
+        self.v = np.concatenate([self.v, outline.v[fresh]])
+        self.vertex = np.concatenate([self.vertex, vertex])
+        self.entry = number[outline.entry]
+        return number
+
+    def _differs(self, outline: Outline, polygon: Ints, count: int, near: Ints) -> Bools:
+        """Which leaves have another polygon than before: of those after the first ones."""
+        start = outline.start[count : count + len(near) + 1]
+        size = np.diff(start)
+        differs: Bools = size != self.size[near]
+        same = np.flatnonzero(~differs)
+        if len(same):
+            row = np.repeat(same, size[same])
+            step = np.arange(len(row)) - np.repeat(np.cumsum(size[same]) - size[same], size[same])
+            other = polygon[start[row] + step] != self.polygon[self.first[near[row]] + step]
+            differs[row[other]] = True
+        return differs
+
+    def _store(
+        self,
+        outline: Outline,
+        some: Leaves,
+        count: int,
+        which: tuple[Ints, Ints, Ints],
+        polygon: Ints,
+    ) -> None:
+        """New leaves and new polygons; those that are gone have no owner any more."""
+        cut, number, mine = which
+        size = np.diff(outline.start)
+        if self.leaves is None:
+            self.leaves, self.present = some, np.ones(count, dtype=bool)
+            self.first, self.size, self.polygon = outline.start[:-1], size, polygon
+            self.owner, self.touching = np.repeat(np.arange(count), size), outline.touching
+            return
+        self.leaves = Leaves.together([self.leaves, some.take(np.arange(count))])
+        self.present[cut] = False
+        self.present = np.concatenate([self.present, np.ones(count, dtype=bool)])
+        more = np.zeros(count, dtype=np.intp)
+        self.first, self.size = (
+            np.concatenate([values, more]) for values in (self.first, self.size)
+        )
+        gone = ~self.present
+        gone[number[mine]] = True
+        left = np.flatnonzero(~gone[self.owner])
+        # Polygons are where they were, but for those that are gone.
+        place = np.cumsum(~gone[self.owner]) - 1
+        keep = np.flatnonzero(~gone[: len(gone) - count])
+        self.first[keep] = place[self.first[keep]]
+        row = np.repeat(mine, size[mine])
+        offset = np.cumsum(size[mine]) - size[mine]
+        step = np.arange(len(row)) - np.repeat(offset, size[mine])
+        self.first[number[mine]], self.size[number[mine]] = offset + len(left), size[mine]
+        self.polygon = np.concatenate([self.polygon[left], polygon[outline.start[row] + step]])
+        self.owner = np.concatenate([self.owner[left], number[row]])
+        here = np.flatnonzero(outline.touching[1] < count)
+        added = outline.touching[:, here].copy()
+        added[1] = number[added[1]]
+        before = self.touching[:, self.present[self.touching[1]]]
+        self.touching = np.concatenate([before, added], axis=1)
+
+    def _add(self, rows: Rows, dead: Bools) -> None:
+        """Add triangles, and find out again what is beside them and those around."""
+        begin, count = len(self.alive), len(rows.leaf)
+        none = np.full((count, 3), -1)
+        self.corners = np.concatenate([self.corners, rows.corners])
+        self.leaf = np.concatenate([self.leaf, rows.leaf])
+        self.segment = np.concatenate([self.segment, rows.segment])
+        base = np.where(rows.base < 0, -1, rows.base + begin)
+        self.base = np.concatenate([self.base, base])
+        vertex = self.vertex[self.corners]
+        vanished = (vertex == vertex[:, [1, 2, 0]]).any(axis=1)
+        own = np.where(vanished[begin:], -1, begin + np.arange(count))
+        self.host = np.concatenate([self.host, own])
+        self.beside = np.concatenate([self.beside, none])
+        self.across = np.concatenate([self.across, none])
+        self.alive = np.concatenate([self.alive & ~dead, np.ones(count, dtype=bool)])
+        self.dirty = np.concatenate([dead, np.ones(count, dtype=bool)])
+        if not begin:
+            self._join(np.arange(count), vertex, np.ones((count, 3), dtype=bool), vanished)
+            return
+        # An edge may have changed if both of its ends are vertices of what is new or gone.
+        mark = np.zeros(len(self.places), dtype=bool)
+        mark[vertex[self.dirty]] = True
+        marked = mark[vertex] & self.alive[:, np.newaxis]
+        rows_ = np.flatnonzero(marked.sum(axis=1) >= 2)
+        both = (marked & marked[:, [1, 2, 0]])[rows_]
+        self._join(rows_, vertex[rows_], both, vanished)
+
+    def _join(self, some: Ints, vertex: Ints, both: Bools, vanished: Bools) -> None:
+        """Hosts and neighbours of some triangles, at those edges of which `both` ends changed."""
+        kept = ~vanished[some]
+        corners = self.corners[some]
+        self.bare = NONE
+        if not kept.all():
+            host = self.host[some]
+            lost = ~kept & (host >= 0)
+            host[lost] = np.where(self.alive[host[lost]], host[lost], -1)
+            moved = host < 0
+            if moved.any():
+                foster(corners, self.leaf[some], host)
+            self.host[some] = host
+            self.dirty[some[moved]] = True
+            there, back = edges(corners)
+            side = np.flatnonzero((~kept[:, np.newaxis] & both).ravel())
+            side = side[~among(back[side], there)]
+            keys = pairs(vertex)
+            ends = vertex.ravel()[side], vertex[:, [1, 2, 0]].ravel()[side]
+            open_ = (ends[0] != ends[1]) & ~among(keys[side], keys[np.repeat(kept, 3)])
+            self.bare = np.unique(self.leaf[some[side[open_] // 3]])
+        beside, across, crowd = neighbours(vertex, kept, self.face[corners[:, 0]])
+        beside = np.where(beside >= 0, some[beside], -1)
+        before = self.across[some]
+        changed = both & (before != across)
+        self.dirty[some[changed.any(axis=1)]] = True
+        self.across[some] = np.where(both, across, before)
+        self.beside[some] = np.where(both, beside, self.beside[some])
+        crowd = crowd[both.ravel()[crowd]]
+        self.crossed = crossed(corners, crowd) if len(crowd) else np.empty((0, 2), dtype=np.intp)
+        self.crossed[:, 0] = some[self.crossed[:, 0]]
+
+    def finished(self, deviation: FloatArray, mesh: FloatArray | None) -> Triangulation:
+        """The mesh, with the greatest bound of all that falls to each triangle."""
+        rows = np.flatnonzero(self.kept)
+        lost = np.flatnonzero(self.alive & ~self.kept)
+        for values in (deviation, mesh):
+            if values is not None and len(lost):
+                np.maximum.at(values, self.host[lost], values[lost])
+        corners = self.corners[rows]
+        used = np.zeros(len(self.face), dtype=bool)
+        used[self.polygon] = True
+        used[self.entry] = True
+        samples = np.flatnonzero(used)
+        samples = samples[np.lexsort((self.v[samples], self.u[samples], self.face[samples]))]
+        number = np.empty(len(self.face), dtype=np.intp)
+        number[samples] = np.arange(len(samples))
+        vertex = self.vertex[samples]
+        inner = np.flatnonzero(vertex >= len(self.border.points))
+        places = np.concatenate([self.border.points, self.places[vertex[inner]]])
+        vertex[inner] = len(self.border.points) + np.arange(len(inner))
+        order = np.argsort(self.face[corners[:, 0]], kind="stable")
+        rows = rows[order]
+        return Triangulation(
+            self.face[samples],
+            self.u[samples],
+            self.v[samples],
+            vertex,
+            places,
+            number[corners[order]],
+            deviation[rows],
+            None if mesh is None else mesh[rows],
+        )
+
+
+def _crowded_along_v(outline: Outline, cells: Cells, crowd: Ints) -> Bools:
+    """Which leaves with too many corners have more of them along v."""
+    along_v = np.empty(len(crowd), dtype=bool)
+    for row, leaf in enumerate(crowd.tolist()):
+        corner = outline.corner[outline.start[leaf] : outline.start[leaf + 1]]
+        u, v, box = outline.u[corner], outline.v[corner], cells.box[:, leaf]
+        on_u, on_v = np.isin(u, box[:2]).sum(), np.isin(v, box[2:]).sum()
+        along_v[row] = on_u > on_v
+    return along_v
