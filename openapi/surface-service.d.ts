@@ -1682,7 +1682,7 @@ export interface components {
             /**
              * Uvs
              * @description Texture coordinates of the surface, or if it has none and `uvs` is true, parameters (u, v);
-             *     float32. In the rows of `normals`.
+             *     float64, so that they lead back to the point. In the rows of `normals`.
              */
             uvs?: [
                 number,

@@ -1,9 +1,9 @@
 """The mesh as one JSON object: for scripts, and for looking at.
 
 `vertices` are positions, float64 in the fewest digits that read back as the same number, and so are
-the `attributes`, rows of numbers by name; `normals`, `uvs` and `colors` are float32. A key whose
-value the mesh does not have is left out. `faces` holds, part by part, the quads of that part and
-then its triangles.
+`uvs`, which lead back to the point, and the `attributes`, rows of numbers by name; `normals` and
+`colors` are float32. A key whose value the mesh does not have is left out. `faces` holds, part by
+part, the quads of that part and then its triangles.
 
 Positions that are welded are written once, so that a closed surface is closed by its indices. Row
 k of `normals` and of everything else at a vertex then belongs to row k of `vertices`, unless some
@@ -44,10 +44,14 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
         "vertices": positions,
         "faces": _faces(mesh, row),
     }
-    single = {"normals": mesh.normals, "uvs": mesh.uvs, "colors": mesh.colors}
+    columns = (
+        ("normals", mesh.normals, np.float32),
+        ("uvs", mesh.uvs, np.float64),
+        ("colors", mesh.colors, np.float32),
+    )
     rows = {
-        name: values.astype(np.float32, copy=False)
-        for name, values in single.items()
+        name: values.astype(dtype, copy=False)
+        for name, values, dtype in columns
         if values is not None
     }
     document |= rows
@@ -74,7 +78,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     dimensions = [dimension for _, dimension in size.attributes]
     index = digits(max(size.vertices, size.overlay_points)) + 1
     position = 3 * (FLOAT64_CHARS + 1) + 2
-    vertex = position + (5 + size.colors) * (FLOAT32_CHARS + 1) + 7
+    vertex = position + (3 + size.colors) * (FLOAT32_CHARS + 1) + 2 * (FLOAT64_CHARS + 1) + 7
     vertex += sum(d * (FLOAT64_CHARS + 1) + 2 for d in dimensions)
     named = 100 + 2 * digits(size.triangles + size.quads) + 4 * FLOAT64_CHARS + REPORT_PART
     report = 612 + 13 * FLOAT64_CHARS

@@ -166,7 +166,7 @@ class Mesh(Answer):
     there are `attribute_faces`."""
     uvs: list[Pair] | Missing = None
     """Texture coordinates of the surface, or if it has none and `uvs` is true, parameters (u, v);
-    float32. In the rows of `normals`."""
+    float64, so that they lead back to the point. In the rows of `normals`."""
     colors: list[Annotated[list[float], Field(min_length=3, max_length=4)]] | Missing = None
     """Colours of the surface, if it has any: sRGB, or sRGB and opacity, from 0 to 1; float32. In
     the rows of `normals`."""
