@@ -19,7 +19,7 @@ ARG EXTRAS=meshopt
 ARG SOURCE_DATE_EPOCH=0
 RUN python3 -m venv /tools && python3 -m venv --without-pip /app
 WORKDIR /source
-COPY pyproject.toml constraints.txt README.md ./
+COPY pyproject.toml constraints.txt README.md LICENSE ./
 COPY service service
 COPY --from=web \
     /web/node_modules/swagger-ui-dist/swagger-ui-bundle.js \
@@ -76,6 +76,7 @@ ARG REVISION=unknown
 ARG CREATED=1970-01-01T00:00:00Z
 LABEL org.opencontainers.image.title="Surface Service" \
       org.opencontainers.image.description="Parametric surfaces in, meshes out." \
+      org.opencontainers.image.licenses="Apache-2.0" \
       org.opencontainers.image.version="${VERSION}" \
       org.opencontainers.image.revision="${REVISION}" \
       org.opencontainers.image.created="${CREATED}"

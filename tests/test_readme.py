@@ -19,7 +19,9 @@ from service.surface.examples import EXAMPLES
 from tests.programs import program
 
 ROOT = Path(__file__).parents[1]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+README = "".join(
+    (ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "CONTRIBUTING.md")
+)
 SERVED_AT = "http://127.0.0.1:8000"
 
 MODELS = {
