@@ -124,4 +124,4 @@ def test_a_search_takes_no_more_than_a_request_may() -> None:
     made, _ = search_budget(build, work.encode_mesh, accuracy, 1e-12, effort)
     assert 300 < made.report.triangles < 3000
     # What is in hand when it runs out is finished; nothing is begun.
-    assert 3e7 < effort.spent < 1.1e8
+    assert 3e7 < effort.spent < 1.2e8

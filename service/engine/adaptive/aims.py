@@ -39,6 +39,9 @@ SHARE = 2.0
 ENOUGH = 0.96
 """What must be left of a tolerance for edges to be divided by it."""
 
+LEAST_ANGLE = 2.0**-24
+"""Radians; float32 does not tell normals apart that turn by less."""
+
 LESS = 1 - 2.0**-40
 """What is divided by a stretch and multiplied by it again must not come out larger."""
 
@@ -81,7 +84,9 @@ def goal_of(accuracy: Accuracy, model: Model) -> Goal:
         eye, camera = np.array(accuracy.camera.position), accuracy.camera
         pixel = 2 * tan(camera.field_of_view / 2) / camera.height
         view = View(eye, accuracy.pixel_tolerance * pixel, NEAR * diagonal)
-    angle = inf if accuracy.angle_tolerance is None else accuracy.angle_tolerance
+    angle = inf
+    if accuracy.angle_tolerance is not None:
+        angle = max(accuracy.angle_tolerance, LEAST_ANGLE)
     return Goal(tolerance, angle, accuracy.two_sided, view)
 
 

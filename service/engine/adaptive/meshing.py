@@ -30,9 +30,10 @@ from service.engine.adaptive.borders.side_normals import SideNormals, side_norma
 from service.engine.adaptive.faces import Faces, find_faces
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
-from service.engine.adaptive.limits import Effort
+from service.engine.adaptive.limits import Budget, Effort
 from service.engine.adaptive.proof.rounding import check_goal, floor
 from service.engine.adaptive.refine import triangulate
+from service.engine.adaptive.size_bound import least_by_angle
 from service.engine.adaptive.storage import Storage, slack
 from service.engine.gridded import grid_steps
 from service.engine.mesh.mesh import Mesh
@@ -91,6 +92,9 @@ class Meshing:
         rounding = storage.rounding(origin, *model.bounds)
         nearest = nearest_to_eye(goal.view, model.bounds)
         check_goal(goal, floor(self._ground, rounding), nearest)
+        if goal.angle < pi:
+            # What cannot be is refused at once, not after all the work that is allowed.
+            Budget(most).count(int(least_by_angle(model, goal.angle)))
         if normals is None and goal.angle < pi:
             (normals,) = side_normals([(model.batches, self.seams)])
         edges = for_border(goal, rounding, model.bounds)

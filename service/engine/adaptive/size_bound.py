@@ -11,14 +11,17 @@ its border has 2 V_i + V_b − 2 triangles; so of n cells with b pieces around t
 2 n + b vertices and 4 n + b triangles. A tenth of that is the rule.
 """
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
+from service.bases.chunks import chunks
 from service.engine.adaptive.aims import nearest_to_eye
 from service.engine.adaptive.assembly.isocurves import goal_divisions
 from service.engine.adaptive.goal import Goal
 from service.engine.deviation.bends import grid_bends
+from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
 from service.engine.wires.draw import most_solids
@@ -28,6 +31,11 @@ from service.surface.lowered import PatchModel
 PARTS, FINEST, FEWEST = 6, 30, 4
 """Of the tolerance, what each of the three terms may take; halvings at which it is given up; and
 pieces of a side, even if it is short: a closed one has no fewer."""
+
+
+SAMPLES, SMOOTH, CHUNK = 8, 0.5, 1 << 16
+"""Divisions of patches whose normals are sampled; distance of unit normals beyond which a step is
+no smooth turn; and samples at a time."""
 
 
 class MostTriangles(NamedTuple):
@@ -52,6 +60,30 @@ def most_triangles(model: PatchModel, goal: Goal, options: MeshOptions) -> MostT
         else:
             points += samples
     return MostTriangles(vertices, triangles, points)
+
+
+def least_by_angle(model: PatchModel, angle: float) -> float:
+    """Triangles that normals need at least, about, to turn by so little along each edge.
+
+    On the unit sphere the normals of a mesh are triangles with sides up to the angle α, of the area
+    √3/4 α² at most; together they cover ∫ |K| dA, which is measured in some samples. An eighth of
+    that is sure. What turns far between two samples does not count: it may be a crease, at which no
+    division helps.
+    """
+    area = 0.0
+    for batch in model.batches:
+        grids = batch.tensor() if isinstance(batch, TrianglePatches) else batch
+        step = max(1, CHUNK // SAMPLES**2)
+        for rows in chunks(grids.count, SAMPLES**2, CHUNK):
+            some = grids if grids.count <= step else grids.take(np.arange(grids.count)[rows])
+            normals = evaluate(some, (SAMPLES, SAMPLES)).normals
+            assert normals is not None
+            a, b, c = normals[:, :-1, :-1], normals[:, 1:, :-1], normals[:, :-1, 1:]
+            along_u, along_v = b - a, c - a
+            size = np.square(np.cross(along_u, along_v)).sum(axis=-1)
+            near = np.maximum(np.square(along_u).sum(axis=-1), np.square(along_v).sum(axis=-1))
+            area += float(np.sqrt(size[near < SMOOTH**2]).sum())
+    return area / (sqrt(3) / 4 * angle**2) / 8
 
 
 def _cells(model: PatchModel, goal: Goal) -> tuple[int, int]:

@@ -7,10 +7,12 @@ from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.aims import goal_of
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import meshing
+from service.engine.adaptive.size_bound import least_by_angle
 from service.engine.adaptive.storage import Storage
 from service.engine.build import build_scene
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
+from service.errors import TooLarge
 from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel, PatchModel
@@ -90,3 +92,16 @@ def test_folds_come_to_an_end(kind: str, seed: int) -> None:
     other = made(whole.model(order[::-1]), 0.5)
     assert other.report.triangles == one.report.triangles
     assert other.report.normal_angle == one.report.normal_angle
+
+
+@pytest.mark.parametrize("example", ["sphere", "saddle", "octahedral-sphere", "utah-teapot"])
+def test_an_angle_that_needs_too_many_triangles_is_refused_at_once(example: str) -> None:
+    model, effort = patches_of(example), Effort(WORK)
+    options = MeshOptions(accuracy=Accuracy(angle_tolerance=5e-324))
+    goal = goal_of(options.accuracy, model)  # type: ignore[arg-type]
+    with pytest.raises(TooLarge) as refused:
+        meshing(model, options, Storage(), nodes=False).made(goal, MOST, effort)
+    assert refused.value.issues[0].code == "too_many_triangles"
+    assert effort.spent == 0
+    for angle in (0.5, 0.2):
+        assert least_by_angle(model, angle) <= len(made(example, angle).triangles)
