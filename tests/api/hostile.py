@@ -435,10 +435,7 @@ def groups() -> Iterator[Hostile]:
         '"knots":[0,1,1,2]}@/curve/knots',
     }
     yield from wrong(
-        "member",
-        group(f'[{{"surface":{GOOD}}},{{"surface":{{?}}}}]'),
-        f"{at}/1/surface",
-        faults,
+        "member", group(f'[{{"surface":{GOOD}}},{{"surface":{{?}}}}]'), f"{at}/1/surface", faults
     )
 
 

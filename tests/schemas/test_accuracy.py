@@ -86,10 +86,7 @@ def test_what_a_body_states_is_what_the_engine_reads(
         ({"tolerance": "1e-3"}, Accuracy(tolerance=1e-3)),
         ({"relative_tolerance": "0.5"}, Accuracy(relative_tolerance=0.5)),
         ({"angle_tolerance": "1"}, Accuracy(angle_tolerance=1.0)),
-        (
-            {"max_triangles": "5", "two_sided": "true"},
-            Accuracy(max_triangles=5, two_sided=True),
-        ),
+        ({"max_triangles": "5", "two_sided": "true"}, Accuracy(max_triangles=5, two_sided=True)),
         ({"max_bytes": "123456"}, Accuracy(max_bytes=123456)),
         ({"two_sided": "false", "resolution": "3"}, None),
     ],
@@ -125,11 +122,7 @@ def test_what_a_query_states_is_what_the_engine_reads(
         ({**SEEN, "pixel_tolerance": 0}, "out_of_range", "/pixel_tolerance"),
         ({**SEEN, "pixel_tolerance": MAX_PIXELS + 1}, "out_of_range", "/pixel_tolerance"),
         ({**SEEN, "camera": CAMERA | {"up": 1}}, "unknown_field", "/camera/up"),
-        (
-            {**SEEN, "camera": CAMERA | {"position": [1, 2]}},
-            "wrong_dimension",
-            "/camera/position",
-        ),
+        ({**SEEN, "camera": CAMERA | {"position": [1, 2]}}, "wrong_dimension", "/camera/position"),
         (
             {**SEEN, "camera": CAMERA | {"position": [1, 2, "3"]}},
             "wrong_type",

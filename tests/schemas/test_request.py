@@ -110,10 +110,7 @@ def test_options_know_the_defaults_and_the_forms_of_those_who_use_them() -> None
         ({"wire_sides": "5"}, MeshOptions(wire_sides=5)),
         ({"faces": "none", "isocurves": "1"}, MeshOptions(isocurves=(1, 1), surface=False)),
         ({"overlays": "boundary"}, MeshOptions(overlays=("boundary",))),
-        (
-            {"overlays": "boundary,control_net"},
-            MeshOptions(overlays=("boundary", "control_net")),
-        ),
+        ({"overlays": "boundary,control_net"}, MeshOptions(overlays=("boundary", "control_net"))),
     ],
 )
 def test_options_as_text(text: dict[str, str], wanted: MeshOptions) -> None:
