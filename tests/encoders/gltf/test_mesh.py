@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import mesh as gltf
 from service.encoders.gltf.buffer import BufferBuilder
 from service.engine.mesh.mesh import Mesh
 from service.errors import UnsupportedByFormat
-from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf
+from tests.encoders.gltf.reader import Gltf, read_glb
 from tests.meshes import carrying, silo, single, with_overlays
 
 OPTIONS = EncodeOptions()
@@ -76,37 +75,6 @@ def read_back(buffer: BufferBuilder) -> np.ndarray:
     packed = buffer.packed()
     document = {"accessors": buffer.accessors, "bufferViews": packed.views}
     return Gltf(document, b"".join(packed.chunks)).array(0)
-
-
-def test_z_up_is_turned_upright_by_the_root() -> None:
-    x, y, z, w = glb(single(silo(), up="z")).document["nodes"][0]["rotation"]
-    # Rotation matrix of a unit quaternion: z becomes y, x stays, the turn is no reflection.
-    turn = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    np.testing.assert_allclose(turn, [[1, 0, 0], [0, 0, 1], [0, -1, 0]], atol=1e-15)
-    assert "rotation" not in glb(single(silo())).document["nodes"][0]
-
-
-def test_report_and_generator_travel_along() -> None:
-    mesh = single(silo())
-    asset = glb(mesh).document["asset"]
-    assert asset["generator"] == "Surface Service"
-    expected = report_object(mesh.report, mesh.parts)
-    expected["bounds"] = {"min": [-1.0, -1.0, 0.0], "max": [1.0, 1.0, 2.0]}
-    assert asset["extras"] == {"report": expected}
-
-
-def test_both_forms_say_the_same() -> None:
-    mesh = single(with_overlays(silo()))
-    binary, text = glb(mesh), read_gltf(gltf.encode_gltf(mesh, OPTIONS))
-    assert binary.buffer == text.buffer
-    del binary.document["buffers"], text.document["buffers"]
-    assert binary.document == text.document
 
 
 def srgb_of(light: float) -> float:
