@@ -28,12 +28,7 @@ TENT: Json = {
     "triangles": [[[2, 4], [3]]],
     "parts": {"roof": [0], "end": [1]},
 }
-TUBE: Json = {
-    "type": "tube",
-    "curve": {"control_points": ARC},
-    "radius": [0.3, 0.1],
-    "sides": 7,
-}
+TUBE: Json = {"type": "tube", "curve": {"control_points": ARC}, "radius": [0.3, 0.1], "sides": 7}
 RIBBON: Json = {
     "type": "ribbon",
     "curve": {"type": "bspline", "control_points": [*ARC, [5, 1, 2]]},

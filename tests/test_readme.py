@@ -123,7 +123,7 @@ def test_formats_are_those_of_the_registry() -> None:
                     *["quads"] * fmt.quads,
                     *["lines"] * fmt.overlays,
                     *[word for kind, word in CHANNELS.items() if kind in fmt.carries],
-                ],
+                ]
             ),
         )
         for fmt in FORMATS

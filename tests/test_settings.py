@@ -138,20 +138,6 @@ def test_flags_are_stronger_than_the_environment(monkeypatch: pytest.MonkeyPatch
     assert with_flags(settings, {}) == settings
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "message"),
-    [
-        ("port", "70000", "--port: got '70000', needed a whole number from 0 to 65535."),
-        ("port", "-1", "--port: got '-1', needed a whole number from 0 to 65535."),
-        ("port", "http", "--port: got 'http', needed a whole number"),
-        ("host", "", "--host: got nothing"),
-    ],
-)
-def test_flags_are_checked_as_variables_are(name: str, text: str, message: str) -> None:
-    with pytest.raises(InvalidSettings, match=message):
-        with_flags(Settings(), {name: text})
-
-
 def test_unknown_variable_is_reported(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:

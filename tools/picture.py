@@ -125,10 +125,7 @@ def main(folder: Path) -> None:
     """All pictures, and the page that shows them."""
     for name in ("examples", "curves"):
         (folder / name).mkdir(parents=True, exist_ok=True)
-    pictures = {
-        folder / "wires.png": (WIRES, MEDIUM),
-        folder / "adaptive.png": (ADAPTIVE, LARGE),
-    }
+    pictures = {folder / "wires.png": (WIRES, MEDIUM), folder / "adaptive.png": (ADAPTIVE, LARGE)}
     with_edges = {folder / "adaptive.png"}
     for example in EXAMPLES:
         address = f"/v1/surfaces/{example}/mesh.glb?resolution=24"

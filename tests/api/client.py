@@ -61,11 +61,7 @@ class Client:
         return self._portal.call(function, *arguments)
 
     async def _request(
-        self,
-        method: str,
-        url: str,
-        content: Body | None,
-        headers: Mapping[str, str] | None,
+        self, method: str, url: str, content: Body | None, headers: Mapping[str, str] | None
     ) -> httpx.Response:
         if content is not None and not isinstance(content, bytes | AsyncIterable):
             content = _pieces(content)

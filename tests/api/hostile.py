@@ -411,7 +411,8 @@ def groups() -> Iterator[Hostile]:
         "ragged": f"{row('[0,1,0]')}@/1",
         "out_of_range": f"{row('[0,1,0,1e308]')}@/1/3",
         "not_finite": f"{row('[0,1,0,NaN]')}@/1/3",
-        "singular_matrix": row("[0,0,0,0]"),
+        "singular_matrix": f"{row('[0,0,0,0]')} {row('[0,1e7,0,0]')} {row('[2,0,0,0]')}"
+        " [[1e-40,0,0,0],[0,1e-40,0,0],[0,0,1e-40,0],[0,0,0,1]]",
         "not_affine": f"{identity.replace('[0,0,0,1]', '[0,0,1,1]')}@/3",
         "coordinate_too_large": far,
     }
@@ -435,10 +436,7 @@ def groups() -> Iterator[Hostile]:
         '"knots":[0,1,1,2]}@/curve/knots',
     }
     yield from wrong(
-        "member",
-        group(f'[{{"surface":{GOOD}}},{{"surface":{{?}}}}]'),
-        f"{at}/1/surface",
-        faults,
+        "member", group(f'[{{"surface":{GOOD}}},{{"surface":{{?}}}}]'), f"{at}/1/surface", faults
     )
 
 
@@ -507,6 +505,12 @@ CHOICES: dict[str, dict[str, str]] = {
     "wires": {"wrong_value": f'"{ECHO}"', "null_value": "null"},
     "wire_width": {"out_of_range": "0 -1 1e300", "null_value": "null", "wrong_type": '"1"'},
     "wire_sides": {"out_of_range": "2 257", "wrong_type": "8.0"},
+    "tolerance": {"out_of_range": "0 1e39", "wrong_type": 'true "0.1"'},
+    "relative_tolerance": {"out_of_range": "0 1.001"},
+    "angle_tolerance": {"out_of_range": "0 3.2"},
+    "max_triangles": {"out_of_range": "0", "wrong_type": "10.0"},
+    "max_bytes": {"out_of_range": "-5"},
+    "two_sided": {"wrong_type": "1"},
     "overlays": {
         "null_value": "null [null]@/0",
         "wrong_type": '"boundary"',
@@ -522,6 +526,22 @@ def choices() -> Iterator[Hostile]:
     """Options that say nothing which can be done."""
     for name, faults in CHOICES.items():
         yield from wrong(name, options(f'"{name}":?'), f"/{name}", faults)
+    eye, view = '"position":[1,2,3]', '"field_of_view":0.8,"height":9'
+    faults = {
+        "wrong_type": f'5 {{"position":[1,2,"3"],{view}}}@/position/2'
+        f' {{{eye},"field_of_view":0.8,"height":1080.0}}@/height',
+        "missing_field": "{}@/position",
+        "unknown_field": f'{{{eye},{view},"up":1}}@/up',
+        "wrong_dimension": f'{{"position":[1,2],{view}}}@/position',
+        "out_of_range": f'{{"position":[1,2,1e39],{view}}}@/position'
+        f' {{{eye},"field_of_view":0.8,"height":0}}@/height'
+        f' {{{eye},"height":9,"field_of_view":0}}@/field_of_view'
+        f' {{{eye},"height":9,"field_of_view":3.15}}@/field_of_view',
+    }
+    body = options('"pixel_tolerance":0.5,"camera":?')
+    yield from wrong("camera", body, "/camera", faults)
+    body = f'"camera":{{{eye},{view}}},"pixel_tolerance":0'
+    yield case("no pixels", options(body), "out_of_range", "/pixel_tolerance")
     yield case("nothing to draw", options('"faces":"none"'), "nothing_to_draw", "/faces")
     many = options('"isocurves":1024,"resolution":4000')
     yield case("very many isocurves", many, "too_many_vertices", "/resolution")

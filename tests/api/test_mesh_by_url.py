@@ -69,7 +69,8 @@ def test_every_spelling_leads_to_one_address(client: Client, query: str) -> None
         (f"engine={ENGINE}", 200, ""),
         (f"engine={ENGINE - 1}", 410, "engine_gone"),
         (f"engine={ENGINE + 1}", 410, "engine_gone"),
-        ("engine=two", 422, "wrong_type"),
+        *((f"engine={text}", 422, "wrong_type") for text in ("two", "", "2.0", "2,2", "9" * 17)),
+        *((f"engine={number}", 422, "out_of_range") for number in (0, -1, 2**53)),
     ],
 )
 def test_engine_in_the_query(client: Client, query: str, status: int, code: str) -> None:

@@ -36,8 +36,7 @@ def test_every_error_has_a_status() -> None:
 
 
 @pytest.mark.parametrize(
-    "address",
-    ["/nothing", "/v1", "/v1/mesh/", "/v1/surfaces/", "/v1/surfaces/a/b", "/docs/x"],
+    "address", ["/nothing", "/v1", "/v1/mesh/", "/v1/surfaces/", "/v1/surfaces/a/b", "/docs/x"]
 )
 def test_unknown_address(client: Client, address: str) -> None:
     answer = client.get(address)

@@ -6,10 +6,7 @@ from hypothesis import strategies as st
 
 from service.bases import polynomials
 from service.bases.polynomials import Net
-from service.bases.triangle_polynomials import (
-    elevate,
-    place,
-)
+from service.bases.triangle_polynomials import elevate, place
 
 seeds = st.integers(0, 10**6)
 small = st.integers(1, 5)

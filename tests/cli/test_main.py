@@ -128,10 +128,7 @@ COMMAND = f"{sys.executable} -m service"
 
 @pytest.mark.parametrize(
     ("command", "unbuffered"),
-    [
-        ("mesh utah-teapot -o - --format json | head -c 10", ""),
-        ("examples | true", "1"),
-    ],
+    [("mesh utah-teapot -o - --format json | head -c 10", ""), ("examples | true", "1")],
 )
 def test_a_reader_that_has_had_enough_is_one_exit_code_and_no_message(
     monkeypatch: pytest.MonkeyPatch, command: str, unbuffered: str

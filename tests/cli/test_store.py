@@ -61,11 +61,7 @@ def test_addresses_are_printed_and_answer(
     ],
 )
 def test_what_does_not_work(
-    server: str,
-    capsys: pytest.CaptureFixture[str],
-    arguments: list[str],
-    status: int,
-    text: str,
+    server: str, capsys: pytest.CaptureFixture[str], arguments: list[str], status: int, text: str
 ) -> None:
     assert main([part.format(server=server) for part in arguments]) == status
     assert text in capsys.readouterr().err

@@ -72,9 +72,7 @@ def test_never_longer_than_the_bound(known: Format, data: st.DataObject) -> None
     mesh = carrying(mesh, data.draw(st.booleans())) if data.draw(st.booleans()) else mesh
     positions = data.draw(
         arrays.arrays(
-            np.float64,
-            mesh.positions.shape,
-            elements=st.floats(-LARGEST, LARGEST, allow_nan=False),
+            np.float64, mesh.positions.shape, elements=st.floats(-LARGEST, LARGEST, allow_nan=False)
         )
     )
     mesh = replace(mesh, name=data.draw(st.text(max_size=20)), positions=positions)

@@ -135,12 +135,7 @@ def test_the_validator_has_nothing_to_say_of_examples(
 
 @each_example
 @pytest.mark.parametrize(
-    ("form", "faces"),
-    [
-        ("mesh", "quads"),
-        ("off", "triangles"),
-        ("bez", "quads"),
-    ],
+    ("form", "faces"), [("mesh", "quads"), ("off", "triangles"), ("bez", "quads")]
 )
 def test_geomview_has_nothing_to_say_of_examples(
     example: str, form: OoglForm, faces: Faces, tmp_path: Path

@@ -38,18 +38,6 @@ def test_normals_and_parameters_are_float32() -> None:
     assert longest < len(repr(1 / 3))
 
 
-def test_colors_are_float32_and_attributes_keep_every_digit() -> None:
-    mesh = carrying(silo(7), opacity=True)
-    document = decode(mesh)
-    assert mesh.colors is not None
-    np.testing.assert_array_equal(
-        np.array(document["colors"], dtype=np.float32), mesh.colors.astype(np.float32)
-    )
-    assert list(document["attributes"]) == ["temperature", "flow"]
-    for name, values in mesh.attributes:
-        np.testing.assert_array_equal(document["attributes"][name], values)
-
-
 def test_attributes_alone_have_faces_of_their_own_where_they_must() -> None:
     mesh = replace(carrying(silo()), normals=None, uvs=None, colors=None)
     assert decode(mesh)["attribute_faces"] == mesh.triangles.tolist()
@@ -63,35 +51,6 @@ def rows_of(mesh: Mesh) -> list[int]:
     return [rows.setdefault(weld, len(rows)) for weld in welds]
 
 
-def renamed(faces: list[list[int]], rows: list[int]) -> list[list[int]]:
-    return [[rows[k] for k in face] for face in faces]
-
-
-def test_mixed_faces_stand_part_by_part() -> None:
-    mesh = silo(5, 2, faces="quads")
-    document = decode(mesh)
-    assert len(document["faces"]) == len(mesh.quads) + len(mesh.triangles)
-    assert [part["name"] for part in document["parts"]] == ["base", "wall", "roof"]
-    end = 0
-    for part, expected in zip(document["parts"], mesh.parts, strict=True):
-        first, last = part["faces"]
-        assert first == end
-        end = last
-        quads = mesh.quads[slice(*expected.quads)].tolist()
-        triangles = mesh.triangles[slice(*expected.triangles)].tolist()
-        assert document["attribute_faces"][first:last] == quads + triangles
-        assert document["faces"][first:last] == renamed(quads + triangles, rows_of(mesh))
-
-
-def test_overlays_are_lines() -> None:
-    mesh = with_overlays(silo())
-    net, border = decode(mesh)["lines"]
-    assert net["name"] == "control net"
-    assert net["vertices"] == mesh.overlays[0].positions.tolist()
-    assert net["segments"] == mesh.overlays[0].segments.tolist()
-    assert border["name"] == "boundary"
-
-
 def test_what_is_not_there_has_no_key() -> None:
     mesh = replace(sheet(1), normals=None, uvs=None)
     assert list(decode(mesh)) == ["vertices", "faces", "parts", "report"]
@@ -99,18 +58,6 @@ def test_what_is_not_there_has_no_key() -> None:
     assert list(decode(bare)) == ["vertices", "faces", "parts", "report"]
     everything = ["vertices", "faces", "normals", "uvs", "attribute_faces", "parts", "lines"]
     assert list(decode(with_overlays(silo()))) == [*everything, "report"]
-
-
-def test_every_position_is_written_once() -> None:
-    """A crease has several normals and still one position: the surface is closed by its indices."""
-    mesh = silo()
-    assert mesh.normals is not None
-    document = decode(mesh)
-    places = [tuple(place) for place in document["vertices"]]
-    assert len(set(places)) == len(places) < len(document["normals"]) == len(mesh.normals)
-    edges = [{a, b} for f in document["faces"] for a, b in zip(f, f[1:] + f[:1], strict=True)]
-    assert all(edges.count(edge) == 2 for edge in edges)
-    assert document["report"]["watertight"] is True
 
 
 def test_origin_is_added_back() -> None:

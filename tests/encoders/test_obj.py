@@ -8,8 +8,7 @@ import pytest
 from service.encoders import obj
 from service.encoders.format import EncodeOptions
 from service.engine.mesh.mesh import Mesh
-from tests.meshes import Faces, carrying, silo, with_overlays
-from tests.oracles.topology import topology
+from tests.meshes import silo
 
 
 def records(mesh: Mesh) -> list[list[str]]:
@@ -28,42 +27,6 @@ def corners(found: list[list[str]]) -> list[list[tuple[int, ...]]]:
         for key, *words in found
         if key == "f"
     ]
-
-
-@pytest.mark.parametrize("faces", ["triangles", "quads"])
-def test_each_corner_has_position_parameters_and_normal(faces: Faces) -> None:
-    mesh = silo(5, 2, faces)
-    assert mesh.normals is not None
-    assert mesh.uvs is not None
-    found = records(mesh)
-    v, vt, vn = (numbers(found, kind) for kind in ("v", "vt", "vn"))
-    expected = [
-        face
-        for part in mesh.parts
-        for face in (
-            *mesh.quads[slice(*part.quads)].tolist(),
-            *mesh.triangles[slice(*part.triangles)].tolist(),
-        )
-    ]
-    for face, vertices in zip(corners(found), expected, strict=True):
-        for (a, b, c), vertex in zip(face, vertices, strict=True):
-            np.testing.assert_array_equal(v[a], mesh.positions[vertex])
-            np.testing.assert_allclose(vt[b], mesh.uvs[vertex], rtol=1e-7)
-            np.testing.assert_allclose(vn[c], mesh.normals[vertex], rtol=1e-7)
-
-
-def test_colors_stand_behind_positions() -> None:
-    """One position has one line, as its colour is one; the body stays closed by its indices."""
-    mesh = carrying(silo(5, 2), opacity=True)
-    assert mesh.colors is not None
-    found = records(mesh)
-    v = numbers(found, "v")
-    assert len(np.unique(v[:, :3], axis=0)) == len(v)
-    for face, vertices in zip(corners(found), mesh.triangles.tolist(), strict=True):
-        for (a, *_), vertex in zip(face, vertices, strict=True):
-            np.testing.assert_array_equal(v[a, :3], mesh.positions[vertex])
-            np.testing.assert_allclose(v[a, 3:], mesh.colors[vertex, :3], rtol=1e-7)
-    assert topology([[corner[0] for corner in face] for face in corners(found)]).watertight
 
 
 def test_a_position_of_two_colors_has_two_lines() -> None:
@@ -94,24 +57,6 @@ def test_corners_name_only_what_is_there(uvs: bool, normals: bool, corner: str) 
     assert first[1] == corner
     kinds = {words[0] for words in found}
     assert ("vt" in kinds, "vn" in kinds) == (uvs, normals)
-
-
-def test_parts_are_groups_and_overlays_objects_of_lines() -> None:
-    mesh = with_overlays(silo())
-    found = records(mesh)
-    names = [words for words in found if words[0] in "og"]
-    assert names == [
-        ["o", "silo"],
-        ["g", "base"],
-        ["g", "wall"],
-        ["g", "roof"],
-        ["o", "control_net"],
-        ["o", "boundary"],
-    ]
-    v = numbers(found, "v")
-    expected = [overlay.positions[overlay.segments] for overlay in mesh.overlays]
-    lines = numbers(found, "l").astype(int) - 1
-    np.testing.assert_array_equal(v[lines], np.concatenate(expected))
 
 
 @pytest.mark.parametrize(

@@ -44,47 +44,6 @@ def test_no_number_puzzles_geomview(value: float, tmp_path: Path) -> None:
         read_oogl(encode(odd, form), tmp_path)
 
 
-def test_seed_form_lists_the_corners_of_every_cell_in_its_own_order() -> None:
-    mesh = silo(4, 2)
-    found = lines(encode(mesh, "cquad"))
-    assert found[:2] == ["LIST", "{ = CQUAD"]
-    assert found[-1] == "}"
-    expected = [
-        "{:g} {:g} {:g} 1 1 1 1".format(*mesh.positions[grid[0, i + di, j + dj]].tolist())
-        for grid in mesh.grids
-        for i in range(4)
-        for j in range(2)
-        for di, dj in ((0, 0), (0, 1), (1, 1), (1, 0))
-    ]
-    assert found[2:-1] == expected
-
-
-def test_control_net_is_one_skeleton_a_cell_and_the_boundary_one_in_all() -> None:
-    text = encode(with_overlays(silo()), "cquad").decode()
-    _, net = text.split("}\n", 1)
-    assert net == (
-        "{ = SKEL 4 1\n0 0 0\n0 1 0\n1 1 0.125\n1 0 0\n5 0 1 2 3 0\n}\n"
-        "{ = SKEL 4 1\n1 0 0\n1 1 0.125\n2 1 0.25\n2 0 0\n5 0 1 2 3 0\n}\n"
-        "{ = SKEL 3 3\n0.0 0.0 0.0\n1.0 0.0 0.5\n0.0 1.0 0.25\n2 0 1\n2 1 2\n2 2 0\n}\n"
-    )
-
-
-def test_mesh_form_runs_u_fastest() -> None:
-    mesh = replace(silo(4, 2), uvs=None)
-    assert mesh.normals is not None
-    found = lines(encode(mesh, "mesh"))
-    assert found[0] == "LIST"
-    for k, grid in enumerate(mesh.grids):
-        block = found[1 + 17 * k : 18 + 17 * k]
-        assert (block[0], block[-1]) == ("{ = NMESH 5 3", "}")
-        values = np.array([[float(x) for x in line.split()] for line in block[1:-1]])
-        for j in range(3):
-            for i in range(5):
-                row = grid[0, i, j]
-                expected = [*mesh.positions[row], *mesh.normals[row]]
-                np.testing.assert_allclose(values[j * 5 + i], expected, rtol=1e-7, atol=0)
-
-
 @pytest.mark.parametrize(("form", "prefix", "tail"), [("mesh", "UCN", [0.0]), ("off", "STCN", [])])
 def test_a_vertex_is_position_normal_color_texture(
     form: OoglForm, prefix: str, tail: list[float], tmp_path: Path

@@ -12,6 +12,7 @@ from typing import Any
 import mpmath
 
 from tests.oracles.exact import Vector, curve_point
+from tests.oracles.splines import fractions, spline_point
 
 
 def exact_points(points: Any, weights: Any = None) -> list[Vector]:
@@ -58,33 +59,9 @@ def bezier_tangent(points: Any, weights: Any, t: Fraction, before: bool = False)
 def bspline_point(
     points: Any, weights: Any, knots: Sequence[float], degree: int, t: Fraction
 ) -> Vector:
-    """C(t) = Σ N_i(t) P_i with N_i from the recurrence, right-continuous, left at the end."""
-    exact = [Fraction(float(u)) for u in knots]
+    """C(t) = Σ N_i(t) P_i, right-continuous, left at the end."""
     homogeneous = exact_points(points, weights)
-    last = exact[len(points)]
-    span = max(i for i in range(len(exact) - 1) if exact[i] < exact[i + 1] and exact[i] <= t)
-    if t == last:
-        span = max(i for i in range(len(points)) if exact[i] < last)
-    value = [Fraction(0)] * len(homogeneous[0])
-    for i in range(span - degree, span + 1):
-        point = homogeneous[i]
-        share = _basis(exact, i, degree, t, span)
-        value = [v + share * x for v, x in zip(value, point, strict=True)]
-    return projected(tuple(value), len(points[0]))
-
-
-def _basis(knots: Sequence[Fraction], i: int, degree: int, t: Fraction, span: int) -> Fraction:
-    if not i <= span <= i + degree:
-        return Fraction(0)
-    if degree == 0:
-        return Fraction(1)
-    total = Fraction(0)
-    if (width := knots[i + degree] - knots[i]) > 0:
-        total += (t - knots[i]) / width * _basis(knots, i, degree - 1, t, span)
-    if (width := knots[i + degree + 1] - knots[i + 1]) > 0:
-        far = knots[i + degree + 1] - t
-        total += far / width * _basis(knots, i + 1, degree - 1, t, span)
-    return total
+    return projected(spline_point(homogeneous, fractions(knots), degree, t), len(points[0]))
 
 
 def bezier_length(points: Any, weights: Any, breaks: Sequence[float] = ()) -> float:

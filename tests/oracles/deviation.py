@@ -99,11 +99,7 @@ def seen_deviation(
 
 
 def mesh_to_surface(
-    sheets: Sequence[Sheet],
-    corners: Array,
-    count: int = 4000,
-    inner: int = 4,
-    doubt: float = inf,
+    sheets: Sequence[Sheet], corners: Array, count: int = 4000, inner: int = 4, doubt: float = inf
 ) -> float:
     """Largest distance found from a point of the triangles (T, 3, 3) to the surface.
 

@@ -13,10 +13,7 @@ from tests.oracles.exact import Vector, cross, exact_net, hodograph, surface_poi
 
 
 def limit_normal(
-    points: Any,
-    weights: Any,
-    at: tuple[Fraction, Fraction],
-    into: tuple[int, int],
+    points: Any, weights: Any, at: tuple[Fraction, Fraction], into: tuple[int, int]
 ) -> tuple[float, float, float] | None:
     """Unit normal at `at`, reached from the side `into` = (du, dv); None if du × dv ≡ 0 there."""
     net = exact_net(points, weights)

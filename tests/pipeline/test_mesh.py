@@ -29,12 +29,7 @@ from service.surface.triangle import TriangleSurface
 from tests.examples import patches_of
 from tests.oracles.deviation import surface_to_mesh
 from tests.oracles.sheets import sheets_of
-from tests.strategies import (
-    Array,
-    model_of,
-    resolutions,
-    split_models,
-)
+from tests.strategies import Array, model_of, resolutions, split_models
 
 each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 MEBIBYTE = 1 << 20

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.mesh.report import ENGINE
-from service.errors import InvalidRequest
 from service.schemas.accuracy import NAMES
 from service.schemas.options import MeshOptionFields
 from service.schemas.query import canonical_query, mesh_query
@@ -167,33 +166,3 @@ def test_the_very_letters(query: str, canonical: str) -> None:
 def test_what_a_format_does_not_read_is_left_out() -> None:
     asked = mesh_query([("oogl", "bez"), ("uvs", "true"), ("resolution", "4")])
     assert canonical_query(asked, {"oogl", "uvs"}) == f"resolution=4&engine={ENGINE}"
-
-
-@pytest.mark.parametrize(
-    ("text", "code"),
-    [
-        ("", "wrong_type"),
-        ("two", "wrong_type"),
-        ("2.0", "wrong_type"),
-        ("2,2", "wrong_type"),
-        ("0", "out_of_range"),
-        ("-1", "out_of_range"),
-        (str(2**53 - 1), None),
-        (str(2**53), "out_of_range"),
-        ("9" * 17, "wrong_type"),
-    ],
-)
-def test_an_engine_is_a_whole_number(text: str, code: str | None) -> None:
-    if code is None:
-        assert mesh_query([("engine", text)]).engine == int(text)
-        return
-    with pytest.raises(InvalidRequest) as refused:
-        mesh_query([("engine", text)])
-    (issue,) = refused.value.issues
-    assert (issue.code, issue.pointer) == (code, "/engine")
-
-
-def test_a_camera_has_no_place_in_a_query() -> None:
-    with pytest.raises(InvalidRequest) as refused:
-        mesh_query([("camera", "1"), ("engine", "2")])
-    assert refused.value.issues[0].pointer == "/camera"

@@ -1,7 +1,6 @@
 """Whole requests to surfaces and options; options as text."""
 
 from dataclasses import fields, is_dataclass
-from math import pi, radians
 from typing import Any, get_args
 
 import numpy as np
@@ -9,12 +8,11 @@ import orjson
 import pytest
 
 from service.encoders import format as formats
-from service.engine.options import MAX_RESOLUTION, MeshOptions
+from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
 from service.schemas import options
 from service.schemas.document import DocumentLimits
 from service.schemas.options import MeshOptionFields
-from service.schemas.query import options_from_text
 from service.schemas.request import MeshRequest
 from service.schemas.surfaces import definition
 from service.schemas.validation import validate_document
@@ -85,39 +83,6 @@ def same(one: Any, other: Any) -> bool:
 def test_options_know_the_defaults_and_the_forms_of_those_who_use_them() -> None:
     assert MeshOptionFields().mesh_options() == MeshOptions()
     assert get_args(options.OoglForm) == get_args(formats.OoglForm)
-
-
-@pytest.mark.parametrize(
-    ("text", "wanted"),
-    [
-        ({}, MeshOptions()),
-        ({"resolution": "7"}, MeshOptions(resolution=(7, 7))),
-        ({"resolution": "7,9"}, MeshOptions(resolution=(7, 9))),
-        ({"resolution": str(MAX_RESOLUTION)}, MeshOptions((MAX_RESOLUTION, MAX_RESOLUTION))),
-        ({"faces": "quads"}, MeshOptions(faces="quads")),
-        ({"normals": "false"}, MeshOptions(normals=False)),
-        ({"uvs": "true"}, MeshOptions(uvs=True)),
-        ({"weld": "false"}, MeshOptions(weld=False)),
-        ({"crease_angle": "0"}, MeshOptions(crease_angle=0.0)),
-        ({"crease_angle": "2.5e-1"}, MeshOptions(crease_angle=0.25)),
-        ({"crease_angle": str(pi)}, MeshOptions(crease_angle=pi)),
-        ({"crease_angle": str(radians(1))}, MeshOptions()),
-        ({"overlays": ""}, MeshOptions()),
-        ({"isocurves": "3"}, MeshOptions(isocurves=(3, 3))),
-        ({"isocurves": "0,2"}, MeshOptions(isocurves=(0, 2))),
-        ({"wires": "tubes"}, MeshOptions(wires="tubes")),
-        ({"wire_width": "1e-2"}, MeshOptions(wire_width=0.01)),
-        ({"wire_sides": "5"}, MeshOptions(wire_sides=5)),
-        ({"faces": "none", "isocurves": "1"}, MeshOptions(isocurves=(1, 1), surface=False)),
-        ({"overlays": "boundary"}, MeshOptions(overlays=("boundary",))),
-        (
-            {"overlays": "boundary,control_net"},
-            MeshOptions(overlays=("boundary", "control_net")),
-        ),
-    ],
-)
-def test_options_as_text(text: dict[str, str], wanted: MeshOptions) -> None:
-    assert options_from_text(text.items()).mesh_options() == wanted
 
 
 def test_values_of_a_surface_are_located_in_the_request() -> None:

@@ -213,11 +213,7 @@ def u_knots(*vector: float) -> dict[str, Any]:
         (u_knots(0, 0, 0, 0, 2, 3, 3, 3), "knot_multiplicity", "/knots/0/3"),
         (u_knots(0, 0, 1, 1, 1, 1, 3, 3), "knot_multiplicity", "/knots/0/5"),
         (u_knots(-1, 0, 1, 1, 1, 1, 2, 3), "knot_multiplicity", "/knots/0/5"),
-        (
-            {"degree": (4, 3), **u_knots(0, 0, 0, 1, 2, 2, 3, 3, 3, 3)},
-            "empty_domain",
-            "/knots/0",
-        ),
+        ({"degree": (4, 3), **u_knots(0, 0, 0, 1, 2, 2, 3, 3, 3, 3)}, "empty_domain", "/knots/0"),
         (u_knots(0, 0, 0, 1e-320, 3e-320, 3e-320, 1, 1), "knots_too_close", "/knots/0/3"),
         ({"weights": np.ones((4, 5))}, "weights_shape", "/weights"),
         ({"weights": np.zeros((5, 4))}, "weight_not_positive", "/weights/0/0"),

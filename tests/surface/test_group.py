@@ -1,18 +1,14 @@
 """Groups: what is refused, what counts as equal, and how members are turned upright."""
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given
 
-from service.errors import InvalidRequest
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find
-from service.surface.group import MAX_MEMBERS, GroupSurface, Member, content_key
+from service.surface.group import GroupSurface, Member, content_key
 from service.surface.lowered import PatchModel
-from service.surface.placement import checked_matrix, placed_bounds, upright
+from service.surface.placement import placed_bounds, upright
 from tests.strategies import Array, placements
 
 NET = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
@@ -21,72 +17,6 @@ SAIL = BezierSurface(NET)
 
 def scaled(x: float, y: float, z: float) -> Array:
     return np.diag([x, y, z, 1.0])
-
-
-def refusal_of(make: Callable[[], object]) -> tuple[str, str]:
-    with pytest.raises(InvalidRequest) as caught:
-        make()
-    issue = caught.value.issues[0]
-    assert issue.got
-    assert issue.needed
-    return issue.code, issue.pointer
-
-
-def with_entry(row: int, column: int, value: float) -> Array:
-    matrix = np.eye(4)
-    matrix[row, column] = value
-    return matrix
-
-
-@pytest.mark.parametrize(
-    ("matrix", "code", "pointer"),
-    [
-        (np.eye(3), "wrong_dimension", ""),
-        (np.eye(4)[:3], "wrong_dimension", ""),
-        (with_entry(1, 2, np.nan), "not_finite", "/1/2"),
-        (with_entry(0, 3, np.inf), "not_finite", "/0/3"),
-        (with_entry(2, 3, 1e308), "out_of_range", "/2/3"),
-        (with_entry(3, 0, 1e-9), "not_affine", "/3"),
-        (with_entry(3, 3, 2), "not_affine", "/3"),
-        (scaled(1, 1, 0), "singular_matrix", ""),
-        (scaled(0, 0, 0), "singular_matrix", ""),
-        (scaled(1e7, 1, 1), "singular_matrix", ""),
-        (scaled(1e-40, 1e-40, 1e-40), "singular_matrix", ""),
-        ([[1, 2, 3, 0], [2, 4, 6, 0], [0, 0, 1, 0], [0, 0, 0, 1]], "singular_matrix", ""),
-    ],
-)
-def test_placements_that_are_none(matrix: Any, code: str, pointer: str) -> None:
-    assert refusal_of(lambda: checked_matrix(matrix)) == (code, pointer)
-    where = "/matrix" + pointer
-    assert refusal_of(lambda: Member(SAIL, matrix=matrix)) == (code, where)
-
-
-@pytest.mark.parametrize(
-    ("color", "code", "pointer"),
-    [
-        ((0.5, 0.5), "wrong_length", "/color"),
-        ((0.5,) * 5, "wrong_length", "/color"),
-        ((0, 1, 1.5), "out_of_range", "/color/2"),
-        ((0, -0.1, 1), "out_of_range", "/color/1"),
-        ((0, 0, 0, float("nan")), "out_of_range", "/color/3"),
-    ],
-)
-def test_colors_that_are_none(color: tuple[float, ...], code: str, pointer: str) -> None:
-    assert refusal_of(lambda: Member(SAIL, color=color)) == (code, pointer)
-
-
-def test_a_group_has_members_but_no_groups() -> None:
-    assert refusal_of(lambda: GroupSurface(())) == ("wrong_length", "/members")
-    many = (Member(SAIL),) * (MAX_MEMBERS + 1)
-    assert refusal_of(lambda: GroupSurface(many)) == ("wrong_length", "/members")
-    inner = GroupSurface((Member(SAIL),))
-    assert refusal_of(lambda: Member(inner)) == ("nested_group", "/surface/type")
-
-
-def test_members_stay_within_single_precision() -> None:
-    far = Member(BezierSurface(NET * 1e30), matrix=scaled(1e9, 1e9, 1e9))
-    found = refusal_of(lambda: GroupSurface((Member(SAIL), far)))
-    assert found == ("coordinate_too_large", "/members/1/matrix")
 
 
 def test_equal_surfaces_are_one_model_whatever_they_are_called() -> None:

@@ -60,58 +60,6 @@ def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
         surface.patches[0] = 0
 
 
-@pytest.mark.parametrize("index", [8, -1, 10**12])
-def test_refuses_indices_of_no_vertex(index: int) -> None:
-    """-1 is not the last vertex but a mistake."""
-    patches = QUADS.copy()
-    patches[1, 0, 1] = index
-    (issue,) = issues_of(patches=patches)
-    assert (issue.code, issue.pointer) == ("index_out_of_range", "/patches/1/0/1")
-    assert issue.needed == "0 to 7"
-
-
-def test_refuses_any_index_when_there_is_no_vertex() -> None:
-    """An empty list of vertices is no crash."""
-    issues = issues_of(vertices=np.zeros((0, 3)))
-    assert {issue.code for issue in issues} <= {"index_out_of_range", "too_few_points"}
-
-
-@pytest.mark.parametrize(
-    ("patches", "code"),
-    [
-        (np.zeros((0, 2, 2), int), "too_few_points"),
-        (np.zeros((2, 2), int), "too_few_points"),
-        (np.zeros((1, 1, 2), int), "too_few_points"),
-        (np.zeros((1, 2, 1), int), "too_few_points"),
-        (np.zeros((1, 2, 66), int), "degree_too_high"),
-    ],
-)
-def test_refuses_grids_that_are_no_patches(patches: np.ndarray, code: str) -> None:
-    """None at all, not a list of grids, a row, a column, too many."""
-    (issue,) = issues_of(patches=patches)
-    assert (issue.code, issue.pointer) == (code, "/patches")
-
-
-def test_refuses_vertices_that_are_not_finite_or_not_points() -> None:
-    """As for any surface, the field's own name in the pointer."""
-    vertices = STRIP.copy()
-    vertices[3, 1] = np.nan
-    (issue,) = issues_of(vertices=vertices)
-    assert (issue.code, issue.pointer) == ("not_finite", "/vertices/3/1")
-    (issue,) = issues_of(vertices=STRIP[:, :2])
-    assert (issue.code, issue.pointer) == ("wrong_dimension", "/vertices")
-    (issue,) = issues_of(vertices=STRIP.reshape(4, 2, 3))
-    assert (issue.code, issue.got) == ("wrong_dimension", "an array of shape 4 × 2 × 3")
-
-
-def test_refuses_weights_of_another_count_or_sign() -> None:
-    """One positive weight a vertex, used or not."""
-    (issue,) = issues_of(weights=np.ones(7))
-    assert (issue.code, issue.pointer) == ("weights_shape", "/weights")
-    (issue,) = issues_of(weights=np.array([1.0] * 7 + [0]))
-    assert (issue.code, issue.pointer) == ("weight_not_positive", "/weights/7")
-
-
 def test_refuses_parts_that_name_no_patch_or_one_twice() -> None:
     """All faults at once, the part's name escaped as JSON pointers want it."""
     issues = issues_of(parts=(("a/b", (0, 3)), ("c", (0, -1))))
@@ -120,9 +68,3 @@ def test_refuses_parts_that_name_no_patch_or_one_twice() -> None:
         ("repeated_patch", "/parts/c/0"),
         ("index_out_of_range", "/parts/c/1"),
     ]
-
-
-def test_refuses_another_vertical_axis() -> None:
-    """Up is y or z."""
-    (issue,) = issues_of(up="x")
-    assert (issue.code, issue.pointer) == ("wrong_value", "/up")

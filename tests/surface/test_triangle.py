@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from service.bases import triangle_basis
-from service.errors import InvalidRequest, Issue
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.channels import Channels
 from service.surface.patches import PatchSurface
@@ -12,13 +11,6 @@ from service.surface.triangle import TriangleSurface
 from tests.oracles import triangles
 
 NET = np.array([(j, k, j * k) for _, j, k in triangles.keys(2)], dtype=float)
-
-
-def issues_of(**fields: object) -> tuple[Issue, ...]:
-    """What is wrong with the triangle when these fields are replaced."""
-    with pytest.raises(InvalidRequest) as caught:
-        TriangleSurface(**({"control_net": NET} | fields))  # type: ignore[arg-type]
-    return caught.value.issues
 
 
 def test_lowers_to_the_one_patch_it_is() -> None:
@@ -43,27 +35,6 @@ def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
     np.testing.assert_array_equal(surface.control_net, NET)
     with pytest.raises(ValueError, match="read-only"):
         surface.control_net[0] = 0
-
-
-@pytest.mark.parametrize(
-    ("fields", "code", "place"),
-    [
-        ({"control_net": NET[:5]}, "too_few_points", "/control_net"),
-        ({"control_net": NET[:1]}, "too_few_points", "/control_net"),
-        ({"control_net": np.zeros((0, 3))}, "too_few_points", "/control_net"),
-        ({"control_net": np.zeros((67 * 66 // 2, 3))}, "degree_too_high", "/control_net"),
-        ({"control_net": NET[:, :2]}, "wrong_dimension", "/control_net"),
-        ({"control_net": NET + np.array([0, 0, np.inf])}, "not_finite", "/control_net/0/2"),
-        ({"weights": np.ones(3)}, "weights_shape", "/weights"),
-        ({"weights": np.array([1, 1, 1, 0, 1, 1])}, "weight_not_positive", "/weights/3"),
-        ({"up": "x"}, "wrong_value", "/up"),
-        ({"channels": Channels(uvs=np.zeros((4, 2)))}, "channel_shape", "/uvs"),
-        ({"channels": Channels(uvs=np.zeros((2, 2, 2)))}, "channel_shape", "/uvs"),
-        ({"channels": Channels(uvs=np.zeros((67 * 66 // 2, 2)))}, "channel_shape", "/uvs"),
-    ],
-)
-def test_refuses(fields: dict[str, object], code: str, place: str) -> None:
-    assert (issues_of(**fields)[0].code, issues_of(**fields)[0].pointer) == (code, place)
 
 
 def test_channels_follow_into_the_tensor_form() -> None:
@@ -125,20 +96,3 @@ def test_parts_number_grids_first_and_may_hold_both_kinds() -> None:
     listed = [VERTICES[grid] for grid in GRIDS] + [VERTICES[corner] for corner in CORNERS]
     for number, net in zip(model.order, points, strict=True):
         np.testing.assert_array_equal(net, listed[number])
-
-
-@pytest.mark.parametrize(
-    ("fields", "code", "place"),
-    [
-        ({"triangles": np.array([[0, 1, 12]])}, "index_out_of_range", "/triangles/0/2"),
-        ({"triangles": np.array([[0, 1, -1]])}, "index_out_of_range", "/triangles/0/2"),
-        ({"triangles": np.array([[0, 1]])}, "too_few_points", "/triangles"),
-        ({"triangles": np.array([0, 1, 2])}, "too_few_points", "/triangles"),
-        ({}, "too_few_points", "/patches"),
-        ({"triangles": CORNERS, "parts": (("a", (3,)),)}, "index_out_of_range", "/parts/a/0"),
-    ],
-)
-def test_patches_refuse(fields: dict[str, object], code: str, place: str) -> None:
-    with pytest.raises(InvalidRequest) as caught:
-        PatchSurface(VERTICES, **fields)  # type: ignore[arg-type]
-    assert [(i.code, i.pointer) for i in caught.value.issues] == [(code, place)]

@@ -127,12 +127,7 @@ def test_one_request_is_in_flight_and_the_newest_wins(page: Page) -> None:
         }"""
     )
     # b was overtaken by c; C came for a document that was no longer open; e had replaced d.
-    assert told == {
-        "sent": ["a", "c", "d", "e"],
-        "answered": ["A"],
-        "failed": ["last"],
-        "most": 1,
-    }
+    assert told == {"sent": ["a", "c", "d", "e"], "answered": ["A"], "failed": ["last"], "most": 1}
 
 
 def test_the_history_is_bounded_and_a_drag_is_one_step(page: Page) -> None:

@@ -127,11 +127,7 @@ def in_short(kept: bytes, count: int, *, has_body: bool = True) -> str:
 
 
 async def storm(
-    port: int,
-    requests: Iterable[Pieces],
-    together: int = 4,
-    seconds: float = 4,
-    pause: float = 0,
+    port: int, requests: Iterable[Pieces], together: int = 4, seconds: float = 4, pause: float = 0
 ) -> Counter[str]:
     """The answers to requests, some of them at the same time; none is begun once the time is up."""
     waiting, answers = iter(requests), Counter[str]()

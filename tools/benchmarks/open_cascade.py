@@ -1,12 +1,14 @@
 """Meshes by tolerance against Open CASCADE's mesher and a certified uniform grid: `make bench-occ`.
 
-Triangles, time and kept promises at the same deflection. Open CASCADE meshes with a linear
+Triangles, time, memory and kept promises at the same deflection. Open CASCADE meshes with a linear
 deflection equal to the tolerance and an angular one of 0.5 rad, in a process of its own; the two
 take turns. Its time is that of the mesher alone, ours that from patches to the mesh in memory. How
-far each mesh truly is from its surface is found by sampling. The uniform grid is the smallest whose
-own certified bound meets the tolerance.
+far each mesh truly is from its surface is found by sampling. Memory is the most that one mesh takes
+beyond what was there before: ours as tracemalloc counts it, theirs by the high-water mark of their
+process. The uniform grid is the smallest whose own certified bound meets the tolerance; of models
+of many faces there is none.
 
-    python -m tools.benchmarks.open_cascade PYTHON
+    python -m tools.benchmarks.open_cascade PYTHON [GROUP …]
 
 PYTHON is one that has cadquery-ocp.
 """
@@ -15,8 +17,9 @@ import subprocess
 import sys
 import tempfile
 import time
+import tracemalloc
 from bisect import bisect_left
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,23 +37,34 @@ from service.settings.process import pin_blas
 from service.surface.batches import TensorPatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from service.surface.lowered import PatchModel
+from service.surface.examples import find
+from service.surface.lowered import Part, PatchModel
 from tests.oracles.deviation import surface_to_mesh
+from tests.oracles.distance import Soup
 from tests.oracles.sheets import sheets_of
-from tools.certify.surfaces import FAMILIES, MODERATE, WILD, Array, bicubic, strewn
+from tools.certify.surfaces import ARC, FAMILIES, MODERATE, QUARTER, WILD, Array, bicubic, strewn
 
-Surface: TypeAlias = BezierSurface | BsplineSurface
-Occ: TypeAlias = Callable[[Surface, float], tuple[Array, float]]
+Surface: TypeAlias = BezierSurface | BsplineSurface | PatchModel
+Occ: TypeAlias = Callable[[Surface, float], tuple[Array, float, int]]
 
 WORKER = Path(__file__).with_name("open_cascade_worker.py")
 TOLERANCES = (1e-2, 1e-3, 1e-4)
-ROUNDS = 3
+ROUNDS, LONG = 3, 2.0
+"""Meshes of each surface, or one where that takes so many seconds."""
+
+FEW = 4
+"""Sheets that are looked at one by one, again and again where they are worst."""
+
+MODELS = (
+    "utah-teapot", "sphere", "torus", "cone", "cylinder", "bourke-1111", "nurbs-goblet",
+)  # fmt: skip
 SHAPES = (1, 1), (2, 1), (1, 2), (4, 1), (1, 4), (8, 1), (1, 8)
 """Divisions along u and v of uniform grids, up to a factor."""
 
 HEADER = (
     f"{'surfaces':22}{'tolerance':>10}{'ours':>8}{'OCC':>8}{'ratio':>7}{'ms':>8}{'OCC':>8}"
-    f"{'ratio':>7}{'found/tol':>11}{'OCC':>7}{'over':>6}{'OCC':>5}{'uniform':>9}{'ratio':>7}"
+    f"{'ratio':>7}{'MB':>7}{'OCC':>7}{'found/tol':>11}{'OCC':>7}{'over':>6}{'OCC':>5}"
+    f"{'uniform':>9}{'ratio':>7}"
 )
 
 
@@ -59,13 +73,68 @@ def works() -> dict[str, list[Surface]]:
     rng = np.random.default_rng(15)
     ridges = (FAMILIES["sine ridges"].surface(seed) for seed in range(6))
     spikes = (FAMILIES["spikes"].surface(seed) for seed in range(6))
-    return {
+    found: dict[str, list[Surface]] = {
         "bicubic, moderate": [BezierSurface(bicubic(seed, MODERATE)) for seed in range(12)],
         "bicubic, wild": [BezierSurface(bicubic(100 + seed, WILD)) for seed in range(12)],
         "degree 15": [BezierSurface(strewn(rng, 16, 16, 0.02, 0.3)) for _ in range(4)],
         "spikes": [s for s in spikes if isinstance(s, BsplineSurface)],
         "sine ridges": [s for s in ridges if isinstance(s, BsplineSurface)],
+        "1000 small faces": [small_faces()],
+        "thin skins": [thin_skin(seed) for seed in range(2)],
     }
+    return found | {name: [example(name)] for name in MODELS}
+
+
+def example(name: str) -> Surface:
+    """A built-in surface, its patches where it has several."""
+    surface = find(name).surface()
+    if isinstance(surface, BezierSurface | BsplineSurface):
+        return surface
+    model = surface.lower()
+    assert isinstance(model, PatchModel)
+    return model
+
+
+def small_faces() -> PatchModel:
+    """What machine parts consist of: planes, quarters of cylinders, and fillets, of many sizes.
+
+    Fillets are quarters of rings about a quarter of a turn. They lie on a lattice, turned anyhow.
+    """
+    rng = np.random.default_rng(16)
+    turn = np.column_stack([QUARTER, np.ones(3)])
+    line, one = np.array([[0.0, 0, 0], [0, 0, 1]]), np.ones(2)
+    ring = np.stack([turn * np.array([3 + x, 3 + x, y]) for x, y in QUARTER.tolist()], axis=1)
+    plane = np.stack([line, line + np.array([1.0, 0, 0])])
+    pipe = turn[:, np.newaxis] * np.array([1.0, 1, 0]) + line
+    kinds = ((plane, np.ones((2, 2))), (pipe, np.outer(ARC, one)), (ring, np.outer(ARC, ARC)))
+    batches, number = [], 0
+    for (net, weights), count in zip(kinds, (334, 333, 333), strict=True):
+        nets = []
+        for _ in range(count):
+            turned = net @ np.linalg.qr(rng.normal(size=(3, 3)))[0] * 10 ** rng.uniform(-1, 0.5)
+            place = np.array([number // 100, number // 10 % 10, number % 10]) * 4.0
+            nets.append(turned / np.ptp(net) + place)
+            number += 1
+        batches.append(TensorPatches(np.stack(nets), np.repeat(weights[np.newaxis], count, axis=0)))
+    return PatchModel("faces", tuple(batches), (Part("faces", 0, number),))
+
+
+def thin_skin(seed: int) -> BsplineSurface:
+    """The skin of a wing: 526 × 13 points, knots that crowd about its leading edge.
+
+    Skins after the first were measured, by somebody whose hand shook.
+    """
+    rng = np.random.default_rng(seed)
+    away = np.cumsum(np.geomspace(1e-8, 0.02, 261))
+    knots = np.concatenate([[0.0] * 4, 0.5 - away[::-1], 0.5 + away, [1.0] * 4])
+    places = np.array([knots[k + 1 : k + 4].mean() for k in range(len(knots) - 4)])
+    angle = 2 * np.pi * places[:, np.newaxis]
+    along = np.linspace(0, 1, 13)
+    chord, twist = 1 - 0.6 * along, 0.1 * rng.uniform(-1, 1) * along
+    x, y = chord * (1 + np.cos(angle)) / 2, 0.07 * chord * np.sin(angle) * (1.4 - np.cos(angle))
+    y = y + 1e-4 * seed * rng.normal(size=y.shape)
+    net = np.stack([x - twist * y, y + twist * x, 8 * along + 0 * x], axis=-1)
+    return BsplineSurface(net, (3, 2), (knots, "clamped"))
 
 
 @dataclass(frozen=True)
@@ -74,6 +143,7 @@ class Line:
 
     triangles: tuple[int, int]
     seconds: tuple[float, float]
+    peak: tuple[float, float]
     found: tuple[float, float]
     uniform: int
 
@@ -91,27 +161,39 @@ def open_cascade(python: str) -> Iterator[Occ]:
         assert worker.stdout is not None
         name = f"{folder}/surface.npz"
 
-        def mesh(surface: Surface, deflection: float) -> tuple[Array, float]:
-            arrays: Any = stated(surface)
+        def mesh(surface: Surface, deflection: float) -> tuple[Array, float, int]:
+            faces = enumerate(stated(surface))
+            arrays: Any = {f"{k} {key}": x for k, face in faces for key, x in face.items()}
             np.savez(name, deflection=deflection, **arrays)
             print(name, file=worker.stdin, flush=True)
             if worker.stdout is None or not worker.stdout.readline():
                 raise SystemExit("Open CASCADE has ended")
             answer = np.load(f"{name}.out.npz")
-            return answer["corners"], float(answer["seconds"])
+            return answer["corners"], float(answer["seconds"]), int(answer["peak"])
 
         yield mesh
         worker.stdin.close()
 
 
-def stated(surface: Surface) -> dict[str, Array]:
-    """The arrays that the worker reads."""
-    if isinstance(surface, BezierSurface):
-        return {"net": surface.control_net}
-    found = {"net": surface.control_net, "degree": np.array(surface.degree)}
-    for axis, knots in zip("uv", surface.knot_vectors, strict=True):
-        found[f"knots_{axis}"], found[f"times_{axis}"] = np.unique(knots, return_counts=True)
-    return found
+def stated(surface: Surface) -> list[dict[str, Array]]:
+    """The arrays that the worker reads, face by face."""
+    if isinstance(surface, PatchModel):
+        found = []
+        for batch in surface.batches:
+            loads = [{}] * batch.count if batch.weights is None else [
+                {"weights": each} for each in batch.weights
+            ]  # fmt: skip
+            found += [{"net": net} | load for net, load in zip(batch.points, loads, strict=True)]
+        return found
+    face = {"net": surface.control_net}
+    if surface.weights is not None:
+        face["weights"] = surface.weights
+    if isinstance(surface, BsplineSurface):
+        face["degree"] = np.array(surface.degree)
+        for axis, knots in zip("uv", surface.knot_vectors, strict=True):
+            face[f"knots_{axis}"], times = np.unique(knots, return_counts=True)
+            face[f"times_{axis}"] = times.astype(np.float64)
+    return [face]
 
 
 def ours(model: PatchModel, tolerance: float) -> tuple[Mesh, float]:
@@ -149,25 +231,38 @@ def uniform(model: PatchModel, tolerance: float) -> int:
 
 def measured(surface: Surface, relative: float, occ: Occ) -> Line:
     """Both meshers in turns, and what is true of their meshes."""
-    points = surface.control_net.reshape(-1, 3)
+    model = surface if isinstance(surface, PatchModel) else surface.lower()
+    points = np.concatenate([batch.points.reshape(-1, 3) for batch in model.batches])
     tolerance = relative * float(np.linalg.norm(np.ptp(points, axis=0)))
-    model = surface.lower()
     times: list[tuple[float, float]] = []
-    for _ in range(ROUNDS):
+    while len(times) < ROUNDS and (not times or times[0][0] < LONG):
         mesh, mine = ours(model, tolerance)
-        theirs, its = occ(surface, tolerance)
+        theirs, its, peak = occ(surface, tolerance)
         times.append((mine, its))
+    tracemalloc.start()
+    ours(model, tolerance)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
     corners = mesh.positions[mesh.triangles].astype(np.float64)
-    found = [
-        surface_to_mesh(sheets_of(surface), soup, int(np.clip(4 * len(soup), 4000, 30000)))
-        for soup in (corners, theirs)
-    ]
     return Line(
         (len(corners), len(theirs)),
         (median(mine for mine, _ in times), median(its for _, its in times)),
-        (found[0].distance / tolerance, found[1].distance / tolerance),
-        uniform(model, tolerance),
+        (most / 1e6, peak / 1e6),
+        (deviation(surface, corners) / tolerance, deviation(surface, theirs) / tolerance),
+        uniform(model, tolerance) if len(model.batches) == 1 else 0,
     )
+
+
+def deviation(surface: Surface, corners: Array) -> float:
+    """The largest distance met by sampling."""
+    sheets = sheets_of(surface)
+    if len(sheets) <= FEW:
+        return surface_to_mesh(
+            sheets, corners, int(np.clip(4 * len(corners), 4000, 30000))
+        ).distance
+    count = max(200, 4 * len(corners) // len(sheets))
+    points = np.concatenate([sheet.at(sheet.samples(count)) + sheet.origin for sheet in sheets])
+    return Soup(corners).farthest(points)[1]
 
 
 def row(title: str, relative: float, lines: list[Line]) -> str:
@@ -175,29 +270,32 @@ def row(title: str, relative: float, lines: list[Line]) -> str:
     mine, its = (median(line.triangles[k] for line in lines) for k in range(2))
     slow, fast = (1e3 * median(line.seconds[k] for line in lines) for k in range(2))
     grid = median(line.uniform for line in lines)
-    ratios = [line.triangles[0] / line.uniform for line in lines]
+    ratios = [line.triangles[0] / max(line.uniform, 1) for line in lines]
+    large, light = (max(line.peak[k] for line in lines) for k in range(2))
     return (
         f"{title:22}{relative:10g}{mine:8.0f}{its:8.0f}"
         f"{median(line.triangles[0] / line.triangles[1] for line in lines):7.2f}"
         f"{slow:8.1f}{fast:8.1f}{median(line.seconds[0] / line.seconds[1] for line in lines):7.2f}"
+        f"{large:7.1f}{light:7.1f}"
         f"{max(line.found[0] for line in lines):11.3f}{max(line.found[1] for line in lines):7.2f}"
         f"{sum(line.found[0] > 1 for line in lines):6}{sum(line.found[1] > 1 for line in lines):5}"
-        f"{grid:9.0f}{median(ratios):7.2f}"
+        + (f"{grid:9.0f}{median(ratios):7.2f}" if grid else "")
     )
 
 
-def run(python: str) -> None:
-    """Prints the table."""
+def run(python: str, names: Sequence[str] = ()) -> None:
+    """Prints the table, or its lines of these groups."""
     print("Meshes by tolerance, ours, Open CASCADE's and a certified uniform grid; medians;")
-    print("found/tol is the largest deviation met by sampling, over counts the meshes above 1")
+    print("MB is the largest peak; found/tol is the largest deviation met by sampling, over counts")
+    print("the meshes above 1")
     print(HEADER)
     with open_cascade(python) as occ:
         for title, surfaces in works().items():
-            for relative in TOLERANCES:
+            for relative in TOLERANCES if not names or title in names else ():
                 lines = [measured(surface, relative, occ) for surface in surfaces]
                 print(row(title, relative, lines), flush=True)
 
 
 if __name__ == "__main__":
     pin_blas()
-    run(sys.argv[1])
+    run(sys.argv[1], sys.argv[2:])

@@ -1,35 +1,40 @@
 """Open CASCADE's mesher, in a Python of its own: knows nothing of the service.
 
 Reads names of .npz files, one a line, and answers each with a line once the file `<name>.out.npz`
-is written. A file holds `net` (n, m, 3) and `deflection`, and for a B-spline `degree`, and the
-distinct knots and their multiplicities, `knots_u`, `times_u`, `knots_v`, `times_v`. The answer
-holds `corners` (T, 3, 3) and `seconds`, the CPU time of the mesher alone.
+is written. A file holds `deflection`, and of face k, the names all beginning with `k `, `net`
+(n, m, 3), maybe `weights`, and for a B-spline `degree`, and the distinct knots and their
+multiplicities, `knots_u`, `times_u`, `knots_v`, `times_v`. The answer holds `corners` (T, 3, 3),
+`seconds`, the CPU time of the mesher alone, and `peak`, the bytes that it took beyond what the
+process had before.
 """
 
 import sys
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from OCP.BRep import BRep_Tool
+from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
-from OCP.collections import Array1_double, Array1_int, Array2_gp_Pnt
+from OCP.collections import Array1_double, Array1_int, Array2_double, Array2_gp_Pnt
 from OCP.Geom import Geom_BezierSurface, Geom_BSplineSurface
 from OCP.gp import gp_Pnt
 from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS_Compound
 
 ANGLE = 0.5
 
 
-def points_of(net: Any) -> Any:
-    """Its array of points, counted from 1."""
-    rows, columns, _ = net.shape
-    points = Array2_gp_Pnt(1, rows, 1, columns)
+def grid(values: Any, kind: Any) -> Any:
+    """Its array of points or of weights, counted from 1."""
+    rows, columns = values.shape[:2]
+    array = kind(1, rows, 1, columns)
     for i in range(rows):
         for j in range(columns):
-            points.SetValue(i + 1, j + 1, gp_Pnt(*net[i, j].tolist()))
-    return points
+            value = values[i, j].tolist()
+            array.SetValue(i + 1, j + 1, gp_Pnt(*value) if isinstance(value, list) else value)
+    return array
 
 
 def numbers(values: Any, kind: Any) -> Any:
@@ -42,13 +47,21 @@ def numbers(values: Any, kind: Any) -> Any:
 
 def surface_of(stated: Any) -> Any:
     """A Bézier surface, or a B-spline surface where there are knots."""
-    points = points_of(stated["net"])
+    grids = [grid(stated["net"], Array2_gp_Pnt)]
+    if "weights" in stated:
+        grids.append(grid(stated["weights"], Array2_double))
     if "degree" not in stated:
-        return Geom_BezierSurface(points)
+        return Geom_BezierSurface(*grids)
     p, q = stated["degree"].tolist()
     knots = [numbers(stated[f"knots_{axis}"], Array1_double) for axis in "uv"]
-    times = [numbers(stated[f"times_{axis}"], Array1_int) for axis in "uv"]
-    return Geom_BSplineSurface(points, *knots, *times, p, q)
+    times = [numbers(stated[f"times_{axis}"].astype(int), Array1_int) for axis in "uv"]
+    return Geom_BSplineSurface(*grids, *knots, *times, p, q)
+
+
+def bytes_of(field: str) -> int:
+    """A size of this process."""
+    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
+    return 1024 * next(int(line.split()[1]) for line in lines if line.startswith(field))
 
 
 def corners_of(face: Any) -> Any:
@@ -64,12 +77,23 @@ def main() -> None:
     """Answers until there is nothing more to read."""
     for line in sys.stdin:
         name = line.rstrip("\n")
-        stated = np.load(name)
-        face = BRepBuilderAPI_MakeFace(surface_of(stated), 1e-7).Face()
-        start = time.process_time()
-        BRepMesh_IncrementalMesh(face, float(stated["deflection"]), False, ANGLE, False)
-        seconds = time.process_time() - start
-        np.savez(f"{name}.out.npz", corners=corners_of(face), seconds=seconds)
+        stated: dict[str, dict[str, Any]] = {}
+        for key, value in np.load(name).items():
+            face, _, field = key.rpartition(" ")
+            stated.setdefault(face, {})[field] = value
+        deflection = float(stated.pop("")["deflection"])
+        surfaces = map(surface_of, stated.values())
+        faces = [BRepBuilderAPI_MakeFace(surface, 1e-7).Face() for surface in surfaces]
+        whole, builder = TopoDS_Compound(), BRep_Builder()
+        builder.MakeCompound(whole)
+        for face in faces:
+            builder.Add(whole, face)
+        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
+        before, start = bytes_of("VmRSS"), time.process_time()
+        BRepMesh_IncrementalMesh(whole, deflection, False, ANGLE, False)
+        seconds, peak = time.process_time() - start, bytes_of("VmHWM") - before
+        corners = np.concatenate([corners_of(face) for face in faces])
+        np.savez(f"{name}.out.npz", corners=corners, seconds=seconds, peak=peak)
         print(name, flush=True)
 
 

@@ -1,13 +1,15 @@
-"""Requests a second of the service, beside an echo that answers the same bytes.
+"""Requests a second of the service, beside an echo of the same bytes and beside plain work.
 
 Each server is one process of uvicorn with BLAS on one thread. The echo reads the body and sends
-what the service answered to it once: the ratio tells how much of the time is not FastAPI's. `wrk`
-loads the servers in turn, with one thread and four connections; ratios are medians over the rounds.
+what the service answered to it once: the ratio tells how much of the time is not FastAPI's. `plain`
+is what an hour of work with FastAPI and NumPy makes of the same request, without seams, poles and
+bounds; it has no meshes by tolerance. `wrk` loads the servers in turn, with one thread and four
+connections; ratios are medians over the rounds.
 
     python -m tools.benchmarks.requests [--against DIRECTORY] [--seconds 2] [--rounds 5] [WORK …]
 
 DIRECTORY is another checkout of the service with a `.venv` of its own: then the table has its
-requests a second too, and the ratio of this checkout to it. The column `kept` has the ratios in
+requests a second too, and the ratio of this checkout to it. The columns `kept` have the ratios in
 `requests.json`, which `--keep` writes anew.
 """
 
@@ -22,6 +24,7 @@ import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from math import nan
 from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
@@ -41,6 +44,7 @@ LEAST = {"hit.glb": 1.5, "unchanged.glb": 2.0}
 BASELINE = Path(__file__).with_name("requests.json")
 PLAIN = {"Accept-Encoding": "identity"}
 SERVICE, ECHO = "service.api.app:create_app", "tools.benchmarks.requests:create_echo"
+HOUR = "tools.benchmarks.plain:create"
 
 
 class Work(NamedTuple):
@@ -124,7 +128,7 @@ def uvicorn(app: str, answers: Path, checkout: Path = ROOT) -> Server:
 
 def rate(url: str, script: Path, seconds: int) -> float:
     """Requests a second that `wrk` counts; an error where any answer is one."""
-    options = ("-t1", f"-c{CONNECTIONS}", f"-d{seconds}s", "-s", str(script))
+    options = ("-t1", f"-c{CONNECTIONS}", f"-d{seconds}s", "--timeout=30s", "-s", str(script))
     told = subprocess.run(("wrk", *options, url), capture_output=True, text=True, check=True).stdout
     if found := re.search(r"(Non-2xx|Socket errors).*", told):
         raise RuntimeError(f"{url}: {found[0]}")
@@ -145,6 +149,7 @@ def run(arguments: Sequence[str] = ()) -> bool:
         return True
     print(f"Requests a second, {CONNECTIONS} connections; medians of alternating rounds")
     header = f"{'work':18}{'bytes':>10}{'service/s':>11}{'echo/s':>10}{'ratio':>8}{'kept':>8}"
+    header += f"{'plain/s':>10}{'ratio':>8}{'kept':>8}"
     print(header + (f"{'old/s':>10}{'new/old':>9}" if options.against else ""))
     slow, kept, found = [], json.loads(BASELINE.read_text()), {}
     with tempfile.TemporaryDirectory() as temporary, ExitStack() as stack:
@@ -154,26 +159,36 @@ def run(arguments: Sequence[str] = ()) -> bool:
         chosen = [w for w in works(service) if not options.names or w.name in options.names]
         for work in chosen:
             (answers / work.name).write_bytes(work.ask(service).content)
-        servers = [service, stack.enter_context(uvicorn(ECHO, answers))]
+        echo, plain = (stack.enter_context(uvicorn(app, answers)) for app in (ECHO, HOUR))
+        old = None
         if options.against:
-            old = uvicorn(SERVICE, answers, options.against.absolute())
-            servers.append(stack.enter_context(old))
+            old = stack.enter_context(uvicorn(SERVICE, answers, options.against.absolute()))
         for work in chosen:
             script = work.write_script(Path(temporary))
-            targets = (work.target, f"/{work.name}", work.target)
-            urls = [each.url + target for each, target in zip(servers, targets, strict=False)]
-            turns = range(options.rounds)
-            rates = [[rate(url, script, options.seconds) for url in urls] for _ in turns]
-            ours, *others = (median(column) for column in zip(*rates, strict=True))
-            ratios = [median(row[0] / row[k] for row in rates) for k in range(1, len(urls))]
-            if ratios[0] < LEAST.get(work.name, 0):
+            urls = {"service": service.url + work.target, "echo": f"{echo.url}/{work.name}"}
+            if "resolution" in (work.document or {}):
+                urls["plain"] = f"{plain.url}/mesh.{work.name.rpartition('.')[2]}"
+            if old is not None:
+                urls["old"] = old.url + work.target
+            rates = [
+                {name: rate(url, script, options.seconds) for name, url in urls.items()}
+                for _ in range(options.rounds)
+            ]
+            each = {name: median(row[name] for row in rates) for name in urls}
+            ratio = {
+                name: median(row["service"] / (row[name] or nan) for row in rates) for name in urls
+            }
+            if ratio["echo"] < LEAST.get(work.name, 0):
                 slow.append(f"{work.name}: the ratio must be {LEAST[work.name]}")
-            found[work.name] = round(ratios[0], 3)
             size = (answers / work.name).stat().st_size
-            line = f"{work.name:18}{size:10}{ours:11.1f}{others[0]:10.1f}{ratios[0]:8.3f}"
-            line += f"{kept.get(work.name, 0):8.3f}"
-            more = f"{others[1]:10.1f}{ratios[1]:9.2f}" if options.against else ""
-            print(line + more, flush=True)
+            line = f"{work.name:18}{size:10}{each['service']:11.1f}"
+            for name, key in (("echo", work.name), ("plain", f"{work.name} / plain")):
+                if name in urls:
+                    found[key] = round(ratio[name], 3)
+                    line += f"{each[name]:10.1f}{ratio[name]:8.3f}{kept.get(key, 0):8.3f}"
+                else:
+                    line += " " * 26
+            print(line + (f"{each['old']:10.1f}{ratio['old']:9.2f}" if old else ""), flush=True)
     if options.keep:
         BASELINE.write_text(json.dumps(kept | found, indent=1) + "\n")
     for line in slow:

@@ -150,10 +150,7 @@ def _moebius(count: int) -> Body:
         for s in (-1, 1)
     )
     faces: list[Loop] = [(k, k + 1, count + k + 1, count + k) for k in range(count - 1)]
-    return Body(
-        np.concatenate([low, high]),
-        (*faces, (count - 1, count, 0, 2 * count - 1)),
-    )
+    return Body(np.concatenate([low, high]), (*faces, (count - 1, count, 0, 2 * count - 1)))
 
 
 def _few(rng: Random, least: int, most: int) -> int:

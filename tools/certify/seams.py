@@ -167,11 +167,7 @@ def _sides(
 
 
 def _check_alone(
-    joint: Joint,
-    whole: Complex,
-    k: int,
-    single: Written,
-    sides: Mapping[Pair, Array],
+    joint: Joint, whole: Complex, k: int, single: Written, sides: Mapping[Pair, Array]
 ) -> None:
     """A patch computed by itself has the same vertices on the edges that are stated alike."""
     lines = _sides(single.vertices, single.faces, whole, whole.loops[k])

@@ -82,8 +82,7 @@ def _anywhere(rng: Random) -> Surface:
 def _rational(rng: Random) -> Surface:
     p, q = _degrees(rng, 5)
     return BezierSurface(
-        strewn(rng, p + 1, q + 1, rng.choice([MODERATE, WILD])),
-        _weights(rng, (p + 1, q + 1), 5.0),
+        strewn(rng, p + 1, q + 1, rng.choice([MODERATE, WILD])), _weights(rng, (p + 1, q + 1), 5.0)
     )
 
 

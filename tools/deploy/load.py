@@ -59,10 +59,7 @@ class Clients:
 
 
 def under_load(
-    port: int,
-    traffic: Traffic,
-    groups: tuple[Clients, ...],
-    during: Callable[[Tally], None],
+    port: int, traffic: Traffic, groups: tuple[Clients, ...], during: Callable[[Tally], None]
 ) -> Tally:
     """Has clients ask at a port of this machine for as long as `during` takes.
 

@@ -28,11 +28,7 @@ KILLS = 10
 LONGEST = float(os.environ.get("LONGEST", "180"))
 """Seconds after which no further round begins; a machine that has other things to do needs more."""
 
-SETTINGS = {
-    "SURFACE_DRAIN_DELAY": "5",
-    "SURFACE_DRAIN_TIMEOUT": "60",
-    "SURFACE_THREADS": "2",
-}
+SETTINGS = {"SURFACE_DRAIN_DELAY": "5", "SURFACE_DRAIN_TIMEOUT": "60", "SURFACE_THREADS": "2"}
 """As in `deploy/compose.yaml`."""
 
 SHORT = {
@@ -168,10 +164,7 @@ def test_killed_instances_lose_nothing_and_tear_nothing(
         stored = check_store(tmp_path, traffic, instances)
     refused = [line for line in tally.wrong if ": 502 " in line]
     report(
-        capsys,
-        tally,
-        f"{KILLS} killed; {retries:.0f} retries, {len(refused)} answers 502",
-        stored,
+        capsys, tally, f"{KILLS} killed; {retries:.0f} retries, {len(refused)} answers 502", stored
     )
     assert tally.wrong == refused
     assert len(tally.broken) + len(refused) <= KILLS * sum(group.number for group in clients)

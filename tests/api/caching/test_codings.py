@@ -4,13 +4,7 @@ import time
 
 import pytest
 
-from service.api.caching.codings import (
-    COMPRESS,
-    MIN_BYTES,
-    Coding,
-    accepted,
-    compressed,
-)
+from service.api.caching.codings import COMPRESS, MIN_BYTES, Coding, accepted, compressed
 from tests.packed import unpacked_gzip, unpacked_zstd
 
 TEXT = b"v 0.25 0.5 1\n" * 1000

@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import mesh as gltf
 from service.encoders.gltf.buffer import BufferBuilder
 from service.engine.mesh.mesh import Mesh
 from service.errors import UnsupportedByFormat
-from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf
+from tests.encoders.gltf.reader import Gltf, read_glb
 from tests.meshes import carrying, silo, single, with_overlays
 
 OPTIONS = EncodeOptions()
@@ -19,24 +18,6 @@ OPTIONS = EncodeOptions()
 
 def glb(mesh: Mesh) -> Gltf:
     return read_glb(gltf.encode_glb(mesh, OPTIONS))
-
-
-def test_every_part_is_a_named_node_with_its_own_vertices_and_faces() -> None:
-    mesh = single(silo(12, 3))
-    file = glb(mesh)
-    root, *children = file.document["nodes"]
-    assert root == {"name": "silo", "children": [1, 2, 3]}
-    assert file.document["scenes"] == [{"name": "silo", "nodes": [0]}]
-    assert [node["name"] for node in children] == ["base", "wall", "roof"]
-    for part in mesh.parts:
-        triangles = mesh.triangles[slice(*part.triangles)]
-        np.testing.assert_array_equal(file.corners(part.name), mesh.positions[triangles])
-        own = np.unique(triangles)
-        np.testing.assert_array_equal(file.attribute(part.name, "POSITION"), mesh.positions[own])
-        assert mesh.normals is not None
-        np.testing.assert_array_equal(file.attribute(part.name, "NORMAL"), mesh.normals[own])
-        assert mesh.uvs is not None
-        np.testing.assert_array_equal(file.attribute(part.name, "TEXCOORD_0"), mesh.uvs[own])
 
 
 def test_vertices_of_a_part_may_lie_anywhere() -> None:
@@ -96,67 +77,6 @@ def read_back(buffer: BufferBuilder) -> np.ndarray:
     return Gltf(document, b"".join(packed.chunks)).array(0)
 
 
-def test_origin_moves_every_node_but_the_root() -> None:
-    origin = (5e5, 4.6e6, -0.25)
-    file = glb(single(with_overlays(silo()), origin))
-    root, *children = file.document["nodes"]
-    assert "translation" not in root
-    assert len(children) == 5
-    assert all(node["translation"] == list(origin) for node in children)
-
-
-def test_z_up_is_turned_upright_by_the_root() -> None:
-    x, y, z, w = glb(single(silo(), up="z")).document["nodes"][0]["rotation"]
-    # Rotation matrix of a unit quaternion: z becomes y, x stays, the turn is no reflection.
-    turn = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    np.testing.assert_allclose(turn, [[1, 0, 0], [0, 0, 1], [0, -1, 0]], atol=1e-15)
-    assert "rotation" not in glb(single(silo())).document["nodes"][0]
-
-
-def test_materials_are_seen_from_both_sides_and_lines_are_unlit() -> None:
-    file = glb(single(with_overlays(silo())))
-    surface, lines = file.document["materials"]
-    assert surface["doubleSided"] is True
-    assert surface["pbrMetallicRoughness"]["metallicFactor"] == 0
-    assert surface["pbrMetallicRoughness"]["roughnessFactor"] == 0.5
-    assert lines["extensions"] == {"KHR_materials_unlit": {}}
-    assert file.document["extensionsUsed"] == ["KHR_materials_unlit"]
-    assert file.primitive("wall")["material"] == 0
-    assert file.primitive("boundary")["material"] == 1
-
-
-def test_overlays_are_lines() -> None:
-    mesh = single(with_overlays(silo()))
-    file = glb(mesh)
-    for overlay in mesh.overlays:
-        assert file.primitive(overlay.name)["mode"] == 1
-        expected = overlay.positions[overlay.segments]
-        np.testing.assert_array_equal(file.corners(overlay.name), expected)
-
-
-def test_report_and_generator_travel_along() -> None:
-    mesh = single(silo())
-    asset = glb(mesh).document["asset"]
-    assert asset["generator"] == "Surface Service"
-    expected = report_object(mesh.report, mesh.parts)
-    expected["bounds"] = {"min": [-1.0, -1.0, 0.0], "max": [1.0, 1.0, 2.0]}
-    assert asset["extras"] == {"report": expected}
-
-
-def test_both_forms_say_the_same() -> None:
-    mesh = single(with_overlays(silo()))
-    binary, text = glb(mesh), read_gltf(gltf.encode_gltf(mesh, OPTIONS))
-    assert binary.buffer == text.buffer
-    del binary.document["buffers"], text.document["buffers"]
-    assert binary.document == text.document
-
-
 def srgb_of(light: float) -> float:
     """The inverse of the formula in IEC 61966-2-1, in Python's own arithmetic."""
     return 12.92 * light if light <= 0.0031308 else 1.055 * light ** (1 / 2.4) - 0.055
@@ -177,22 +97,6 @@ def test_colors_are_linear_on_white(opacity: bool) -> None:
     (material,) = file.document["materials"]
     assert "baseColorFactor" not in material["pbrMetallicRoughness"]
     assert material.get("alphaMode") == ("BLEND" if opacity else None)
-
-
-def test_attributes_are_pieces_of_four_numbers() -> None:
-    mesh = single(carrying(silo(12, 3)))
-    file = glb(mesh)
-    (_, temperature), (_, flow) = mesh.attributes
-    for part in mesh.parts:
-        own = np.unique(mesh.triangles[slice(*part.triangles)])
-        for name, kind, values in (
-            ("_TEMPERATURE", "SCALAR", temperature),
-            ("_FLOW_0", "VEC4", flow[:, :4]),
-            ("_FLOW_1", "VEC2", flow[:, 4:]),
-        ):
-            entry = file.primitive(part.name)["attributes"][name]
-            assert file.document["accessors"][entry]["type"] == kind
-            np.testing.assert_array_equal(file.array(entry), values[own])
 
 
 def test_quads_are_refused() -> None:

@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from service.engine.deviation.bends import (
-    Bends,
-    blocks_along,
-    grid_bends,
-    triangle_deviations,
-)
+from service.engine.deviation.bends import Bends, blocks_along, grid_bends, triangle_deviations
 from service.engine.deviation.products import bend, is_small
 from service.surface.batches import TensorPatches, TrianglePatches
 from tests.strategies import Array

@@ -15,7 +15,7 @@ from tests.engine.meshing import mesh_of
 from tests.examples import patches_of
 from tests.oracles.deviation import surface_to_mesh
 from tests.oracles.sheets import sheets_of
-from tests.strategies import Array, mixed_model, model_of, moved
+from tests.strategies import Array, mixed_model, model_of, moved, turned
 from tools.certify.surfaces import FAMILIES
 
 DIAGONALS = (((0, 1, 3), (1, 2, 3)), ((0, 1, 2), (0, 2, 3)))
@@ -113,6 +113,17 @@ def test_rounding_far_from_the_origin_counts(shift: float) -> None:
         bound = mesh.report.deviation_bound
         assert bound is not None
         assert 0 < bound < (1e-4 if single else 1e-10 * shift)
+
+
+def test_the_rounding_of_a_framed_patch_is_that_of_the_patches_it_is_evaluated_with() -> None:
+    """Of one batch, the patches with a frame are evaluated apart from a huge one."""
+    plane = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
+    nets = [plane, turned(moved(plane, 1), 5), moved(plane * 1e9, 5)]
+    parts = tuple(Part(name, k, k + 1) for k, name in enumerate(("plain", "framed", "huge")))
+    mesh = build(replace(model_of(nets), parts=parts), MeshOptions(resolution=(2, 5)))
+    plain, framed, huge = (part.deviation_bound or 0.0 for part in mesh.parts)
+    assert 0 < framed < 1e-13
+    assert min(plain, huge) > 1e-8
 
 
 def test_bounds_are_rounded_up() -> None:

@@ -13,12 +13,7 @@ from service.engine.evaluation.under_way import Samples
 from service.surface.batches import TensorPatches
 from service.surface.checks import MAX_WEIGHT_RATIO
 from tests.oracles import exact
-from tests.strategies import (
-    Array,
-    example_batch,
-    resolutions,
-    weighted_nets,
-)
+from tests.strategies import Array, example_batch, resolutions, weighted_nets
 
 Degree: TypeAlias = tuple[int, int]
 Real: TypeAlias = type[np.float32] | type[np.float64]

@@ -146,9 +146,7 @@ def test_far_from_the_origin_nothing_more_is_lost(method: Method) -> None:
 @settings(max_examples=20)
 @given(st.tuples(degenerate_nets(), st.sampled_from([1.0, 1e-30, 4e37]), resolutions, st.data()))
 def test_nets_made_to_go_wrong_have_normals(
-    method: Method,
-    dtype: Real,
-    surface: tuple[Array, float, tuple[int, int], st.DataObject],
+    method: Method, dtype: Real, surface: tuple[Array, float, tuple[int, int], st.DataObject]
 ) -> None:
     net, scale, resolution, data = surface
     weights = data.draw(st.none() | weights_like(net))

@@ -16,13 +16,7 @@ from service.engine.tessellate import tessellate
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.examples import EXAMPLES
 from service.surface.lowered import GroupModel, Part, PatchModel
-from tests.strategies import (
-    degenerate_nets,
-    model_of,
-    resolutions,
-    split_models,
-    triangle_nets,
-)
+from tests.strategies import degenerate_nets, model_of, resolutions, split_models, triangle_nets
 
 MODELS = [
     pytest.param(own, id=f"{example.id}-{k}")

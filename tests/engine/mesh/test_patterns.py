@@ -60,10 +60,7 @@ def test_a_plain_grid_tiles_the_square(ru: int, rv: int, kind: Faces) -> None:
 
 
 @given(
-    divisions,
-    divisions,
-    st.tuples(*[st.booleans()] * 4),
-    st.sampled_from(["triangles", "quads"]),
+    divisions, divisions, st.tuples(*[st.booleans()] * 4), st.sampled_from(["triangles", "quads"])
 )
 def test_strips_join_finer_sides_to_any_grid(
     ru: int, rv: int, finer: tuple[bool, bool, bool, bool], kind: Faces

@@ -12,13 +12,7 @@ from service.engine.mesh.mesh import Mesh
 from service.engine.mesh.seams import find_seams
 from service.surface.batches import TensorPatches
 from service.surface.lowered import Part, PatchModel
-from tests.engine.meshing import (
-    check_sound,
-    check_upright,
-    check_winding,
-    mesh_of,
-    shape_of,
-)
+from tests.engine.meshing import check_sound, check_upright, check_winding, mesh_of, shape_of
 from tests.examples import patches_of
 from tests.strategies import (
     ROTATIONS,

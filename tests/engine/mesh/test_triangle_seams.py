@@ -150,11 +150,7 @@ def joined(grid: Array, triangle: Array) -> Array:
 
 @given(st.data(), st.integers(0, 7), st.integers(0, 5), resolutions, kinds)
 def test_triangles_weld_to_grids_however_both_are_turned(
-    data: st.DataObject,
-    symmetry: int,
-    way: int,
-    resolution: tuple[int, int],
-    kind: Faces,
+    data: st.DataObject, symmetry: int, way: int, resolution: tuple[int, int], kind: Faces
 ) -> None:
     """Each of three sides to each of four, in both directions; the coarser grid is framed."""
     n = data.draw(st.integers(1, 4))

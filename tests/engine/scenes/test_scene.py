@@ -20,12 +20,7 @@ from service.surface.examples import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
 from service.surface.patches import PatchSurface
-from tests.engine.meshing import (
-    as_triangles,
-    check_sound,
-    mesh_of,
-    places_of,
-)
+from tests.engine.meshing import as_triangles, check_sound, mesh_of, places_of
 from tests.oracles.topology import volume
 from tests.strategies import Array, placements
 

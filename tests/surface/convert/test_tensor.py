@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from service.engine.options import MeshOptions
 from service.engine.tessellate import tessellate
-from service.errors import InvalidRequest, SurfaceError, TooLarge
+from service.errors import SurfaceError, TooLarge
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.convert.nets import Allowed
@@ -195,27 +195,6 @@ def test_every_example_stays_as_closed_as_it_is(example: str) -> None:
         )  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("operation", "code", "pointer"),
-    [
-        (Elevate((2, 3)), "degree_too_low", "/degree/0"),
-        (Elevate((3, 1)), "degree_too_low", "/degree/1"),
-        (Split(u=0.0), "out_of_range", "/u"),
-        (Split(v=1.0), "out_of_range", "/v"),
-        (Split(u=float("nan")), "out_of_range", "/u"),
-        (Split(at=(0.25, 0.25, 0.5)), "unknown_field", "/at"),
-        (Restrict(u=(-0.5, 1)), "out_of_range", "/u/0"),
-        (Restrict(v=(0.0, 1.5)), "out_of_range", "/v/1"),
-    ],
-)
-def test_refusals_of_a_patch(operation: Operation, code: str, pointer: str) -> None:
-    surface = random_bezier((3, 2), 1, False)
-    assert refusal(surface, Transpose(), Transpose(), operation) == (
-        code,
-        f"/operations/2{pointer}",
-    )
-
-
 @pytest.mark.parametrize("operation", [Split(0.5), Restrict(u=(0, 0.5))])
 def test_patches_have_no_parameters_in_common(operation: Operation) -> None:
     surface = random_patches((2, 2), 1, False)
@@ -233,26 +212,3 @@ def test_too_much_is_refused_before_it_is_made() -> None:
         convert(random_bezier((3, 3), 1, False), [Split(0.5, 0.5)], Allowed(63))
     with pytest.raises(TooLarge):
         convert(random_bezier((3, 3), 1, False), [Elevate((7, 7))], Allowed(63))
-
-
-@pytest.mark.parametrize(
-    ("make", "code", "pointer"),
-    [
-        (lambda: Elevate((0, 1)), "out_of_range", "/degree/0"),
-        (lambda: Elevate((1, 65)), "out_of_range", "/degree/1"),
-        (Split, "missing_field", ""),
-        (lambda: Split(0.5, None, (0.2, 0.3, 0.5)), "unknown_field", ""),
-        (lambda: Split(at=(0.5, 0.5, 0.0)), "out_of_range", "/at"),
-        (lambda: Split(at=(0.5, 0.5, 0.5)), "out_of_range", "/at"),
-        (lambda: Split(at=(0.5, 0.5, float("nan"))), "out_of_range", "/at"),
-        (Restrict, "missing_field", ""),
-        (lambda: Restrict(u=(0.5, 0.5)), "out_of_range", "/u"),
-        (lambda: Restrict(v=(1.0, 0.0)), "out_of_range", "/v"),
-        (lambda: Restrict(v=(float("nan"), 1.0)), "out_of_range", "/v"),
-    ],
-)
-def test_operations_are_checked_at_birth(make: object, code: str, pointer: str) -> None:
-    with pytest.raises(InvalidRequest) as caught:
-        make()  # type: ignore[operator]
-    (issue,) = caught.value.issues
-    assert (issue.code, issue.pointer) == (code, pointer)

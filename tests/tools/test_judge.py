@@ -1,0 +1,112 @@
+"""The judge that shares no code with the engine: it proves what is true, and nothing else."""
+
+from collections.abc import Iterator
+from itertools import product
+from math import comb
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.api.app import create_app
+from service.settings.values import Settings
+from service.surface.bspline import BsplineSurface
+from tests.api.client import Client, client_of
+from tests.oracles.sheets import TensorSheet, sheets_of
+from tests.strategies import Array
+from tools.certify.surfaces import FAMILIES
+from tools.judge.__main__ import Case, cases, document_of, judge
+from tools.judge.exact import nets_of, read_glb
+from tools.judge.proof import Mesh, _distances, _halved, _points, prove
+
+LIKE = {"relative_tolerance": 3e-2}
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    with client_of(create_app(Settings())) as client:
+        yield client
+
+
+@pytest.mark.parametrize("family", [name for name, each in FAMILIES.items() if not each.lines])
+@pytest.mark.parametrize("suffix", ["glb", "stl"])
+def test_meshes_of_every_family_are_proved(client: Client, family: str, suffix: str) -> None:
+    verdict = judge(client, Case(family, 7, LIKE, suffix))
+    if verdict is None:  # STL is too coarse so far away
+        assert (family, suffix) == ("far away", "stl")
+        return
+    assert (verdict.proof.undecided, verdict.proof.beyond) == (0, None)
+    assert verdict.proof.pieces > 0
+
+
+@pytest.mark.parametrize("family", ["bicubic, wild", "NURBS", "rational triangles"])
+def test_a_vertex_in_the_wrong_place_is_noticed(client: Client, family: str) -> None:
+    """By three times the bound, across the surface; and so is a triangle that is missing."""
+    surface: dict[str, Any] = document_of(FAMILIES[family].surface(7))
+    answer = client.post("/v1/mesh?format=glb", {"surface": surface, "normals": False, **LIKE})
+    corners, origin = read_glb(answer.content)
+    nets, bound = nets_of(surface, origin), float(answer.headers["surface-deviation-bound"])
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    largest = np.linalg.norm(normals, axis=1).argmax()
+    around = (corners == corners[largest, 0]).all(axis=2)
+    normal = normals[around.any(axis=1)].sum(axis=0)
+    broken = corners.copy()
+    broken[around] += 3 * bound * normal / np.linalg.norm(normal)
+    assert (prove(nets, broken, bound).beyond or 0) > bound
+    assert prove(nets, corners, bound).beyond is None
+    found = prove(nets, np.delete(corners, largest, axis=0), bound)
+    assert (found.beyond or 0) > bound, "a triangle is missing"
+
+
+@pytest.mark.parametrize("family", ["degrees 1 to 8", "rational", "creases", "NURBS",
+                                    "rings and tori", "rational triangles"])  # fmt: skip
+def test_nets_are_those_of_the_surface(family: str) -> None:
+    for seed in range(4):
+        surface = FAMILIES[family].surface(seed)
+        (sheet,) = sheets_of(surface)
+        (nets,) = nets_of(document_of(surface), sheet.origin)
+        halves = [np.array([comb(n - 1, k) / 2.0 ** (n - 1) for k in range(n)])
+                  for n in nets.shape[1:3]]  # fmt: skip
+        middles = np.einsum("i,j,mijk->mk", *halves, nets)
+        if isinstance(sheet, TensorSheet):
+            u, v = ((b[1:] + b[:-1]) / 2 for b in sheet.breaks)
+            places = np.array(list(product(u, v)))
+        else:
+            places = np.array([[0.25, 0.25]])
+        assert isinstance(surface, BsplineSurface) or len(nets) == 1
+        np.testing.assert_allclose(middles[:, :3] / middles[:, 3:], sheet.at(places), atol=1e-12)
+
+
+def crumpled(rng: np.random.Generator, spread: float) -> Array:
+    """Triangles about the unit square that are folded along their edges, some of them sharply."""
+    grid = np.stack(np.meshgrid([0.0, 0.4, 1], [0.0, 0.7, 1], [0.0], indexing="ij"), -1)[:, :, 0]
+    grid = grid + spread * rng.uniform(-1, 1, grid.shape)
+    a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
+    return np.concatenate([np.stack(x, 2).reshape(-1, 3, 3) for x in ((a, b, d), (b, c, d))])
+
+
+@pytest.mark.parametrize("spread", [0.02, 0.2, 0.6])
+def test_no_point_of_a_piece_is_further_than_its_hull_is_said_to_be(spread: float) -> None:
+    """Pieces of all sizes over folds, where the hull is on two triangles."""
+    rng = np.random.default_rng(5)
+    t = np.linspace(0, 1, 9)
+    lines = [np.array([comb(2, k) * x**k * (1 - x) ** (2 - k) for k in range(3)]) for x in t]
+    grid = np.stack(lines)
+    for _ in range(10):
+        mesh = Mesh(crumpled(rng, spread))
+        net = np.append(rng.uniform(0, 1, (3, 3, 3)), rng.uniform(0.3, 3, (3, 3, 1)), axis=-1)
+        net[..., 2] *= spread
+        net[..., :3] *= net[..., 3:]
+        pieces = np.moveaxis(net, -1, 0)[:, np.newaxis]
+        for _ in range(8):
+            points = np.einsum("ai,bj,kmij->mabk", grid, grid, pieces)
+            true = mesh.soup.distances((points[..., :3] / points[..., 3:]).reshape(-1, 3))
+            said = _distances(mesh, _points(pieces), of_all=False)
+            assert (true.reshape(len(said), -1).max(axis=1) <= said + 1e-12).all()
+            pieces = _halved(pieces, _points(pieces))
+
+
+def test_there_are_enough_of_every_family() -> None:
+    every = list(cases())
+    assert len({case.family for case in every} & set(FAMILIES)) == len(FAMILIES) - 1
+    assert len(every) > 200

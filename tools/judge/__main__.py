@@ -1,0 +1,151 @@
+"""Surfaces of every family and the examples, meshed over HTTP, and proved: `make judge`.
+
+    python -m tools.judge [share] [family …]
+
+`share` is the part of the surfaces that is looked at, 1 being all. The exit status is 1 if a point
+was found beyond a bound, or if anything stayed undecided.
+"""
+
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from multiprocessing import Pool, cpu_count
+from typing import Any, NamedTuple
+
+from service.api.app import create_app
+from service.settings.process import pin_blas
+from service.settings.values import Settings
+from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
+from service.surface.examples import EXAMPLES
+from tests.api.client import Client, client_of
+from tools.certify.surfaces import FAMILIES, Surface
+from tools.judge.exact import nets_of, read_glb, read_stl
+from tools.judge.proof import Proof, prove
+
+OF_EACH, FIRST = 8, 5000
+"""Surfaces of every family, and the number of the first: others than `make certify` has."""
+
+OPTIONS: tuple[dict[str, Any], ...] = (
+    {"relative_tolerance": 1e-4}, {"relative_tolerance": 1e-2}, {"relative_tolerance": 3e-5},
+    {"relative_tolerance": 1e-3}, {"resolution": [40, 50]},
+)  # fmt: skip
+WITHOUT_PATCHES = {"tube", "ribbon", "group"}
+
+
+class Case(NamedTuple):
+    """A mesh of one surface: of a family, or an example where there is no seed."""
+
+    family: str
+    seed: int | None
+    options: dict[str, Any]
+    suffix: str
+
+
+class Verdict(NamedTuple):
+    """What the service said, and what was found."""
+
+    case: Case
+    triangles: int
+    bound: float
+    proof: Proof
+    seconds: float
+
+
+def cases(share: float = 1.0, names: tuple[str, ...] = ()) -> Iterator[Case]:
+    """Every family at every kind of option, every other file an STL.
+
+    But none of lines: where no triangle has an area, pieces would have to be as small as the bound.
+    """
+    for number, name in enumerate(name for name, each in FAMILIES.items() if not each.lines):
+        for k in range(max(1, round(OF_EACH * share)) if not names or name in names else 0):
+            options = OPTIONS[(k + number) % len(OPTIONS)]
+            yield Case(name, FIRST + k, options, ("glb", "stl")[(k + number) // 2 % 2])
+    for number, name in enumerate(EXAMPLES if not names or "examples" in names else ()):
+        yield Case(name, None, OPTIONS[number % len(OPTIONS)], ("stl", "glb")[number % 2])
+
+
+def document_of(surface: Surface) -> dict[str, Any]:
+    """A surface as a client writes it."""
+    net: Any = surface.control_net.tolist()
+    weights: Any = None if surface.weights is None else surface.weights.tolist()
+    found: dict[str, Any] = {"type": "bezier"}
+    if isinstance(surface, BsplineSurface):
+        knots = [k if isinstance(k, str) else k.tolist() for k in surface.knots]
+        found = {"type": "bspline", "degree": surface.degree, "knots": knots}
+    elif not isinstance(surface, BezierSurface):
+        found = {"type": "triangle"}
+        net = rows_of(net)
+        weights = weights and rows_of(weights)
+    return found | {"control_net": net} | ({"weights": weights} if weights else {})
+
+
+def rows_of(points: list[Any]) -> list[list[Any]]:
+    """One list as rows of n + 1, n, … 1."""
+    rows, rest = [], points
+    while rest:
+        count = int((2 * len(rest)) ** 0.5)
+        rows.append(rest[:count])
+        rest = rest[count:]
+    return rows
+
+
+def judge(client: Client, case: Case) -> Verdict | None:
+    """Asks for the mesh and proves its bound; None where there is nothing to prove."""
+    if case.seed is None:
+        surface = client.get(f"/v1/surfaces/{case.family}").json()["surface"]
+        surface["up"] = "y"  # glTF is not to turn it
+    else:
+        surface = document_of(FAMILIES[case.family].surface(case.seed))
+    if surface.get("type") in WITHOUT_PATCHES:
+        return None
+    request = {"surface": surface, "normals": False, **case.options}
+    answer = client.post(f"/v1/mesh?format={case.suffix}", request)
+    if answer.status_code == 422 and "tolerance_too_small" in answer.text:
+        return None
+    assert answer.status_code == 200, f"{case}: {answer.text}"
+    corners, origin = {"glb": read_glb, "stl": read_stl}[case.suffix](answer.content)
+    bound = float(answer.headers["surface-deviation-bound"])
+    start = time.process_time()
+    proof = prove(nets_of(surface, origin), corners, bound)
+    return Verdict(case, len(corners), bound, proof, time.process_time() - start)
+
+
+def work(case: Case) -> Verdict | None:
+    """One case in a process of its own."""
+    with client_of(create_app(Settings())) as client:
+        return judge(client, case)
+
+
+def main(arguments: list[str]) -> int:
+    """Judges all, prints what was found of each family, and all that is wrong."""
+    share = float(arguments[0]) if arguments else 1.0
+    totals: dict[str, Counter[str]] = {}
+    wrong = []
+    with Pool(min(2, cpu_count()), pin_blas) as pool:
+        for verdict in pool.imap_unordered(work, cases(share, tuple(arguments[1:]))):
+            if verdict is None:
+                continue
+            case, proof = verdict.case, verdict.proof
+            found = Counter(
+                surfaces=1, triangles=verdict.triangles, pieces=proof.pieces,
+                violations=int(proof.beyond is not None), undecided=proof.undecided,
+                milliseconds=round(1e3 * verdict.seconds),
+            )  # fmt: skip
+            name = "examples" if case.seed is None else case.family
+            for kind in (name, "all"):
+                totals.setdefault(kind, Counter()).update(found)
+            if proof.undecided or proof.beyond is not None:
+                wrong.append(f"{case}: bound {verdict.bound}, {proof}")
+                print(wrong[-1], file=sys.stderr, flush=True)
+    columns = ("surfaces", "triangles", "pieces", "violations", "undecided", "milliseconds")
+    print(f"{'family':28}" + "".join(f"{name:>13}" for name in columns))
+    for kind in sorted(totals, key=[*FAMILIES, "examples", "all"].index):
+        print(f"{kind:28}" + "".join(f"{totals[kind][name]:13}" for name in columns))
+    print("\n".join(wrong) or "Nothing is wrong.")
+    return int(bool(wrong))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,251 @@
+"""The proof: pieces of a surface, halved until each is seen to be near enough to the mesh.
+
+Theorem. Let a piece of a patch with positive weights have the projected control points P_i. If each
+lies within d of a point q_i of one triangle, so does every point of the piece: it is Σ λ_i P_i with
+λ_i ≥ 0 that add up to 1, and Σ λ_i q_i is a point of the triangle, which is convex.
+
+Two triangles that have an edge e in common, θ the angle by which they are folded, are nearly as
+good. Σ λ_i q_i then lies on the segment from a point a of the one to a point b of the other. Let
+these be at the distances x and y from the line of e, and their feet on it within e. In the plane
+across e the segment passes the edge at the distance x y sin θ / √(x² + y² + 2 x y cos θ), which
+grows with x and with y and is at most x y sin θ / ((x + y) √cos θ) if cos θ > 0; there it is over a
+point c of e. The path from a to c to b stays on the mesh, and by similar triangles no point of the
+segment is further from it than that. If c is the foot of a instead, or that of b, the same path
+shows that it is no further than x, or y. Where feet lie beyond an end of e, c is moved to this end.
+
+Rounding. Numbers are balls: a float64, and a radius that is counted for all of them at once.
+Halving a net of degree p takes p averages one after the other, each wrong by at most u = 2^-53 of
+the largest number; h halvings of degree at most p so by h p u. A quotient X/w adds the rounding of
+X and of w over the least weight. q_i is taken by coefficients that are not negative and add up to
+less than one, so it is in its triangle, whatever found it; it and P_i − q_i are computed in some
+dozen operations of numbers that are no larger than the coordinates.
+"""
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.oracles.distance import Soup, to_triangles
+from tools.judge.exact import Array
+
+Index: TypeAlias = NDArray[np.intp]
+
+U = 2.0**-53
+CHUNK = 2048
+"""Pieces that are begun with at a time."""
+
+TINY, FLAT = 1e-300, 1e-18
+"""In place of zero, where nothing is to be divided by zero; the sine, squared, of no angle."""
+
+DEEPEST, MOST = 60, 1 << 16
+"""Halvings of a piece after which it stays undecided, and pieces that are too many to go on."""
+
+FEW = 3
+"""Triangles among which the nearest is looked for at first."""
+
+LOOKED_AT = 5
+"""Levels after which points of what is left are looked at, whether one is too far away."""
+
+WITNESSES = 64
+
+
+@dataclass
+class Proof:
+    """What was found: pieces that were looked at, those that stay undecided, and a violation.
+
+    `beyond` is the distance of a point of the surface from the whole mesh, its rounding taken off,
+    where that is more than the bound; the proof ends there.
+    """
+
+    pieces: int = 0
+    undecided: int = 0
+    beyond: float | None = None
+
+
+class Mesh:
+    """Triangles (T, 3, 3), what is across their edges, and where they are."""
+
+    def __init__(self, corners: Array) -> None:
+        self.corners = corners
+        self.soup = Soup(corners)
+        self.size = float(np.abs(corners).max())
+        _, vertex = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+        rows = vertex.reshape(-1, 3)
+        ends = np.sort(np.stack([rows, rows[:, [1, 2, 0]]], axis=2), axis=2).reshape(-1, 2)
+        order = np.lexsort(ends.T)
+        same = np.flatnonzero((ends[order[1:]] == ends[order[:-1]]).all(axis=1))
+        across = np.full(len(ends), -1)
+        across[order[same]], across[order[same + 1]] = order[same + 1], order[same]
+        # Triangle and corner across each edge: edge k of a triangle runs from corner k on.
+        self.across: Index = across.reshape(-1, 3)
+
+    def nearest(self, points: Array, *, of_all: bool) -> Index:
+        """A triangle (m,) near each point (m, 3), or the nearest; no proof depends on which."""
+        _, rows = self.soup.tree.query(points, k=range(1, min(FEW, len(self.soup.owner)) + 1))
+        some = self.soup.owner[rows]
+        every = np.repeat(points, some.shape[1], axis=0)
+        gaps = to_triangles(every, self.corners[some.ravel()]).reshape(some.shape)
+        best = gaps.argmin(axis=1)[:, np.newaxis]
+        found, least = (np.take_along_axis(x, best, 1)[:, 0] for x in (some, gaps))
+        for tree, triangles, radius in self.soup.balls if of_all else ():
+            near = tree.query_ball_point(points, least + radius)
+            row = np.repeat(np.arange(len(points)), [len(each) for each in near])
+            chosen = triangles[np.array([k for each in near for k in each], dtype=np.intp)]
+            gap = to_triangles(points[row], self.corners[chosen])
+            order = np.argsort(-gap)  # the least is written last
+            order = order[gap[order] < least[row[order]]]
+            found[row[order]], least[row[order]] = chosen[order], gap[order]
+        return np.asarray(found, dtype=np.intp)
+
+
+def prove(nets: list[Array], corners: Array, bound: float) -> Proof:
+    """Shows that all points of all nets (m, p+1, q+1, 4) are within `bound` of the triangles."""
+    proof, mesh = Proof(), Mesh(corners)
+    total = sum(map(len, nets))
+    for net in nets:
+        pieces, halvings = np.moveaxis(net, -1, 0), 0
+        scale = np.abs(net).reshape(-1, 4).max(axis=0)
+        while pieces.shape[1] < len(corners) / 2 * len(net) / total:
+            pieces, halvings = _halved(pieces, _points(pieces)), halvings + 1
+        for start in range(0, pieces.shape[1], CHUNK):
+            part = pieces[:, start : start + CHUNK]
+            _prove(proof, mesh, part, halvings, scale=scale, bound=bound)
+            if proof.beyond is not None:
+                return proof
+    return proof
+
+
+def _prove(
+    proof: Proof, mesh: Mesh, pieces: Array, halvings: int, *, scale: Array, bound: float
+) -> None:
+    """All pieces (4, m, p+1, q+1), after so many halvings of patches with numbers up to `scale`."""
+    first = halvings
+    while pieces.shape[1]:
+        proof.pieces += pieces.shape[1]
+        points = _points(pieces)
+        size = max(mesh.size, float(np.abs(points).max()))
+        steps = (1 + halvings * max(pieces.shape[2:])) * U
+        lost, least = steps * scale[3], float(pieces[3].min())
+        assert least > 2 * lost, "weights that rounding may have turned negative"
+        each = (steps * float(scale[:3].max()) + size * lost) / (least - lost)
+        radius = 2 * each + 512 * U * size
+        late = halvings - first >= LOOKED_AT
+        left = np.flatnonzero(~(_distances(mesh, points, of_all=late) + radius <= bound))
+        pieces, points = pieces[:, left], points[:, left]
+        if late and len(left):
+            some = points[:, :: 1 + len(left) // WITNESSES, 0, 0].T
+            # The tree of the mesh may call a triangle flat that is less than 1e-10 high.
+            far = float(mesh.soup.distances(some).max()) - radius - 1e-9 * mesh.size
+            if far > bound:
+                proof.beyond = far
+                return
+        if halvings == DEEPEST or len(left) > MOST:
+            proof.undecided += len(left)
+            return
+        pieces, halvings = _halved(pieces, points), halvings + 1
+
+
+def _points(pieces: Array) -> Array:
+    """Projected control points, (3, m, p+1, q+1)."""
+    return np.asarray(pieces[:3] / pieces[3])
+
+
+def _halved(pieces: Array, points: Array) -> Array:
+    """Both halves of every piece, along the direction in which its net is longer."""
+    long_u, long_v = (
+        np.sqrt((np.diff(points, axis=axis) ** 2).sum(axis=0)).sum(axis=axis - 1).max(axis=1)
+        for axis in (2, 3)
+    )
+    along_u = long_u >= long_v
+    turned = np.swapaxes(_split(np.swapaxes(pieces[:, ~along_u], 2, 3)), 2, 3)
+    return np.concatenate([_split(pieces[:, along_u]), turned], axis=1)
+
+
+def _split(pieces: Array) -> Array:
+    """Halves along u, by de Casteljau."""
+    left, right, rows = [], [], pieces
+    while rows.shape[2]:
+        left.append(rows[:, :, 0])
+        right.append(rows[:, :, -1])
+        rows = (rows[:, :, :-1] + rows[:, :, 1:]) * 0.5
+    return np.concatenate([np.stack(left, axis=2), np.stack(right[::-1], axis=2)], axis=1)
+
+
+def _distances(mesh: Mesh, points: Array, *, of_all: bool) -> Array:
+    """For every piece a distance within which its hull is: of a triangle, or of two, (m,)."""
+    points = points.reshape(3, points.shape[1], -1)
+    triangle = mesh.nearest(points.mean(axis=2).T, of_all=of_all)
+    corners = mesh.corners[triangle].transpose(1, 2, 0)[..., np.newaxis]
+    gaps, shares, reach = _closest(points, corners)
+    found: Array = gaps.max(axis=1)
+    # The edge beyond which the net reaches furthest, and the triangle that is there.
+    lengths = np.linalg.norm(np.roll(corners, -2, axis=0) - np.roll(corners, -1, axis=0), axis=1)
+    edge = ((reach / np.maximum(lengths, TINY)).min(axis=2).argmin(axis=0) + 1) % 3
+    other = mesh.across[triangle, edge]
+    rows = np.flatnonzero(other >= 0)
+    turn = (edge[rows] + np.arange(3)[:, np.newaxis]) % 3
+    host = corners[turn, :, rows, :].swapaxes(1, 2)
+    twin = host.copy()
+    twin[2, :, :, 0] = mesh.corners[other[rows] // 3, (other[rows] + 2) % 3].T
+    beside, theirs, _ = _closest(points[:, rows], twin)
+    here = gaps[rows] <= beside
+    fold = _fold(host, twin, np.where(here, shares[turn, rows], 0), np.where(here, 0, theirs))
+    both = np.where(here, gaps[rows], beside).max(axis=1) + fold
+    found[rows] = np.fmin(found[rows], both)
+    return found
+
+
+def _closest(points: Array, corners: Array) -> tuple[Array, Array, Array]:
+    """Distances (m, n) of points (3, m, n) to points of triangles (3, 3, m, 1), these points, and
+    where those are over the planes of the triangles: barycentric, (3, m, n).
+    """
+    a, (e, f) = corners[0], (corners[1:] - corners[0])
+    d = points - a
+    ee, ef, ff = _dot(e, e), _dot(e, f), _dot(f, f)
+    de, df = _dot(d, e), _dot(d, f)
+    area = np.maximum(ee * ff - ef * ef, TINY)
+    s, t = (ff * de - ef * df) / area, (ee * df - ef * de) / area
+    reach = np.stack([1 - s - t, s, t])
+    zero = np.zeros_like(s)
+    along = np.clip((df - de + ee - ef) / np.maximum(ee - 2 * ef + ff, TINY), 0, 1)
+    sides = [
+        (np.clip(de / np.maximum(ee, TINY), 0, 1), zero),
+        (zero, np.clip(df / np.maximum(ff, TINY), 0, 1)),
+        (1 - along, along),
+    ]
+    over = (reach.min(axis=0) >= 0) & (area > FLAT * ee * ff)
+    best = np.where(over, -np.inf, np.inf)
+    for x, y in sides:
+        cost = x * (x * ee + 2 * y * ef - 2 * de) + y * (y * ff - 2 * df)
+        nearer = cost < best
+        best, s, t = np.where(nearer, cost, best), np.where(nearer, x, s), np.where(nearer, y, t)
+    s, t = (np.clip(x, 0, 1) for x in (s, t))
+    scale = (1 - 8 * U) / np.maximum(s + t, 1)
+    s, t = s * scale, t * scale
+    rest = d - s * e - t * f
+    return np.sqrt(_dot(rest, rest)), np.stack([1 - s - t, s, t]), reach
+
+
+def _fold(host: Array, twin: Array, ours: Array, theirs: Array) -> Array:
+    """How far hulls on two triangles may be from both, (m,); they share their first two corners."""
+    e, c, d = host[1] - host[0], host[2] - host[0], twin[2] - host[0]
+    one, two = np.cross(e, c, axis=0), np.cross(d, e, axis=0)
+    length, m, n = (np.sqrt(_dot(x, x)) for x in (e, one, two))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rounding = 64 * U * length * (np.sqrt(_dot(c, c)) / m + np.sqrt(_dot(d, d)) / n)
+        across = np.cross(one, two, axis=0)
+        sine = np.sqrt(_dot(across, across)) / (m * n) + rounding
+        cosine = _dot(one, two) / (m * n) - rounding
+        x, y = ((each[2] * h / length).max(axis=1) for each, h in ((ours, m), (theirs, n)))
+        feet = ours[1] + theirs[1] + (ours[2] * _dot(c, e) + theirs[2] * _dot(d, e)) / length**2
+        beyond = np.maximum(np.maximum(-feet, feet - 1).max(axis=1), 0) * length[:, 0]
+        bent: Array = x * y / np.maximum(x + y, TINY) * (sine / np.sqrt(cosine))[:, 0]
+    least: Array = np.fmin(np.where(cosine[:, 0] > 0.5, bent, np.inf), np.minimum(x, y))
+    least += beyond
+    return least
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
