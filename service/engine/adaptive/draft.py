@@ -50,7 +50,11 @@ class Draft:
     positions, places : ndarray of float64, shape (V, 3)
         Vertices as they are stored, and as they were evaluated; those of the border first.
     corners : ndarray of int, shape (T, 3)
-        Samples of triangles, counter-clockwise.
+        Samples at the corners of triangles, counter-clockwise.
+    vertices : ndarray of int, shape (T, 3)
+        Vertices there.
+    vanished : ndarray of bool, shape (T,)
+        Whether two of them are one.
     leaf, segment, base : ndarray of int, shape (T,)
         See `Rows`.
     host : ndarray of int, shape (T,)
@@ -83,9 +87,10 @@ class Draft:
         self.touching = np.empty((2, 0), dtype=np.intp)
         self.face = self.u = self.v = self.vertex = self.entry = NONE
         self.places, self.positions = border.points, stored(border.points)
-        self.corners = self.beside = self.across = np.empty((0, 3), dtype=np.intp)
+        self.corners = self.vertices = np.empty((0, 3), dtype=np.intp)
+        self.beside = self.across = self.corners
         self.leaf = self.segment = self.base = self.host = self.bare = NONE
-        self.alive = self.dirty = np.zeros(0, dtype=bool)
+        self.alive = self.dirty = self.vanished = np.zeros(0, dtype=bool)
         self.crossed = np.empty((0, 2), dtype=np.intp)
 
     @property
@@ -281,28 +286,30 @@ class Draft:
         self.segment = np.concatenate([self.segment, rows.segment])
         base = np.where(rows.base < 0, -1, rows.base + begin)
         self.base = np.concatenate([self.base, base])
-        vertex = self.vertex[self.corners]
-        vanished = (vertex == vertex[:, [1, 2, 0]]).any(axis=1)
-        own = np.where(vanished[begin:], -1, begin + np.arange(count))
+        a, b, c = fresh = self.vertex[rows.corners.T]
+        lost = (a == b) | (b == c) | (c == a)
+        self.vertices = np.concatenate([self.vertices, fresh.T])
+        self.vanished = np.concatenate([self.vanished, lost])
+        own = np.where(lost, -1, begin + np.arange(count))
         self.host = np.concatenate([self.host, own])
         self.beside = np.concatenate([self.beside, none])
         self.across = np.concatenate([self.across, none])
         self.alive = np.concatenate([self.alive & ~dead, np.ones(count, dtype=bool)])
         self.dirty = np.concatenate([dead, np.ones(count, dtype=bool)])
         if not begin:
-            self._join(np.arange(count), vertex, np.ones((count, 3), dtype=bool), vanished)
+            self._join(np.arange(count), np.ones((count, 3), dtype=bool))
             return
         # An edge may have changed if both of its ends are vertices of what is new or gone.
         mark = np.zeros(len(self.places), dtype=bool)
-        mark[vertex[self.dirty]] = True
-        marked = mark[vertex] & self.alive[:, np.newaxis]
-        rows_ = np.flatnonzero(marked.sum(axis=1) >= 2)
-        both = (marked & marked[:, [1, 2, 0]])[rows_]
-        self._join(rows_, vertex[rows_], both, vanished)
+        mark[self.vertices[self.dirty]] = True
+        one, two, three = (mark[self.vertices[:, k]] & self.alive for k in range(3))
+        edge = np.stack([one & two, two & three, three & one], axis=1)
+        some = np.flatnonzero(edge[:, 0] | edge[:, 1] | edge[:, 2])
+        self._join(some, edge[some])
 
-    def _join(self, some: Ints, vertex: Ints, both: Bools, vanished: Bools) -> None:
+    def _join(self, some: Ints, both: Bools) -> None:
         """Hosts and neighbours of some triangles, at those edges of which `both` ends changed."""
-        kept = ~vanished[some]
+        kept, vertex = ~self.vanished[some], self.vertices[some]
         corners = self.corners[some]
         self.bare = NONE
         if not kept.all():

@@ -131,7 +131,7 @@ class Proofs:
         corners = draft.corners[rows]
         face, places = draft.face[corners[:, 0]], np.stack([draft.u[corners], draft.v[corners]], 2)
         task.budget.spend(task.certifying(face, places))
-        vertices = draft.vertex[draft.corners[hosts]]
+        vertices = draft.vertices[hosts]
         parts = Parts(face, places, vertices, draft.across[hosts], own)
         found = certify(task.ground, task.faces, parts, draft.positions, task.goal)
         deviation, allowed, passed = found.deviation[:count], found.allowed, found.passed[:count]

@@ -185,7 +185,7 @@ def neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, Ints]
     beside, across = np.full((2, vertex.size), -1)
     sides = np.flatnonzero(np.repeat(kept, 3))
     keys, owner = pairs(vertex)[sides], face[sides // 3]
-    order = np.argsort(keys, kind="stable")
+    order = np.argsort(keys)
     keys, owner, sides = keys[order], owner[order], sides[order]
     same = keys[1:] == keys[:-1]
     third = np.flatnonzero(same[1:] & same[:-1])
