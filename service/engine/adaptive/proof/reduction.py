@@ -33,7 +33,7 @@ LOW = 3
 """Degree to which nets are reduced."""
 
 SHIFT = 2.0**-40
-"""What rounding may do to these differences: to points, 4 · 600 u at degree 64, to sums of a few
+"""What rounding may do to these differences: to points, 4 · 400 u at degree 64, to sums of a few
 more, and to parameters within a box, at 2^-53 of which a cubic surface goes 2^-44 at most where no
 coordinate is above 4. Where weights differ, in proportion to what they do."""
 
