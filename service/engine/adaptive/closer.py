@@ -131,7 +131,7 @@ def _farthest(points: FloatArray, corners: FloatArray) -> FloatArray:
     sides = ends - corners
     normal = cross(sides[0], -sides[2])
     # Outwards from each edge in the plane of the triangle.
-    inward = np.stack([cross(normal, side) for side in sides])[:, :, np.newaxis]
+    inward = np.array([cross(normal, side) for side in sides])[:, :, np.newaxis]
     corners, sides = corners[:, :, np.newaxis], sides[:, :, np.newaxis]
     away = points - corners
     inside = (_dot(inward, away) > 0.0).all(axis=0)

@@ -109,7 +109,7 @@ class Draft:
             self.task.budget.spend(OVERHEAD * len(some))
             outline = outlined(self.task.faces, self.border, some.cells, self.halvings)
             size = np.diff(outline.start)
-            crowd = np.flatnonzero(size[: len(fresh) + len(near)] > CROWD)
+            crowd = (size[: len(fresh) + len(near)] > CROWD).nonzero()[0]
             if not len(crowd):
                 break
             along_v = _crowded_along_v(outline, some.cells, crowd)
@@ -130,7 +130,7 @@ class Draft:
         self._spread(near, flat)
         far = near.copy()
         self._spread(far, NONE)
-        return np.flatnonzero(near & ~gone), np.flatnonzero(far & ~near)
+        return (near & ~gone).nonzero()[0], (far & ~near).nonzero()[0]
 
     def _spread(self, leaves: Bools, segments: Ints) -> None:
         """Adds leaves that have a sample, or a segment of the border, in common with these."""
@@ -162,7 +162,7 @@ class Draft:
         changed = np.zeros(len(number), dtype=bool)
         changed[:count] = True
         changed[count : count + len(near)] = self._differs(outline, polygon, count, near)
-        mine = np.flatnonzero(changed)
+        mine = changed.nonzero()[0]
         self._store(outline, some, count, (cut, number, mine), polygon)
         segments = np.zeros(len(self.border.at), dtype=bool)
         segments[outline.touching[0, changed[outline.touching[1]]]] = True
@@ -192,7 +192,7 @@ class Draft:
             here[leaves] = True
             mark[self.polygon[here[self.owner]]] = True
             mark[self.entry] = True
-            known = np.flatnonzero(mark)
+            known = mark.nonzero()[0]
             columns = [
                 np.concatenate(pair)
                 for pair in (
@@ -203,12 +203,12 @@ class Draft:
             ]
             order = np.lexsort(columns[::-1])
             same = np.logical_and.reduce([c[order[1:]] == c[order[:-1]] for c in columns])
-            hits = np.flatnonzero(same)
+            hits = same.nonzero()[0]
             number[order[hits]] = known[order[hits + 1] - len(number)]
-        fresh = np.flatnonzero(number < 0)
+        fresh = (number < 0).nonzero()[0]
         number[fresh] = len(self.face) + np.arange(len(fresh))
         vertex = outline.vertex[fresh]
-        inner = np.flatnonzero(vertex >= len(self.border.points))
+        inner = (vertex >= len(self.border.points)).nonzero()[0]
         vertex[inner] = len(self.places) + np.arange(len(inner))
         row = fresh[inner]
         if len(row):
@@ -227,7 +227,7 @@ class Draft:
         start = outline.start[count : count + len(near) + 1]
         size = np.diff(start)
         differs: Bools = size != self.size[near]
-        same = np.flatnonzero(~differs)
+        same = (~differs).nonzero()[0]
         if len(same):
             row = np.repeat(same, size[same])
             step = np.arange(len(row)) - np.repeat(np.cumsum(size[same]) - size[same], size[same])
@@ -260,10 +260,10 @@ class Draft:
         )
         gone = ~self.present
         gone[number[mine]] = True
-        left = np.flatnonzero(~gone[self.owner])
+        left = (~gone[self.owner]).nonzero()[0]
         # Polygons are where they were, but for those that are gone.
         place = np.cumsum(~gone[self.owner]) - 1
-        keep = np.flatnonzero(~gone[: len(gone) - count])
+        keep = (~gone[: len(gone) - count]).nonzero()[0]
         self.first[keep] = place[self.first[keep]]
         row = np.repeat(mine, size[mine])
         offset = np.cumsum(size[mine]) - size[mine]
@@ -271,7 +271,7 @@ class Draft:
         self.first[number[mine]], self.size[number[mine]] = offset + len(left), size[mine]
         self.polygon = np.concatenate([self.polygon[left], polygon[outline.start[row] + step]])
         self.owner = np.concatenate([self.owner[left], number[row]])
-        here = np.flatnonzero(outline.touching[1] < count)
+        here = (outline.touching[1] < count).nonzero()[0]
         added = outline.touching[:, here].copy()
         added[1] = number[added[1]]
         before = self.touching[:, self.present[self.touching[1]]]
@@ -304,7 +304,7 @@ class Draft:
         mark[self.vertices[self.dirty]] = True
         one, two, three = (mark[self.vertices[:, k]] & self.alive for k in range(3))
         edge = np.stack([one & two, two & three, three & one], axis=1)
-        some = np.flatnonzero(edge[:, 0] | edge[:, 1] | edge[:, 2])
+        some = (edge[:, 0] | edge[:, 1] | edge[:, 2]).nonzero()[0]
         self._join(some, edge[some])
 
     def _join(self, some: Ints, both: Bools) -> None:
@@ -322,7 +322,7 @@ class Draft:
             self.host[some] = host
             self.dirty[some[moved]] = True
             there, back = edges(corners)
-            side = np.flatnonzero((~kept[:, np.newaxis] & both).ravel())
+            side = ((~kept[:, np.newaxis] & both).ravel()).nonzero()[0]
             side = side[~among(back[side], there)]
             keys = pairs(vertex)
             ends = vertex.ravel()[side], vertex[:, [1, 2, 0]].ravel()[side]
@@ -341,8 +341,8 @@ class Draft:
 
     def finished(self, deviation: FloatArray, mesh: FloatArray | None) -> Triangulation:
         """The mesh, with the greatest bound of all that falls to each triangle."""
-        rows = np.flatnonzero(self.kept)
-        lost = np.flatnonzero(self.alive & ~self.kept)
+        rows = self.kept.nonzero()[0]
+        lost = (self.alive & ~self.kept).nonzero()[0]
         for values in (deviation, mesh):
             if values is not None and len(lost):
                 np.maximum.at(values, self.host[lost], values[lost])
@@ -350,12 +350,12 @@ class Draft:
         used = np.zeros(len(self.face), dtype=bool)
         used[self.polygon] = True
         used[self.entry] = True
-        samples = np.flatnonzero(used)
+        samples = used.nonzero()[0]
         samples = samples[np.lexsort((self.v[samples], self.u[samples], self.face[samples]))]
         number = np.empty(len(self.face), dtype=np.intp)
         number[samples] = np.arange(len(samples))
         vertex = self.vertex[samples]
-        inner = np.flatnonzero(vertex >= len(self.border.points))
+        inner = (vertex >= len(self.border.points)).nonzero()[0]
         places = np.concatenate([self.border.points, self.places[vertex[inner]]])
         vertex[inner] = len(self.border.points) + np.arange(len(inner))
         order = np.argsort(self.face[corners[:, 0]], kind="stable")

@@ -282,7 +282,7 @@ def _halved(
         verdict = _judged_parts(curves, parts, goal)
         cut = verdict.cut | parts.again
         found.append((parts.row[~cut], parts.at[~cut], parts.nets[~cut, 0]))
-        left = np.flatnonzero(cut)
+        left = cut.nonzero()[0]
         pieces.add(curves.uses[curves.owner[parts.row[left]]])
         for begin, end in runs_of(len(left), max(1, block // 2)):
             rows = left[begin:end]
@@ -308,8 +308,8 @@ def _curves(chains: Chains, seams: Seams) -> Iterator[_Curves]:
     kinds = kind[chains.edge]
     uses, length = chains.uses, chains.length
     for number, group in enumerate(seams.curves):
-        rows = np.flatnonzero(kinds == number)
-        chain = np.flatnonzero(kinds[chains.start[:-1]] == number)
+        rows = (kinds == number).nonzero()[0]
+        chain = (kinds[chains.start[:-1]] == number).nonzero()[0]
         owner = np.repeat(np.arange(len(chain)), length[chain])
         origin = seams.corner_points[chains.corner[chains.start[chain] + chain]]
         chosen, turned = place[chains.edge[rows]], chains.backward[rows]

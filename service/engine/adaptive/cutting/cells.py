@@ -84,13 +84,13 @@ def _divided(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
         task.budget.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
         size = scale(cells.box / SPAN, task.ground.sizes[patch]) if angles else None
         verdict = judged(net, task.goal, task.eye_of(patch), size)
-        done = np.flatnonzero(~verdict.fails)
+        done = (~verdict.fails).nonzero()[0]
         if len(done):
             yield Leaves(cells, verdict.along_v, verdict.rising, verdict.form).take(done)
             leaves += len(done)
             task.budget.count(leaves)
         # First those that are cut across u, then those that are cut across v.
-        cut = np.flatnonzero(verdict.fails)
+        cut = verdict.fails.nonzero()[0]
         if not len(cut):
             continue
         cut = cut[np.argsort(verdict.along_v[cut], kind="stable")]
