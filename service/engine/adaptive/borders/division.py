@@ -20,6 +20,7 @@ from service.engine.adaptive.borders.straightness import (
     Place,
     Verdict,
     judged,
+    refuse,
     rounding,
     shapes,
     tangents_of,
@@ -32,6 +33,9 @@ from service.engine.mesh.seams import Seams
 
 CHUNK = 1 << 18
 """Coordinates of nets that are worked on at a time."""
+
+AHEAD, LEVELS = 1 << 11, 4
+"""Coordinates of nets up to which halves are judged with their wholes, so many levels at once."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -130,13 +134,14 @@ class _Parts:
             self.nets[index],
         )
 
-    def halves(self, closed: Bools) -> "_Parts":
+    def halves(self, closed: Bools | None = None) -> "_Parts":
         """All first halves and all second ones."""
+        again = np.zeros(2 * len(self.row), dtype=bool) if closed is None else np.tile(closed, 2)
         return _Parts(
             np.tile(self.row, 2),
             np.concatenate([self.at, self.at + (SPAN >> (self.depth + 1))]),
             np.tile(self.cuts + 1, 2),
-            np.tile(closed, 2),
+            again,
             self.depth + 1,
             np.concatenate(halves(self.nets)),
         )
@@ -260,7 +265,9 @@ def _judged_runs(curves: _Curves, runs: _Runs, goal: Goal) -> Verdict:
         shares = np.stack([first, first + step[run]], axis=1)
     found = shapes(curves.nets[rows], chords[run], shares=shares, tangents=tangents)
     found = found.together(begin)
-    return judged(found, goal, Place(curves.origin[owner], slack), runs.cuts)
+    verdict = judged(found, goal, Place(curves.origin[owner], slack), runs.cuts)
+    refuse(verdict, slack, goal)
+    return verdict
 
 
 def _halved(
@@ -278,26 +285,45 @@ def _halved(
         cuts, again = single.cuts[begin:end], single.again[begin:end]
         waiting.append(_Parts(row, np.zeros_like(row), cuts, again, 0, curves.nets[row]))
     while waiting:
-        parts = waiting.pop()
-        verdict = _judged_parts(curves, parts, goal)
-        cut = verdict.cut | parts.again
-        found.append((parts.row[~cut], parts.at[~cut], parts.nets[~cut, 0]))
+        levels = [waiting.pop()]
+        while len(levels) < LEVELS and 2 * levels[-1].nets.size <= AHEAD:
+            levels.append(levels[-1].halves())
+        verdict = _judged_parts(curves, levels, goal)
+        # Of every level those are real whose wholes were cut.
+        real, closed, begin = np.ones(len(levels[0].row), dtype=bool), np.zeros(1, dtype=bool), 0
+        for parts in levels:
+            rows = slice(begin, begin + len(parts.row))
+            begin = rows.stop
+            own = verdict.take(rows, real)
+            refuse(own, curves.slack[curves.owner[parts.row]], goal)
+            cut = (own.cut | parts.again | closed) & real
+            done = (real & ~cut).nonzero()[0]
+            found.append((parts.row[done], parts.at[done], parts.nets[done, 0]))
+            pieces.add(curves.uses[curves.owner[parts.row[cut]]])
+            last = parts, cut, own.closed
+            real, closed = np.tile(cut, 2), np.tile(own.closed, 2)
+        parts, cut, closed = last
         left = cut.nonzero()[0]
-        pieces.add(curves.uses[curves.owner[parts.row[left]]])
-        for begin, end in runs_of(len(left), max(1, block // 2)):
-            rows = left[begin:end]
-            waiting.append(parts.take(rows).halves(verdict.closed[rows]))
+        for first, end in runs_of(len(left), max(1, block // 2)):
+            some = left[first:end]
+            waiting.append(parts.take(some).halves(closed[some]))
     return found
 
 
-def _judged_parts(curves: _Curves, parts: _Parts, goal: Goal) -> Verdict:
-    """Whether parts of edges may be straight."""
-    owner = curves.owner[parts.row]
+def _judged_parts(curves: _Curves, levels: list[_Parts], goal: Goal) -> Verdict:
+    """Whether parts of edges, of several levels, may be straight."""
+    if len(levels) == 1:
+        nets, row, cuts = levels[0].nets, levels[0].row, levels[0].cuts
+    else:
+        columns = [(parts.nets, parts.row, parts.cuts) for parts in levels]
+        nets, row, cuts = (np.concatenate(column) for column in zip(*columns, strict=True))
+    depth = np.repeat([parts.depth for parts in levels], [len(parts.row) for parts in levels])
+    owner = curves.owner[row]
     slack = curves.slack[owner]
-    ends = projected(parts.nets[:, [0, -1]], 3)
-    tangents = tangents_of(parts.nets, slack) if goal.angle < inf else None
-    found = shapes(parts.nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
-    return judged(found, goal, Place(curves.origin[owner], slack), parts.cuts, parts.depth)
+    ends = projected(nets[:, [0, -1]], 3)
+    tangents = tangents_of(nets, slack) if goal.angle < inf else None
+    found = shapes(nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
+    return judged(found, goal, Place(curves.origin[owner], slack), cuts, depth)
 
 
 def _curves(chains: Chains, seams: Seams) -> Iterator[_Curves]:
