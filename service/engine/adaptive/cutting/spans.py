@@ -101,6 +101,7 @@ def flattened(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
     """Leaves of several spans, and the cells of one span that are left to be looked at."""
     leaves: list[Leaves] = []
     rest: list[Cells] = []
+    known = _Known(task)
     waiting = [start]
     while waiting:
         parts = [waiting.pop()]
@@ -114,7 +115,7 @@ def flattened(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
         if fitting < len(cells):
             waiting.append(cells.take(slice(fitting, None)))
             cells = cells.take(slice(fitting))
-        found, halves = _examined(task, cells)
+        found, halves = _examined(task, cells, known)
         leaves.append(found)
         for half in halves:
             several: Bools = np.prod(_counts(half), axis=0) > 1
@@ -161,15 +162,46 @@ def _nets(task: Task, pieces: _Pieces, wanted: Ints) -> Iterator[tuple[FloatArra
             yield net, some
 
 
-def _looked_at(task: Task, cells: Cells) -> _Look:
+class _Known:
+    """Nine points of whole spans, which are computed once, however often these are looked at."""
+
+    def __init__(self, task: Task) -> None:
+        self.task = task
+        self.place = np.full(len(task.ground.sizes), -1)
+        self.points = np.empty((3, 3, 3, 0))
+
+    def of(self, pieces: _Pieces, patch: Ints) -> FloatArray:
+        """Nine points of each piece, (3, 3, 3, N), about the middle of its patch."""
+        box = pieces.own.box
+        whole = (box[1::2] - box[::2] == SPAN).all(axis=0)
+        place = np.where(whole, self.place[patch], -1)
+        wanted = (place < 0).nonzero()[0]
+        if not len(wanted):
+            return self.points[..., place]
+        fresh = np.empty((3, 3, 3, len(wanted)))
+        number = np.empty(len(patch), dtype=np.intp)
+        number[wanted] = np.arange(len(wanted))
+        for net, here in _nets(self.task, pieces, wanted):
+            fresh[..., number[here]] = nine(net)
+        if len(wanted) < len(patch):
+            points = np.empty((3, 3, 3, len(patch)))
+            points[..., wanted] = fresh
+            old = (place >= 0).nonzero()[0]
+            points[..., old] = self.points[..., place[old]]
+        else:
+            points = fresh
+        kept = whole[wanted].nonzero()[0]
+        self.place[patch[wanted[kept]]] = self.points.shape[3] + np.arange(len(kept))
+        self.points = np.concatenate([self.points, fresh[..., kept]], axis=3)
+        return points
+
+
+def _looked_at(task: Task, cells: Cells, known: _Known) -> _Look:
     pieces = _pieces(cells)
-    count = len(pieces.cell)
-    points = np.empty((3, 3, 3, count))
-    for net, here in _nets(task, pieces, np.arange(count)):
-        points[..., here] = nine(net)
-    middles, first = task.ground.middles, task.faces.first
-    about = middles[:, task.patch_of(pieces.own)] - middles[:, first[pieces.own.face]]
-    points += about
+    middles, patch = task.ground.middles, task.patch_of(pieces.own)
+    about = middles[:, patch] - middles[:, task.faces.first[pieces.own.face]]
+    points = known.of(pieces, patch)
+    points = points + about
     corner = np.array(
         [
             points[0, 0][:, pieces.start],
@@ -191,9 +223,9 @@ def _shares(box: Ints, own: Ints) -> FloatArray:
     return np.array([begin, (begin + end) * 0.5, end])
 
 
-def _examined(task: Task, cells: Cells) -> tuple[Leaves, tuple[Cells, Cells]]:
+def _examined(task: Task, cells: Cells, known: _Known) -> tuple[Leaves, tuple[Cells, Cells]]:
     """Leaves among the cells, and the halves of the others."""
-    look = _looked_at(task, cells)
+    look = _looked_at(task, cells, known)
     heights = np.array([_heights(look, rising) for rising in (True, False)])
     planes = look.planes
     rising = np.where(planes.worse == 0, heights[0] < heights[1] * NEARLY, planes.worse < 0)
