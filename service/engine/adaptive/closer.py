@@ -72,7 +72,7 @@ def looked_closer(draft: Draft, rows: Ints) -> tuple[FloatArray, Bools]:
         parts = Parts(
             face,
             places,
-            draft.vertex[draft.corners[host]],
+            draft.vertices[host],
             draft.across[host],
             np.zeros(len(face), dtype=bool),
         )
@@ -116,7 +116,7 @@ def _nearest(draft: Draft, face: Ints, places: Ints, others: Ints) -> tuple[Ints
     best, least = np.empty(count, dtype=np.intp), np.empty(count)
     for rows in chunks(count, len(others), CHUNK):
         some = others[:, rows]
-        corners = draft.positions[draft.vertex[draft.corners[some]]].transpose(2, 3, 0, 1)
+        corners = draft.positions[draft.vertices[some]].transpose(2, 3, 0, 1)
         away = _farthest(points[:, :, np.newaxis, rows], np.ascontiguousarray(corners))
         nearest = away.min(axis=0)
         chosen = (away <= nearest * NEAREST).argmax(axis=0)
@@ -131,7 +131,7 @@ def _farthest(points: FloatArray, corners: FloatArray) -> FloatArray:
     sides = ends - corners
     normal = cross(sides[0], -sides[2])
     # Outwards from each edge in the plane of the triangle.
-    inward = np.stack([cross(normal, side) for side in sides])[:, :, np.newaxis]
+    inward = np.array([cross(normal, side) for side in sides])[:, :, np.newaxis]
     corners, sides = corners[:, :, np.newaxis], sides[:, :, np.newaxis]
     away = points - corners
     inside = (_dot(inward, away) > 0.0).all(axis=0)

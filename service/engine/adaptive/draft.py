@@ -50,7 +50,11 @@ class Draft:
     positions, places : ndarray of float64, shape (V, 3)
         Vertices as they are stored, and as they were evaluated; those of the border first.
     corners : ndarray of int, shape (T, 3)
-        Samples of triangles, counter-clockwise.
+        Samples at the corners of triangles, counter-clockwise.
+    vertices : ndarray of int, shape (T, 3)
+        Vertices there.
+    vanished : ndarray of bool, shape (T,)
+        Whether two of them are one.
     leaf, segment, base : ndarray of int, shape (T,)
         See `Rows`.
     host : ndarray of int, shape (T,)
@@ -83,9 +87,10 @@ class Draft:
         self.touching = np.empty((2, 0), dtype=np.intp)
         self.face = self.u = self.v = self.vertex = self.entry = NONE
         self.places, self.positions = border.points, stored(border.points)
-        self.corners = self.beside = self.across = np.empty((0, 3), dtype=np.intp)
+        self.corners = self.vertices = np.empty((0, 3), dtype=np.intp)
+        self.beside = self.across = self.corners
         self.leaf = self.segment = self.base = self.host = self.bare = NONE
-        self.alive = self.dirty = np.zeros(0, dtype=bool)
+        self.alive = self.dirty = self.vanished = np.zeros(0, dtype=bool)
         self.crossed = np.empty((0, 2), dtype=np.intp)
 
     @property
@@ -104,7 +109,7 @@ class Draft:
             self.task.budget.spend(OVERHEAD * len(some))
             outline = outlined(self.task.faces, self.border, some.cells, self.halvings)
             size = np.diff(outline.start)
-            crowd = np.flatnonzero(size[: len(fresh) + len(near)] > CROWD)
+            crowd = (size[: len(fresh) + len(near)] > CROWD).nonzero()[0]
             if not len(crowd):
                 break
             along_v = _crowded_along_v(outline, some.cells, crowd)
@@ -125,7 +130,7 @@ class Draft:
         self._spread(near, flat)
         far = near.copy()
         self._spread(far, NONE)
-        return np.flatnonzero(near & ~gone), np.flatnonzero(far & ~near)
+        return (near & ~gone).nonzero()[0], (far & ~near).nonzero()[0]
 
     def _spread(self, leaves: Bools, segments: Ints) -> None:
         """Adds leaves that have a sample, or a segment of the border, in common with these."""
@@ -157,7 +162,7 @@ class Draft:
         changed = np.zeros(len(number), dtype=bool)
         changed[:count] = True
         changed[count : count + len(near)] = self._differs(outline, polygon, count, near)
-        mine = np.flatnonzero(changed)
+        mine = changed.nonzero()[0]
         self._store(outline, some, count, (cut, number, mine), polygon)
         segments = np.zeros(len(self.border.at), dtype=bool)
         segments[outline.touching[0, changed[outline.touching[1]]]] = True
@@ -187,7 +192,7 @@ class Draft:
             here[leaves] = True
             mark[self.polygon[here[self.owner]]] = True
             mark[self.entry] = True
-            known = np.flatnonzero(mark)
+            known = mark.nonzero()[0]
             columns = [
                 np.concatenate(pair)
                 for pair in (
@@ -198,12 +203,12 @@ class Draft:
             ]
             order = np.lexsort(columns[::-1])
             same = np.logical_and.reduce([c[order[1:]] == c[order[:-1]] for c in columns])
-            hits = np.flatnonzero(same)
+            hits = same.nonzero()[0]
             number[order[hits]] = known[order[hits + 1] - len(number)]
-        fresh = np.flatnonzero(number < 0)
+        fresh = (number < 0).nonzero()[0]
         number[fresh] = len(self.face) + np.arange(len(fresh))
         vertex = outline.vertex[fresh]
-        inner = np.flatnonzero(vertex >= len(self.border.points))
+        inner = (vertex >= len(self.border.points)).nonzero()[0]
         vertex[inner] = len(self.places) + np.arange(len(inner))
         row = fresh[inner]
         if len(row):
@@ -222,7 +227,7 @@ class Draft:
         start = outline.start[count : count + len(near) + 1]
         size = np.diff(start)
         differs: Bools = size != self.size[near]
-        same = np.flatnonzero(~differs)
+        same = (~differs).nonzero()[0]
         if len(same):
             row = np.repeat(same, size[same])
             step = np.arange(len(row)) - np.repeat(np.cumsum(size[same]) - size[same], size[same])
@@ -255,10 +260,10 @@ class Draft:
         )
         gone = ~self.present
         gone[number[mine]] = True
-        left = np.flatnonzero(~gone[self.owner])
+        left = (~gone[self.owner]).nonzero()[0]
         # Polygons are where they were, but for those that are gone.
         place = np.cumsum(~gone[self.owner]) - 1
-        keep = np.flatnonzero(~gone[: len(gone) - count])
+        keep = (~gone[: len(gone) - count]).nonzero()[0]
         self.first[keep] = place[self.first[keep]]
         row = np.repeat(mine, size[mine])
         offset = np.cumsum(size[mine]) - size[mine]
@@ -266,7 +271,7 @@ class Draft:
         self.first[number[mine]], self.size[number[mine]] = offset + len(left), size[mine]
         self.polygon = np.concatenate([self.polygon[left], polygon[outline.start[row] + step]])
         self.owner = np.concatenate([self.owner[left], number[row]])
-        here = np.flatnonzero(outline.touching[1] < count)
+        here = (outline.touching[1] < count).nonzero()[0]
         added = outline.touching[:, here].copy()
         added[1] = number[added[1]]
         before = self.touching[:, self.present[self.touching[1]]]
@@ -281,28 +286,30 @@ class Draft:
         self.segment = np.concatenate([self.segment, rows.segment])
         base = np.where(rows.base < 0, -1, rows.base + begin)
         self.base = np.concatenate([self.base, base])
-        vertex = self.vertex[self.corners]
-        vanished = (vertex == vertex[:, [1, 2, 0]]).any(axis=1)
-        own = np.where(vanished[begin:], -1, begin + np.arange(count))
+        a, b, c = fresh = self.vertex[rows.corners.T]
+        lost = (a == b) | (b == c) | (c == a)
+        self.vertices = np.concatenate([self.vertices, fresh.T])
+        self.vanished = np.concatenate([self.vanished, lost])
+        own = np.where(lost, -1, begin + np.arange(count))
         self.host = np.concatenate([self.host, own])
         self.beside = np.concatenate([self.beside, none])
         self.across = np.concatenate([self.across, none])
         self.alive = np.concatenate([self.alive & ~dead, np.ones(count, dtype=bool)])
         self.dirty = np.concatenate([dead, np.ones(count, dtype=bool)])
         if not begin:
-            self._join(np.arange(count), vertex, np.ones((count, 3), dtype=bool), vanished)
+            self._join(np.arange(count), np.ones((count, 3), dtype=bool))
             return
         # An edge may have changed if both of its ends are vertices of what is new or gone.
         mark = np.zeros(len(self.places), dtype=bool)
-        mark[vertex[self.dirty]] = True
-        marked = mark[vertex] & self.alive[:, np.newaxis]
-        rows_ = np.flatnonzero(marked.sum(axis=1) >= 2)
-        both = (marked & marked[:, [1, 2, 0]])[rows_]
-        self._join(rows_, vertex[rows_], both, vanished)
+        mark[self.vertices[self.dirty]] = True
+        one, two, three = (mark[self.vertices[:, k]] & self.alive for k in range(3))
+        edge = np.stack([one & two, two & three, three & one], axis=1)
+        some = (edge[:, 0] | edge[:, 1] | edge[:, 2]).nonzero()[0]
+        self._join(some, edge[some])
 
-    def _join(self, some: Ints, vertex: Ints, both: Bools, vanished: Bools) -> None:
+    def _join(self, some: Ints, both: Bools) -> None:
         """Hosts and neighbours of some triangles, at those edges of which `both` ends changed."""
-        kept = ~vanished[some]
+        kept, vertex = ~self.vanished[some], self.vertices[some]
         corners = self.corners[some]
         self.bare = NONE
         if not kept.all():
@@ -315,7 +322,7 @@ class Draft:
             self.host[some] = host
             self.dirty[some[moved]] = True
             there, back = edges(corners)
-            side = np.flatnonzero((~kept[:, np.newaxis] & both).ravel())
+            side = ((~kept[:, np.newaxis] & both).ravel()).nonzero()[0]
             side = side[~among(back[side], there)]
             keys = pairs(vertex)
             ends = vertex.ravel()[side], vertex[:, [1, 2, 0]].ravel()[side]
@@ -334,8 +341,8 @@ class Draft:
 
     def finished(self, deviation: FloatArray, mesh: FloatArray | None) -> Triangulation:
         """The mesh, with the greatest bound of all that falls to each triangle."""
-        rows = np.flatnonzero(self.kept)
-        lost = np.flatnonzero(self.alive & ~self.kept)
+        rows = self.kept.nonzero()[0]
+        lost = (self.alive & ~self.kept).nonzero()[0]
         for values in (deviation, mesh):
             if values is not None and len(lost):
                 np.maximum.at(values, self.host[lost], values[lost])
@@ -343,12 +350,12 @@ class Draft:
         used = np.zeros(len(self.face), dtype=bool)
         used[self.polygon] = True
         used[self.entry] = True
-        samples = np.flatnonzero(used)
+        samples = used.nonzero()[0]
         samples = samples[np.lexsort((self.v[samples], self.u[samples], self.face[samples]))]
         number = np.empty(len(self.face), dtype=np.intp)
         number[samples] = np.arange(len(samples))
         vertex = self.vertex[samples]
-        inner = np.flatnonzero(vertex >= len(self.border.points))
+        inner = (vertex >= len(self.border.points)).nonzero()[0]
         places = np.concatenate([self.border.points, self.places[vertex[inner]]])
         vertex[inner] = len(self.border.points) + np.arange(len(inner))
         order = np.argsort(self.face[corners[:, 0]], kind="stable")

@@ -74,4 +74,4 @@ def find_faces(model: PatchModel, seams: Seams) -> Faces:
 
 def _ends(one: Bools) -> Ints:
     """Lines at which faces begin and end, both borders among them; `one` at those they cross."""
-    return np.concatenate([[0], np.flatnonzero(~one) + 1, [len(one) + 1]]).astype(np.intp)
+    return np.concatenate([[0], (~one).nonzero()[0] + 1, [len(one) + 1]]).astype(np.intp)

@@ -109,7 +109,7 @@ class Ground:
             return
         number = self.group[patch]
         for k, nets in enumerate(self.groups):
-            here = np.flatnonzero(number == k)
+            here = (number == k).nonzero()[0]
             if len(here):
                 yield nets, here
 

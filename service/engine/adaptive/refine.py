@@ -112,26 +112,26 @@ class Proofs:
             for values in (self.passed, self.close)
         )
         todo = dirty | dirty[draft.host] | ((draft.base >= 0) & dirty[draft.base])
-        near = np.flatnonzero(self.close & ~todo & draft.alive)
+        near = (self.close & ~todo & draft.alive).nonzero()[0]
         if len(near):
             others = candidates(draft, draft.host[near], draft.base[near])
             todo[near[dirty[others].any(axis=0)]] = True
         todo &= draft.alive & (draft.host >= 0)
-        these = np.flatnonzero(todo)
+        these = todo.nonzero()[0]
         self.close[these] = False
         self._prove(draft, these)
 
     def _prove(self, draft: Draft, these: Ints) -> None:
         """Bounds of some triangles: against their hosts, the bases of strips, and what is near."""
         task, count = draft.task, len(these)
-        other = np.flatnonzero((draft.base[these] >= 0) & (draft.base[these] != these))
+        other = ((draft.base[these] >= 0) & (draft.base[these] != these)).nonzero()[0]
         rows = np.concatenate([these, these[other]])
         hosts = np.concatenate([draft.host[these], draft.base[these[other]]])
         own = hosts == rows
         corners = draft.corners[rows]
         face, places = draft.face[corners[:, 0]], np.stack([draft.u[corners], draft.v[corners]], 2)
         task.budget.spend(task.certifying(face, places))
-        vertices = draft.vertex[draft.corners[hosts]]
+        vertices = draft.vertices[hosts]
         parts = Parts(face, places, vertices, draft.across[hosts], own)
         found = certify(task.ground, task.faces, parts, draft.positions, task.goal)
         deviation, allowed, passed = found.deviation[:count], found.allowed, found.passed[:count]
@@ -141,7 +141,7 @@ class Proofs:
             better &= mesh[other] <= 2.0 * allowed[count:]
             chosen = other[better]
             deviation[chosen], passed[chosen] = found.deviation[count:][better], True
-        wide = np.flatnonzero(~passed & (mesh <= 2.0 * allowed[:count]))
+        wide = (~passed & (mesh <= 2.0 * allowed[:count])).nonzero()[0]
         if len(wide):
             bound, near = looked_closer(draft, these[wide])
             deviation[wide[near]], passed[wide[near]] = bound[near], True
@@ -175,5 +175,5 @@ def _failing(draft: Draft, passed: Bools) -> tuple[Ints, Bools, Ints]:
     bad = draft.alive & ~passed & (draft.host >= 0)
     mine = draft.leaf[bad]
     fails[mine[mine >= 0]] = True
-    cut = np.flatnonzero(fails & draft.present)
+    cut = (fails & draft.present).nonzero()[0]
     return cut, along_v[cut], np.unique(draft.segment[bad & (draft.leaf < 0)])

@@ -16,6 +16,14 @@ def dot(a: Vectors, b: Vectors) -> FloatArray:
     return product
 
 
+def dots(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Products a · b of vectors (…, 3, m), shape (…, m)."""
+    product: FloatArray = a[..., 0, :] * b[..., 0, :]
+    product += a[..., 1, :] * b[..., 1, :]
+    product += a[..., 2, :] * b[..., 2, :]
+    return product
+
+
 def cross(a: Vectors, b: Vectors) -> Vectors:
     """Products a × b, shape (3, m)."""
     product = np.empty_like(a)

@@ -43,7 +43,7 @@ def _segments(border: Border) -> Ints:
     """Pairs (L, 2) of neighbouring vertices on the sides, each pair once, in order of sides."""
     follows = np.ones(len(border.vertex), dtype=bool)
     follows[border.start[1:] - 1] = False
-    begin = np.flatnonzero(follows)
+    begin = follows.nonzero()[0]
     pairs = np.stack([border.vertex[begin], border.vertex[begin + 1]], axis=1)
     pairs = pairs[pairs[:, 0] != pairs[:, 1]]
     pairs.sort(axis=1)

@@ -47,7 +47,7 @@ def samples_of(faces: Faces, made: Triangulation) -> tuple[Samples, IndexArray]:
     key = made.triangles * 4 + below
     used = np.zeros(4 * len(made.face), dtype=bool)
     used[key] = True
-    kept = np.flatnonzero(used)
+    kept = used.nonzero()[0]
     number = np.cumsum(used, dtype=np.uint32) - np.uint32(1)
     row, side = kept // 4, kept % 4
     span_u, u = _within(made.u[row], side & 1, spans[row, 0])

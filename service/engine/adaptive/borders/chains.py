@@ -100,7 +100,7 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
     single = np.ones(len(steps.edge), dtype=bool)
     found: list[_Found] = []
     for length in np.unique(count[count > 1]).tolist():
-        sides = np.flatnonzero(count == length)
+        sides = (count == length).nonzero()[0]
         rows = begin[sides, None] + np.arange(length)
         forth, back = along[rows], against[rows[:, ::-1]]
         turned = _precedes(back, forth)
@@ -149,7 +149,7 @@ def _codes(steps: _Steps, seams: Seams, wanted: Bools) -> tuple[Ints, Ints]:
     symmetric = np.zeros(len(used), dtype=bool)
     ranked = 0
     for group in seams.curves:
-        here = np.flatnonzero(used[group.ids])
+        here = used[group.ids].nonzero()[0]
         ids, points = group.ids[here], group.points[here]
         if not len(here):
             continue
@@ -178,7 +178,7 @@ def _precedes(rows: Ints, others: Ints) -> Bools:
 
 def _singles(steps: _Steps, single: Bools) -> _Found:
     """Edges as chains of their own, in their own direction."""
-    rows = np.flatnonzero(single)
+    rows = single.nonzero()[0]
     _, first, place = np.unique(steps.edge[rows], return_index=True, return_inverse=True)
     leaders, turned = rows[first], steps.backward[rows]
     return _Found(

@@ -10,7 +10,7 @@ chain turns up, whatever else is divided with it.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
@@ -25,6 +25,7 @@ from service.engine.adaptive.borders.straightness import (
     Place,
     Verdict,
     judged,
+    refuse,
     rounding,
     shapes,
     tangents_of,
@@ -42,6 +43,9 @@ CHUNK = 1 << 18
 ROUGH = 5
 """An edge may be halved this often for its normals, whether that helps or not: nothing that is only
 narrow is taken for a crease."""
+
+AHEAD, LEVELS = 1 << 11, 4
+"""Coordinates of nets up to which halves are judged with their wholes, so many levels at once."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -155,13 +159,14 @@ class _Parts:
             self.nets[index],
         )
 
-    def halves(self, closed: Bools) -> "_Parts":
+    def halves(self, closed: Bools | None = None) -> "_Parts":
         """All first halves and all second ones."""
+        again = np.zeros(2 * len(self.row), dtype=bool) if closed is None else np.tile(closed, 2)
         return _Parts(
             np.tile(self.row, 2),
             np.concatenate([self.at, self.at + (SPAN >> (self.depth + 1))]),
             np.tile(self.cuts + 1, 2),
-            np.tile(closed, 2),
+            again,
             self.depth + 1,
             np.concatenate(halves(self.nets)),
         )
@@ -296,11 +301,12 @@ def _judged_runs(curves: _Curves, runs: _Runs, goal: Goal) -> Verdict:
     found = shapes(curves.nets[rows], chords[run], shares=shares, tangents=tangents)
     found = found.together(begin)
     verdict = judged(found, goal, Place(curves.origin[owner], slack), runs.cuts)
+    refuse(verdict, slack, goal)
     turns = curves.turns(rows, np.zeros(len(rows)), np.ones(len(rows)))
     if turns is None:
         return verdict
     far = np.add.reduceat(turns[1], begin) > chord_of(goal.angle)
-    return Verdict(verdict.cut | far, verdict.closed)
+    return replace(verdict, cut=verdict.cut | far)
 
 
 def _halved(
@@ -318,33 +324,52 @@ def _halved(
         cuts, again = single.cuts[begin:end], single.again[begin:end]
         waiting.append(_Parts(row, np.zeros_like(row), cuts, again, 0, curves.nets[row]))
     while waiting:
-        parts = waiting.pop()
-        verdict = _judged_parts(curves, parts, goal)
-        cut = verdict.cut | parts.again
-        found.append((parts.row[~cut], parts.at[~cut], parts.nets[~cut, 0]))
-        left = np.flatnonzero(cut)
-        pieces.add(curves.uses[curves.owner[parts.row[left]]])
-        for begin, end in runs_of(len(left), max(1, block // 2)):
-            rows = left[begin:end]
-            waiting.append(parts.take(rows).halves(verdict.closed[rows]))
+        levels = [waiting.pop()]
+        while len(levels) < LEVELS and 2 * levels[-1].nets.size <= AHEAD:
+            levels.append(levels[-1].halves())
+        verdict = _judged_parts(curves, levels, goal)
+        # Of every level those are real whose wholes were cut.
+        real, closed, begin = np.ones(len(levels[0].row), dtype=bool), np.zeros(1, dtype=bool), 0
+        for parts in levels:
+            rows = slice(begin, begin + len(parts.row))
+            begin = rows.stop
+            own = verdict.take(rows, real)
+            refuse(own, curves.slack[curves.owner[parts.row]], goal)
+            cut = (own.cut | parts.again | closed) & real
+            done = (real & ~cut).nonzero()[0]
+            found.append((parts.row[done], parts.at[done], parts.nets[done, 0]))
+            pieces.add(curves.uses[curves.owner[parts.row[cut]]])
+            last = parts, cut, own.closed
+            real, closed = np.tile(cut, 2), np.tile(own.closed, 2)
+        parts, cut, closed = last
+        left = cut.nonzero()[0]
+        for first, end in runs_of(len(left), max(1, block // 2)):
+            some = left[first:end]
+            waiting.append(parts.take(some).halves(closed[some]))
     return found
 
 
-def _judged_parts(curves: _Curves, parts: _Parts, goal: Goal) -> Verdict:
-    """Whether parts of edges may be straight."""
-    owner = curves.owner[parts.row]
+def _judged_parts(curves: _Curves, levels: list[_Parts], goal: Goal) -> Verdict:
+    """Whether parts of edges, of several levels, may be straight."""
+    if len(levels) == 1:
+        nets, row, cuts = levels[0].nets, levels[0].row, levels[0].cuts
+    else:
+        columns = [(parts.nets, parts.row, parts.cuts) for parts in levels]
+        nets, row, cuts = (np.concatenate(column) for column in zip(*columns, strict=True))
+    depth = np.repeat([parts.depth for parts in levels], [len(parts.row) for parts in levels])
+    owner = curves.owner[row]
     slack = curves.slack[owner]
-    ends = projected(parts.nets[:, [0, -1]], 3)
-    tangents = tangents_of(parts.nets, slack) if goal.angle < inf else None
-    found = shapes(parts.nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
-    verdict = judged(found, goal, Place(curves.origin[owner], slack), parts.cuts, parts.depth)
-    begin = parts.at / SPAN
-    turns = curves.turns(parts.row, begin, begin + 0.5**parts.depth)
-    if turns is None or parts.depth >= CORNERS:
+    ends = projected(nets[:, [0, -1]], 3)
+    tangents = tangents_of(nets, slack) if goal.angle < inf else None
+    found = shapes(nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
+    verdict = judged(found, goal, Place(curves.origin[owner], slack), cuts, depth)
+    first = np.concatenate([parts.at for parts in levels]) / SPAN
+    turns = curves.turns(row, first, first + 0.5**depth)
+    if turns is None:
         return verdict
     half, whole = turns
-    far = (whole > chord_of(goal.angle)) & ((parts.depth < ROUGH) | (half <= FALLING * whole))
-    return Verdict(verdict.cut | far, verdict.closed)
+    far = (whole > chord_of(goal.angle)) & ((depth < ROUGH) | (half <= FALLING * whole))
+    return replace(verdict, cut=verdict.cut | (far & (depth < CORNERS)))
 
 
 def _curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> Iterator[_Curves]:
@@ -355,8 +380,8 @@ def _curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> Iterat
     kinds = kind[chains.edge]
     uses, length = chains.uses, chains.length
     for number, group in enumerate(seams.curves):
-        rows = np.flatnonzero(kinds == number)
-        chain = np.flatnonzero(kinds[chains.start[:-1]] == number)
+        rows = (kinds == number).nonzero()[0]
+        chain = (kinds[chains.start[:-1]] == number).nonzero()[0]
         owner = np.repeat(np.arange(len(chain)), length[chain])
         origin = seams.corner_points[chains.corner[chains.start[chain] + chain]]
         chosen, turned = place[chains.edge[rows]], chains.backward[rows]

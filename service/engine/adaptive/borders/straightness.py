@@ -89,10 +89,20 @@ class Place:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Verdict:
-    """Which pieces must be cut, and which of these end where they began; shape (M,)."""
+    """Which pieces must be cut, and which of these end where they began; shape (M,).
+
+    Some are `hopeless`: rounding leaves no room for what is `allowed`.
+    """
 
     cut: Bools
     closed: Bools
+    hopeless: Bools
+    allowed: FloatArray
+
+    def take(self, rows: slice, real: Bools) -> "Verdict":
+        """What is known of a run of pieces; those that are not real are not hopeless."""
+        hopeless = self.hopeless[rows] & real
+        return Verdict(self.cut[rows], self.closed[rows], hopeless, self.allowed[rows])
 
 
 def shapes(
@@ -130,7 +140,9 @@ def shapes(
     return Shapes(net, curve, apart, _length(chords[:, 1] - chords[:, 0]), cosine, low, high)
 
 
-def judged(found: Shapes, goal: Goal, place: Place, cuts: Ints, halvings: int = 0) -> Verdict:
+def judged(
+    found: Shapes, goal: Goal, place: Place, cuts: Ints, halvings: Ints | int = 0
+) -> Verdict:
     """Which pieces are no straight segments.
 
     A piece is cut that is too far from its chord (parameter by parameter where the goal has two
@@ -143,32 +155,37 @@ def judged(found: Shapes, goal: Goal, place: Place, cuts: Ints, halvings: int = 
 
     Parameters
     ----------
-    cuts, halvings : ndarray of int, shape (M,), and int
+    cuts, halvings : ndarray of int, shape (M,)
         Cuts that led from the chain to the piece, and how many of them halved its edge.
-
-    Raises
-    ------
-    InvalidRequest
-        `tolerance_too_small` if rounding leaves no room for it, or `DEPTH` halvings do not do.
     """
     allowed = goal.allowed(_distance_to_boxes(found, goal, place.origin))
     slack = place.slack
     far = (found.net > OF_NET * allowed - slack) | (found.curve > OF_CURVE * allowed - slack)
     far |= found.apart > OF_NET * allowed - slack
-    hopeless = far & (OF_CURVE * allowed <= slack)
-    if halvings == DEPTH:
-        hopeless = far
-    if hopeless.any():
-        raise _too_small(float(allowed[hopeless].min()), float(slack[hopeless].max()), goal)
+    hopeless = far & ((OF_CURVE * allowed <= slack) | (halvings == DEPTH))
     real = found.net > slack
     share = np.array(SHAPELY)[np.minimum(cuts, len(SHAPELY) - 1)]
     bent = real & (found.net > share * found.chord) & (cuts < len(SHAPELY))
     closed = (found.chord == 0) | real & (found.chord <= NEARLY_CLOSED * found.net)
     closed &= cuts < RETURNS
     cut = far | bent | closed
-    if goal.angle < inf and halvings < CORNERS:
-        cut |= found.cosine < cos(goal.angle)
-    return Verdict(cut, closed)
+    if goal.angle < inf:
+        cut |= (found.cosine < cos(goal.angle)) & (halvings < CORNERS)
+    return Verdict(cut, closed, hopeless, allowed)
+
+
+def refuse(verdict: Verdict, slack: FloatArray, goal: Goal) -> None:
+    """Ends where a piece is hopeless.
+
+    Raises
+    ------
+    InvalidRequest
+        `tolerance_too_small` if rounding leaves no room for it, or `DEPTH` halvings do not do.
+    """
+    hopeless = verdict.hopeless
+    if hopeless.any():
+        least = float(verdict.allowed[hopeless].min())
+        raise _too_small(least, float(slack[hopeless].max()), goal)
 
 
 def tangents_of(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -106,4 +106,4 @@ def whole(faces: Faces) -> Cells:
     """One cell a face."""
     none = np.zeros(len(faces.first), dtype=np.intp)
     high = faces.spans * SPAN
-    return Cells(np.arange(len(faces.first)), np.stack([none, high[:, 0], none, high[:, 1]]))
+    return Cells(np.arange(len(faces.first)), np.array([none, high[:, 0], none, high[:, 1]]))

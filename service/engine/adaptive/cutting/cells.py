@@ -10,8 +10,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
-from service.engine.adaptive.cutting.boxes import Cells, Leaves
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.adaptive.cutting.boxes import SHORTEST, Cells, Leaves
 from service.engine.adaptive.cutting.estimate import judged
 from service.engine.adaptive.cutting.halving import halve, over
 from service.engine.adaptive.cutting.spans import flattened
@@ -25,6 +25,9 @@ BLOCK = 1 << 18
 
 OVERHEAD = 20
 """Multiplications for every number of a net, beside those that halving takes."""
+
+AHEAD = 1 << 13
+"""Numbers of cells and their halves up to which both are judged in one step."""
 
 TURNS = 2500
 """Those that comparing the normals of a cell takes."""
@@ -80,33 +83,68 @@ def _divided(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
             cells = Cells.joined([part[0] for part in parts])
             patch = np.concatenate([part[1] for part in parts])
             net = np.concatenate([part[2] for part in parts], axis=3)
+        known = len(cells)
+        ahead = 5 * net.size <= AHEAD and _is_long(cells)
+        if ahead:
+            cells, patch, net = _with_halves(cells, patch, net)
         turns = TURNS * len(cells) if angles else 0
         task.budget.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
         size = scale(cells.box / SPAN, task.ground.sizes[patch]) if angles else None
         verdict = judged(net, task.goal, task.eye_of(patch), size)
-        done = np.flatnonzero(~verdict.fails)
+        done, cut = (~verdict.fails[:known]).nonzero()[0], verdict.fails[:known].nonzero()[0]
+        if ahead and len(cut):
+            # Halves are known as well: those across u, and those across v.
+            half = known + cut + 2 * known * verdict.along_v[cut]
+            half = np.concatenate([half, half + known])
+            done = np.concatenate([done, half[~verdict.fails[half]]])
+            cut = half[verdict.fails[half]]
         if len(done):
             yield Leaves(cells, verdict.along_v, verdict.rising, verdict.form).take(done)
             leaves += len(done)
             task.budget.count(leaves)
-        # First those that are cut across u, then those that are cut across v.
-        cut = np.flatnonzero(verdict.fails)
         if not len(cut):
             continue
-        cut = cut[np.argsort(verdict.along_v[cut], kind="stable")]
-        count, along_v = len(cut), verdict.along_v[cut]
-        pair = cells.take(cut).halved(along_v)
-        made = np.empty((*net.shape[:3], 2 * count))
-        both = made.reshape(*net.shape[:3], 2, count)
-        middle = count - int(np.count_nonzero(along_v))
-        for axis, rows in enumerate((slice(0, middle), slice(middle, None))):
-            if len(cut[rows]):
-                halve(net[..., cut[rows]], axis, both[..., rows])
-        halves, twice = Cells.joined([*pair]), np.tile(patch[cut], 2)
+        halves, twice, made = _halved(cells, patch, net, cut, verdict.along_v[cut])
         waiting += [
             (halves.take(rows), twice[rows], made[..., rows])
-            for rows in (slice(k, k + block) for k in range(0, 2 * count, block))
+            for rows in (slice(k, k + block) for k in range(0, len(halves), block))
         ]
+
+
+def _halved(
+    cells: Cells, patch: Ints, net: FloatArray, cut: Ints, along_v: Bools
+) -> tuple[Cells, Ints, FloatArray]:
+    """Halves of some cells: first those across u, then those across v."""
+    order = np.argsort(along_v, kind="stable")
+    cut, along_v, count = cut[order], along_v[order], len(cut)
+    made = np.empty((*net.shape[:3], 2 * count))
+    both = made.reshape(*net.shape[:3], 2, count)
+    middle = count - int(np.count_nonzero(along_v))
+    for axis, rows in enumerate((slice(0, middle), slice(middle, None))):
+        if len(cut[rows]):
+            halve(net[..., cut[rows]], axis, both[..., rows])
+    return Cells.joined([*cells.take(cut).halved(along_v)]), np.tile(patch[cut], 2), made
+
+
+def _is_long(cells: Cells) -> bool:
+    """Whether all cells may be halved at least twice either way."""
+    return bool((cells.box[1::2] - cells.box[::2]).min(initial=SPAN) >= 4 * SHORTEST)
+
+
+def _with_halves(cells: Cells, patch: Ints, net: FloatArray) -> tuple[Cells, Ints, FloatArray]:
+    """Few cells, then their halves across u, first ones and second ones, and those across v.
+
+    A step takes as long for five as for one of them, so two levels are judged at once.
+    """
+    count = len(cells)
+    made = np.empty((*net.shape[:3], 5 * count))
+    made[..., :count] = net
+    parts = [cells]
+    for axis in (0, 1):
+        begin = (1 + 2 * axis) * count
+        halve(net, axis, made[..., begin : begin + 2 * count].reshape(*net.shape[:3], 2, count))
+        parts += cells.halved(np.full(count, axis == 1))
+    return Cells.joined(parts), np.tile(patch, 5), made
 
 
 _Level: TypeAlias = tuple[Cells, Ints, FloatArray | None]

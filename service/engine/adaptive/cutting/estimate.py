@@ -13,7 +13,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.halving import nine, points, quadratic
 from service.engine.adaptive.cutting.turning import Scale, level, turning
 from service.engine.adaptive.goal import Goal
-from service.engine.adaptive.vectors import Vectors, dot, length
+from service.engine.adaptive.vectors import Vectors, dot, dots, length
 
 THIN = 1e-9
 """A triangle has no plane if its area is below this share of its longest side's square."""
@@ -99,16 +99,16 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | Non
     twists = np.abs(told[:2] - told[2:4]).max(axis=0)
     best = np.where(is_rising, up, down) + TWIST * twists
     bend_u, bend_v = heights[[0, 2, 4]].max(axis=0), heights[[1, 3, 5]].max(axis=0)
-    along = np.stack([b - a + c - d, d - a + c - b]) * 0.5
+    along = np.array([b - a + c - d, d - a + c - b]) * 0.5
     fails = best > allowed
-    rest = np.flatnonzero(~fails)
+    rest = (~fails).nonzero()[0]
     if len(rest):
         # Where all are near enough nothing need be copied.
         some = rest if len(rest) < len(fails) else slice(None)
         normals = np.where(is_rising, planes.normals[:2], planes.normals[2:])[..., some]
         net, bare = points(nets[..., some]), flat[some]
         more = remainder(net, at[..., some], normals, bare, goal.two_sided)
-        over = np.flatnonzero(best[some] + more > allowed[some])
+        over = (best[some] + more > allowed[some]).nonzero()[0]
         if len(over):
             chosen = rest[over]
             fails[chosen] = True
@@ -116,7 +116,7 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | Non
                 net[..., over], normals[..., over], bare[over], goal.two_sided
             )
     skew = dot(a - b + c - d, normal)
-    squares = _dots(along[[0, 0, 1]], along[[0, 1, 1]])
+    squares = dots(along[[0, 0, 1]], along[[0, 1, 1]])
     lengths = np.sqrt(squares[::2])
     v_first = across_v((bend_u, bend_v), (lengths[0], lengths[1]), skew, allowed)
     if scale is not None:
@@ -182,9 +182,9 @@ def two_planes(corner: FloatArray) -> tuple[Planes, Vectors, FloatArray]:
     """
     # Sides ab, bc, cd, da, and the diagonals ac, bd.
     vectors = np.concatenate([corner[[1, 2, 3, 0]] - corner, corner[2:] - corner[:2]])
-    squares = _dots(vectors, vectors)
+    squares = dots(vectors, vectors)
     crossed = _crosses(vectors[[0, 3, 3, 1, 4]], vectors[[4, 4, 0, 5, 5]])
-    size = np.sqrt(_dots(crossed, crossed))
+    size = np.sqrt(dots(crossed, crossed))
     none = size[:4] <= THIN * squares[OF].max(axis=1)
     some = none.any()
     size[4] = np.maximum(size[4], np.finfo(float).tiny)
@@ -226,31 +226,23 @@ def _heights(
     """Heights of nine points, the unit normals of the cells being known."""
     side, middle = at[SIDES], at[1, 1]
     # Half-way along the edges of the four triangles, each from one of its corners.
-    away = np.stack([side[0], side[1], middle, side[2], side[3]]) - corner[:2, np.newaxis]
-    above = _dots(away[FROM, HALFWAY], planes.normals[:, np.newaxis])
+    away = np.array([side[0], side[1], middle, side[2], side[3]]) - corner[:2, np.newaxis]
+    above = dots(away[FROM, HALFWAY], planes.normals[:, np.newaxis])
     highs = highest(above[:, 0], above[:, 1], above[:, 2])
     over = np.maximum(highs[::2], highs[1::2])
     bends = np.empty((6, *middle.shape))
     np.subtract(side, (corner + corner[[1, 2, 3, 0]]) * 0.5, out=bends[:4])
     np.subtract(middle, (side[[3, 0]] + side[[1, 2]]) * 0.5, out=bends[4:])
-    signed = told = _dots(bends, normal)
+    signed = told = dots(bends, normal)
     if two_sided or planes.flat.any():
-        stray = np.sqrt(_dots(bends, bends))
+        stray = np.sqrt(dots(bends, bends))
         across = middle - (corner[:2] + corner[2:]) * 0.5
-        wide = np.maximum(stray[:4].max(axis=0), np.sqrt(_dots(across, across)))
+        wide = np.maximum(stray[:4].max(axis=0), np.sqrt(dots(across, across)))
         over, told = np.where(planes.flat, wide, over), np.where(planes.flat, stray, told)
         if two_sided:
             over = np.maximum(over, wide * 0.5)
             told = np.maximum(np.abs(told), stray * 0.5)
     return _Heights(over, signed, told)
-
-
-def _dots(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Products of vectors (…, 3, m), shape (…, m)."""
-    product: FloatArray = a[..., 0, :] * b[..., 0, :]
-    product += a[..., 1, :] * b[..., 1, :]
-    product += a[..., 2, :] * b[..., 2, :]
-    return product
 
 
 def _crosses(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -299,7 +291,7 @@ def remainder(
     """
     normals = normals[:, np.newaxis, np.newaxis]
     heights: FloatArray
-    heights = np.abs(_left(_dots(net, normals), _dots(at, normals))).max(axis=(0, 1, 2))
+    heights = np.abs(_left(dots(net, normals), dots(at, normals))).max(axis=(0, 1, 2))
     if flat.any() or two_sided:
         left = _left(net.swapaxes(0, 2).swapaxes(1, 2), at.swapaxes(0, 2).swapaxes(1, 2))
         stray = np.sqrt(np.add.reduce(left * left, axis=0).max(axis=(0, 1)))
@@ -316,9 +308,9 @@ def sagging(net: FloatArray, normals: FloatArray, flat: Bools, two_sided: bool) 
     for axis in (0, 1):
         degree = net.shape[axis] - 1
         bend = np.diff(net, n=2, axis=axis)
-        size = np.abs(_dots(bend, normals[:, np.newaxis, np.newaxis])).max(axis=(0, 1, 2))
+        size = np.abs(dots(bend, normals[:, np.newaxis, np.newaxis])).max(axis=(0, 1, 2))
         if flat.any() or two_sided:
-            stray = np.sqrt(_dots(bend, bend).max(axis=(0, 1)))
+            stray = np.sqrt(dots(bend, bend).max(axis=(0, 1)))
             size = np.where(flat, stray, np.maximum(size, stray * (0.5 if two_sided else 0.0)))
         found[axis] = size * (degree * (degree - 1) / 8)
     return found

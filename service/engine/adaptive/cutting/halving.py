@@ -27,7 +27,7 @@ def halve(nets: FloatArray, axis: int, made: FloatArray) -> None:
     made : ndarray of float64, shape (p+1, q+1, D, 2, m)
         Where they are put.
     """
-    rest, both = np.moveaxis(nets, axis, 0), np.moveaxis(made, axis, 0)
+    rest, both = nets.swapaxes(0, axis), made.swapaxes(0, axis)
     degree = len(rest) - 1
     both[0, ..., 0, :], both[degree, ..., 1, :] = rest[0], rest[-1]
     for k in range(1, degree + 1):
@@ -42,7 +42,7 @@ def restricted(nets: FloatArray, low: FloatArray, high: FloatArray, axis: int) -
     de Casteljau's algorithm cuts off what is above `high`, then, of what is left, what is below
     `low`, at (low / high).
     """
-    rest = np.moveaxis(nets, axis, 0)
+    rest = nets.swapaxes(0, axis)
     degree = len(rest) - 1
     below = np.empty_like(rest)
     for k in range(degree + 1):
@@ -54,7 +54,7 @@ def restricted(nets: FloatArray, low: FloatArray, high: FloatArray, axis: int) -
     for k in range(degree + 1):
         cut[degree - k] = rest[-1]
         rest = rest[:-1] * (1.0 - begin) + rest[1:] * begin
-    return np.moveaxis(cut, 0, axis)
+    return cut.swapaxes(0, axis)
 
 
 def raised(nets: FloatArray) -> FloatArray:
@@ -64,13 +64,13 @@ def raised(nets: FloatArray) -> FloatArray:
     """
     for axis in (0, 1):
         while nets.shape[axis] < 3:
-            old = np.moveaxis(nets, axis, 0)
+            old = nets.swapaxes(0, axis)
             count = len(old)
             new = np.empty((count + 1, *old.shape[1:]))
             new[0], new[-1] = old[0], old[-1]
             for i in range(1, count):
                 new[i] = (i / count) * old[i - 1] + (1.0 - i / count) * old[i]
-            nets = np.moveaxis(new, 0, axis)
+            nets = new.swapaxes(0, axis)
     return nets
 
 

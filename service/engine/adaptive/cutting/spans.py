@@ -26,7 +26,7 @@ from service.engine.adaptive.cutting.halving import points as points_of
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.cutting.turning import FINEST, chord_of, level, normals
 from service.engine.adaptive.faces import SPAN
-from service.engine.adaptive.vectors import Vectors, dot, length
+from service.engine.adaptive.vectors import Vectors, dot, dots, length
 
 BLOCK = 1 << 14
 """Spans that are looked at together, about."""
@@ -101,6 +101,7 @@ def flattened(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
     """Leaves of several spans, and the cells of one span that are left to be looked at."""
     leaves: list[Leaves] = []
     rest: list[Cells] = []
+    known = _Known(task)
     waiting = [start]
     while waiting:
         parts = [waiting.pop()]
@@ -114,7 +115,7 @@ def flattened(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
         if fitting < len(cells):
             waiting.append(cells.take(slice(fitting, None)))
             cells = cells.take(slice(fitting))
-        found, halves = _examined(task, cells)
+        found, halves = _examined(task, cells, known)
         leaves.append(found)
         for half in halves:
             several: Bools = np.prod(_counts(half), axis=0) > 1
@@ -143,9 +144,9 @@ def _pieces(cells: Cells) -> _Pieces:
     u, v = (box[0] // SPAN + k) * SPAN, (box[2] // SPAN + l) * SPAN
     low = np.maximum(box[0], u), np.maximum(box[2], v)
     high = np.minimum(box[1], u + SPAN), np.minimum(box[3], v + SPAN)
-    own = Cells(cells.face[cell], np.stack([low[0], high[0], low[1], high[1]]))
-    first = np.stack([start[cell] + l, here - l])
-    last = np.stack([(end - along_v)[cell] + l, here - l + width - 1])
+    own = Cells(cells.face[cell], np.array([low[0], high[0], low[1], high[1]]))
+    first = np.array([start[cell] + l, here - l])
+    last = np.array([(end - along_v)[cell] + l, here - l + width - 1])
     return _Pieces(cells, own, cell, start, end - 1, along_v, first, last)
 
 
@@ -161,16 +162,47 @@ def _nets(task: Task, pieces: _Pieces, wanted: Ints) -> Iterator[tuple[FloatArra
             yield net, some
 
 
-def _looked_at(task: Task, cells: Cells) -> _Look:
+class _Known:
+    """Nine points of whole spans, which are computed once, however often these are looked at."""
+
+    def __init__(self, task: Task) -> None:
+        self.task = task
+        self.place = np.full(len(task.ground.sizes), -1)
+        self.points = np.empty((3, 3, 3, 0))
+
+    def of(self, pieces: _Pieces, patch: Ints) -> FloatArray:
+        """Nine points of each piece, (3, 3, 3, N), about the middle of its patch."""
+        box = pieces.own.box
+        whole = (box[1::2] - box[::2] == SPAN).all(axis=0)
+        place = np.where(whole, self.place[patch], -1)
+        wanted = (place < 0).nonzero()[0]
+        if not len(wanted):
+            return self.points[..., place]
+        fresh = np.empty((3, 3, 3, len(wanted)))
+        number = np.empty(len(patch), dtype=np.intp)
+        number[wanted] = np.arange(len(wanted))
+        for net, here in _nets(self.task, pieces, wanted):
+            fresh[..., number[here]] = nine(net)
+        if len(wanted) < len(patch):
+            points = np.empty((3, 3, 3, len(patch)))
+            points[..., wanted] = fresh
+            old = (place >= 0).nonzero()[0]
+            points[..., old] = self.points[..., place[old]]
+        else:
+            points = fresh
+        kept = whole[wanted].nonzero()[0]
+        self.place[patch[wanted[kept]]] = self.points.shape[3] + np.arange(len(kept))
+        self.points = np.concatenate([self.points, fresh[..., kept]], axis=3)
+        return points
+
+
+def _looked_at(task: Task, cells: Cells, known: _Known) -> _Look:
     pieces = _pieces(cells)
-    count = len(pieces.cell)
-    points = np.empty((3, 3, 3, count))
-    for net, here in _nets(task, pieces, np.arange(count)):
-        points[..., here] = nine(net)
-    middles, first = task.ground.middles, task.faces.first
-    about = middles[:, task.patch_of(pieces.own)] - middles[:, first[pieces.own.face]]
-    points += about
-    corner = np.stack(
+    middles, patch = task.ground.middles, task.patch_of(pieces.own)
+    about = middles[:, patch] - middles[:, task.faces.first[pieces.own.face]]
+    points = known.of(pieces, patch)
+    points = points + about
+    corner = np.array(
         [
             points[0, 0][:, pieces.start],
             points[2, 0][:, pieces.end - pieces.width + 1],
@@ -188,20 +220,20 @@ def _shares(box: Ints, own: Ints) -> FloatArray:
     """Where pieces begin, have their middle and end in their cells, 0 … 1: (3, N)."""
     size = (box[1] - box[0]).astype(np.float64)
     begin, end = (own[0] - box[0]) / size, (own[1] - box[0]) / size
-    return np.stack([begin, (begin + end) * 0.5, end])
+    return np.array([begin, (begin + end) * 0.5, end])
 
 
-def _examined(task: Task, cells: Cells) -> tuple[Leaves, tuple[Cells, Cells]]:
+def _examined(task: Task, cells: Cells, known: _Known) -> tuple[Leaves, tuple[Cells, Cells]]:
     """Leaves among the cells, and the halves of the others."""
-    look = _looked_at(task, cells)
-    heights = np.stack([_heights(look, rising) for rising in (True, False)])
+    look = _looked_at(task, cells, known)
+    heights = np.array([_heights(look, rising) for rising in (True, False)])
     planes = look.planes
     rising = np.where(planes.worse == 0, heights[0] < heights[1] * NEARLY, planes.worse < 0)
     best = np.where(rising, heights[0], heights[1])
     a, b, c, d = look.corner
     size = np.maximum(length(c - a), length(d - b))
     allowed = np.minimum(_allowed(task, look.pieces), level(task.goal.angle, size))
-    bends = np.stack([_bend(look, axis) for axis in (0, 1)])
+    bends = np.array([_bend(look, axis) for axis in (0, 1)])
     fails = best > allowed
     if task.goal.angle < np.pi:
         fails |= _turned(look, task.goal.angle)
@@ -213,7 +245,7 @@ def _examined(task: Task, cells: Cells) -> tuple[Leaves, tuple[Cells, Cells]]:
     step_u, step_v = (b - a + c - d) * 0.5, (d - a + c - b) * 0.5
     skew = dot(a - b + c - d, look.normal)
     along_v = across_v((bends[0], bends[1]), (lengths[0], lengths[1]), skew, allowed)
-    form = np.stack(
+    form = np.array(
         [
             dot(step_u, step_u),
             dot(step_u, step_v),
@@ -224,8 +256,8 @@ def _examined(task: Task, cells: Cells) -> tuple[Leaves, tuple[Cells, Cells]]:
             allowed,
         ]
     )
-    leaves = Leaves(cells, along_v, rising, form).take(np.flatnonzero(~fails))
-    cut = np.flatnonzero(fails)
+    leaves = Leaves(cells, along_v, rising, form).take((~fails).nonzero()[0])
+    cut = fails.nonzero()[0]
     return leaves, cells.take(cut).halved(_crosswise(cells, along_v)[cut])
 
 
@@ -242,28 +274,24 @@ def _crosswise(cells: Cells, along_v: Bools) -> Bools:
 def _heights(look: _Look, rising: bool) -> FloatArray:
     """The greatest height of any of the points over the triangle below it, (m,)."""
     of = look.pieces.cell
-    normals = look.planes.normals[:2] if rising else look.planes.normals[2:]
-    lower, upper = normals[0][:, of], normals[1][:, of]
-    a, b, c, d = (vectors[:, of] for vectors in look.corner)
-    base = a if rising else b
-    worst = np.zeros(len(of))
-    some = look.stray.any()
-    for i, x in enumerate(look.x):
-        for j, y in enumerate(look.y):
-            point = look.points[i, j]
-            below = y <= x if rising else x + y <= 1.0
-            high = np.abs(dot(point - base, np.where(below, lower, upper)))
-            if some:
-                # Where the point would be, were the triangle the image of its parameters.
-                if rising:
-                    one, two = a + x * (b - a) + y * (c - b), a + y * (d - a) + x * (c - d)
-                else:
-                    one = a + x * (b - a) + y * (d - a)
-                    two = c + (1.0 - x) * (d - c) + (1.0 - y) * (b - c)
-                away = length(point - np.where(below, one, two))
-                high = np.maximum(np.where(look.stray == 1.0, 0.0, high), look.stray * away)
-            np.maximum(worst, high, out=worst)
-    return look.pieces.worst(worst)
+    lower, upper = look.planes.normals[slice(0, 2) if rising else slice(2, 4)][..., of]
+    a, b, c, d = look.corner[..., of]
+    away = look.points - (a if rising else b)
+    x, y = look.x[:, np.newaxis], look.y
+    below = y <= x if rising else x + y <= 1.0
+    high = np.abs(np.where(below, dots(away, lower), dots(away, upper)))
+    if look.stray.any():
+        # Where the point would be, were the triangle the image of its parameters.
+        s, t = x[..., np.newaxis, :], y[..., np.newaxis, :]
+        if rising:
+            one, two = a + s * (b - a) + t * (c - b), a + t * (d - a) + s * (c - d)
+        else:
+            one = a + s * (b - a) + t * (d - a)
+            two = c + (1.0 - s) * (d - c) + (1.0 - t) * (b - c)
+        gone = look.points - np.where(below[:, :, np.newaxis], one, two)
+        stray = look.stray * np.sqrt(dots(gone, gone))
+        high = np.maximum(np.where(look.stray == 1.0, 0.0, high), stray)
+    return look.pieces.worst(high.max(axis=(0, 1)))
 
 
 def _chord(look: _Look, axis: int) -> tuple[Vectors, Vectors]:
@@ -314,7 +342,7 @@ def _left(task: Task, look: _Look, normals: FloatArray, wanted: Bools) -> FloatA
     """What `remainder` and `sagging` say of wanted cells, of every one the greatest: (3, m)."""
     pieces = look.pieces
     found = np.zeros((3, len(pieces.cell)))
-    for net, here in _nets(task, pieces, np.flatnonzero(wanted[pieces.cell])):
+    for net, here in _nets(task, pieces, wanted[pieces.cell].nonzero()[0]):
         cell = pieces.cell[here]
         at = look.points[..., here] - look.about[:, here]
         flat = look.planes.flat[cell]

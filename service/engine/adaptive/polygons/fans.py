@@ -151,7 +151,7 @@ def _ears(
         )
         costs[lonely | ~strict] = np.inf
         best = np.argmax(costs * NEARLY <= costs.min(axis=0), axis=0)
-        found.append(np.stack([corners[k[best, here], here] for k in rows]))
+        found.append(np.array([corners[k[best, here], here] for k in rows]))
         keep = np.arange(size)[:, np.newaxis] != best
         left = left.T[keep.T].reshape(many, size - 1).T
     found.append(corners[left, here])

@@ -118,7 +118,7 @@ def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Out
     own = np.full(len(first), -1)
     known = np.concatenate([vertex.ravel(), border.vertex])
     own[sample[known >= 0]] = known[known >= 0]
-    fresh = np.flatnonzero(own < 0)
+    fresh = (own < 0).nonzero()[0]
     own[fresh] = len(border.points) + np.arange(len(fresh))
     rows = rank_u[first], rank_v[first]
     by_v = rows[1] * many_u + rows[0]
@@ -141,7 +141,7 @@ def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Out
     entry = sample[4 * count :]
     pole = np.zeros(len(border.points), dtype=bool)
     pole[border.vertex[border.start[:-1][border.collapsed.ravel()]]] = True
-    ends = np.stack([segment, segment + 1])
+    ends = np.array([segment, segment + 1])
     return Outline(
         face[first],
         u[first],
@@ -187,7 +187,7 @@ def _lift(
     touching: list[Ints] = []
     for side in range(4):
         limit = faces.spans[cells.face, side // 2] * SPAN if side % 2 else 0
-        here = np.flatnonzero(cells.box[FIXED[side]] == limit)
+        here = (cells.box[FIXED[side]] == limit).nonzero()[0]
         collapsed = border.collapsed[cells.face[here], side]
         for corner in CORNERS[side]:
             point = here[collapsed]
@@ -202,7 +202,7 @@ def _lift(
             vertex[corner, here[exact]] = border.vertex[entry[exact]]
             segment = entry - exact if last else entry
             np.minimum.at(least, segment, height)
-            touching.append(np.stack([segment, here]))
+            touching.append(np.array([segment, here]))
             free = ~exact
             found.append((np.full(free.sum(), 4 * side + corner), here[free], entry[free]))
     code, leaf, segment = (np.concatenate(parts) for parts in zip(*found, strict=True))

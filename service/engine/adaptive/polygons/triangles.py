@@ -48,7 +48,7 @@ def triangulated(
     none = np.full(len(leaf), -1)
     if not len(outline.segment):
         return Rows(corners, leaf, none, none)
-    strips = _of_strips(outline, np.flatnonzero(segments[outline.segment]))
+    strips = _of_strips(outline, segments[outline.segment].nonzero()[0])
     return Rows(
         np.concatenate([corners, strips.corners]),
         np.concatenate([leaf, strips.leaf]),
@@ -62,7 +62,7 @@ def _of_leaves(
 ) -> list[tuple[Ints, Ints]]:
     """Corners and leaves of triangles."""
     found: list[tuple[Ints, Ints]] = []
-    plain = np.flatnonzero(outline.plain & wanted)
+    plain = (outline.plain & wanted).nonzero()[0]
     four = outline.corner[outline.start[plain] + np.arange(4)[:, np.newaxis]]
     rising = leaves.rising[plain]
     third = np.where(rising, four[2], four[3])
@@ -71,8 +71,8 @@ def _of_leaves(
     found.append((pair.reshape(-1, 3), np.repeat(plain, 2)))
     size = np.where(outline.plain | ~wanted, 0, np.diff(outline.start))
     box, form = leaves.cells.box, leaves.form
-    for count in np.flatnonzero(np.bincount(size)[1:]) + 1:
-        these = np.flatnonzero(size == count)
+    for count in (np.bincount(size)[1:]).nonzero()[0] + 1:
+        these = (size == count).nonzero()[0]
         corners = outline.corner[outline.start[these] + np.arange(count)[:, np.newaxis]]
         u0, u1, v0, v1 = box[:, these]
         x, y = (outline.u[corners] - u0) / (u1 - u0), (outline.v[corners] - v0) / (v1 - v0)
@@ -100,14 +100,14 @@ def _of_strips(outline: Outline, rows: Ints) -> Rows:
         u[low] == u[high], 2 * v[lifted] - v[low] - v[high], 2 * u[lifted] - u[low] - u[high]
     )
     new = np.append(True, segment[1:] != segment[:-1])
-    start = np.flatnonzero(new)
+    start = new.nonzero()[0]
     strip = np.cumsum(new) - 1
     before = np.add.reduceat((far <= 0).astype(np.intp), start)
     tip = start + np.maximum(before - 1, 0)
     from_pole, to_pole = outline.polar[:, rows[start]]
     last = np.append(start[1:], count) - 1
     tip = np.where(to_pole & ~from_pole, last, np.where(from_pole & ~to_pole, start, tip))
-    pair = np.flatnonzero(~new)
+    pair = (~new).nonzero()[0]
     first = pair <= tip[strip[pair]]
     fans = np.stack(
         [np.where(first, low[pair], high[pair]), lifted[pair - 1], lifted[pair]], axis=1
@@ -142,7 +142,7 @@ def _places(known: Ints, others: Ints) -> tuple[Ints, Ints]:
     """Those of many others that are among a few sorted numbers, and which of these they are."""
     place = np.searchsorted(known, others)
     place[place == len(known)] = 0
-    here = np.flatnonzero(known[place] == others)
+    here = (known[place] == others).nonzero()[0]
     return here, place[here]
 
 
@@ -160,7 +160,7 @@ def foster(corners: Ints, leaf: Ints, host: Ints) -> None:
     Only those are looked for that have none, −1; `host` (T,) is changed.
     """
     there, back = edges(corners)
-    waiting = np.flatnonzero(host < 0)
+    waiting = (host < 0).nonzero()[0]
     sides = (3 * waiting[:, np.newaxis] + np.arange(3)).ravel()
     known, number = np.unique(back[sides], return_inverse=True)
     here, which = _places(known, there)
@@ -170,7 +170,7 @@ def foster(corners: Ints, leaf: Ints, host: Ints) -> None:
     within = np.where(leaf[beside] == leaf[waiting][:, np.newaxis], beside, -1)
     for around in (within, beside):
         while True:
-            open_ = np.flatnonzero(host[waiting] < 0)
+            open_ = (host[waiting] < 0).nonzero()[0]
             offered = np.where(around[open_] >= 0, host[around[open_]], -1).max(axis=1, initial=-1)
             if not (offered >= 0).any():
                 break
@@ -183,19 +183,19 @@ def neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, Ints]
     What is beside a face is not seen from it: its triangles must not depend on its company.
     """
     beside, across = np.full((2, vertex.size), -1)
-    sides = np.flatnonzero(np.repeat(kept, 3))
+    sides = np.repeat(kept, 3).nonzero()[0]
     keys, owner = pairs(vertex)[sides], face[sides // 3]
-    order = np.argsort(keys, kind="stable")
+    order = np.argsort(keys)
     keys, owner, sides = keys[order], owner[order], sides[order]
     same = keys[1:] == keys[:-1]
-    third = np.flatnonzero(same[1:] & same[:-1])
+    third = (same[1:] & same[:-1]).nonzero()[0]
     if len(third):
         # One face after another within an edge.
         order = np.lexsort((owner, keys))
         keys, owner, sides = keys[order], owner[order], sides[order]
     mine = np.concatenate([[False], same & (owner[1:] == owner[:-1]), [False]])
     # Two of one face, neither of them with a third.
-    two = np.flatnonzero(mine[1:-1] & ~mine[:-2] & ~mine[2:])
+    two = (mine[1:-1] & ~mine[:-2] & ~mine[2:]).nonzero()[0]
     one, other = sides[two], sides[two + 1]
     opposite = vertex[:, [2, 0, 1]].ravel()
     across[one], across[other] = opposite[other], opposite[one]

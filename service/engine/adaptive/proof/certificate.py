@@ -137,7 +137,7 @@ def _blocks(parts: Parts) -> Iterator[slice]:
     """Runs of parts that have few pieces together; or a single one that has many."""
     low, high = parts.corners.min(axis=1), parts.corners.max(axis=1)
     block = np.cumsum(((high - low) // SPAN + 1).prod(axis=1)) // BLOCK
-    begins = np.flatnonzero(np.diff(block, prepend=-1))
+    begins = np.diff(block, prepend=-1).nonzero()[0]
     for begin, end in pairwise([*begins.tolist(), len(block)]):
         yield slice(begin, end)
 
@@ -149,7 +149,7 @@ def _measured(
 
     The positions are (3, V).
     """
-    corners = np.moveaxis(parts.corners, 0, -1)
+    corners = parts.corners.transpose(1, 2, 0)
     pieces = clipped(faces, parts.face, corners)
     right, order = _right_angles(pieces.corners)
     shares = images(pieces, corners) if goal.two_sided else None
@@ -179,7 +179,7 @@ def _measured(
     if parts.own is not None:
         astray[~parts.own[pieces.part]] = 0.0
     choices = np.maximum, np.minimum, np.maximum
-    return np.stack(
+    return np.array(
         [
             _joined(choose, values, pieces.part, len(parts.face))
             for choose, values in zip(choices, found, strict=True)
@@ -227,7 +227,7 @@ def _joined(choose: np.ufunc, values: FloatArray, part: Ints, count: int) -> Flo
     """The largest, or the least, value of the pieces of each part; 0 of a part without any."""
     if len(values) == count:
         return values
-    begins = np.flatnonzero(np.diff(part, prepend=-1))
+    begins = np.diff(part, prepend=-1).nonzero()[0]
     chosen = np.zeros(count)
     chosen[part[begins]] = choose.reduceat(values, begins)
     return chosen

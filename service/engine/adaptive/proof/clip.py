@@ -77,7 +77,7 @@ def images(pieces: Pieces, corners: Ints) -> FloatArray:
     shares = np.repeat(np.eye(3)[..., np.newaxis], len(pieces.part), axis=2)
     if len(pieces.part) == corners.shape[2]:
         return shares
-    cut = np.flatnonzero(np.bincount(pieces.part)[pieces.part] > 1)
+    cut = (np.bincount(pieces.part)[pieces.part] > 1).nonzero()[0]
     own = corners[..., pieces.part[cut]].astype(np.float64)
     # Differences of places are exact, products nearly so.
     for k in range(3):
@@ -97,8 +97,8 @@ def _cut(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, Ints]:
     along = corners[:, axis]
     begin = np.minimum(along.min(axis=0) // SPAN, counts - 1)
     end = np.maximum(-(-along.max(axis=0) // SPAN), begin + 1)
-    whole = np.flatnonzero(end - begin == 1)
-    several = np.flatnonzero(end - begin > 1)
+    whole = (end - begin == 1).nonzero()[0]
+    several = (end - begin > 1).nonzero()[0]
     if not len(several):
         return whole, corners[..., whole], begin[whole]
     many = (end - begin)[several]
@@ -109,7 +109,7 @@ def _cut(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, Ints]:
     for k in (1, 2, 3):
         made = rings[[0, k, k + 1]]
         steps = made - made[[1, 2, 0]]
-        proper = np.flatnonzero((steps != 0).any(axis=1).all(axis=0))
+        proper = ((steps != 0).any(axis=1).all(axis=0)).nonzero()[0]
         sources.append(source[proper])
         pieces.append(made[..., proper])
         spans.append(span[proper])

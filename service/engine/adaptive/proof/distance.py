@@ -85,7 +85,7 @@ def reach(points: FloatArray, hosts: Hosts) -> Reach:
     point = hosts.lengths.min(axis=0) == 0
     if point.any():
         worst[point] = np.maximum(worst[point], 0.0)
-    beyond = np.flatnonzero(worst > -INSIDE)
+    beyond = (worst > -INSIDE).ravel().nonzero()[0]
     found = np.zeros((5, count))
     if len(beyond):
         piece = beyond // many
@@ -94,7 +94,7 @@ def reach(points: FloatArray, hosts: Hosts) -> Reach:
         x, y = flat.take(place), flat.take(place + many)
         values = _beside(x, y, out.reshape(3, -1).take(beyond, axis=1), hosts, piece)
         np.add(squared.reshape(-1).take(beyond), values[:2], out=values[2:4])
-        first = np.flatnonzero(np.diff(piece, prepend=-1))
+        first = np.diff(piece, prepend=-1).nonzero()[0]
         found[:, piece[first]] = np.maximum.reduceat(values, first, axis=1)
     return Reach(
         np.maximum(found[2], height),

@@ -29,8 +29,10 @@ from service.engine.adaptive.proof.blossoms import exponents
 
 def highest(h: FloatArray, degree: int) -> FloatArray:
     """A bound of |h| over the triangle, nets (m, k, N): shape (m, k)."""
-    told = h @ _parts(degree)
-    middles, rest = told[..., :3].transpose(2, 0, 1), told[..., 3:]
+    halfway, raised = _quadratic(degree)
+    told = h @ halfway
+    rest = h - told @ raised
+    middles = told.transpose(2, 0, 1)
     both = greatest(np.stack([middles, -middles], axis=1))
     up = both[0] + np.maximum(rest.max(axis=-1), 0.0)
     bound: FloatArray = np.maximum(up, both[1] - np.minimum(rest.min(axis=-1), 0.0))
@@ -50,21 +52,21 @@ def greatest(m: FloatArray) -> FloatArray:
 
 
 @lru_cache(maxsize=64)
-def _parts(degree: int) -> FloatArray:
-    """What makes the values half-way, and the net of R, of a net: shape (N, 3 + N).
+def _quadratic(degree: int) -> tuple[FloatArray, FloatArray]:
+    """What makes the values half-way of a net, (N, 3), and nets of 4 λ_k λ_{k+1}, (3, N).
 
     Half-way along an edge a net is Σ_i C(n, i) h_i / 2^n.
     """
     keys = exponents(degree)
     place = {key: number for number, key in enumerate(keys)}
-    middles = np.zeros((len(keys), 3))
+    halfway = np.zeros((len(keys), 3))
     for k in range(3):
         for i in range(degree + 1):
             key = [0, 0, 0]
             key[k], key[(k + 1) % 3] = degree - i, i
-            middles[place[key[0], key[1], key[2]], k] = comb(degree, i) / 2**degree
-    net = np.array(keys, dtype=np.float64)
-    raised = 4.0 * net * net[:, [1, 2, 0]] / (degree * (degree - 1))
-    parts = np.concatenate([middles, np.eye(len(keys)) - middles @ raised.T], axis=1)
-    parts.flags.writeable = False
-    return parts
+            halfway[place[key[0], key[1], key[2]], k] = comb(degree, i) / 2**degree
+    net = np.array(keys, dtype=np.float64).T
+    raised = 4.0 * net * net[[1, 2, 0]] / (degree * (degree - 1))
+    for table in (halfway, raised):
+        table.flags.writeable = False
+    return halfway, raised

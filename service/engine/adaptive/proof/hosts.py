@@ -155,7 +155,7 @@ def _frame(first: Vectors, second: Vectors) -> FloatArray:
         two = np.where(lost, any_other, two)
         size = length(two)
     two = two / size
-    return np.stack([one, two, cross(one, two)])
+    return np.array([one, two, cross(one, two)])
 
 
 def _tents(
@@ -176,8 +176,8 @@ def _tents(
     unit = np.where(joined, reach, 1.0)
     folds = np.sqrt((out / unit - 1.0) ** 2 + (high / unit) ** 2)
     # The neighbour's angles at the beginning of edge k, and at the end of the edge before it.
-    cosines = np.stack([np.where(joined, s, 1.0), np.where(joined, lengths - s, 1.0)[BEFORE]])
-    angle = cosines, np.stack([reach, reach[BEFORE]])
+    cosines = np.array([np.where(joined, s, 1.0), np.where(joined, lengths - s, 1.0)[BEFORE]])
+    angle = cosines, np.array([reach, reach[BEFORE]])
     before = tangents[BEFORE]
     rest = (
         before[:, 0] * tangents[:, 0] + before[:, 1] * tangents[:, 1],

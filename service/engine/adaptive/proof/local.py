@@ -64,7 +64,7 @@ class Local:
             Whether they have a right angle at corner 0, and corner 1 is along u from it.
         """
         framed = self.hosts.framed(scaled(nets, 1.0 / self.unit))
-        halves, others = np.flatnonzero(right), np.flatnonzero(~right)
+        halves, others = right.nonzero()[0], (~right).nonzero()[0]
         if not len(others):
             return Piece(half_nets(framed, places[:2, 0], places[::2, 1]), self.rounding)
         if not len(halves):
@@ -83,7 +83,7 @@ class Local:
         """
         own = unit_of(sizes)
         low, high = places.min(axis=0), places.max(axis=0)
-        found = over_boxes(nets, patch, np.stack([low[0], high[0]]), np.stack([low[1], high[1]]))
+        found = over_boxes(nets, patch, np.array([low[0], high[0]]), np.array([low[1], high[1]]))
         box = found.box
         share = own / self.unit
         framed = self.hosts.framed(scaled(found.low[box], share))
@@ -93,7 +93,7 @@ class Local:
         piece = Piece(triangle_nets(framed, inner[:, 0], inner[:, 1]), self.rounding)
         bound = piece.deviation(self.hosts) + gap
         # What hardly bends has all of its net near the host, though not near a cubic one.
-        rows = np.flatnonzero(gap > bound * DOUBTFUL)
+        rows = (gap > bound * DOUBTFUL).nonzero()[0]
         whole = np.full(len(bound), np.inf)
         if len(rows):
             hosts = self.hosts.take(rows)
@@ -205,7 +205,7 @@ def _raising(degree: int) -> FloatArray:
 def box_order(patch: Ints, places: FloatArray) -> Ints:
     """The order in which `Local.near` wants triangles (3, 2, m)."""
     return order_of(
-        patch, *(np.stack([t.min(axis=0), t.max(axis=0)]) for t in (places[:, 0], places[:, 1]))
+        patch, *(np.array([t.min(axis=0), t.max(axis=0)]) for t in (places[:, 0], places[:, 1]))
     )
 
 

@@ -33,7 +33,7 @@ LOW = 3
 """Degree to which nets are reduced."""
 
 SHIFT = 2.0**-40
-"""What rounding may do to these differences: to points, 4 · 600 u at degree 64, to sums of a few
+"""What rounding may do to these differences: to points, 4 · 400 u at degree 64, to sums of a few
 more, and to parameters within a box, at 2^-53 of which a cubic surface goes 2^-44 at most where no
 coordinate is above 4. Where weights differ, in proportion to what they do."""
 
@@ -79,7 +79,7 @@ def over_boxes(nets: FloatArray, patch: Ints, u: FloatArray, v: FloatArray) -> R
     size, p, q = nets.shape[1], nets.shape[2] - 1, nets.shape[3] - 1
     new_u = _changes(patch, *u)
     new = new_u | _changes(*v)
-    first_u, first = np.flatnonzero(new_u), np.flatnonzero(new)
+    first_u, first = new_u.nonzero()[0], new.nonzero()[0]
     strip = (np.cumsum(new_u) - 1)[first]
     strips = _between(p, u[:, first_u])[:, np.newaxis] @ nets[patch[first_u]]
     lines = strips[strip].reshape(-1, size * (p + 1), q + 1)

@@ -8,20 +8,26 @@ vertices of hosts; hence no difference of two points is longer than 2√3 < 4.
 
     P − M, times its weight                                2
     three a level where a row of a triangle is raised      3 max(p, q)
-    two a level of the blossom, (1 − t) a + t b            2 (p + q); 1 − t is exact
+    w a, subtracted; three products added in the frame     5; the frame itself is right to 8 u
+    rows of blossoms, two a level, (1 − t) b + t b         2 (p + q); 1 − t is exact
+    their products with lines of the net                   p + q + 2
     its share, and adding up (p+1)(q+1) terms at most      2 + (p+1)(q+1); where degrees are
                                                            reduced, p + q + 4 are enough
-    w a, subtracted; a product and two sums of the frame   5; the frame itself is right to 8 u
 
 roundings, r in all. Only combinations with factors that are not negative are made of the points, so
 a coordinate (of a homogeneous point: relative to the weight that it is of) is right to r u times 4,
 and a weight to r u times itself; dividing by it doubles this. A point is right to
 √3 · 2 r · 4 u < 16 r u.
 
+A sum of k products is right to k u times the sum of their sizes in whatever order it is added, with
+fused operations or without (Higham, Accuracy and stability of numerical algorithms, section 3.1).
+The order of such sums is the library's own; it is the same for every item of stacked matrices.
+
 **Distances.** `reach` and `highest` do a few operations more with such coordinates: at most 16 in a
-row, and one a point of an edge where values half-way are added up, p + q + 1. Factors 4/3 of the
-greatest value of Q and 2 of R less Q leave this below 16 (16 + p + q) u. Tents are right to 8 u
-times the length of an edge: see `hosts`.
+row, and one a point of an edge where values half-way are added up, p + q + 1. The greatest value of
+Q has a factor 4/3, and what is taken off for R has at most 8/3 in one row, for
+4 Σ i_k i_{k+1} ≤ 4 n²/3 and n ≥ 2: together 4 · 4 (n + 1) u and less than 60 u more, which is below
+16 (16 + p + q) u. Tents are right to 8 u times the length of an edge: see `hosts`.
 
 **Vertices.** X − M is rounded, relative to 1. A position that is stored about an origin, and told
 here as one number, may be off by u |X| in each coordinate; so may the middle of the patch added to
@@ -42,7 +48,7 @@ UNIT = 2.0**-53
 
 def roundings(p: int, q: int) -> int:
     """The sum of all that, in units u, for patches of degree (p, q)."""
-    path = 2 + 3 * max(p, q) + 2 * (p + q) + 2 + (p + 1) * (q + 1) + 13
+    path = 2 + 3 * max(p, q) + 13 + 3 * (p + q) + 2 + 2 + (p + 1) * (q + 1)
     return 16 * path + 16 * (16 + p + q) + 64
 
 
