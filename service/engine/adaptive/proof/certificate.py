@@ -219,7 +219,7 @@ def _room(nets: Nets) -> int:
     """Numbers that are made of one net."""
     p, q = nets.degree
     if p + q > DIRECT:
-        return (p + 1) * (q + 1)
+        return 2 * (p + 1) * (q + 1)
     return 4 * (p + q + 1) * (p + q + 2)
 
 
