@@ -72,11 +72,7 @@ class Draft:
         Leaves with a piece of the border that no triangle has for an edge.
     crossed : ndarray of int, shape (X, 2)
         Triangles, and which of their edges, where more than two meet that are not all borders.
-    outline : Outline
-        Of the last leaves that were looked at.
     """
-
-    outline: Outline
 
     def __init__(self, task: Task, border: Border, stored: Store) -> None:
         self.task, self.border, self.stored = task, border, stored
@@ -118,7 +114,10 @@ class Draft:
             rest = np.delete(np.arange(len(fresh)), crowd[mine])
             fresh = Leaves.together([fresh.take(rest), divided(self.task, Cells.joined([*halves]))])
             cut = np.concatenate([cut, near[crowd[~mine] - len(fresh.take(rest)) - mine.sum()]])
-        self._replace(outline, some, len(fresh), near, (cut, far))
+        rows, dead = self._replace(outline, some, len(fresh), near, (cut, far))
+        # What is beside triangles takes memory of its own.
+        del outline, some, parts, fresh
+        self._add(rows, dead)
 
     def _around(self, cut: Ints, flat: Ints) -> tuple[Ints, Ints]:
         """Leaves that may change with those that are cut, and those that tell how they look."""
@@ -151,13 +150,18 @@ class Draft:
         count: int,
         near: Ints,
         others: tuple[Ints, Ints],
-    ) -> None:
-        """Take over what is new of an outline, the first leaves of which are new, others near."""
+    ) -> tuple[Rows, Bools]:
+        """Take over what is new of an outline, the first leaves of which are new, others near.
+
+        Returns
+        -------
+        Rows and ndarray of bool, shape (T,)
+            New triangles, and which of the old ones are gone.
+        """
         cut, far = others
         begin = len(self.present)
         number = np.concatenate([begin + np.arange(count), near, far])
         sample = self._samples(outline, np.concatenate([cut, near, far]))
-        self.outline = outline
         polygon = sample[outline.corner]
         changed = np.zeros(len(number), dtype=bool)
         changed[:count] = True
@@ -172,15 +176,8 @@ class Draft:
         gone[cut], gone[number[mine]] = True, True
         gone[-1] = False
         dead = self.alive & (gone[self.leaf] | ((self.leaf < 0) & segments[self.segment]))
-        self._add(
-            Rows(
-                sample[rows.corners],
-                np.where(rows.leaf < 0, -1, number[rows.leaf]),
-                rows.segment,
-                rows.base,
-            ),
-            dead,
-        )
+        leaf = np.where(rows.leaf < 0, -1, number[rows.leaf])
+        return Rows(sample[rows.corners], leaf, rows.segment, rows.base), dead
 
     def _samples(self, outline: Outline, leaves: Ints) -> Ints:
         """The samples of an outline among all; those that are new are added."""
@@ -306,6 +303,10 @@ class Draft:
         edge = np.stack([one & two, two & three, three & one], axis=1)
         some = (edge[:, 0] | edge[:, 1] | edge[:, 2]).nonzero()[0]
         self._join(some, edge[some])
+        # Hosts that are gone had all their vertices marked; who has one still is cut.
+        lost = (self.vanished & self.alive).nonzero()[0]
+        orphans = lost[(self.host[lost] >= 0) & ~self.alive[self.host[lost]]]
+        self.host[orphans] = -1
 
     def _join(self, some: Ints, both: Bools) -> None:
         """Hosts and neighbours of some triangles, at those edges of which `both` ends changed."""

@@ -174,13 +174,9 @@ def _lowering(model: PatchModel) -> float:
 
 def _combined(net: FloatArray, along_u: FloatArray, along_v: FloatArray) -> FloatArray:
     """Σ_i a_i Σ_j b_j P_ij, one term after another: net (p+1, q+1, D, m) to (D, m)."""
-    total = np.zeros(net.shape[2:])
-    for lines, a in zip(net, along_u, strict=True):
-        line = lines[0] * along_v[0]
-        for point, b in zip(lines[1:], along_v[1:], strict=True):
-            line += point * b
-        line *= a
-        total += line
+    lines = np.add.reduce(net * along_v[:, np.newaxis], axis=1)
+    lines *= along_u[:, np.newaxis]
+    total: FloatArray = np.add.reduce(lines, axis=0)
     return total
 
 

@@ -19,10 +19,12 @@ class Effort:
     reserve: float = 0.0
 
     def spend(self, work: float) -> None:
-        """Take work, or refuse; or stop, where nobody waits for it any more."""
+        """Take work, or refuse; or stop, where nobody waits for it any more.
+
+        What is refused is not done, and does not count.
+        """
         checkpoint()
-        self.spent += work
-        if self.spent > self.whole - self.reserve:
+        if self.spent + work > self.whole - self.reserve:
             raise TooLarge(
                 Issue(
                     "too_costly",
@@ -32,6 +34,7 @@ class Effort:
                     "a greater tolerance",
                 )
             )
+        self.spent += work
 
     def allow(self, work: float) -> None:
         """Reserve all but so much of what is left."""

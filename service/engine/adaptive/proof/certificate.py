@@ -220,7 +220,7 @@ def _room(nets: Nets) -> int:
     p, q = nets.degree
     if p + q > DIRECT:
         return 2 * (p + 1) * (q + 1)
-    return 2 * (p + q + 1) * (p + q + 2)
+    return 4 * (p + q + 1) * (p + q + 2)
 
 
 def _joined(choose: np.ufunc, values: FloatArray, part: Ints, count: int) -> FloatArray:

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import inf
 
 import numpy as np
 
@@ -94,13 +93,12 @@ class Local:
         bound = piece.deviation(self.hosts) + gap
         # What hardly bends has all of its net near the host, though not near a cubic one.
         rows = (gap > bound * DOUBTFUL).nonzero()[0]
-        whole = np.full(len(bound), np.inf)
         if len(rows):
             hosts = self.hosts.take(rows)
             hull = hosts.framed(scaled(found.whole[box[rows]], share[rows]))
             furthest = reach(projected(hull.reshape(*hull.shape[:2], -1)), hosts)
-            whole[rows] = furthest.bound(furthest.height)
-        return Piece(piece.net, self.rounding, gap, whole)
+            bound[rows] = np.minimum(bound[rows], furthest.bound(furthest.height))
+        return Piece(piece.net, self.rounding, gap, bound)
 
     def restored(self, bound: FloatArray) -> FloatArray:
         """A bound in model units, all rounding included."""
@@ -135,21 +133,22 @@ class Piece:
         What its points may be off by.
     gap : ndarray of float64, shape (m,), or 0
         How far its surface is from the one meant.
-    whole : ndarray of float64, shape (m,), or infinite
-        A bound that is known already.
+    known : ndarray of float64, shape (m,), or None
+        Bounds of the distances to the hosts, if they are known already.
     """
 
     net: FloatArray
     rounding: float
     gap: FloatArray | float = 0.0
-    whole: FloatArray | float = inf
+    known: FloatArray | None = None
 
     def deviation(self, hosts: Hosts) -> FloatArray:
         """Bounds of the distances from the surface to hosts and their neighbours."""
+        if self.known is not None:
+            return self.known
         rise = self._divided(highest(self.net[:, 2:3], degree_of(self.net.shape[2])))[:, 0]
-        bound = reach(projected(self.net), hosts).bound(rise) + self.gap
-        nearest: FloatArray = np.minimum(bound, self.whole)
-        return nearest
+        bound: FloatArray = reach(projected(self.net), hosts).bound(rise) + self.gap
+        return bound
 
     def _divided(self, numerator: FloatArray) -> FloatArray:
         """Bounds of quotients, of bounds of numerators; weights that differ magnify rounding.

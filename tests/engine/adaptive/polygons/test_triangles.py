@@ -9,7 +9,7 @@ from service.engine.adaptive.draft import Draft
 from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.limits import Budget
-from service.engine.adaptive.polygons.outlines import Outline
+from service.engine.adaptive.polygons.outlines import Outline, outlined
 from tests.engine.adaptive.bordering import bordered
 from tests.strategies import Array, model_of, moved
 
@@ -20,8 +20,10 @@ def triangles_of(nets: list[Array], tolerance: float) -> tuple[Outline, Draft]:
     found = bordered(model, Goal(tolerance))
     task = Task(Ground.of(model), found.faces, Goal(tolerance), Budget())
     draft = Draft(task, found.border, lambda positions: positions)
-    draft.renew(divided(task, whole(found.faces)))
-    return draft.outline, draft
+    leaves = divided(task, whole(found.faces))
+    draft.renew(leaves)
+    # The first samples are those of the outline, in its order.
+    return outlined(found.faces, found.border, leaves.cells, draft.halvings), draft
 
 
 def arched(height: float) -> Array:
