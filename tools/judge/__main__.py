@@ -28,8 +28,8 @@ OF_EACH, FIRST = 8, 5000
 """Surfaces of every family, and the number of the first: others than `make certify` has."""
 
 OPTIONS: tuple[dict[str, Any], ...] = (
-    {"relative_tolerance": 1e-4}, {"relative_tolerance": 1e-2}, {"relative_tolerance": 3e-5},
-    {"relative_tolerance": 1e-3}, {"resolution": [40, 50]},
+    {"relative_tolerance": 1e-4}, {"relative_tolerance": 1e-2}, {"relative_tolerance": 1e-4},
+    {"relative_tolerance": 1e-3}, {"resolution": [20, 25]},
 )  # fmt: skip
 WITHOUT_PATCHES = {"tube", "ribbon", "group"}
 ALMOST_LINES = "almost degenerate"
