@@ -76,6 +76,19 @@ class Cache(Generic[Value]):
                         self._keep(key, under_way.value)
         return cast(Value, under_way.value)
 
+    def find(self, key: Hashable) -> Value | None:
+        """The value of this key, if it is held."""
+        with self._lock:
+            held = self._values.get(key)
+            if held is not None:
+                self._values.move_to_end(key)
+            return held
+
+    def put(self, key: Hashable, value: Value) -> None:
+        """Keeps a value in place of an earlier one."""
+        with self._lock:
+            self._keep(key, value)
+
     def clear(self) -> None:
         """Forgets everything."""
         with self._lock:

@@ -1,8 +1,8 @@
 """Distinct edges as curves, and their samples.
 
-Every distinct edge is sampled once, in a direction and by operations that depend on nothing but the
-edge, and all its patches copy those samples. Hence no crack, whatever the order of the patches and
-whichever of them are computed together.
+Every distinct edge is sampled once, by operations that depend on nothing but the edge, and not on
+its direction; all its patches copy those samples. Hence no crack, whatever the order of the patches
+and whichever of them are computed together.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -20,24 +20,22 @@ from service.engine.options import Method
 
 @dataclass(frozen=True, eq=False, slots=True)
 class EdgeCurves:
-    """Distinct edges of one degree n: Bézier curves in their canonical direction.
+    """Distinct edges of one degree n: Bézier curves.
 
     `ids` (E,), `points` (E, n+1, 3), `weights` (E, n+1) or None; the largest weight of each is 1.
-    `turned` (E,) tells which edges count their samples against that direction; None if none does.
     """
 
     ids: Ints
     points: FloatArray
     weights: FloatArray | None
-    turned: Bools | None = None
 
-    def take(self, chosen: Bools) -> "EdgeCurves":
-        """Some of the edges, as `chosen` (E,) tells; mostly all."""
+    def take(self, wanted: Bools) -> "EdgeCurves":
+        """The edges that `wanted` tells, by their numbers; mostly all."""
+        chosen = wanted[self.ids]
         if chosen.all():
             return self
         weights = None if self.weights is None else self.weights[chosen]
-        turned = None if self.turned is None else self.turned[chosen]
-        return EdgeCurves(self.ids[chosen], self.points[chosen], weights, turned)
+        return EdgeCurves(self.ids[chosen], self.points[chosen], weights)
 
 
 METHODS: Mapping[Method, Callable[[FloatArray, int], FloatArray]] = MappingProxyType(
@@ -46,38 +44,64 @@ METHODS: Mapping[Method, Callable[[FloatArray, int], FloatArray]] = MappingProxy
 """The methods beside `matrix`, on curves."""
 
 
+CHUNK = 1 << 15
+"""Numbers that are added up at a time: they fit the second-level cache."""
+
+
 def sample_edges(
-    curves: Sequence[EdgeCurves], wanted: Bools, divisions: int, method: Method = "matrix"
+    curves: Sequence[EdgeCurves], wanted: Bools | None, divisions: int, method: Method = "matrix"
 ) -> FloatArray:
     """Points at R equal divisions of the wanted edges, in the order of their numbers.
 
         C(k/R) = Σ_i B_i^n(k/R) w_i P_i / Σ_i B_i^n(k/R) w_i
 
-    Bit for bit the same wherever an edge turns up: summed term by term, because the order of a
-    matrix product's additions depends on its shape and on the machine; the other methods compute
-    every number by itself. The ends are the control points themselves.
+    Bit for bit the same wherever an edge turns up, in whichever direction: summed term by term,
+    because the order of a matrix product's additions depends on its shape and on the machine, the
+    first term with the last, the second with the last but one; the other methods compute every
+    number by itself, in one of the two directions. The ends are the control points themselves.
 
     Parameters
     ----------
-    wanted : ndarray of bool, shape (E,)
+    wanted : ndarray of bool, shape (E,), or None
+        None for all edges.
 
     Returns
     -------
-    ndarray of float64, shape (edges wanted, R+1, 3)
+    ndarray of float64, shape (R+1, edges wanted, 3)
     """
     parts = []
     for group in curves:
-        chosen = group.take(wanted[group.ids])
-        points, weights = chosen.points, chosen.weights
+        chosen = group if wanted is None else group.take(wanted)
         if method == "matrix":
-            place = _sample(points, weights, divisions)
+            parts.append(_sample(chosen.points, chosen.weights, divisions))
         else:
-            place = _sample_by(METHODS[method], points, weights, divisions)
-        place[:, 0], place[:, -1] = points[:, 0], points[:, -1]
-        if chosen.turned is not None:
-            place[chosen.turned] = place[chosen.turned, ::-1]
-        parts.append(place)
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+            parts.append(_sample_by(METHODS[method], chosen.points, chosen.weights, divisions))
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+
+
+def directed(
+    points: FloatArray, weights: FloatArray | None
+) -> tuple[FloatArray, FloatArray | None, Bools]:
+    """Edges (E, n+1, d) in the direction in which their numbers come first in dictionary order.
+
+    Written over them; and which were turned. For most edges their first numbers decide; the
+    weights (E, n+1) come last.
+    """
+    first, last = points[:, 0, 0], points[:, -1, 0]
+    turn = first > last
+    tied = np.flatnonzero(first == last)
+    if len(tied):
+        own = points[tied]
+        rows, turned = own.reshape(len(own), -1), own[:, ::-1].reshape(len(own), -1)
+        if weights is not None:
+            rows = np.concatenate([rows, weights[tied]], axis=1)
+            turned = np.concatenate([turned, weights[tied, ::-1]], axis=1)
+        at = np.arange(len(rows)), (rows != turned).argmax(axis=1)
+        turn[tied] = rows[at] > turned[at]
+    points[turn] = points[turn, ::-1]
+    if weights is not None:
+        weights[turn] = weights[turn, ::-1]
+    return points, weights, turn
 
 
 def _sample_by(
@@ -86,33 +110,53 @@ def _sample_by(
     weights: FloatArray | None,
     divisions: int,
 ) -> FloatArray:
+    points, weights, turned = directed(points.copy(), None if weights is None else weights.copy())
     if weights is None:
-        return method(points, divisions)
-    values = method(homogeneous(points, weights), divisions)
-    values[_plain(weights), :, 3] = 1.0
-    return values[..., :3] / values[..., 3:]
+        values = method(points, divisions)
+    else:
+        values = method(homogeneous(points, weights), divisions)
+        values[_plain(weights), :, 3] = 1.0
+        values = values[..., :3] / values[..., 3:]
+    values[:, 0], values[:, -1] = points[:, 0], points[:, -1]
+    values[turned] = values[turned, ::-1]
+    return values.swapaxes(0, 1)
 
 
 def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> FloatArray:
-    """Samples (E, R+1, 3) of all edges: term by term, over long contiguous rows."""
-    basis = sampled(points.shape[1] - 1, divisions)
-    rows = points.transpose(1, 0, 2).reshape(points.shape[1], -1)
-    if weights is None:
-        place = basis[:, :1] * rows[0]
-        for i in range(1, len(rows)):
-            place += basis[:, i : i + 1] * rows[i]
-        place += 0.0  # turns −0 into 0
-        plain: FloatArray = place.reshape(divisions + 1, -1, 3).swapaxes(0, 1)
-        return plain
-    place = np.zeros((divisions + 1, rows.shape[1]))
-    total = np.zeros((divisions + 1, len(points)))
-    for i in range(len(rows)):
-        weighted = basis[:, i : i + 1] * weights[:, i]
-        total += weighted
-        place += np.repeat(weighted, 3, axis=1) * rows[i]
-    total[:, _plain(weights)] = 1.0
-    samples: FloatArray = place.reshape(divisions + 1, -1, 3).swapaxes(0, 1)
-    return samples / total.T[:, :, None]
+    """Samples (R+1, E, 3) of all edges, over long contiguous rows."""
+    count, terms = points.shape[:2]
+    basis = sampled(terms - 1, divisions).T[:, :, np.newaxis]
+    rows = points.transpose(1, 0, 2).reshape(terms, 1, -1)
+    step = 3 * max(1, CHUNK // basis.size)
+    place = np.empty((divisions + 1, 3 * count))
+    for first in range(0, 3 * count, step):
+        part = rows[:, :, first : first + step]
+        out = place[:, first : first + step]
+        if weights is None:
+            _sum_pairs(basis * part, out)
+            continue
+        own = weights[first // 3 : (first + step) // 3]
+        shares = basis * own.T[:, np.newaxis]
+        total = np.empty(shares.shape[1:])
+        _sum_pairs(np.repeat(shares, 3, axis=2) * part, out)
+        _sum_pairs(shares, total)
+        total[:, _plain(own)] = 1.0
+        out /= np.repeat(total, 3, axis=1)
+    samples = place.reshape(divisions + 1, count, 3)
+    if weights is not None:
+        samples[0], samples[-1] = points[:, 0], points[:, -1]
+    return samples
+
+
+def _sum_pairs(terms: FloatArray, out: FloatArray) -> None:
+    """The sum of terms (n+1, …), the same to the last bit in the opposite order."""
+    count, half = len(terms), len(terms) // 2
+    if half:
+        pairs = terms[:half]
+        pairs += terms[: count - half - 1 : -1]
+    np.add(terms[0], terms[half] if count % 2 and half else 0.0, out=out)
+    for pair in terms[1:half]:
+        out += pair
 
 
 def _plain(weights: FloatArray) -> Bools:

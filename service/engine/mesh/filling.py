@@ -22,6 +22,9 @@ from service.engine.scratch import Real
 from service.surface.batches import TensorPatches
 from service.surface.lowered import PatchModel
 
+ROW = {size: np.dtype((np.void, 3 * size)) for size in (4, 8)}
+"""Three numbers of 4 or 8 bytes as one item."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SampleRows:
@@ -104,7 +107,7 @@ def _write_edges(
     """Every side gets the very samples of its edge, every corner its control point."""
     writes = layout.border_writes
     points = [
-        sample_edges(seams.curves, chosen, divisions, method).swapaxes(0, 1).reshape(-1, 3)
+        sample_edges(seams.curves, chosen, divisions, method).reshape(-1, 3)
         for divisions, chosen in writes.groups
     ]
     table = np.concatenate([*points, seams.corner_points])
@@ -112,7 +115,7 @@ def _write_edges(
         table -= origin
     rows = table.astype(positions.dtype).take(writes.sources, axis=0)
     # Whole rows as single items: written almost twice as fast.
-    row = np.dtype((np.void, rows.itemsize * 3))
+    row = ROW[rows.itemsize]
     positions.view(row)[writes.targets] = rows.view(row)
 
 

@@ -28,15 +28,15 @@ class BorderWrites:
 
     Attributes
     ----------
-    groups : tuple of (int, ndarray of bool, shape (E,))
-        A number of divisions R, and which edges have it. In a table of points, the (R + 1) E_R
+    groups : tuple of (int, ndarray of bool, shape (E,), or None)
+        A number of divisions R, and which edges have it; None for all. In a table of points, the (R + 1) E_R
         samples of these come one group after another, those of equal parameter together; the
         corners (C,) come last.
     targets, sources : ndarrays of int, shape (n,)
         Samples of the model, and the row of the table for each of them.
     """
 
-    groups: tuple[tuple[int, Bools], ...]
+    groups: tuple[tuple[int, Bools | None], ...]
     targets: Ints
     sources: Ints
 
@@ -183,12 +183,15 @@ class Layout(SampleRuns):
     def border_writes(self) -> BorderWrites:
         """What is written over the borders of the patches."""
         edge = self.connectivity.edge.ravel()
-        groups, targets, sources = [], [], []
+        groups: list[tuple[int, Bools | None]] = []
+        targets, sources = [], []
         first = 0
-        for divisions, sides in self.side_groups():
+        by_divisions = [*self.side_groups()]
+        for divisions, sides in by_divisions:
             chosen = np.zeros(len(self.divisions), dtype=bool)
-            chosen[edge[sides]] = True
-            groups.append((divisions, chosen))
+            # To sample edges that are one point, too, costs less than to leave them out.
+            chosen[edge[sides] if len(by_divisions) > 1 else slice(None)] = True
+            groups.append((divisions, None if chosen.all() else chosen))
             count = int(np.count_nonzero(chosen))
             row = np.cumsum(chosen)[edge[sides]] - 1 + first
             # The ends of a side are corners.
