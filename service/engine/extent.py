@@ -43,11 +43,13 @@ def stored_bounds(
 
 def local_origin(low: FloatArray, high: FloatArray) -> FloatArray:
     """Origin of float32 positions within these bounds: zero, unless that would lose the shape."""
-    middle = low + (high - low) / 2
-    if np.abs(middle).max() <= FAR * (high - low).max():
-        return np.zeros(len(low))
+    lows, highs = low.tolist(), high.tolist()
+    sizes = [above - below for below, above in zip(lows, highs, strict=True)]
+    middle = [below + size / 2 for below, size in zip(lows, sizes, strict=True)]
+    if max(map(abs, middle)) <= FAR * max(sizes):
+        return np.zeros(len(lows))
     # A float32 itself, so that viewers that compute in float32 place it exactly.
-    rounded: FloatArray = middle.astype(np.float32).astype(np.float64)
+    rounded: FloatArray = np.array(middle).astype(np.float32).astype(np.float64)
     return rounded
 
 

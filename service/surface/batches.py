@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import dist
 from typing import Literal, Self, TypeAlias
 
 import numpy as np
@@ -125,10 +126,21 @@ class _Batch(ABC):
         return low + (high - low) / 2
 
     @cached_property
+    def box(self) -> tuple[list[float], list[float]]:
+        """The bounds as plain numbers."""
+        low, high = self.bounds
+        return low.tolist(), high.tolist()
+
+    @cached_property
     def extent(self) -> float:
         """Longest side of the bounds."""
-        low, high = self.bounds
-        return float((high - low).max())
+        (x, y, z), (far_x, far_y, far_z) = self.box
+        return max(far_x - x, far_y - y, far_z - z)
+
+    @cached_property
+    def diagonal(self) -> float:
+        """Diagonal of the bounds."""
+        return dist(*self.box)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,6 @@ points lie wildly. Of the latter a factor of 2.4 is that points of equal paramet
 where the mesh may well be nearer.
 """
 
-from decimal import ROUND_CEILING, Context
 from math import isfinite
 
 import numpy as np
@@ -27,9 +26,6 @@ from service.engine.options import MeshOptions
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
-
-ROUNDED_UP = Context(prec=4, rounding=ROUND_CEILING)
-"""Further digits of a bound would be those of the arithmetic, not of the surface."""
 
 
 def deviations(
@@ -71,12 +67,21 @@ def deviations(
 
 def largest(bounds: FloatArray) -> float | None:
     """The bound of several patches, rounded up to a few digits; None if there is none."""
-    return rounded_up(float(bounds.max(initial=0.0)))
+    return rounded_up(float(np.maximum.reduce(bounds, initial=0.0)))
 
 
 def rounded_up(bound: float) -> float | None:
-    """A bound with a few digits; None if it is infinite."""
-    return float(ROUNDED_UP.create_decimal_from_float(bound)) if isfinite(bound) else None
+    """A bound with four digits; None if it is infinite.
+
+    Further digits would be those of the arithmetic, not of the surface.
+    """
+    if not isfinite(bound):
+        return None
+    digits, _, exponent = f"{bound:.3e}".partition("e")
+    nearest = float(f"{digits}e{exponent}")
+    if nearest >= bound:
+        return nearest
+    return float(f"{int(digits.replace('.', '')) + 1}e{int(exponent) - 3}")
 
 
 def bounds_of_parts(model: PatchModel, bounds: FloatArray) -> list[float | None]:
@@ -95,9 +100,9 @@ def _bent(patches: Patches, layout: Layout, block: Block) -> FloatArray:
     if isinstance(patches, TrianglePatches):
         return triangle_deviations(patches, ru) + slack(patches, 1 / ru, 1 / ru)
     p, q = patches.degree
-    numbers = block.first + block.patches
-    apart = layout.extra[numbers] >= 0 if layout.framed else np.zeros(1)
-    if not apart.any():
+    numbers = block.first + block.patches if layout.framed else block.patches
+    apart = layout.extra[numbers] >= 0 if layout.framed else None
+    if apart is None or not apart.any():
         if is_small(patches, (ru, rv)):
             return bend(patches, (ru, rv)) + slack(patches, 1 / ru, 1 / rv)
         bends = grid_bends(patches, (ru, rv), (blocks_along(ru, p), blocks_along(rv, q)))

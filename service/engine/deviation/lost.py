@@ -42,8 +42,7 @@ def lost(layout: Layout, options: MeshOptions, positions: RealArray) -> FloatArr
     """
     # Unwelded, nothing but sides that are one point has the same place twice.
     folds = layout.folds and options.weld
-    fine = min(layout.ru.min(), layout.rv.min()) >= FINE
-    if not folds and (fine or not layout.has_poles):
+    if not folds and (layout.fewest >= FINE or not layout.has_poles):
         return None
     groups = layout.shapes
     if not (folds or any(_loses(shape, options.faces) for shape, _ in groups)):

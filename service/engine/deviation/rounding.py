@@ -36,6 +36,12 @@ MARGIN = 1.02
 STEPS = 1 + 2.0**-30
 """The same for bounds that float64 computes, and for the steps of up to 2^16 divisions."""
 
+PRECISIONS: dict[Real, tuple[float, float]] = {
+    dtype: (float(np.finfo(dtype).eps) / 2, float(np.finfo(dtype).tiny))
+    for dtype in (np.float32, np.float64)
+}
+"""The unit of the last place of 1, halved, and the least number that keeps all digits."""
+
 CHUNK_SAMPLES = 1 << 15
 """Samples that are compared at a time."""
 
@@ -49,7 +55,7 @@ def vertex_error(
     they are rational; edges in float64, in model coordinates. The bases of both are computed in
     float64, right to 12 (p + q + 1) units.
     """
-    unit = float(np.finfo(dtype).eps) / 2
+    unit, least = PRECISIONS[dtype]
     _, far, near = sizes = _sizes(patches, origin)
     terms, degrees = _terms(patches, resolution, normals)
     basis = 12 * (degrees + 1) * UNIT
@@ -60,7 +66,7 @@ def vertex_error(
         # Numerator and denominator, their quotient; the way back from the middle.
         grids = near * ((2 * (terms + 4) + 1) * unit + 2 * basis + 12 * UNIT) + 3 * far * unit
     edges = _of_edges(patches, degrees, unit, sizes)
-    tiny = (terms + 8) * weight_ratio(patches) * float(np.finfo(dtype).tiny)
+    tiny = (terms + 8) * weight_ratio(patches) * least
     return MARGIN * (grids + edges) + tiny
 
 
@@ -72,7 +78,7 @@ def edge_error(seams: Seams, layout: Layout, method: Method) -> float:
     """
     curves = seams.curves
     lost = 0.0
-    if np.count_nonzero([group.points.shape[1] > 1 for group in curves]) > 1:
+    if len(curves) > 1 and sum(group.points.shape[1] > 1 for group in curves) > 1:
         far = max(float(np.abs(group.points).max(initial=0.0)) for group in curves)
         lost += 10 * SAME_CURVE * far
     if method == "matrix" or not layout.framed:
@@ -170,14 +176,11 @@ def _triangle_rows(nets: FloatArray, divisions: int) -> Iterator[tuple[slice, Fl
 
 def _sizes(patches: Patches, origin: FloatArray) -> tuple[float, float, float]:
     """Longest control point in model coordinates, about the origin, and about the middle."""
-    (low_x, low_y, low_z), (high_x, high_y, high_z) = (
-        patches.bounds[0].tolist(),
-        patches.bounds[1].tolist(),
-    )
+    (low_x, low_y, low_z), (high_x, high_y, high_z) = patches.box
     x, y, z = origin.tolist()
     world = hypot(max(-low_x, high_x), max(-low_y, high_y), max(-low_z, high_z))
     far = hypot(max(x - low_x, high_x - x), max(y - low_y, high_y - y), max(z - low_z, high_z - z))
-    return world, far, hypot(high_x - low_x, high_y - low_y, high_z - low_z) / 2
+    return world, far, patches.diagonal / 2
 
 
 def _terms(patches: Patches, resolution: tuple[int, int], normals: bool) -> tuple[int, int]:

@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from service.bases import triangle
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import FloatArray, Ints
 from service.bases.distinct import distinct_rows
 from service.engine.mesh.connectivity import Connectivity, EqualPoints, triangular_patches
 from service.engine.mesh.degree_matching import candidates

@@ -29,9 +29,9 @@ class BorderWrites:
     Attributes
     ----------
     groups : tuple of (int, ndarray of bool, shape (E,), or None)
-        A number of divisions R, and which edges have it; None for all. In a table of points, the (R + 1) E_R
-        samples of these come one group after another, those of equal parameter together; the
-        corners (C,) come last.
+        A number of divisions R, and which edges have it; None for all. In a table of points, the
+        (R + 1) E_R samples of these come one group after another, those of equal parameter
+        together; the corners (C,) come last.
     targets, sources : ndarrays of int, shape (n,)
         Samples of the model, and the row of the table for each of them.
     """
@@ -142,6 +142,11 @@ class Layout(SampleRuns):
     def folds(self) -> bool:
         """Whether faces may have one place twice that no pattern knows of."""
         return bool(self.divisions.min() < 2) or self.connectivity.is_folded
+
+    @cached_property
+    def fewest(self) -> int:
+        """The least number of divisions of any patch along u or v."""
+        return int(min(self.ru.min(), self.rv.min()))
 
     @cached_property
     def has_poles(self) -> bool:
