@@ -22,7 +22,7 @@ def extent(points: RealArray) -> tuple[RealArray, RealArray]:
     """
     if len(points) <= MOST_TRANSPOSED:
         columns = points.T.copy()
-        return columns.min(axis=1), columns.max(axis=1)
+        return np.minimum.reduce(columns, axis=1), np.maximum.reduce(columns, axis=1)
     whole = len(points) // FOLD * FOLD
     if not points.flags.c_contiguous:
         return points.min(axis=0), points.max(axis=0)

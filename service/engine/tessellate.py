@@ -60,6 +60,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     plan = plan_faces(layout, options, _sharing(layout, rows, options), model.sequence)
     rows = fill(rows, plan)
     checkpoint()
+    bound = largest(bounds)
     low, high = stored_bounds(rows.positions, origin)
     uvs, colors, attributes = by_kind(rows.channels)
     return Mesh(
@@ -69,7 +70,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         uvs=uvs,
         triangles=plan.triangles,
         quads=plan.quads,
-        parts=_parts(model, plan, bounds),
+        parts=_parts(model, plan, bounds, bound),
         grids=plan.grids,
         welds=plan.welds,
         overlays=draw(model, options, origin, dtype) if options.overlays else (),
@@ -86,7 +87,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
             boundary_edges=plan.boundary_edges,
             poles_repaired=rows.poles,
             closure=closure(model, seams.connectivity),
-            deviation_bound=largest(bounds),
+            deviation_bound=bound,
             curvature=ranges(attributes) if attributes else None,
         ),
         colors=colors,
@@ -142,8 +143,16 @@ def _sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sharing 
     return find_creases(rows.normals, layout.averages, options.crease_angle)
 
 
-def _parts(model: PatchModel, plan: FacePlan, bounds: FloatArray) -> tuple[MeshPart, ...]:
-    """The parts of a mesh: runs of its faces, each with the bound of its patches (P,)."""
+def _parts(
+    model: PatchModel, plan: FacePlan, bounds: FloatArray, bound: float | None
+) -> tuple[MeshPart, ...]:
+    """The parts of a mesh: runs of its faces, each with the bound of its patches (P,).
+
+    `bound` is that of all.
+    """
+    if len(model.parts) == 1:
+        whole = (0, len(plan.triangles)), (0, len(plan.quads))
+        return (MeshPart(model.parts[0].name, *whole, deviation_bound=bound),)
     triangles, quads = plan.ends
     return tuple(
         MeshPart(

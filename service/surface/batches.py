@@ -1,7 +1,7 @@
 """Batches of Bézier patches of one degree, tensor or triangular, and the channels they carry."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import dist
 from typing import Literal, Self, TypeAlias
@@ -79,7 +79,11 @@ class _Batch(ABC):
     weights: FloatArray | None = None
     channels: tuple[Channel, ...] = ()
 
+    count: int = field(init=False)
+    """Number of patches, P."""
+
     def __post_init__(self) -> None:
+        object.__setattr__(self, "count", len(self.points))
         self.points.flags.writeable = False
         if self.weights is not None:
             self.weights.flags.writeable = False
@@ -87,11 +91,6 @@ class _Batch(ABC):
     @abstractmethod
     def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
         """Control points (P, n+1, 3) and weights (P, n+1) of one side of every patch."""
-
-    @property
-    def count(self) -> int:
-        """Number of patches, P."""
-        return int(self.points.shape[0])
 
     def take(self, index: NDArray[np.intp]) -> Self:
         """Some of the patches."""
@@ -163,10 +162,13 @@ class TensorPatches(_Batch):
         All batches of a model have the same names, kinds and dimensions, in the same order.
     """
 
-    @property
-    def degree(self) -> tuple[int, int]:
-        """Degree (p, q)."""
-        return int(self.points.shape[1]) - 1, int(self.points.shape[2]) - 1
+    degree: tuple[int, int] = field(init=False)
+    """Degree (p, q)."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        degree = self.points.shape[1] - 1, self.points.shape[2] - 1
+        object.__setattr__(self, "degree", degree)
 
     @property
     def side_degrees(self) -> SideNumbers:
@@ -183,6 +185,10 @@ class TensorPatches(_Batch):
         """Control points (P, n+1, 3) and weights (P, n+1) of one side of every patch."""
         weights = None if self.weights is None else side_of(self.weights, number)
         return side_of(self.points, number), weights
+
+    def tell_collapsed(self, collapsed: NDArray[np.bool_]) -> None:
+        """Tells what `collapsed` is, where that is known already."""
+        self.__dict__["collapsed"] = collapsed
 
     @cached_property
     def collapsed(self) -> NDArray[np.bool_]:
@@ -211,7 +217,8 @@ class TensorPatches(_Batch):
         if not np.count_nonzero(self.collapsed):
             return ()
         sides = self.collapsed.reshape(-1, 2, 2).swapaxes(0, 1)
-        return tuple(self._poles(k, *ends.nonzero()) for k, ends in enumerate(sides) if ends.any())
+        ends = (side.nonzero() for side in sides)
+        return tuple(self._poles(k, *found) for k, found in enumerate(ends) if len(found[0]))
 
     def _poles(self, axis: int, index: NDArray[np.intp], end: NDArray[np.intp]) -> Poles:
         points = self.points if axis == 0 else self.points.swapaxes(1, 2)

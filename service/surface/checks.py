@@ -18,6 +18,8 @@ from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
 Up: TypeAlias = Literal["y", "z"]
 """The vertical axis of a model."""
 
+_UPS = get_args(Up)
+
 MAX_DEGREE = 64
 """Above this a Bézier patch is of no use: control points hardly pull on the surface any more,
 and the shape wanted is a B-spline of low degree."""
@@ -72,7 +74,7 @@ def checked_points(
             )
         )
     # One reduction decides the usual case: NaN fails the comparison as well.
-    if not bool(np.abs(points).max(initial=0) <= MAX_COORDINATE):
+    if not np.maximum.reduce(np.abs(points), axis=None, initial=0.0) <= MAX_COORDINATE:
         _refuse(points, name, ~np.isfinite(points), _not_finite)
         _refuse(points, name, np.abs(points) > MAX_COORDINATE, _too_large)
     # -0 and 0 are one number: equal surfaces shall have equal bytes.
@@ -190,7 +192,7 @@ def check_triangle(count: int, name: str) -> int:
 
 def check_up(up: str) -> None:
     """Refuses what names no axis that we can turn upright."""
-    if up not in get_args(Up):
+    if up not in _UPS:
         raise InvalidRequest(
             Issue("wrong_value", "`up` is the vertical axis.", "/up", "another text", '"y" or "z"')
         )

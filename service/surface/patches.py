@@ -233,7 +233,8 @@ def _check_shapes(patches: NDArray[np.int64], triangles: NDArray[np.int64]) -> N
 
 def _check_indices(patches: NDArray[np.int64], count: int, name: str) -> None:
     """Refuses indices that name no vertex; -1 is an error here, not the last one."""
-    if patches.min(initial=0) >= 0 and patches.max(initial=-1) < count:
+    # As numbers without a sign those below zero are the largest.
+    if not patches.size or np.maximum.reduce(patches.view(np.uint64), axis=None) < count:
         return
     places = np.argwhere((patches < 0) | (patches >= count))[:MAX_ISSUES]
     raise InvalidRequest(

@@ -82,7 +82,7 @@ class RequestCounters:
         self._vertices = counter("vertices", "Vertices of meshes that were made.")
         self._triangles = counter("triangles", "Triangles of meshes that were made.")
         about = "Computing, by the way it is done; encoding is no part of it."
-        self._engine_seconds = counter("engine_seconds", about, "formulation")
+        self._engine_seconds = cache(counter("engine_seconds", about, "formulation").labels)
 
     def count(self, record: RequestRecord, seconds: float) -> None:
         """Counts a request that is over."""
@@ -105,7 +105,7 @@ class RequestCounters:
 
     def add_engine_seconds(self, formulation: str, seconds: float) -> None:
         """Counts time of computing; may be called from any thread."""
-        self._engine_seconds.labels(formulation).inc(seconds)
+        self._engine_seconds(formulation).inc(seconds)
 
 
 def register_state(registry: CollectorRegistry, state: State) -> None:

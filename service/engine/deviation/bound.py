@@ -88,8 +88,6 @@ def bounds_of_parts(model: PatchModel, bounds: FloatArray) -> list[float | None]
     """For each part of a model the bound of its patches."""
     if model.sequence is not None:
         bounds = bounds[model.sequence]
-    if len(model.parts) == 1:
-        return [largest(bounds)]
     values = bounds.tolist()
     return [rounded_up(max(values[part.first : part.last], default=0.0)) for part in model.parts]
 

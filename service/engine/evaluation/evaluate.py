@@ -23,7 +23,7 @@ from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.evaluation.under_way import Evaluation, Samples
 from service.engine.options import Method
 from service.engine.scratch import Real, scratch
-from service.measuring import measured
+from service.measuring import Measured
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
@@ -105,13 +105,13 @@ def evaluate(
         in_double = partial(_in_double, patches, resolution, method, formulation)
     if isinstance(patches, TrianglePatches):
         work = TriangleEvaluation(patches, divisions, dtype, out, origin)
-        with measured("triangles" if method == "matrix" else method):
+        with Measured("triangles" if method == "matrix" else method):
             TRIANGLES[method](work)
         return work.finished(in_double)
     if method == "matrix":
         formulation = formulation or choose(patches, resolution, normals)
     if formulation == "kronecker" and is_everyday(patches):
-        with measured(formulation):
+        with Measured(formulation):
             doubtful = evaluate_at_once(patches, resolution, origin, out.positions, out.normals)
         if not doubtful:
             return out
@@ -119,7 +119,7 @@ def evaluate(
         work.doubtful = doubtful
         return work.finished(in_double)
     work = GridEvaluation(patches, resolution, dtype, out, origin)
-    with measured(formulation or method):
+    with Measured(formulation or method):
         (FORMULATIONS[formulation] if formulation else GRIDS[method])(work)
     return work.finished(in_double)
 

@@ -5,6 +5,8 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 from service.surface.batches import Poles
 
+YZX_ZXY = np.array([1, 2, 0, 2, 0, 1])
+
 FLAT = 2.0**-36
 """A cone whose sides make a smaller angle has no normals that rounding would not decide."""
 
@@ -29,17 +31,19 @@ def pole_normals(poles: Poles, basis: RealArray) -> FloatArray:
         Unit length; NaN where the cone has no tangent plane either.
     """
     # Planes of coordinates in the two orders that a cross product multiplies: y z x and z x y.
-    planes = poles.cones.transpose(2, 0, 1).take([1, 2, 0, 2, 0, 1], axis=0)
-    count, rows = planes.shape[1:]
+    count, rows, _ = poles.cones.shape
+    planes = poles.cones.transpose(2, 0, 1).take(YZX_ZXY, axis=0)
     both = np.matmul(planes.reshape(-1, rows), basis.T).reshape(6, count, 2, -1)
-    # du × dv turns with C on the sides u = 0 and v = 1, against it on the other two.
-    against = poles.end != poles.axis
-    both = np.where(against[:, np.newaxis, np.newaxis], both[:, :, ::-1], both)
     place, slope = both[:, :, 0], both[:, :, 1]
     normals: FloatArray = place[:3] * slope[3:]
     normals -= place[3:] * slope[:3]
-    length = np.sqrt(np.square(normals).sum(axis=0))
-    measure = np.einsum("mid,mid->m", poles.cones, poles.cones)
-    length[length <= FLAT * measure[:, np.newaxis]] = np.nan
+    squares = np.add.reduce(normals * normals)
+    length = np.sqrt(squares, out=squares)
+    flat = poles.cones.reshape(count, -1)
+    unclear = length <= FLAT * np.vecdot(flat, flat)[:, np.newaxis]
+    if np.count_nonzero(unclear):
+        length[unclear] = np.nan
+    # du × dv turns with C on the sides u = 0 and v = 1, against it on the other two.
+    np.negative(length, out=length, where=(poles.end != poles.axis)[:, np.newaxis])
     normals /= length
     return normals.transpose(1, 2, 0)

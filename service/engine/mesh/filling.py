@@ -64,23 +64,26 @@ def sample(
     origin: FloatArray,
 ) -> SampleRows:
     """Evaluates the blocks, then writes the samples of every edge over its sides."""
-    results = [
-        evaluate(
-            block.of(model.batches),
-            block.resolution,
-            dtype=dtype,
-            normals=options.normals,
-            origin=origin,
-            method=options.method,
+    results = []
+    for block in layout.blocks:
+        patches = block.of(model.batches)
+        if layout.has_poles and isinstance(patches, TensorPatches):
+            patches.tell_collapsed(seams.collapsed[block.first + block.patches])
+        results.append(
+            evaluate(
+                patches,
+                block.resolution,
+                dtype=dtype,
+                normals=options.normals,
+                origin=origin,
+                method=options.method,
+            )
         )
-        for block in layout.blocks
-    ]
-    poles = sum(result.poles for result in results)
-    extras = layout.size - sum(block.count * len(block.patches) for block in layout.blocks)
-    positions = _run([result.positions for result in results], extras)
+    poles = sum([result.poles for result in results])
+    positions = _run([result.positions for result in results], layout.size)
     normals = None
     if options.normals:
-        normals = _run([r.normals for r in results if r.normals is not None], extras)
+        normals = _run([r.normals for r in results if r.normals is not None], layout.size)
     _write_edges(positions, seams, layout, origin, options.method)
     if layout.framed and normals is not None:
         poles += _write_extra_normals(model, layout, normals)
@@ -93,9 +96,10 @@ def sample(
     return SampleRows(positions, normals, channels, poles)
 
 
-def _run(grids: list[RealArray], extras: int) -> RealArray:
-    """Grids (m, Ru+1, Rv+1, d) as one run of rows, with room for the extra samples."""
+def _run(grids: list[RealArray], size: int) -> RealArray:
+    """Grids (m, Ru+1, Rv+1, d) as one run of `size` rows, those behind the grids zero."""
     rows = [grid.reshape(-1, grid.shape[-1]) for grid in grids]
+    extras = size - sum(map(len, rows))
     if len(rows) == 1 and not extras:
         return rows[0]
     return np.concatenate([*rows, np.zeros((extras, rows[0].shape[1]), rows[0].dtype)])

@@ -13,7 +13,7 @@ from service.api.observing import health
 from service.api.observing.health import SelfTest, computes_rightly
 from service.bases import bernstein
 from service.bases.arrays import RealArray
-from service.engine.evaluation import formulations
+from service.engine.evaluation import at_once
 from service.engine.mesh.report import ENGINE
 from service.engine.scratch import Real
 from service.settings.values import Settings
@@ -66,7 +66,7 @@ def test_wrong_numbers_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
         wrong: RealArray = true(degree, resolution, dtype) * 1.001
         return wrong
 
-    monkeypatch.setattr(formulations, "sampled_partials", wrong)
+    monkeypatch.setattr(at_once, "sampled_partials", wrong)
     assert not computes_rightly()
     with client_of(create_app(Settings())) as client:
         answer = client.get("/health/ready")
