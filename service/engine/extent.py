@@ -14,6 +14,16 @@ FAR = 256.0
 float32 would leave it fewer than 16 binary digits."""
 
 
+AT_ZERO = np.zeros(3)
+"""The origin of most meshes."""
+AT_ZERO.flags.writeable = False
+
+
+def is_moved(origin: FloatArray) -> bool:
+    """Whether positions about this origin differ from those in model coordinates."""
+    return origin is not AT_ZERO and bool(origin.any())
+
+
 def extent(points: RealArray) -> tuple[RealArray, RealArray]:
     """Least and greatest coordinates of points (N, d), N ≥ 1, in their own precision.
 
@@ -47,7 +57,7 @@ def local_origin(low: FloatArray, high: FloatArray) -> FloatArray:
     sizes = [above - below for below, above in zip(lows, highs, strict=True)]
     middle = [below + size / 2 for below, size in zip(lows, sizes, strict=True)]
     if max(map(abs, middle)) <= FAR * max(sizes):
-        return np.zeros(len(lows))
+        return AT_ZERO if len(lows) == 3 else np.zeros(len(lows))
     # A float32 itself, so that viewers that compute in float32 place it exactly.
     rounded: FloatArray = np.array(middle).astype(np.float32).astype(np.float64)
     return rounded

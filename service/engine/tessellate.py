@@ -15,7 +15,7 @@ from service.bases.arrays import FloatArray
 from service.engine.curvatures.ranges import ranges
 from service.engine.curvatures.rows import layout_curvatures
 from service.engine.deviation.bound import bounds_of_parts, deviations, largest
-from service.engine.extent import local_origin, stored_bounds
+from service.engine.extent import AT_ZERO, local_origin, stored_bounds
 from service.engine.mesh.channels import agreeing, by_kind
 from service.engine.mesh.closure import closure
 from service.engine.mesh.connect import connect
@@ -49,7 +49,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     seams = connect(model)
     layout = Layout.plan(seams.connectivity, options.resolution)
     dtype: Real = np.float32 if single else np.float64
-    origin = local_origin(*model.bounds) if single else np.zeros(3)
+    origin = local_origin(*model.bounds) if single else AT_ZERO
     rows = sample(model, seams, layout, options, dtype=dtype, origin=origin)
     if options.curvatures:
         bent = layout_curvatures(model, layout, dtype)
@@ -97,7 +97,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
 
 def overlays_of(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
     """The overlays alone, in float64 and model coordinates, for a form that has no mesh."""
-    return draw(model, options, np.zeros(3), np.float64)
+    return draw(model, options, AT_ZERO, np.float64)
 
 
 def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int]:

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import dist
+from math import hypot
 from typing import Literal, Self, TypeAlias
 
 import numpy as np
@@ -71,6 +71,19 @@ class Poles:
     cones: FloatArray
 
 
+class _Box:
+    """Least and greatest coordinates, and what follows from these."""
+
+    __slots__ = ("diagonal", "extent", "high", "low", "middle")
+
+    def __init__(self, low: list[float], high: list[float]) -> None:
+        self.low, self.high = low, high
+        (x, y, z), (far_x, far_y, far_z) = low, high
+        sides = far_x - x, far_y - y, far_z - z
+        self.extent, self.diagonal = max(sides), hypot(*sides)
+        self.middle = np.array([x + sides[0] / 2, y + sides[1] / 2, z + sides[2] / 2])
+
+
 @dataclass(frozen=True, eq=False)
 class _Batch(ABC):
     """What the two forms of patches have in common: both have four sides (`surface.sides`)."""
@@ -104,8 +117,8 @@ class _Batch(ABC):
         """Which sides are one point, shape (P, 4); of a triangle the last one always is."""
 
     @cached_property
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest coordinates of the control points: they enclose the patches."""
+    def _box(self) -> "_Box":
+        """Their bounds."""
         rows = self.points.reshape(self.count, -1)
         low = high = rows[0]
         if self.count > 1:
@@ -116,30 +129,35 @@ class _Batch(ABC):
             last = rows[-fold:].reshape(-1)
             low = np.minimum(np.minimum.reduce(long), last)
             high = np.maximum(np.maximum.reduce(long), last)
-        return np.minimum.reduce(low.reshape(-1, 3)), np.maximum.reduce(high.reshape(-1, 3))
+        return _Box(
+            np.minimum.reduce(low.reshape(-1, 3)).tolist(),
+            np.maximum.reduce(high.reshape(-1, 3)).tolist(),
+        )
 
-    @cached_property
-    def middle(self) -> FloatArray:
-        """Middle of the bounds, shape (3,)."""
-        low, high = self.bounds
-        return low + (high - low) / 2
-
-    @cached_property
+    @property
     def box(self) -> tuple[list[float], list[float]]:
-        """The bounds as plain numbers."""
-        low, high = self.bounds
-        return low.tolist(), high.tolist()
+        """Least and greatest coordinates of the control points: they enclose the patches."""
+        return self._box.low, self._box.high
 
-    @cached_property
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """The box as arrays."""
+        return np.array(self._box.low), np.array(self._box.high)
+
+    @property
+    def middle(self) -> FloatArray:
+        """Middle of the box, shape (3,)."""
+        return self._box.middle
+
+    @property
     def extent(self) -> float:
-        """Longest side of the bounds."""
-        (x, y, z), (far_x, far_y, far_z) = self.box
-        return max(far_x - x, far_y - y, far_z - z)
+        """Longest side of the box."""
+        return self._box.extent
 
-    @cached_property
+    @property
     def diagonal(self) -> float:
-        """Diagonal of the bounds."""
-        return dist(*self.box)
+        """Diagonal of the box."""
+        return self._box.diagonal
 
 
 @dataclass(frozen=True, eq=False)

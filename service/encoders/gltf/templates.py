@@ -18,7 +18,7 @@ from service.encoders.gltf.document import File, assembled
 from service.encoders.gltf.primitives import split_parts
 from service.encoders.pieces import Content
 from service.encoders.text import json_text
-from service.engine.extent import extent
+from service.engine.extent import extent, is_moved
 from service.engine.mesh.mesh import Mesh
 
 PLACE = "\ue000{}\ue000"
@@ -86,7 +86,7 @@ def planned_glb(mesh: Mesh, options: EncodeOptions, document: Callable[[], File]
         mesh.name,
         len(mesh.positions),
         mesh.up,
-        bool(mesh.origin.any()),
+        is_moved(mesh.origin),
         mesh.colors is not None and translucent(mesh.colors),
         tuple((part.name, part.triangles, part.color) for part in mesh.parts),
         tuple((name, column.values.shape[1]) for name, column in columns.items()),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sampled_partials
+from service.engine.extent import is_moved
 from service.engine.scratch import Real, scratch
 from service.stopping import checkpoint
 from service.surface.batches import Patches, TensorPatches
@@ -81,7 +82,7 @@ def evaluate_at_once(
         count = len(points)
         planes = points.reshape(count, size, 3).transpose(2, 0, 1).reshape(-1, size)
         nets = planes @ steps
-        if origin is not None and origin.any():
+        if origin is not None and is_moved(origin):
             nets.reshape(3, count, -1)[:, :, :size] -= origin[:, np.newaxis, np.newaxis]
         rounded = nets.astype(dtype)
         at, du, dv = scratch("partials", (3, 3, count, each), dtype)

@@ -21,6 +21,7 @@ from service.engine.evaluation.at_once import (
     TRUSTED,
     is_ordinary,
 )
+from service.engine.extent import is_moved
 from service.engine.scratch import Real, scratch
 from service.surface.batches import Patches
 
@@ -61,7 +62,7 @@ class Evaluation(ABC):
         self.rational = patches.weights is not None
         self.positions = out.positions
         self.normals = out.normals
-        self.origin = None if origin is None or not origin.any() else origin
+        self.origin = None if origin is None or not is_moved(origin) else origin
         # Rational nets are evaluated about the batch's middle, where S_u = (X_u − w_u S)/w loses
         # least; their points are moved back when they are written. A power of two scales exactly.
         self.scale = 1.0

@@ -151,12 +151,9 @@ def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> F
 def _sum_pairs(terms: FloatArray, out: FloatArray) -> None:
     """The sum of terms (n+1, …), the same to the last bit in the opposite order."""
     count, half = len(terms), len(terms) // 2
-    if half:
-        pairs = terms[:half]
-        pairs += terms[: count - half - 1 : -1]
-    np.add(terms[0], terms[half] if count % 2 and half else 0.0, out=out)
-    for pair in terms[1:half]:
-        out += pair
+    pairs = terms[:half]
+    np.add(pairs, terms[: count - half - 1 : -1], out=pairs)
+    np.add.reduce(terms[: count - half], out=out)
 
 
 def _plain(weights: FloatArray) -> Bools:

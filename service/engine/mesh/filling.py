@@ -11,6 +11,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.normals import unit_normals
+from service.engine.extent import is_moved
 from service.engine.mesh.channels import ChannelRows, sample_channels
 from service.engine.mesh.creases import mean_normals
 from service.engine.mesh.edges import sample_edges
@@ -115,7 +116,7 @@ def _write_edges(
         for divisions, chosen in writes.groups
     ]
     table = np.concatenate([*points, seams.corner_points])
-    if origin.any():
+    if is_moved(origin):
         table -= origin
     rows = table.astype(positions.dtype).take(writes.sources, axis=0)
     # Whole rows as single items: written almost twice as fast.
