@@ -19,8 +19,9 @@ from functools import lru_cache
 import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.chunks import chunks
 from service.engine.deviation.bends import blocks_along, shares
+from service.engine.scratch import Workspaces
+from service.stopping import checkpoint
 from service.surface.batches import TensorPatches
 
 LARGEST = 1 << 14
@@ -52,21 +53,49 @@ def bend(patches: TensorPatches, divisions: tuple[int, int]) -> FloatArray:
     """
     plan = _plan(patches.degree, divisions)
     diagonal, found = patches.diagonal, np.empty(patches.count)
-    scale = 1 / (diagonal or 1.0)
-    for rows in chunks(patches.count, 3 * len(plan.means) + 1, CHUNK):
-        points = patches.points[rows] - patches.middle
-        points *= scale
+    scale, step = 1 / (diagonal or 1.0), max(1, CHUNK // (3 * len(plan.means)))
+    for first in range(0, patches.count, step):
+        checkpoint()
+        points = patches.points[first : first + step]
+        work = _WORKSPACES.get(patches.degree, divisions, len(points))
         # Patches are the innermost axis, so that whatever is computed runs over long rows.
         planes = points.reshape(len(points), -1, 3).transpose(2, 1, 0)
-        seconds = (plan.seconds @ planes).astype(np.float32)
-        squares = plan.means @ seconds
-        squares *= squares
-        lengths = np.add.reduce(squares)
-        kinds = lengths.reshape(len(ORDERS), -1, plan.blocks + 1, len(points))
-        longest = np.maximum.reduce(kinds, axis=1)
-        bounds = np.add.reduce(np.sqrt(longest, out=longest))
-        np.add(np.maximum.reduce(bounds[:-1]), plan.rounding * bounds[-1], out=found[rows])
-    return np.minimum(found * (plan.unit * diagonal), diagonal)
+        np.subtract(planes, patches.middle[:, np.newaxis, np.newaxis], out=work.planes)
+        np.multiply(work.planes, scale, out=work.planes)
+        np.matmul(plan.seconds, work.planes, out=work.seconds)
+        np.copyto(work.rounded, work.seconds, casting="same_kind")
+        np.matmul(plan.means, work.rounded, out=work.vectors)
+        np.multiply(work.vectors, work.vectors, out=work.vectors)
+        np.add.reduce(work.vectors, out=work.squares)
+        np.maximum.reduce(work.kinds, axis=1, out=work.longest)
+        np.sqrt(work.longest, out=work.longest)
+        np.add.reduce(work.longest, out=work.bounds)
+        np.multiply(work.whole, plan.rounding, out=work.whole)
+        np.maximum.reduce(work.blocks, out=work.largest)
+        np.add(work.largest, work.whole, out=found[first : first + step])
+    np.multiply(found, plan.unit * diagonal, out=found)
+    return np.minimum(found, diagonal, out=found)
+
+
+class _Workspace:
+    """Memory for r patches, patches innermost, cut into all the arrays that are worked on."""
+
+    def __init__(self, degree: tuple[int, int], divisions: tuple[int, int], count: int) -> None:
+        plan = _plan(degree, divisions)
+        vectors, points = plan.seconds.shape
+        self.planes = np.empty((3, points, count))
+        self.seconds = np.empty((3, vectors, count))
+        self.rounded = np.empty(self.seconds.shape, np.float32)
+        self.vectors = np.empty((3, len(plan.means), count), np.float32)
+        self.squares = np.empty(self.vectors.shape[1:], np.float32)
+        self.kinds = self.squares.reshape(len(ORDERS), -1, plan.blocks + 1, count)
+        self.longest = np.empty((len(ORDERS), plan.blocks + 1, count), np.float32)
+        self.bounds = np.empty((plan.blocks + 1, count), np.float32)
+        self.blocks, self.whole = self.bounds[:-1], self.bounds[-1]
+        self.largest = np.empty(count, np.float32)
+
+
+_WORKSPACES = Workspaces(_Workspace)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

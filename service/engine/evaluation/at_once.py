@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sampled_partials
 from service.engine.extent import is_moved
-from service.engine.scratch import Real, scratch
+from service.engine.scratch import Real, Workspaces
 from service.stopping import checkpoint
 from service.surface.batches import Patches, TensorPatches
 
@@ -66,61 +66,103 @@ def evaluate_at_once(
     positions, normals : ndarray, shape (P, Ru+1, Rv+1, 3)
         Where to write to; `normals` is None where none are wanted.
     """
-    p, q = patches.degree
     dtype: Real = positions.dtype.type
-    size, end = (p + 1) * (q + 1), (p + 1) * (q + 1) + p * (q + 1)
     each = (resolution[0] + 1) * (resolution[1] + 1)
-    steps, means = _operators(p, q)
-    basis = sampled_partials((p, q), resolution, dtype)
-    least = TRUSTED[dtype] ** 2
     doubtful: list[NDArray[np.intp]] = []
     # Sixteen numbers are a cache line: every plane of a chunk begins at one.
-    chunk = max(16, CHUNK_SAMPLES // each // 16 * 16)
+    chunk = CHUNK_SAMPLES // each // 16 * 16 or max(4, CHUNK_SAMPLES // each)
     for first in range(0, patches.count, chunk):
         checkpoint()
         points = patches.points[first : first + chunk]
         count = len(points)
-        planes = points.reshape(count, size, 3).transpose(2, 0, 1).reshape(-1, size)
-        nets = planes @ steps
-        if origin is not None and is_moved(origin):
-            nets.reshape(3, count, -1)[:, :, :size] -= origin[:, np.newaxis, np.newaxis]
-        rounded = nets.astype(dtype)
-        at, du, dv = scratch("partials", (3, 3, count, each), dtype)
-        np.matmul(rounded[:, :size], basis[:size], out=at.reshape(-1, each))
-        shape = (count, each, 3)
-        out = positions[first : first + chunk].reshape(shape)
-        np.positive(at, out=out.transpose(2, 0, 1))
+        work = _WORKSPACES.get(patches.degree, resolution, count, dtype)
+        planes = points.reshape(count, -1, 3).transpose(2, 0, 1).reshape(3 * count, -1)
+        work.take_nets(planes, origin)
+        out = positions[first : first + chunk].reshape(count, each, 3)
+        np.positive(work.at, out=out.transpose(2, 0, 1))
         if normals is None:
             continue
-        np.matmul(rounded[:, size:end], basis[size:end], out=du.reshape(-1, each))
-        np.matmul(rounded[:, end:], basis[end:], out=dv.reshape(-1, each))
-        # S is not needed any more: its memory takes the vectors, so that a chunk stays small.
-        square, term = scratch("square", (2, count, each), dtype)
-        _cross(du, dv, at, term)
-        squares = np.multiply(at, at, out=du)
-        np.add(squares[0], squares[1], out=square)
-        np.add(square, squares[2], out=square)
-        # The mean squares of the differences of each patch, along u and along v.
-        differences = nets[:, size:]
-        differences *= differences
-        sizes = np.add.reduce((differences @ means).reshape(3, count, 2))
-        trust = np.maximum(least * sizes[:, 0] * sizes[:, 1], SUBNORMAL[dtype])
-        short = square <= trust.astype(dtype)[:, np.newaxis]
-        if np.count_nonzero(short):
-            square[short] = np.nan
+        short = work.find_vectors()
+        if short is not None:
+            work.square[short] = np.nan
             doubtful.append(short.reshape(-1).nonzero()[0] + first * each)
-        np.sqrt(square, out=square)
-        out = normals[first : first + chunk].reshape(shape)
-        np.divide(at, square, out=out.transpose(2, 0, 1))
+        np.sqrt(work.square, out=work.square)
+        out = normals[first : first + chunk].reshape(count, each, 3)
+        np.divide(work.at, work.square, out=out.transpose(2, 0, 1))
     return doubtful
 
 
-def _cross(a: RealArray, b: RealArray, out: RealArray, term: RealArray) -> None:
-    """Planes (3, …) of a × b; `term` is memory for one plane."""
-    for i, j, plane in ((1, 2, out[0]), (2, 0, out[1]), (0, 1, out[2])):
-        np.multiply(a[i], b[j], out=plane)
-        np.multiply(a[j], b[i], out=term)
-        np.subtract(plane, term, out=plane)
+class _Workspace:
+    """Memory for a chunk of r patches, cut once into all the arrays that are worked on.
+
+    `nets` are the control points and their differences; `at` (3, r, samples) is S, then the vectors
+    S_u × S_v. Of the partials there are planes x y z x y, so that `du_yzx`, `dv_zxy` and so on are
+    what a cross product multiplies.
+    """
+
+    def __init__(
+        self, degree: tuple[int, int], resolution: tuple[int, int], count: int, dtype: Real
+    ) -> None:
+        p, q = degree
+        size, end = (p + 1) * (q + 1), (2 * p + 1) * (q + 1)
+        self.steps, means = _operators(p, q)
+        self.means = means * TRUSTED[dtype]
+        basis = sampled_partials(degree, resolution, dtype)
+        self.of_at, self.of_du, self.of_dv = basis[:size], basis[size:end], basis[end:]
+        each = basis.shape[1]
+        self.nets = np.empty((3 * count, self.steps.shape[1]))
+        self.points = self.nets.reshape(3, count, -1)[:, :, :size]
+        self.differences = self.nets[:, size:]
+        self.rounded = rounded = np.empty(self.nets.shape, dtype)
+        self.net, self.du_net, self.dv_net = (
+            rounded[:, :size],
+            rounded[:, size:end],
+            rounded[:, end:],
+        )
+        memory = np.empty((17, count, each), dtype)
+        self.at, self.term, self.square = memory[:3], memory[3:6], memory[16]
+        partials = memory[6:16].reshape(2, 5, count, each)
+        self.xyz, self.xy, self.again = partials[:, :3], partials[:, :2], partials[:, 3:]
+        self.at_rows = self.at.reshape(-1, each)
+        self.du_rows, self.dv_rows = (plane[:3].reshape(-1, each) for plane in partials)
+        (self.du_yzx, self.dv_yzx), (self.du_zxy, self.dv_zxy) = partials[:, 1:4], partials[:, 2:5]
+        self.sums = np.empty((3 * count, 2))
+        self.sums_by_axis, self.sizes = self.sums.reshape(3, count, 2), np.empty((count, 2))
+        self.size_u, self.size_v = self.sizes.T
+        self.trust = np.empty((count, 1), dtype)
+        self.trusts = self.trust[:, 0]
+        self.short = np.empty((count, each), np.bool_)
+        self.subnormal = SUBNORMAL[dtype]
+
+    def take_nets(self, planes: FloatArray, origin: FloatArray | None) -> None:
+        """Finds S from control points (3 r, (p+1)(q+1)), and the differences of these."""
+        np.matmul(planes, self.steps, out=self.nets)
+        if origin is not None and is_moved(origin):
+            self.points -= origin[:, np.newaxis, np.newaxis]
+        np.copyto(self.rounded, self.nets, casting="same_kind")
+        np.matmul(self.net, self.of_at, out=self.at_rows)
+
+    def find_vectors(self) -> NDArray[np.bool_] | None:
+        """Finds S_u × S_v and its squared length; which samples are doubtful, None if none is."""
+        np.matmul(self.du_net, self.of_du, out=self.du_rows)
+        np.matmul(self.dv_net, self.of_dv, out=self.dv_rows)
+        np.copyto(self.again, self.xy)
+        np.multiply(self.du_yzx, self.dv_zxy, out=self.at)
+        np.multiply(self.du_zxy, self.dv_yzx, out=self.term)
+        np.subtract(self.at, self.term, out=self.at)
+        np.multiply(self.at, self.at, out=self.term)
+        np.add.reduce(self.term, out=self.square)
+        # The mean squares of the differences of each patch, along u and along v.
+        np.multiply(self.differences, self.differences, out=self.differences)
+        np.matmul(self.differences, self.means, out=self.sums)
+        np.add.reduce(self.sums_by_axis, out=self.sizes)
+        np.multiply(self.size_u, self.size_v, out=self.size_u)
+        np.maximum(self.size_u, self.subnormal, out=self.trusts, casting="same_kind")
+        np.less_equal(self.square, self.trust, out=self.short)
+        return self.short if np.count_nonzero(self.short) else None
+
+
+_WORKSPACES = Workspaces(_Workspace)
 
 
 @lru_cache(64)
