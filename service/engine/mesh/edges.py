@@ -44,10 +44,6 @@ METHODS: Mapping[Method, Callable[[FloatArray, int], FloatArray]] = MappingProxy
 """The methods beside `matrix`, on curves."""
 
 
-CHUNK = 1 << 15
-"""Numbers that are added up at a time: they fit the second-level cache."""
-
-
 def sample_edges(
     curves: Sequence[EdgeCurves], wanted: Bools | None, divisions: int, method: Method = "matrix"
 ) -> FloatArray:
@@ -126,34 +122,28 @@ def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> F
     """Samples (R+1, E, 3) of all edges, over long contiguous rows."""
     count, terms = points.shape[:2]
     basis = sampled(terms - 1, divisions).T[:, :, np.newaxis]
-    rows = points.transpose(1, 0, 2).reshape(terms, 1, -1)
-    step = 3 * max(1, CHUNK // basis.size)
-    place = np.empty((divisions + 1, 3 * count))
-    for first in range(0, 3 * count, step):
-        part = rows[:, :, first : first + step]
-        out = place[:, first : first + step]
-        if weights is None:
-            _sum_pairs(basis * part, out)
-            continue
-        own = weights[first // 3 : (first + step) // 3]
-        shares = basis * own.T[:, np.newaxis]
-        total = np.empty(shares.shape[1:])
-        _sum_pairs(np.repeat(shares, 3, axis=2) * part, out)
-        _sum_pairs(shares, total)
-        total[:, _plain(own)] = 1.0
-        out /= np.repeat(total, 3, axis=1)
-    samples = place.reshape(divisions + 1, count, 3)
-    if weights is not None:
-        samples[0], samples[-1] = points[:, 0], points[:, -1]
+    rows = points.transpose(1, 0, 2).reshape(terms, -1)
+    if weights is None:
+        return _sum_pairs([*map(np.multiply, basis, rows)]).reshape(divisions + 1, count, 3)
+    shares = [*map(np.multiply, basis, weights.T)]
+    terms_of = [np.repeat(share, 3, axis=1) * row for share, row in zip(shares, rows, strict=True)]
+    samples = _sum_pairs(terms_of).reshape(divisions + 1, count, 3)
+    total = _sum_pairs(shares)
+    total[:, _plain(weights)] = 1.0
+    samples /= total[:, :, np.newaxis]
+    samples[0], samples[-1] = points[:, 0], points[:, -1]
     return samples
 
 
-def _sum_pairs(terms: FloatArray, out: FloatArray) -> None:
-    """The sum of terms (n+1, …), the same to the last bit in the opposite order."""
-    count, half = len(terms), len(terms) // 2
-    pairs = terms[:half]
-    np.add(pairs, terms[: count - half - 1 : -1], out=pairs)
-    np.add.reduce(terms[: count - half], out=out)
+def _sum_pairs(terms: list[FloatArray]) -> FloatArray:
+    """The sum of terms, the same to the last bit in the opposite order; written over them."""
+    half = len(terms) // 2
+    for one, other in zip(terms[:half], terms[::-1], strict=False):
+        np.add(one, other, out=one)
+    total = terms[0]
+    for pair in terms[1 : len(terms) - half]:
+        total += pair
+    return total
 
 
 def _plain(weights: FloatArray) -> Bools:
