@@ -49,28 +49,6 @@ class Channel:
         return int(self.nets.shape[-1])
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Poles:
-    """Patches of which one side is one point, and how the patch leaves that point.
-
-    Attributes
-    ----------
-    axis : 0 or 1
-        0 for sides on which u is constant, 1 for sides on which v is.
-    patches : ndarray of int, shape (m,)
-    end : ndarray of int, shape (m,)
-        0 where the side is that of parameter 0, 1 where it is that of parameter 1.
-    cones : ndarray of float64, shape (m, n+1, 3)
-        The next row of control points, seen from the pole and times their weights: a Bézier curve
-        over which the patch is, to first order, a cone.
-    """
-
-    axis: int
-    patches: NDArray[np.intp]
-    end: NDArray[np.intp]
-    cones: FloatArray
-
-
 class _Box:
     """Least and greatest coordinates, and what follows from these."""
 
@@ -228,24 +206,6 @@ class TensorPatches(_Batch):
                 equal = lines == lines[:, :1]
                 collapsed[index, axis, end] = equal.reshape(len(lines), -1).all(axis=1)
         return collapsed.reshape(-1, 4)
-
-    @cached_property
-    def poles(self) -> tuple[Poles, ...]:
-        """Sides that are one point, those of constant u first, with what is next to them."""
-        if not np.count_nonzero(self.collapsed):
-            return ()
-        sides = self.collapsed.reshape(-1, 2, 2).swapaxes(0, 1)
-        ends = (side.nonzero() for side in sides)
-        return tuple(self._poles(k, *found) for k, found in enumerate(ends) if len(found[0]))
-
-    def _poles(self, axis: int, index: NDArray[np.intp], end: NDArray[np.intp]) -> Poles:
-        points = self.points if axis == 0 else self.points.swapaxes(1, 2)
-        beside = 1 - 3 * end
-        cones = points[index, beside] - points[index, -end, np.newaxis, 0]
-        if self.weights is not None:
-            weights = self.weights if axis == 0 else self.weights.swapaxes(1, 2)
-            cones *= weights[index, beside][:, :, np.newaxis]
-        return Poles(axis, index, end, cones)
 
 
 @dataclass(frozen=True, eq=False)
