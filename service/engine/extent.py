@@ -47,8 +47,9 @@ def stored_bounds(
     positions: RealArray, origin: FloatArray
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Least and greatest coordinates of the vertices, in the model's own system."""
-    low, high = (tuple((bound.astype(np.float64) + origin).tolist()) for bound in extent(positions))
-    return low, high
+    x, y, z = origin.tolist()
+    (a, b, c), (d, e, f) = (bound.tolist() for bound in extent(positions))
+    return (a + x, b + y, c + z), (d + x, e + y, f + z)
 
 
 def local_origin(low: FloatArray, high: FloatArray) -> FloatArray:

@@ -62,7 +62,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     checkpoint()
     bound = largest(bounds)
     low, high = stored_bounds(rows.positions, origin)
-    uvs, colors, attributes = by_kind(rows.channels)
+    uvs, colors, attributes = by_kind(rows.channels) if rows.channels else (None, None, ())
     return Mesh(
         name=model.name,
         positions=rows.positions,

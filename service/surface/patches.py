@@ -163,7 +163,9 @@ class PatchSurface(SurfaceKind):
     ) -> tuple[FloatArray, FloatArray | None, tuple[Channel, ...]]:
         """Points, weights and channels of some patches."""
         weights = None if self.weights is None else self.weights[indices]
-        channels = self.channels.lower(lambda values: values[indices])
+        channels: tuple[Channel, ...] = ()
+        if self.channels is not NO_CHANNELS:
+            channels = self.channels.lower(lambda values: values[indices])
         return self.vertices.take(indices, axis=0), weights, channels
 
 

@@ -57,9 +57,6 @@ MOST_BLOCKS = 8
 MOST_LINES = 64
 """Control points of all blocks in one direction: of high degrees there are fewer blocks."""
 
-UNIT = 2.0**-53
-"""Relative error of an operation in float64."""
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Bends:
@@ -144,28 +141,6 @@ def triangle_deviations(patches: TrianglePatches, divisions: int) -> FloatArray:
         most = m_ij.max(axis=0)
         found[rows] = most / 6 + np.maximum(2 * n_i.sum(axis=0) - 3 * most, 0) / 54
     return np.minimum(found * (degree * (degree - 1) / divisions**2), patches.diagonal)
-
-
-def slack(patches: Patches, along_u: float, along_v: float) -> float:
-    """What rounding may take from the bounds above, in boxes of these sides.
-
-    A coordinate of P − c is right to 5 units in the last place of the largest, a second difference
-    of such to 28; cutting takes means of these, of at most 4 times the size, by sums of n + 1
-    products with bases right to 3 n units: 8 (p + q) + 16 in all. Where one product takes second
-    differences (`service.engine.deviation.products`), it is a sum of (p + 1)(q + 1) products, whose
-    factors are right to 2 units and at most 4 in all: 4 ((p + 1)(q + 1) + 2) + 20 units at most.
-    The rest is relative.
-    """
-    p, q = (patches.degree,) * 2 if isinstance(patches, TrianglePatches) else patches.degree
-    units = ((p + 1) * (q + 1) + 4 * (p + q) + 17) * (p * along_u + q * along_v) ** 2
-    if patches.weights is not None:
-        units *= 2 * weight_ratio(patches)
-    return units * UNIT * patches.diagonal / 2
-
-
-def weight_ratio(patches: Patches) -> float:
-    """The largest weight of a batch over the least."""
-    return 1.0 if patches.weights is None else float(patches.weights.max() / patches.weights.min())
 
 
 def _local(patches: Patches, rows: slice) -> FloatArray:

@@ -14,10 +14,16 @@ from math import isfinite
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.deviation.bends import blocks_along, grid_bends, slack, triangle_deviations
+from service.engine.deviation.bends import blocks_along, grid_bends, triangle_deviations
 from service.engine.deviation.lost import lost
 from service.engine.deviation.products import bend, is_small
-from service.engine.deviation.rounding import STEPS, edge_error, measured_errors, vertex_error
+from service.engine.deviation.rounding import (
+    STEPS,
+    edge_error,
+    measured_errors,
+    slack,
+    vertex_error,
+)
 from service.engine.mesh.filling import SampleRows
 from service.engine.mesh.layout import Layout
 from service.engine.mesh.runs import Block
@@ -48,8 +54,7 @@ def deviations(
     """
     found = np.empty(len(layout.base))
     beside = edge_error(seams, layout, options.method)
-    for block in layout.blocks:
-        patches = block.of(model.batches)
+    for block, patches in layout.cut(model.batches):
         moved: FloatArray | float
         if options.method == "matrix":
             dtype: Real = rows.positions.dtype.type
@@ -61,7 +66,7 @@ def deviations(
                 patches, block.resolution, samples.reshape(-1, block.count, 3), origin
             )
         found[block.first + block.patches] = _bent(patches, layout, block) * STEPS + moved + beside
-    further = lost(layout, options, rows.positions)
+    further = lost(layout, options, rows.positions) if layout.may_lose else None
     return found if further is None else found + further
 
 

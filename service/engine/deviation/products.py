@@ -36,9 +36,15 @@ ORDERS = ((2, 0), (1, 1), (0, 2))
 
 def is_small(patches: TensorPatches, divisions: tuple[int, int]) -> bool:
     """Whether one product is the faster way; rational patches always need several."""
-    p, q = patches.degree
+    return patches.weights is None and _fits(patches.degree, divisions)
+
+
+@lru_cache(256)
+def _fits(degree: tuple[int, int], divisions: tuple[int, int]) -> bool:
+    """Whether a third of the matrix has at most `LARGEST` numbers."""
+    p, q = degree
     blocks = blocks_along(divisions[0], p) * blocks_along(divisions[1], q)
-    return patches.weights is None and blocks * ((p + 1) * (q + 1)) ** 2 <= LARGEST
+    return blocks * ((p + 1) * (q + 1)) ** 2 <= LARGEST
 
 
 def bend(patches: TensorPatches, divisions: tuple[int, int]) -> FloatArray:

@@ -19,7 +19,6 @@ from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sampled
 from service.bases.chunks import runs
 from service.bases.homogeneous import homogeneous
-from service.engine.deviation.bends import UNIT, weight_ratio
 from service.engine.evaluation.evaluate import choose
 from service.engine.mesh.connectivity import SAME_WEIGHT
 from service.engine.mesh.degree_matching import SAME_CURVE
@@ -35,6 +34,9 @@ MARGIN = 1.02
 
 STEPS = 1 + 2.0**-30
 """The same for bounds that float64 computes, and for the steps of up to 2^16 divisions."""
+
+UNIT = 2.0**-53
+"""Relative error of an operation in float64."""
 
 PRECISIONS: dict[Real, tuple[float, float]] = {
     dtype: (float(np.finfo(dtype).eps) / 2, float(np.finfo(dtype).tiny))
@@ -89,6 +91,28 @@ def edge_error(seams: Seams, layout: Layout, method: Method) -> float:
         apart -= sample_edges(curves, chosen, divisions)
         largest = max(largest, float(np.square(apart).sum(axis=2).max()))
     return lost + MARGIN * sqrt(largest)
+
+
+def slack(patches: Patches, along_u: float, along_v: float) -> float:
+    """What rounding may take from the bounds above, in boxes of these sides.
+
+    A coordinate of P − c is right to 5 units in the last place of the largest, a second difference
+    of such to 28; cutting takes means of these, of at most 4 times the size, by sums of n + 1
+    products with bases right to 3 n units: 8 (p + q) + 16 in all. Where one product takes second
+    differences (`service.engine.deviation.products`), it is a sum of (p + 1)(q + 1) products, whose
+    factors are right to 2 units and at most 4 in all: 4 ((p + 1)(q + 1) + 2) + 20 units at most.
+    The rest is relative.
+    """
+    p, q = (patches.degree,) * 2 if isinstance(patches, TrianglePatches) else patches.degree
+    units = ((p + 1) * (q + 1) + 4 * (p + q) + 17) * (p * along_u + q * along_v) ** 2
+    if patches.weights is not None:
+        units *= 2 * weight_ratio(patches)
+    return units * UNIT * patches.diagonal / 2
+
+
+def weight_ratio(patches: Patches) -> float:
+    """The largest weight of a batch over the least."""
+    return 1.0 if patches.weights is None else float(patches.weights.max() / patches.weights.min())
 
 
 def measured_errors(

@@ -40,7 +40,7 @@ def connect(model: PatchModel) -> Seams:
     batches = model.batches
     points = [border_points(batch) for batch in batches]
     border = points[0] if len(points) == 1 else np.concatenate(points)
-    forms = tuple((isinstance(b, TrianglePatches), b.side_degrees, b.count) for b in batches)
+    forms = tuple((isinstance(b, TrianglePatches), b.degree, b.count) for b in batches)
     pattern = _pattern(model, border, forms)
     seams = None
     if pattern.is_certain:

@@ -66,8 +66,7 @@ def sample(
 ) -> SampleRows:
     """Evaluates the blocks, then writes the samples of every edge over its sides."""
     results = []
-    for block in layout.blocks:
-        patches = block.of(model.batches)
+    for block, patches in layout.cut(model.batches):
         if layout.has_poles and isinstance(patches, TensorPatches):
             patches.tell_collapsed(seams.collapsed[block.first + block.patches])
         results.append(
@@ -93,7 +92,9 @@ def sample(
         for rows in (positions, normals):
             if rows is not None:
                 np.add(rows, 0.0, out=rows)
-    channels = sample_channels(model, layout, dtype, options.uvs)
+    channels: tuple[ChannelRows, ...] = ()
+    if options.uvs or model.batches[0].channels:
+        channels = sample_channels(model, layout, dtype, options.uvs)
     return SampleRows(positions, normals, channels, poles)
 
 

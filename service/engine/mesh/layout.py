@@ -6,7 +6,7 @@ the two numbers of divisions. Where a neighbour divides a shared edge more finel
 at the end.
 """
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,7 +19,11 @@ from service.engine.mesh.connectivity import Connectivity
 from service.engine.mesh.creases import Averages
 from service.engine.mesh.patterns import AnyShape, Shape, TriangleShape
 from service.engine.mesh.runs import Block, SampleRuns
+from service.surface.batches import Patches
 from service.surface.sides import along_sides
+
+FINE = 4
+"""Divisions along u and along v from which on sides that are one point leave nothing out."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -133,6 +137,16 @@ class Layout(SampleRuns):
         border = int(self.divisions[self.connectivity.edge].sum()) + 4 * len(self.base)
         return 8 * (3 * self.size + 6 * border + 30 * len(self.base)) + self.connectivity.nbytes
 
+    def cut(self, batches: Sequence[Patches]) -> list[tuple[Block, Patches]]:
+        """The blocks, and their patches out of the batches of a model."""
+        return [
+            (
+                block,
+                batches[block.batch] if block.whole else batches[block.batch].take(block.patches),
+            )
+            for block in self.blocks
+        ]
+
     @cached_property
     def framed(self) -> bool:
         """Whether any side has samples of its own beside its grid."""
@@ -144,9 +158,10 @@ class Layout(SampleRuns):
         return bool(self.divisions.min() < 2) or self.connectivity.is_folded
 
     @cached_property
-    def fewest(self) -> int:
-        """The least number of divisions of any patch along u or v."""
-        return int(min(self.ru.min(), self.rv.min()))
+    def may_lose(self) -> bool:
+        """Whether faces that have no area may leave out more than a line."""
+        is_fine = min(self.ru.min(), self.rv.min()) >= FINE
+        return self.folds or (self.has_poles and not is_fine)
 
     @cached_property
     def has_poles(self) -> bool:
