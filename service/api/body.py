@@ -58,8 +58,7 @@ class BodyRoute(APIRoute):
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
-        # As Starlette wraps it: there are no dependencies for which FastAPI would keep stacks open.
-        self.app = request_response(self.get_route_handler())
+        self.app = request_response(self.get_route_handler())  # without FastAPI's stacks
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """The handler that reads and parses the body, and calls the route's function."""

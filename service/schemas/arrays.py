@@ -6,19 +6,17 @@ something is wrong does a second pass walk through the lists to say where.
 """
 
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import chain
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
-import orjson
 from numpy.typing import NDArray
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import core_schema
 
 from service.bases.arrays import FloatArray
-from service.bases.cache import PLANS
+from service.bases.cache import by_text
 from service.errors import Issue
 from service.schemas.document import DEFAULT_LIMITS, DocumentLimits
 from service.schemas.ndarrays import checked_array
@@ -34,9 +32,6 @@ from service.schemas.validation import (
 )
 
 Array: TypeAlias = NDArray[np.float64] | NDArray[np.int64]
-
-REMEMBERED = 1 << 10
-"""Lists of indices up to which their array is remembered."""
 
 _WHOLE, _NUMBER = frozenset({int}), frozenset({int, float})
 
@@ -103,15 +98,6 @@ class NumberGrid:
         """
         if isinstance(value, np.ndarray):
             return checked_array(self, value, limits)
-        if self.whole and isinstance(value, list) and len(value) <= REMEMBERED:
-            # Clients move points and repeat the indices: their text is a key that tells types.
-            with suppress(TypeError):  # of a number that JSON has no place for
-                key = (self.levels, limits, orjson.dumps(value))
-                return PLANS.array(key, lambda: self._flattened(value, limits))
-        return self._flattened(value, limits)
-
-    def _flattened(self, value: object, limits: DocumentLimits) -> Array:
-        """What `array` makes of lists in lists."""
         scalars: list[Any] = [value]
         shape: list[int] = []
         last = len(self.levels) - 1
@@ -226,7 +212,10 @@ class NumberGrid:
         """The validator: null is refused like every other value that is no list."""
 
         def validate(value: object, info: ValidationInfo) -> Array:
-            return self.array(value, limits_of(info))
+            limits = limits_of(info)
+            if self.whole:  # clients move points and repeat the indices
+                return by_text(value, (limits, *self.levels), lambda: self.array(value, limits))
+            return self.array(value, limits)
 
         return core_schema.with_info_plain_validator_function(validate)
 

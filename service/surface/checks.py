@@ -60,7 +60,8 @@ def checked_points(
     InvalidRequest
         `wrong_dimension`, `not_finite` or `coordinate_too_large`, one issue a coordinate.
     """
-    points = np.array(values, dtype=np.float64, order="C")
+    # -0 and 0 are one number: equal surfaces shall have equal bytes.
+    points = np.add(np.asarray(values, np.float64), 0.0, order="C")
     if points.ndim != axes or points.shape[-1] not in dimensions:
         exactly = "exactly three" if dimensions == (3,) else "two or three"
         raise InvalidRequest(
@@ -77,8 +78,6 @@ def checked_points(
     if not np.maximum.reduce(np.abs(points), axis=None, initial=0.0) <= MAX_COORDINATE:
         _refuse(points, name, ~np.isfinite(points), _not_finite)
         _refuse(points, name, np.abs(points) > MAX_COORDINATE, _too_large)
-    # -0 and 0 are one number: equal surfaces shall have equal bytes.
-    points += 0.0
     points.flags.writeable = False
     return points
 

@@ -44,10 +44,10 @@ def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[C
         batch = stretched(patches, model.stretch)
         _write_block(block, batch, care, out)
         if isinstance(batch, TensorPatches):
-            for side, patches, along, places in layout.extras_of(block):
+            for side, owners, along, places in layout.extras_of(block):
                 across = np.full(len(along), float(side % 2))
                 u, v = (across, along) if side < 2 else (along, across)
-                own = np.searchsorted(block.patches, patches)
+                own = np.searchsorted(block.patches, owners)
                 rows[:, places] = stored(care.curvatures(batch, own, u, v))
     return as_channels(model, rows)
 
