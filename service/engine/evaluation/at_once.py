@@ -34,11 +34,11 @@ SMALL = 64
 """Control points of a patch up to which a product takes differences as fast as subtractions."""
 
 
-def is_everyday(patches: TensorPatches) -> bool:
-    """Whether `evaluate_at_once` can evaluate these."""
-    p, q = patches.degree
-    is_small = patches.weights is None and (p + 1) * (q + 1) <= SMALL
-    return is_small and is_ordinary(patches)
+def is_everyday(patches: TensorPatches, resolution: tuple[int, int]) -> bool:
+    """Whether `evaluate_at_once` can evaluate these, at least four at a time."""
+    (p, q), (ru, rv) = patches.degree, resolution
+    is_small = (p + 1) * (q + 1) <= SMALL and (ru + 1) * (rv + 1) <= CHUNK_SAMPLES // 4
+    return is_small and patches.weights is None and is_ordinary(patches)
 
 
 def is_ordinary(patches: Patches) -> bool:
@@ -70,7 +70,7 @@ def evaluate_at_once(
     each = (resolution[0] + 1) * (resolution[1] + 1)
     doubtful: list[NDArray[np.intp]] = []
     # Sixteen numbers are a cache line: every plane of a chunk begins at one.
-    chunk = CHUNK_SAMPLES // each // 16 * 16 or max(4, CHUNK_SAMPLES // each)
+    chunk = CHUNK_SAMPLES // each // 16 * 16 or CHUNK_SAMPLES // each
     for first in range(0, patches.count, chunk):
         checkpoint()
         points = patches.points[first : first + chunk]

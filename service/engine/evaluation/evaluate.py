@@ -108,9 +108,11 @@ def evaluate(
         with Measured("triangles" if method == "matrix" else method):
             TRIANGLES[method](work)
         return work.finished(in_double)
-    if method == "matrix":
-        formulation = formulation or choose(patches, resolution, normals)
-    if formulation == "kronecker" and is_everyday(patches):
+    if method != "matrix":
+        formulation = None
+    elif formulation is None:
+        formulation = choose(patches, resolution, normals)
+    if formulation == "kronecker" and is_everyday(patches, resolution):
         with Measured(formulation):
             doubtful = evaluate_at_once(patches, resolution, origin, out.positions, out.normals)
         if not doubtful:
