@@ -5,8 +5,7 @@ on the command line, nothing is timed.
 """
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from contextvars import ContextVar
 from typing import TypeAlias
 
@@ -21,17 +20,22 @@ def count_in(add: Add) -> None:
     _current.set(add)
 
 
-@contextmanager
-def measured(name: str) -> Iterator[None]:
+class Measured:
     """Times what is done within, unless it is part of something that is timed."""
-    add = _current.get()
-    if add is None:
-        yield
-        return
-    token = _current.set(None)
-    start = time.perf_counter()
-    try:
-        yield
-    finally:
-        _current.reset(token)
-        add(name, time.perf_counter() - start)
+
+    __slots__ = ("_add", "_name", "_start", "_token")
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __enter__(self) -> None:
+        self._add = _current.get()
+        if self._add is not None:
+            self._token = _current.set(None)
+            self._start = time.perf_counter()
+
+    def __exit__(self, *_: object) -> None:
+        if self._add is not None:
+            seconds = time.perf_counter() - self._start
+            _current.reset(self._token)
+            self._add(self._name, seconds)

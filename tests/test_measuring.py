@@ -6,17 +6,17 @@ import time
 
 import pytest
 
-from service.measuring import Add, count_in, measured
+from service.measuring import Add, Measured, count_in
 
 
 def within(add: Add | None) -> None:
     if add is not None:
         count_in(add)
-    with measured("outer"), measured("inner"):
+    with Measured("outer"), Measured("inner"):
         thread = threading.Thread(target=contextvars.copy_context().run, args=(other,))
         thread.start()
         thread.join()
-    with pytest.raises(ValueError, match="wrong"), measured("failed"):
+    with pytest.raises(ValueError, match="wrong"), Measured("failed"):
         raise ValueError("wrong")
     context = contextvars.copy_context()
     thread = threading.Thread(target=context.run, args=(other,))
@@ -25,7 +25,7 @@ def within(add: Add | None) -> None:
 
 
 def other() -> None:
-    with measured("thread"):
+    with Measured("thread"):
         time.sleep(0)
 
 

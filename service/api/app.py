@@ -28,7 +28,6 @@ from service.api.routes import (
     meshes_by_url,
     operations,
     pages,
-    signing,
     surfaces,
 )
 from service.api.services import JobMiddleware, Services
@@ -122,7 +121,7 @@ def _routers(settings: Settings) -> list[APIRouter]:
     if settings.allow_delete:
         routers.append(surfaces.deleting)
     if settings.signing_keys and needs_keys(settings):
-        routers.append(signing.signing)
+        routers.append(surfaces.signing)
     if settings.metrics != "off":
         routers.append(operations.metrics)
     return routers

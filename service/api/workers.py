@@ -222,7 +222,7 @@ class Job:
 
     def shrink_body(self, size: int) -> None:
         """The body was parsed and takes at most `size` bytes from now on."""
-        if size < self._body:
+        if size < self._body and self._body > SMALL_BODY:
             self.hold_body(size)
 
     async def parse(self, call: Callable[[], Result], *, is_long: bool) -> Result:

@@ -54,11 +54,20 @@ def samples(divisions: int) -> FloatArray:
 
 
 def sampled(degree: int, divisions: int, dtype: type[np.floating] = np.float64) -> RealArray:
-    """Bernstein basis at R equal divisions of [0, 1], shape (R+1, n+1); cached, read-only."""
-    return PLANS.array(
-        ("basis", degree, divisions, dtype),
-        lambda: rounded(bernstein(degree, samples(divisions)), dtype),
-    )
+    """Bernstein basis at R equal divisions of [0, 1], shape (R+1, n+1); cached, read-only.
+
+    Row R − k is row k from its end, bit for bit.
+    """
+
+    def build() -> RealArray:
+        basis = bernstein(degree, samples(divisions))
+        basis[-1 - divisions // 2 :] = basis[divisions // 2 :: -1, ::-1].copy()
+        if divisions % 2 == 0:
+            middle = basis[divisions // 2]
+            middle[:] = (middle + middle[::-1]) / 2
+        return rounded(basis, dtype)
+
+    return PLANS.array(("basis", degree, divisions, dtype), build)
 
 
 def sampled_columns(

@@ -2,12 +2,14 @@
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from threading import Lock
 from typing import Any, Generic, Protocol, TypeVar, cast
 
 import numpy as np
+import orjson
 from numpy.typing import NDArray
 
 
@@ -76,6 +78,19 @@ class Cache(Generic[Value]):
                         self._keep(key, under_way.value)
         return cast(Value, under_way.value)
 
+    def find(self, key: Hashable) -> Value | None:
+        """The value of this key, if it is held."""
+        with self._lock:
+            held = self._values.get(key)
+            if held is not None:
+                self._values.move_to_end(key)
+            return held
+
+    def put(self, key: Hashable, value: Value) -> None:
+        """Keeps a value in place of an earlier one."""
+        with self._lock:
+            self._keep(key, value)
+
     def clear(self) -> None:
         """Forgets everything."""
         with self._lock:
@@ -109,6 +124,22 @@ def _read_only(build: Callable[[], Array]) -> NDArray[Any]:
 
 PLANS = ArrayCache(64 << 20)
 """Arrays that depend on degrees and samplings alone: bases, index patterns."""
+
+
+LONGEST_TEXT = 1 << 16
+"""Bytes of JSON up to which it is a key."""
+
+
+def by_text(value: object, name: Hashable, build: Callable[[], Array]) -> Array:
+    """The array that `build` makes of lists of numbers, kept for lists of the same JSON text.
+
+    The text tells 1 from 1.0 and from true. What has none, and arrays, are built each time.
+    """
+    text = b""
+    if isinstance(value, list) and len(value) <= LONGEST_TEXT:
+        with suppress(TypeError):
+            text = orjson.dumps(value)
+    return PLANS.array((name, text), build) if 0 < len(text) <= LONGEST_TEXT else build()
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -4,9 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
-JOINED = 1 << 18
-"""Bytes up to which a file is joined: to send one more piece costs more than to copy it."""
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pieces:
@@ -26,8 +23,3 @@ class Pieces:
 
 Content: TypeAlias = bytes | Pieces
 """What is in a file."""
-
-
-def joined(pieces: tuple[bytes | memoryview, ...], length: int) -> Content:
-    """Pieces of `length` bytes together: as one unless that would copy much."""
-    return b"".join(pieces) if length <= JOINED else Pieces(pieces)

@@ -10,7 +10,7 @@ from service.engine.sweeps.sweep import sweep
 from service.engine.tessellate import overlays_of, tessellate
 from service.engine.wires.draw import line_overlay, with_wires, without_faces
 from service.engine.wires.isocurves import isocurves
-from service.measuring import measured
+from service.measuring import Measured
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel
 
@@ -33,7 +33,7 @@ def build(model: Model, options: MeshOptions, *, single: bool = False) -> Mesh:
 def _alone(model: PatchModel | SweepModel, options: MeshOptions, *, single: bool) -> Mesh:
     """The mesh of a model that is no group."""
     if isinstance(model, SweepModel):
-        with measured("sweep"):
+        with Measured("sweep"):
             return sweep(model, options, single=single)
     mesh = (tessellate if options.surface else without_faces)(model, options, single=single)
     if options.wired:

@@ -14,6 +14,16 @@ FAR = 256.0
 float32 would leave it fewer than 16 binary digits."""
 
 
+AT_ZERO = np.zeros(3)
+"""The origin of most meshes."""
+AT_ZERO.flags.writeable = False
+
+
+def is_moved(origin: FloatArray) -> bool:
+    """Whether positions about this origin differ from those in model coordinates."""
+    return origin is not AT_ZERO and bool(origin.any())
+
+
 def extent(points: RealArray) -> tuple[RealArray, RealArray]:
     """Least and greatest coordinates of points (N, d), N ≥ 1, in their own precision.
 
@@ -22,7 +32,7 @@ def extent(points: RealArray) -> tuple[RealArray, RealArray]:
     """
     if len(points) <= MOST_TRANSPOSED:
         columns = points.T.copy()
-        return columns.min(axis=1), columns.max(axis=1)
+        return np.minimum.reduce(columns, axis=1), np.maximum.reduce(columns, axis=1)
     whole = len(points) // FOLD * FOLD
     if not points.flags.c_contiguous:
         return points.min(axis=0), points.max(axis=0)
@@ -37,17 +47,20 @@ def stored_bounds(
     positions: RealArray, origin: FloatArray
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Least and greatest coordinates of the vertices, in the model's own system."""
-    low, high = (tuple((bound.astype(np.float64) + origin).tolist()) for bound in extent(positions))
-    return low, high
+    x, y, z = origin.tolist()
+    (a, b, c), (d, e, f) = (bound.tolist() for bound in extent(positions))
+    return (a + x, b + y, c + z), (d + x, e + y, f + z)
 
 
 def local_origin(low: FloatArray, high: FloatArray) -> FloatArray:
     """Origin of float32 positions within these bounds: zero, unless that would lose the shape."""
-    middle = low + (high - low) / 2
-    if np.abs(middle).max() <= FAR * (high - low).max():
-        return np.zeros(len(low))
+    lows, highs = low.tolist(), high.tolist()
+    sizes = [above - below for below, above in zip(lows, highs, strict=True)]
+    middle = [below + size / 2 for below, size in zip(lows, sizes, strict=True)]
+    if max(map(abs, middle)) <= FAR * max(sizes):
+        return AT_ZERO if len(lows) == 3 else np.zeros(len(lows))
     # A float32 itself, so that viewers that compute in float32 place it exactly.
-    rounded: FloatArray = middle.astype(np.float32).astype(np.float64)
+    rounded: FloatArray = np.array(middle).astype(np.float32).astype(np.float64)
     return rounded
 
 

@@ -1,6 +1,6 @@
 """What may be asked of the engine, checked at birth."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import pi, radians
 from typing import Literal, TypeAlias
 
@@ -78,7 +78,14 @@ class MeshOptions:
     accuracy: Accuracy | None = None
     curvatures: bool = False
 
+    wired: bool = field(init=False)
+    """Whether there are isoparametric curves."""
+    solid_wires: bool = field(init=False)
+    """Whether these have faces."""
+
     def __post_init__(self) -> None:
+        object.__setattr__(self, "wired", any(self.isocurves))
+        object.__setattr__(self, "solid_wires", self.wired and self.wires != "lines")
         if not all(1 <= r <= MAX_RESOLUTION for r in self.resolution):
             raise InvalidRequest(
                 Issue(
@@ -100,16 +107,6 @@ class MeshOptions:
                 )
             )
         self._check_wires()
-
-    @property
-    def wired(self) -> bool:
-        """Whether there are isoparametric curves."""
-        return any(self.isocurves)
-
-    @property
-    def solid_wires(self) -> bool:
-        """Whether these have faces."""
-        return self.wired and self.wires != "lines"
 
     def _check_wires(self) -> None:
         """Refuses isoparametric curves that cannot be, and a picture of nothing."""

@@ -1,8 +1,9 @@
 """Work arrays that are used again: fresh memory costs more than the arithmetic done in it."""
 
+from collections.abc import Callable
 from math import prod
 from threading import local
-from typing import TypeAlias, overload
+from typing import Any, Generic, TypeAlias, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,12 @@ Real: TypeAlias = type[np.float32] | type[np.float64]
 
 CACHE_LINE = 64
 """Vector instructions take twice as long for numbers that lie across two lines."""
+
+
+MOST_HELD = 4
+"""Workspaces of one kind that a thread keeps."""
+
+Work = TypeVar("Work")
 
 
 class _Arena(local):
@@ -48,6 +55,29 @@ def scratch(name: str, shape: tuple[int, ...], dtype: Real) -> RealArray:
     numbers: RealArray = memory[:size].view(dtype)
     views[name, dtype] = numbers.reshape(shape)
     return views[name, dtype]
+
+
+class Workspaces(local, Generic[Work]):
+    """Memory that is cut once into all the arrays of a piece of work, for each thread by itself.
+
+    Parameters
+    ----------
+    make : callable
+        Makes the workspace of a key from the parts of the key.
+    """
+
+    def __init__(self, make: Callable[..., Work]) -> None:
+        self._make = make
+        self._held: dict[tuple[Any, ...], Work] = {}
+
+    def get(self, *key: Any) -> Work:
+        """The workspace of this key, with undefined contents: use it up before the next call."""
+        work = self._held.get(key)
+        if work is None:
+            if len(self._held) >= MOST_HELD:
+                del self._held[next(iter(self._held))]
+            work = self._held[key] = self._make(*key)
+        return work
 
 
 def _aligned(size: int) -> NDArray[np.uint8]:

@@ -15,7 +15,7 @@ from service.bases.arrays import FloatArray
 from service.engine.curvatures.ranges import ranges
 from service.engine.curvatures.rows import layout_curvatures
 from service.engine.deviation.bound import bounds_of_parts, deviations, largest
-from service.engine.extent import local_origin, stored_bounds
+from service.engine.extent import AT_ZERO, local_origin, stored_bounds
 from service.engine.mesh.channels import agreeing, by_kind
 from service.engine.mesh.closure import closure
 from service.engine.mesh.connect import connect
@@ -49,7 +49,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     seams = connect(model)
     layout = Layout.plan(seams.connectivity, options.resolution)
     dtype: Real = np.float32 if single else np.float64
-    origin = local_origin(*model.bounds) if single else np.zeros(3)
+    origin = local_origin(*model.bounds) if single else AT_ZERO
     rows = sample(model, seams, layout, options, dtype=dtype, origin=origin)
     if options.curvatures:
         bent = layout_curvatures(model, layout, dtype)
@@ -60,8 +60,9 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     plan = plan_faces(layout, options, _sharing(layout, rows, options), model.sequence)
     rows = fill(rows, plan)
     checkpoint()
+    bound = largest(bounds)
     low, high = stored_bounds(rows.positions, origin)
-    uvs, colors, attributes = by_kind(rows.channels)
+    uvs, colors, attributes = by_kind(rows.channels) if rows.channels else (None, None, ())
     return Mesh(
         name=model.name,
         positions=rows.positions,
@@ -69,7 +70,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         uvs=uvs,
         triangles=plan.triangles,
         quads=plan.quads,
-        parts=_parts(model, plan, bounds),
+        parts=_parts(model, plan, bounds, bound),
         grids=plan.grids,
         welds=plan.welds,
         overlays=draw(model, options, origin, dtype) if options.overlays else (),
@@ -86,7 +87,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
             boundary_edges=plan.boundary_edges,
             poles_repaired=rows.poles,
             closure=closure(model, seams.connectivity),
-            deviation_bound=largest(bounds),
+            deviation_bound=bound,
             curvature=ranges(attributes) if attributes else None,
             merged_knots=model.merged_knots,
         ),
@@ -97,7 +98,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
 
 def overlays_of(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
     """The overlays alone, in float64 and model coordinates, for a form that has no mesh."""
-    return draw(model, options, np.zeros(3), np.float64)
+    return draw(model, options, AT_ZERO, np.float64)
 
 
 def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int]:
@@ -143,8 +144,16 @@ def _sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sharing 
     return find_creases(rows.normals, layout.averages, options.crease_angle)
 
 
-def _parts(model: PatchModel, plan: FacePlan, bounds: FloatArray) -> tuple[MeshPart, ...]:
-    """The parts of a mesh: runs of its faces, each with the bound of its patches (P,)."""
+def _parts(
+    model: PatchModel, plan: FacePlan, bounds: FloatArray, bound: float | None
+) -> tuple[MeshPart, ...]:
+    """The parts of a mesh: runs of its faces, each with the bound of its patches (P,).
+
+    `bound` is that of all.
+    """
+    if len(model.parts) == 1:
+        whole = (0, len(plan.triangles)), (0, len(plan.quads))
+        return (MeshPart(model.parts[0].name, *whole, deviation_bound=bound),)
     triangles, quads = plan.ends
     return tuple(
         MeshPart(

@@ -18,7 +18,7 @@ from service.engine.models import NOT_PATCHES
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene
 from service.errors import InvalidRequest, Issue, TooLarge
-from service.measuring import measured
+from service.measuring import Measured
 from service.pipeline.checks import check_bytes, check_vertices
 from service.pipeline.cost import EFFORT, LEAST_BYTES, SHARE, TRIANGLE, adaptive_triangles
 from service.surface.lowered import Model
@@ -92,7 +92,7 @@ class AdaptiveMesher:
         if tolerance is not None:
             goal = replace(goal, tolerance=tolerance)
         try:
-            with measured("adaptive"):
+            with Measured("adaptive"):
                 mesh = self._meshing.made(goal, most, self._effort)
         except TooLarge as error:
             issues = (_explain(issue, limit, most, accuracy, memory) for issue in error.issues)

@@ -6,7 +6,7 @@ from service.encoders.curves.format import CurveFormat, CurveSize
 from service.engine.curves.options import CurveOptions
 from service.engine.curves.trace import choose_samples, trace
 from service.errors import Issue
-from service.measuring import measured
+from service.measuring import Measured
 from service.pipeline.cost import POINT, SCRATCH, SHARE, Cost, curve_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
 from service.surface.curve import Curve
@@ -39,10 +39,10 @@ class CurveWork:
             If the tolerance cannot be met, or not with so many points.
         """
         pieces, single = self.curve.lower(), self.fmt.single
-        with measured("curve"):
+        with Measured("curve"):
             at = choose_samples(pieces, self.options, self.most, single=single)
         _check_curve(self, len(at))
-        with measured("curve"):
+        with Measured("curve"):
             polyline = trace(pieces, at, self.options, single=single)
         return self.fmt.encode(polyline)
 

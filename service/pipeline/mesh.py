@@ -31,7 +31,7 @@ from service.pipeline.cost import Cost, adaptive_cost, least_vertices, mesh_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.schemas.options import MeshOptionFields
 from service.stopping import checkpoint
-from service.surface.lowered import GroupModel, Model
+from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind, SurfaceSize
 
 PLAIN = EncodeOptions()
@@ -255,7 +255,8 @@ def carried(model: Model, options: MeshOptions, fmt: Format) -> tuple[Model, Mes
     """
     uvs = options.uvs and "uvs" in fmt.carries
     curvatures = options.curvatures and "attribute" in fmt.carries
-    model = carrying(model, fmt.carries, apart=fmt.encode_scene is not None)
+    if not (isinstance(model, PatchModel) and not model.batches[0].channels):
+        model = carrying(model, fmt.carries, apart=fmt.encode_scene is not None)
     if options.curvatures:
         # Whatever the format holds: one request has one mesh in all of them.
         model = with_stretches(model)

@@ -6,7 +6,7 @@ from service.encoders import json_points
 from service.engine.points.answer import effort, points
 from service.engine.points.places import Query, locate
 from service.errors import Issue
-from service.measuring import measured
+from service.measuring import Measured
 from service.pipeline.checks import check_surface, parametric
 from service.pipeline.cost import Cost, points_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
@@ -40,7 +40,7 @@ class PointsWork:
             f"/{self.query.field}",
             "fewer points on fewer patches at once",
         )
-        with measured("points"):
+        with Measured("points"):
             columns = points(model, places, self.query.order)
         return json_points.encode(columns)
 

@@ -51,7 +51,8 @@ class CameraDefinition(StrictModel):
 NAMES = tuple(field.name for field in fields(Accuracy))
 """What can be stated, by name; the fields of the models are called the same."""
 
-_NAMES = frozenset(NAMES)
+ACCURACY = frozenset(NAMES)
+"""The same: a body without any of these states no accuracy."""
 
 SEEN = ("camera", "pixel_tolerance")
 """What only a body can state."""
@@ -59,8 +60,6 @@ SEEN = ("camera", "pixel_tolerance")
 
 def stated(options: BaseModel) -> dict[str, Any]:
     """What the options state of accuracy, by name: neither what is left out nor `false`."""
-    if _NAMES.isdisjoint(options.model_fields_set):
-        return {}
     return {name: value for name in NAMES if (value := getattr(options, name, None))}
 
 

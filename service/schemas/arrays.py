@@ -16,6 +16,7 @@ from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, Validati
 from pydantic_core import core_schema
 
 from service.bases.arrays import FloatArray
+from service.bases.cache import by_text
 from service.errors import Issue
 from service.schemas.document import DEFAULT_LIMITS, DocumentLimits
 from service.schemas.ndarrays import checked_array
@@ -211,7 +212,10 @@ class NumberGrid:
         """The validator: null is refused like every other value that is no list."""
 
         def validate(value: object, info: ValidationInfo) -> Array:
-            return self.array(value, limits_of(info))
+            limits = limits_of(info)
+            if self.whole:  # clients move points and repeat the indices
+                return by_text(value, (limits, *self.levels), lambda: self.array(value, limits))
+            return self.array(value, limits)
 
         return core_schema.with_info_plain_validator_function(validate)
 

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from service.engine.adaptive.accuracy import Accuracy
 from service.engine.options import MAX_SIDES, MIN_SIDES, MeshOptions, Method, WireForm
-from service.schemas.accuracy import MAX_COUNT, accuracy_of, refuse_conflict
+from service.schemas.accuracy import ACCURACY, MAX_COUNT, accuracy_of, refuse_conflict
 from service.schemas.fields import IsoCurves, Omittable, Overlays, Resolution, StrictModel, optional
 from service.surface.checks import MAX_COORDINATE
 
@@ -172,7 +172,8 @@ class MeshOptionFields(StrictModel):
 
     @model_validator(mode="after")
     def _divided_by_one_rule(self) -> "MeshOptionFields":
-        refuse_conflict(self)
+        if not self.model_fields_set.isdisjoint(ACCURACY):
+            refuse_conflict(self)
         return self
 
     def mesh_options(self) -> MeshOptions:
@@ -183,7 +184,8 @@ class MeshOptionFields(StrictModel):
         InvalidRequest
             Where options that are right by themselves do not go together; pointers `/name`.
         """
-        return _mesh_options(_of_engine(self), accuracy_of(self))
+        is_stated = not self.model_fields_set.isdisjoint(ACCURACY)
+        return _mesh_options(_of_engine(self), accuracy_of(self) if is_stated else None)
 
 
 _OF_ENGINE = [

@@ -1,8 +1,9 @@
 """Batches of Bézier patches of one degree, tensor or triangular, and the channels they carry."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import hypot
 from typing import Literal, Self, TypeAlias
 
 import numpy as np
@@ -48,26 +49,17 @@ class Channel:
         return int(self.nets.shape[-1])
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Poles:
-    """Patches of which one side is one point, and how the patch leaves that point.
+class _Box:
+    """Least and greatest coordinates, and what follows from these."""
 
-    Attributes
-    ----------
-    axis : 0 or 1
-        0 for sides on which u is constant, 1 for sides on which v is.
-    patches : ndarray of int, shape (m,)
-    end : ndarray of int, shape (m,)
-        0 where the side is that of parameter 0, 1 where it is that of parameter 1.
-    cones : ndarray of float64, shape (m, n+1, 3)
-        The next row of control points, seen from the pole and times their weights: a Bézier curve
-        over which the patch is, to first order, a cone.
-    """
+    __slots__ = ("diagonal", "extent", "high", "low", "middle")
 
-    axis: int
-    patches: NDArray[np.intp]
-    end: NDArray[np.intp]
-    cones: FloatArray
+    def __init__(self, low: list[float], high: list[float]) -> None:
+        self.low, self.high = low, high
+        (x, y, z), (far_x, far_y, far_z) = low, high
+        sides = far_x - x, far_y - y, far_z - z
+        self.extent, self.diagonal = max(sides), hypot(*sides)
+        self.middle = np.array([x + sides[0] / 2, y + sides[1] / 2, z + sides[2] / 2])
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +70,11 @@ class _Batch(ABC):
     weights: FloatArray | None = None
     channels: tuple[Channel, ...] = ()
 
+    count: int = field(init=False)
+    """Number of patches, P."""
+
     def __post_init__(self) -> None:
+        object.__setattr__(self, "count", len(self.points))
         self.points.flags.writeable = False
         if self.weights is not None:
             self.weights.flags.writeable = False
@@ -86,11 +82,6 @@ class _Batch(ABC):
     @abstractmethod
     def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
         """Control points (P, n+1, 3) and weights (P, n+1) of one side of every patch."""
-
-    @property
-    def count(self) -> int:
-        """Number of patches, P."""
-        return int(self.points.shape[0])
 
     def take(self, index: NDArray[np.intp]) -> Self:
         """Some of the patches."""
@@ -104,8 +95,8 @@ class _Batch(ABC):
         """Which sides are one point, shape (P, 4); of a triangle the last one always is."""
 
     @cached_property
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest coordinates of the control points: they enclose the patches."""
+    def _box(self) -> "_Box":
+        """Their bounds."""
         rows = self.points.reshape(self.count, -1)
         low = high = rows[0]
         if self.count > 1:
@@ -116,19 +107,35 @@ class _Batch(ABC):
             last = rows[-fold:].reshape(-1)
             low = np.minimum(np.minimum.reduce(long), last)
             high = np.maximum(np.maximum.reduce(long), last)
-        return np.minimum.reduce(low.reshape(-1, 3)), np.maximum.reduce(high.reshape(-1, 3))
+        return _Box(
+            np.minimum.reduce(low.reshape(-1, 3)).tolist(),
+            np.maximum.reduce(high.reshape(-1, 3)).tolist(),
+        )
 
-    @cached_property
+    @property
+    def box(self) -> tuple[list[float], list[float]]:
+        """Least and greatest coordinates of the control points: they enclose the patches."""
+        return self._box.low, self._box.high
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """The box as arrays."""
+        return np.array(self._box.low), np.array(self._box.high)
+
+    @property
     def middle(self) -> FloatArray:
-        """Middle of the bounds, shape (3,)."""
-        low, high = self.bounds
-        return low + (high - low) / 2
+        """Middle of the box, shape (3,)."""
+        return self._box.middle
 
-    @cached_property
+    @property
     def extent(self) -> float:
-        """Longest side of the bounds."""
-        low, high = self.bounds
-        return float((high - low).max())
+        """Longest side of the box."""
+        return self._box.extent
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of the box."""
+        return self._box.diagonal
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,10 +158,13 @@ class TensorPatches(_Batch):
         All batches of a model have the same names, kinds and dimensions, in the same order.
     """
 
-    @property
-    def degree(self) -> tuple[int, int]:
-        """Degree (p, q)."""
-        return int(self.points.shape[1]) - 1, int(self.points.shape[2]) - 1
+    degree: tuple[int, int] = field(init=False)
+    """Degree (p, q)."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        degree = self.points.shape[1] - 1, self.points.shape[2] - 1
+        object.__setattr__(self, "degree", degree)
 
     @property
     def side_degrees(self) -> SideNumbers:
@@ -171,6 +181,10 @@ class TensorPatches(_Batch):
         """Control points (P, n+1, 3) and weights (P, n+1) of one side of every patch."""
         weights = None if self.weights is None else side_of(self.weights, number)
         return side_of(self.points, number), weights
+
+    def tell_collapsed(self, collapsed: NDArray[np.bool_]) -> None:
+        """Tells what `collapsed` is, where that is known already."""
+        self.__dict__["collapsed"] = collapsed
 
     @cached_property
     def collapsed(self) -> NDArray[np.bool_]:
@@ -192,23 +206,6 @@ class TensorPatches(_Batch):
                 equal = lines == lines[:, :1]
                 collapsed[index, axis, end] = equal.reshape(len(lines), -1).all(axis=1)
         return collapsed.reshape(-1, 4)
-
-    @cached_property
-    def poles(self) -> tuple[Poles, ...]:
-        """Sides that are one point, those of constant u first, with what is next to them."""
-        if not np.count_nonzero(self.collapsed):
-            return ()
-        sides = self.collapsed.reshape(-1, 2, 2).swapaxes(0, 1)
-        return tuple(self._poles(k, *ends.nonzero()) for k, ends in enumerate(sides) if ends.any())
-
-    def _poles(self, axis: int, index: NDArray[np.intp], end: NDArray[np.intp]) -> Poles:
-        points = self.points if axis == 0 else self.points.swapaxes(1, 2)
-        beside = 1 - 3 * end
-        cones = points[index, beside] - points[index, -end, np.newaxis, 0]
-        if self.weights is not None:
-            weights = self.weights if axis == 0 else self.weights.swapaxes(1, 2)
-            cones *= weights[index, beside][:, :, np.newaxis]
-        return Poles(axis, index, end, cones)
 
 
 @dataclass(frozen=True, eq=False)

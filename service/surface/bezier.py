@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.surface.batches import TensorPatches
+from service.surface.batches import Channel, TensorPatches
 from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import Up, check_grid, check_up, checked_points, checked_weights
 from service.surface.lowered import Domain, Part, PatchModel
@@ -56,7 +56,8 @@ class BezierSurface(SurfaceKind):
         object.__setattr__(self, "control_net", points)
         if self.weights is not None:
             object.__setattr__(self, "weights", checked_weights(self.weights, (rows, columns)))
-        self.channels.check_nets()
+        if self.channels is not NO_CHANNELS:
+            self.channels.check_nets()
         check_up(self.up)
 
     @property
@@ -71,6 +72,8 @@ class BezierSurface(SurfaceKind):
     def lower(self) -> PatchModel:
         """The surface as a batch of the one patch it is."""
         weights = None if self.weights is None else self.weights[np.newaxis]
-        channels = self.channels.lower(lambda net: net[np.newaxis])
+        channels: tuple[Channel, ...] = ()
+        if self.channels is not NO_CHANNELS:
+            channels = self.channels.lower(lambda net: net[np.newaxis])
         batch = TensorPatches(self.control_net[np.newaxis], weights, channels)
         return PatchModel(self.name, (batch,), (Part(self.name, 0, 1),), self.up, UNIT_SQUARE)

@@ -18,6 +18,8 @@ from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
 Up: TypeAlias = Literal["y", "z"]
 """The vertical axis of a model."""
 
+_UPS = get_args(Up)
+
 MAX_DEGREE = 64
 """Above this a Bézier patch is of no use: control points hardly pull on the surface any more,
 and the shape wanted is a B-spline of low degree."""
@@ -58,7 +60,8 @@ def checked_points(
     InvalidRequest
         `wrong_dimension`, `not_finite` or `coordinate_too_large`, one issue a coordinate.
     """
-    points = np.array(values, dtype=np.float64, order="C")
+    # -0 and 0 are one number: equal surfaces shall have equal bytes.
+    points = np.add(np.asarray(values, np.float64), 0.0, order="C")
     if points.ndim != axes or points.shape[-1] not in dimensions:
         exactly = "exactly three" if dimensions == (3,) else "two or three"
         raise InvalidRequest(
@@ -72,11 +75,9 @@ def checked_points(
             )
         )
     # One reduction decides the usual case: NaN fails the comparison as well.
-    if not bool(np.abs(points).max(initial=0) <= MAX_COORDINATE):
+    if not np.maximum.reduce(np.abs(points), axis=None, initial=0.0) <= MAX_COORDINATE:
         _refuse(points, name, ~np.isfinite(points), _not_finite)
         _refuse(points, name, np.abs(points) > MAX_COORDINATE, _too_large)
-    # -0 and 0 are one number: equal surfaces shall have equal bytes.
-    points += 0.0
     points.flags.writeable = False
     return points
 
@@ -190,7 +191,7 @@ def check_triangle(count: int, name: str) -> int:
 
 def check_up(up: str) -> None:
     """Refuses what names no axis that we can turn upright."""
-    if up not in get_args(Up):
+    if up not in _UPS:
         raise InvalidRequest(
             Issue("wrong_value", "`up` is the vertical axis.", "/up", "another text", '"y" or "z"')
         )

@@ -163,7 +163,9 @@ class PatchSurface(SurfaceKind):
     ) -> tuple[FloatArray, FloatArray | None, tuple[Channel, ...]]:
         """Points, weights and channels of some patches."""
         weights = None if self.weights is None else self.weights[indices]
-        channels = self.channels.lower(lambda values: values[indices])
+        channels: tuple[Channel, ...] = ()
+        if self.channels is not NO_CHANNELS:
+            channels = self.channels.lower(lambda values: values[indices])
         return self.vertices.take(indices, axis=0), weights, channels
 
 
@@ -233,7 +235,8 @@ def _check_shapes(patches: NDArray[np.int64], triangles: NDArray[np.int64]) -> N
 
 def _check_indices(patches: NDArray[np.int64], count: int, name: str) -> None:
     """Refuses indices that name no vertex; -1 is an error here, not the last one."""
-    if patches.min(initial=0) >= 0 and patches.max(initial=-1) < count:
+    # As numbers without a sign those below zero are the largest.
+    if not patches.size or np.maximum.reduce(patches.view(np.uint64), axis=None) < count:
         return
     places = np.argwhere((patches < 0) | (patches >= count))[:MAX_ISSUES]
     raise InvalidRequest(

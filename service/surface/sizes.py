@@ -10,7 +10,7 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING, TypeAlias
 
 from service.bases.arrays import FloatArray
-from service.surface.channels import Channels
+from service.surface.channels import NO_CHANNELS, Channels
 
 if TYPE_CHECKING:
     from service.surface.lowered import Model
@@ -126,6 +126,9 @@ def tensor_size(
     each = (p + 1) * (p + 2) // 2 if triangular else (p + 1) * (q + 1)
     points = patches * each
     colors, uvs = channels.colors, channels.uvs
+    beside = 0
+    if channels is not NO_CHANNELS:
+        beside = sum(net.nbytes for *_, net in channels.each())
     return SurfaceSize(
         degree,
         grids=0 if triangular else patches,
@@ -139,7 +142,7 @@ def tensor_size(
         colors=0 if colors is None else colors.shape[-1],
         uvs=0 if uvs is None else 2,
         attributes=tuple((title, net.shape[-1]) for title, net in channels.attributes),
-        own=points * numbers * NUMBER + sum(net.nbytes for *_, net in channels.each()),
+        own=points * numbers * NUMBER + beside,
         sides=patches * numbers * NUMBER * 2 * (p + q + 2),
     )
 

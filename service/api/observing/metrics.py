@@ -55,7 +55,8 @@ disable_created_metrics()  # type: ignore[no-untyped-call]
 class RequestCounters:
     """What is counted of the requests of one application, in a registry of its own.
 
-    `dropped` gives the number of lines of the log that could not be written; the log sets it.
+    `dropped` gives the number of lines of the log that could not be written; the log sets it. What
+    the event loop alone counts are plain numbers: `sent` bytes by format, `refusals` by code.
     """
 
     def __init__(self) -> None:
@@ -72,40 +73,35 @@ class RequestCounters:
         self.in_flight = 0
         gauge = Gauge("surface_http_requests_in_flight", "Requests under way.", registry=registry)
         gauge.set_function(lambda: self.in_flight)
-
-        def counter(name: str, about: str, *labels: str) -> Counter:
-            return Counter(f"surface_{name}", about, labels, registry=registry)
-
-        sent = counter("http_response_bytes", "Bytes of bodies of answers.", "format")
-        self._bytes = cache(sent.labels)
-        self._refusals = counter("refused", "Problems that were answered.", "code")
-        self._vertices = counter("vertices", "Vertices of meshes that were made.")
-        self._triangles = counter("triangles", "Triangles of meshes that were made.")
+        self.sent: dict[str, int] = {}
+        self.refusals: dict[str, int] = {}
+        self.vertices = self.triangles = 0
         about = "Computing, by the way it is done; encoding is no part of it."
-        self._engine_seconds = counter("engine_seconds", about, "formulation")
+        named = Counter("surface_engine_seconds", about, ("formulation",), registry=registry)
+        self._engine_seconds = cache(named.labels)
 
     def count(self, record: RequestRecord, seconds: float) -> None:
         """Counts a request that is over."""
         status = f"{record.status // 100}xx" if record.status else "none"
         self._durations(record.label.route, record.method, status).observe(seconds)
         if record.format and status == "2xx":
-            self._bytes(record.format).inc(record.sent)
+            self.sent[record.format] = self.sent.get(record.format, 0) + record.sent
         if record.code:
             self.refused(record.code)
 
     def refused(self, code: str) -> None:
         """Counts a problem; the server calls it where no request reached the application."""
-        self._refusals.labels(code).inc()
+        self.refusals[code] = self.refusals.get(code, 0) + 1
 
     def made(self, report: MeshReport | None) -> None:
         """Counts a mesh that was made; exact patches have no report, and are none."""
         if report is not None:
-            self._vertices.inc(report.vertices)
-            self._triangles.inc(report.triangles)
+            self.vertices += report.vertices
+            self.triangles += report.triangles
 
     def add_engine_seconds(self, formulation: str, seconds: float) -> None:
         """Counts time of computing; may be called from any thread."""
-        self._engine_seconds.labels(formulation).inc(seconds)
+        self._engine_seconds(formulation).inc(seconds)
 
 
 def register_state(registry: CollectorRegistry, state: State) -> None:
@@ -147,11 +143,19 @@ class StateCollector(Collector):
         state, answers = self._state, self._state.services.answers
         counts = answers.counts
         ready, limit = is_ready(state), state.settings.max_connections
-        dropped = state.observed.dropped()
+        observed: RequestCounters = state.observed
         yield _gauge("ready", "Whether new requests are welcome, as was last found.", ready)
         yield _gauge("connections", "Connections that are open.", len(state.connections))
         yield _gauge("connections_limit", "Connections that may be open.", limit)
-        yield _counter("log_lines_dropped", "Lines of the log that could not be written.", dropped)
+        yield _counter(
+            "log_lines_dropped", "Lines of the log that could not be written.", observed.dropped()
+        )
+        yield _counter(
+            "http_response_bytes", "Bytes of bodies of answers.", observed.sent, "format"
+        )
+        yield _counter("refused", "Problems that were answered.", observed.refusals, "code")
+        yield _counter("vertices", "Vertices of meshes that were made.", observed.vertices)
+        yield _counter("triangles", "Triangles of meshes that were made.", observed.triangles)
         yield _counter("cache_hits", "Answers sent again.", counts.hits)
         yield _counter("cache_misses", "Answers made anew.", counts.misses)
         yield _counter("cache_evictions", "Answers forgotten to make room.", counts.evictions)

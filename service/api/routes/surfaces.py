@@ -1,5 +1,6 @@
-"""Surfaces with an address: stored under the hash of their content, given back, and deleted."""
+"""Surfaces with an address, stored under the hash of their content; and signed addresses."""
 
+import time
 from functools import cache
 from typing import Any
 
@@ -8,10 +9,17 @@ from fastapi import APIRouter, HTTPException, Request, Response
 from service.api.answers import HEADERS, bytes_response, json_response
 from service.api.body import BodyRoute
 from service.api.caching.entries import FOR_AN_HOUR, FOR_EVER, is_any, listed
+from service.api.guard.signatures import signed_address
 from service.api.links import mesh_links, mesh_path, surface_address
-from service.api.models.surfaces import StoredSurface, SurfaceDocument, SurfaceList
+from service.api.models.surfaces import SignedAddress, StoredSurface, SurfaceDocument, SurfaceList
 from service.api.negotiation import condition_of, no_parameters
-from service.api.openapi.parameters import IF_NONE_MATCH, StoredId, SurfaceId, surface_body
+from service.api.openapi.parameters import (
+    IF_NONE_MATCH,
+    StoredId,
+    SurfaceId,
+    json_body,
+    surface_body,
+)
 from service.api.openapi.responses import (
     DEFINITION_HEADERS,
     LOCATION,
@@ -28,7 +36,7 @@ from service.decoders.registry import DECODERS
 from service.encoders.registry import FORMATS
 from service.errors import Issue, UnknownSurface
 from service.pipeline.documents import plan_definition
-from service.schemas.request import SurfaceRequest
+from service.schemas.request import SignRequest, SurfaceRequest
 from service.storage.canonical import plan_content
 from service.surface.examples import EXAMPLES, Example
 from service.surface.lowered import GroupModel, Model
@@ -43,6 +51,7 @@ class SurfaceRoute(BodyRoute):
 
 storing = APIRouter(route_class=SurfaceRoute)
 reading = APIRouter()
+signing = APIRouter(route_class=BodyRoute)
 deleting = APIRouter()
 
 
@@ -212,3 +221,29 @@ def _degree(model: Model) -> list[int]:
         degrees += [(of[2], of[0]) for of in sides]
     u, v = zip(*degrees, strict=True)
     return [max(u), max(v)]
+
+
+@signing.post(
+    "/v1/sign",
+    operation_id="signAddress",
+    tags=["surfaces"],
+    summary="Signs an address of a private surface",
+    response_model=SignedAddress,
+    response_description="The address.",
+    responses={200: answer({}), **POST_ERRORS},
+    openapi_extra=json_body("signAddress"),
+)
+async def sign_address(wanted: SignRequest, context: ContextDep) -> Response:
+    """Makes an address that any client may read without a key until it expires.
+
+    That is for services where surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`):
+    for a viewer on a page, say. The signature holds for that path and those parameters, in any
+    order, for `GET` and `HEAD`. Nothing is looked up or computed. Only addresses of this service
+    can be signed, for seven days at most; and only where it is set up for that
+    (`SURFACE_SIGNING_KEYS`), else there is no such call.
+    """
+    assert context.services.signer is not None
+    root = context.request.scope.get("root_path", "")
+    address, expires = signed_address(context.services.signer, wanted, root, time.time())
+    headers = HEADERS | {"Cache-Control": "no-store"}
+    return json_response({"url": address, "expires": expires}, headers=headers)

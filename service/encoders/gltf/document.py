@@ -15,7 +15,7 @@ from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt, quantized
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject, Packed
 from service.encoders.gltf.materials import LINE_MATERIAL, UNLIT
-from service.encoders.pieces import Content, joined
+from service.encoders.pieces import Content, Pieces
 from service.encoders.text import json_text
 
 GENERATOR = "Surface Service"
@@ -32,6 +32,9 @@ DATA_URI = "data:application/gltf-buffer;base64,"
 
 _QUOTED = b'"uri":"' + DATA_URI.encode() + b'"'
 """Where the buffer comes; in a name its quotation marks would have backslashes before them."""
+
+JOINED = 1 << 18
+"""Bytes up to which a file is joined: to send one more piece costs more than to copy it."""
 
 PIECE = 3 << 16
 """Bytes that become base64 at a time."""
@@ -88,7 +91,8 @@ def assembled(text: bytes, chunks: Iterable[memoryview | bytes], length: int) ->
     binary_head = struct.pack("<II", length, CHUNK_BIN) if length else b""
     total = 12 + 8 + len(text) + len(binary_head) + length
     head = struct.pack("<5I", GLB_MAGIC, GLB_VERSION, total, len(text), CHUNK_JSON)
-    return joined((head + text + binary_head, *chunks), total)
+    pieces = (head + text + binary_head, *chunks)
+    return b"".join(pieces) if total <= JOINED else Pieces(pieces)
 
 
 def textual(document: JsonObject, buffer: Packed) -> bytes:

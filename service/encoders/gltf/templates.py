@@ -5,8 +5,13 @@ to the next. A template keeps the text of the document around these, and the byt
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import accumulate
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from service.bases.arrays import Ints
 from service.bases.cache import derived
@@ -18,7 +23,7 @@ from service.encoders.gltf.document import File, assembled
 from service.encoders.gltf.primitives import split_parts
 from service.encoders.pieces import Content
 from service.encoders.text import json_text
-from service.engine.extent import extent
+from service.engine.extent import is_moved
 from service.engine.mesh.mesh import Mesh
 
 PLACE = "\ue000{}\ue000"
@@ -35,41 +40,55 @@ class Template:
     ----------
     text : tuple of bytes
         The document: text, the name of a value, text, and so on.
-    pieces : tuple of (rows, indices)
-        For each primitive its vertices, and the bytes of its triangles and behind them.
+    rows : ndarray of int, or None
+        The vertices of all primitives, one after another; None for all vertices as they are.
+    ends : tuple of int
+        Vertices before each primitive, and in all.
+    indices : tuple of list of bytes
+        For each primitive the bytes of its triangles and behind them.
     length : int
         Bytes of the buffer.
     """
 
     text: tuple[bytes, ...]
-    pieces: tuple[tuple[Ints | slice, list[bytes | memoryview]], ...]
+    rows: Ints | None
+    ends: tuple[int, ...]
+    indices: tuple[list[bytes | memoryview], ...]
     length: int
 
     @property
     def nbytes(self) -> int:
         """Bytes held."""
-        rows = sum(own.nbytes for own, _ in self.pieces if not isinstance(own, slice))
-        return (
-            sum(map(len, self.text))
-            + sum(len(each) for _, indices in self.pieces for each in indices)
-            + rows
-        )
+        indices = sum(len(each) for own in self.indices for each in own)
+        return sum(map(len, self.text)) + indices + (0 if self.rows is None else self.rows.nbytes)
 
     def fill(self, mesh: Mesh, columns: Columns) -> Content:
         """The file of a mesh with these attributes."""
         values = {b"report": json_text(report_object(mesh.report, mesh.parts))}
         values[b"origin"] = json_text(mesh.origin.tolist())
+        numbers = [column.values for column in columns.values()]
+        if self.rows is not None:
+            numbers = [values.take(self.rows, axis=0) for values in numbers]
+        for number, bounds in enumerate(self._bounds(mesh, numbers[0])):
+            values[b"low%d" % number], values[b"high%d" % number] = map(json_text, bounds)
         chunks: list[memoryview | bytes] = []
-        for number, (own, indices) in enumerate(self.pieces):
-            mine = [column.rows(own) for column in columns.values()]
-            low, high = extent(mine[0])  # the positions
-            values[b"low%d" % number] = json_text(low.tolist())
-            values[b"high%d" % number] = json_text(high.tolist())
-            chunks += [array.data.cast("B") for array in mine]
+        for first, last, indices in zip(self.ends, self.ends[1:], self.indices, strict=False):
+            chunks += [array[first:last].data.cast("B") for array in numbers]
             chunks += indices
         text = list(self.text)
         text[1::2] = map(values.__getitem__, text[1::2])
         return assembled(b"".join(text), chunks, self.length)
+
+    def _bounds(self, mesh: Mesh, positions: NDArray[Any]) -> Iterator[tuple[Any, Any]]:
+        """Least and greatest coordinates of the vertices of each primitive."""
+        if len(self.indices) == 1 and self.rows is None and not is_moved(mesh.origin):
+            return iter([(mesh.report.bounds_min, mesh.report.bounds_max)])
+        planes = positions.T.copy()
+        lows, highs = (
+            np.array(least_or_greatest.reduceat(planes, self.ends[:-1], axis=1)).T.tolist()
+            for least_or_greatest in (np.minimum, np.maximum)
+        )
+        return zip(lows, highs, strict=True)
 
 
 def planned_glb(mesh: Mesh, options: EncodeOptions, document: Callable[[], File]) -> Content | None:
@@ -86,17 +105,17 @@ def planned_glb(mesh: Mesh, options: EncodeOptions, document: Callable[[], File]
         mesh.name,
         len(mesh.positions),
         mesh.up,
-        bool(mesh.origin.any()),
+        is_moved(mesh.origin),
         mesh.colors is not None and translucent(mesh.colors),
         tuple((part.name, part.triangles, part.color) for part in mesh.parts),
         tuple((name, column.values.shape[1]) for name, column in columns.items()),
     )
     template = derived((mesh.triangles,), key, lambda: _template(mesh, len(columns), document()))
-    return template.fill(mesh, columns) if template.pieces else None
+    return template.fill(mesh, columns) if template.indices else None
 
 
 def _template(mesh: Mesh, columns: int, file: File) -> Template:
-    """The template of a file; without pieces if a name in it looks like the place of a value."""
+    """The template of a file; without primitives if a name in it looks like a value's place."""
     document, buffer = file
     document["asset"]["extras"]["report"] = PLACE.format("report")
     for node in document.get("nodes", ()):
@@ -116,5 +135,15 @@ def _template(mesh: Mesh, columns: int, file: File) -> Template:
     ends = range(stride, len(own) * stride + 1, stride)
     indices = [buffer.chunks[end - 2 : end] for end in ends]
     expected = 1 + 2 * len(own) + (len(own) if mesh.origin.any() else 0)
-    pieces = tuple(zip(own, indices, strict=True)) if len(text) == 2 * expected + 1 else ()
-    return Template(tuple(text), pieces, buffer.length)
+    if len(text) != 2 * expected + 1:
+        return Template((), None, (), (), 0)
+    every = np.arange(len(mesh.positions))
+    rows = [every[each] if isinstance(each, slice) else each for each in own]
+    taken = np.concatenate([every[:0], *rows])
+    return Template(
+        tuple(text),
+        None if np.array_equal(taken, every) else taken,
+        tuple(accumulate(map(len, rows), initial=0)),
+        tuple(indices),
+        buffer.length,
+    )

@@ -38,17 +38,16 @@ def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[C
     """
     rows = np.empty((2, layout.size), dtype=dtype)
     care = Care()
-    for block in layout.blocks:
-        batch = block.of(model.batches)
+    for block, patches in layout.cut(model.batches):
         out = rows[:, block.base : block.base + block.count * len(block.patches)]
         out = out.reshape(2, len(block.patches), block.count)
-        batch = stretched(batch, model.stretch)
+        batch = stretched(patches, model.stretch)
         _write_block(block, batch, care, out)
         if isinstance(batch, TensorPatches):
-            for side, patches, along, places in layout.extras_of(block):
+            for side, owners, along, places in layout.extras_of(block):
                 across = np.full(len(along), float(side % 2))
                 u, v = (across, along) if side < 2 else (along, across)
-                own = np.searchsorted(block.patches, patches)
+                own = np.searchsorted(block.patches, owners)
                 rows[:, places] = stored(care.curvatures(batch, own, u, v))
     return as_channels(model, rows)
 

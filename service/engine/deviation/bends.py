@@ -37,7 +37,6 @@ ACM TOG 19 (2000), on rational patches.
 """
 
 from dataclasses import dataclass
-from math import dist
 
 import numpy as np
 
@@ -57,9 +56,6 @@ MOST_BLOCKS = 8
 
 MOST_LINES = 64
 """Control points of all blocks in one direction: of high degrees there are fewer blocks."""
-
-UNIT = 2.0**-53
-"""Relative error of an operation in float64."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -95,7 +91,7 @@ def grid_bends(
     """Bends of the patches over `blocks` along u and v, which lines of the grid bound."""
     p, q = patches.degree
     found = np.zeros((4, *blocks, patches.count))
-    found[3] = across(patches)
+    found[3] = patches.diagonal
     each = 4 * blocks[0] * blocks[1] * (p + 1) * (q + 1)
     for rows in chunks(patches.count, each, CHUNK):
         net = _local(patches, rows)
@@ -144,35 +140,7 @@ def triangle_deviations(patches: TrianglePatches, divisions: int) -> FloatArray:
         )
         most = m_ij.max(axis=0)
         found[rows] = most / 6 + np.maximum(2 * n_i.sum(axis=0) - 3 * most, 0) / 54
-    return np.minimum(found * (degree * (degree - 1) / divisions**2), across(patches))
-
-
-def slack(patches: Patches, along_u: float, along_v: float) -> float:
-    """What rounding may take from the bounds above, in boxes of these sides.
-
-    A coordinate of P − c is right to 5 units in the last place of the largest, a second difference
-    of such to 28; cutting takes means of these, of at most 4 times the size, by sums of n + 1
-    products with bases right to 3 n units: 8 (p + q) + 16 in all. Where one product does both
-    (`service.engine.deviation.products`), it is a sum of (p + 1)(q + 1) products, whose factors are
-    right to 3 (p + q) + 12 units and at most 4 in all: 4 ((p + 1)(q + 1) + 3 (p + q) + 12) + 20
-    units at most. The rest is relative.
-    """
-    p, q = (patches.degree,) * 2 if isinstance(patches, TrianglePatches) else patches.degree
-    units = ((p + 1) * (q + 1) + 4 * (p + q) + 17) * (p * along_u + q * along_v) ** 2
-    if patches.weights is not None:
-        units *= 2 * weight_ratio(patches)
-    return units * UNIT * across(patches) / 2
-
-
-def across(patches: Patches) -> float:
-    """The diagonal of the bounds of a batch."""
-    low, high = patches.bounds
-    return dist(low.tolist(), high.tolist())
-
-
-def weight_ratio(patches: Patches) -> float:
-    """The largest weight of a batch over the least."""
-    return 1.0 if patches.weights is None else float(patches.weights.max() / patches.weights.min())
+    return np.minimum(found * (degree * (degree - 1) / divisions**2), patches.diagonal)
 
 
 def _local(patches: Patches, rows: slice) -> FloatArray:

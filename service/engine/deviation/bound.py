@@ -9,16 +9,21 @@ points lie wildly. Of the latter a factor of 2.4 is that points of equal paramet
 where the mesh may well be nearer.
 """
 
-from decimal import ROUND_CEILING, Context
 from math import isfinite
 
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.deviation.bends import blocks_along, grid_bends, slack, triangle_deviations
+from service.engine.deviation.bends import blocks_along, grid_bends, triangle_deviations
 from service.engine.deviation.lost import lost
 from service.engine.deviation.products import bend, is_small
-from service.engine.deviation.rounding import STEPS, edge_error, measured_errors, vertex_error
+from service.engine.deviation.rounding import (
+    STEPS,
+    edge_error,
+    measured_errors,
+    slack,
+    vertex_error,
+)
 from service.engine.mesh.filling import SampleRows
 from service.engine.mesh.layout import Layout
 from service.engine.mesh.runs import Block
@@ -27,9 +32,6 @@ from service.engine.options import MeshOptions
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
-
-ROUNDED_UP = Context(prec=4, rounding=ROUND_CEILING)
-"""Further digits of a bound would be those of the arithmetic, not of the surface."""
 
 
 def deviations(
@@ -52,8 +54,7 @@ def deviations(
     """
     found = np.empty(len(layout.base))
     beside = edge_error(seams, layout, options.method)
-    for block in layout.blocks:
-        patches = block.of(model.batches)
+    for block, patches in layout.cut(model.batches):
         moved: FloatArray | float
         if options.method == "matrix":
             dtype: Real = rows.positions.dtype.type
@@ -65,26 +66,33 @@ def deviations(
                 patches, block.resolution, samples.reshape(-1, block.count, 3), origin
             )
         found[block.first + block.patches] = _bent(patches, layout, block) * STEPS + moved + beside
-    further = lost(layout, options, rows.positions)
+    further = lost(layout, options, rows.positions) if layout.may_lose else None
     return found if further is None else found + further
 
 
 def largest(bounds: FloatArray) -> float | None:
     """The bound of several patches, rounded up to a few digits; None if there is none."""
-    return rounded_up(float(bounds.max(initial=0.0)))
+    return rounded_up(float(np.maximum.reduce(bounds, initial=0.0)))
 
 
 def rounded_up(bound: float) -> float | None:
-    """A bound with a few digits; None if it is infinite."""
-    return float(ROUNDED_UP.create_decimal_from_float(bound)) if isfinite(bound) else None
+    """A bound with four digits; None if it is infinite.
+
+    Further digits would be those of the arithmetic, not of the surface.
+    """
+    if not isfinite(bound):
+        return None
+    digits, _, exponent = f"{bound:.3e}".partition("e")
+    nearest = float(f"{digits}e{exponent}")
+    if nearest >= bound:
+        return nearest
+    return float(f"{int(digits.replace('.', '')) + 1}e{int(exponent) - 3}")
 
 
 def bounds_of_parts(model: PatchModel, bounds: FloatArray) -> list[float | None]:
     """For each part of a model the bound of its patches."""
     if model.sequence is not None:
         bounds = bounds[model.sequence]
-    if len(model.parts) == 1:
-        return [largest(bounds)]
     values = bounds.tolist()
     return [rounded_up(max(values[part.first : part.last], default=0.0)) for part in model.parts]
 
@@ -95,9 +103,9 @@ def _bent(patches: Patches, layout: Layout, block: Block) -> FloatArray:
     if isinstance(patches, TrianglePatches):
         return triangle_deviations(patches, ru) + slack(patches, 1 / ru, 1 / ru)
     p, q = patches.degree
-    numbers = block.first + block.patches
-    apart = layout.extra[numbers] >= 0 if layout.framed else np.zeros(1)
-    if not apart.any():
+    numbers = block.first + block.patches if layout.framed else block.patches
+    apart = layout.extra[numbers] >= 0 if layout.framed else None
+    if apart is None or not apart.any():
         if is_small(patches, (ru, rv)):
             return bend(patches, (ru, rv)) + slack(patches, 1 / ru, 1 / rv)
         bends = grid_bends(patches, (ru, rv), (blocks_along(ru, p), blocks_along(rv, q)))

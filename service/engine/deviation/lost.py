@@ -24,9 +24,6 @@ from service.stopping import checkpoint
 
 NOTHING = (False, False, False, False)
 
-FINE = 4
-"""Divisions along u and along v from which on sides that are one point leave nothing out."""
-
 CANDIDATES = 64
 """Places of the mesh that are tried where it has none of those that are lost."""
 
@@ -42,8 +39,7 @@ def lost(layout: Layout, options: MeshOptions, positions: RealArray) -> FloatArr
     """
     # Unwelded, nothing but sides that are one point has the same place twice.
     folds = layout.folds and options.weld
-    fine = min(layout.ru.min(), layout.rv.min()) >= FINE
-    if not folds and (fine or not layout.has_poles):
+    if not layout.may_lose:
         return None
     groups = layout.shapes
     if not (folds or any(_loses(shape, options.faces) for shape, _ in groups)):

@@ -1,21 +1,27 @@
-"""What polynomial patches of low degree bend between the samples of a grid, by one product.
+"""What polynomial patches of low degree bend between the samples of a grid, by two products.
 
 The bound is that of `service.engine.deviation.bends`, block by block:
 
     ⅛ (h_u² p (p−1) max |Δ_u² P| + 2 h_u h_v p q max |Δ_u Δ_v P| + h_v² q (q−1) max |Δ_v² P|)
 
-All vectors in it are linear in the control points, so that one matrix, with the factors in it,
-makes all of them for all blocks of all patches.
+One matrix, with the factors in it, makes the second differences of all patches, in float64. Over a
+block the control points of a polynomial are means of those over the patch: another matrix makes
+these for all blocks in float32, and its last block is the patch itself. A mean of K vectors, the
+longest of length L, is then wrong by (K + 2) 2^-24 L in each coordinate: the bound of the patch,
+times (K + 8) 2^-23, is added to those of its blocks. Lengths are in units of the largest factor
+times the diagonal of all patches: what is lost to underflow is less than 2^-62 of that, for which
+`slack` has room.
 """
 
-from itertools import accumulate, pairwise
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
-from service.bases.cache import PLANS
-from service.bases.chunks import chunks
-from service.engine.deviation.bends import across, blocks_along, shares
+from service.bases.arrays import FloatArray, RealArray
+from service.engine.deviation.bends import blocks_along, shares
+from service.engine.scratch import Workspaces
+from service.stopping import checkpoint
 from service.surface.batches import TensorPatches
 
 LARGEST = 1 << 14
@@ -30,9 +36,15 @@ ORDERS = ((2, 0), (1, 1), (0, 2))
 
 def is_small(patches: TensorPatches, divisions: tuple[int, int]) -> bool:
     """Whether one product is the faster way; rational patches always need several."""
-    p, q = patches.degree
+    return patches.weights is None and _fits(patches.degree, divisions)
+
+
+@lru_cache(256)
+def _fits(degree: tuple[int, int], divisions: tuple[int, int]) -> bool:
+    """Whether a third of the matrix has at most `LARGEST` numbers."""
+    p, q = degree
     blocks = blocks_along(divisions[0], p) * blocks_along(divisions[1], q)
-    return patches.weights is None and blocks * ((p + 1) * (q + 1)) ** 2 <= LARGEST
+    return blocks * ((p + 1) * (q + 1)) ** 2 <= LARGEST
 
 
 def bend(patches: TensorPatches, divisions: tuple[int, int]) -> FloatArray:
@@ -45,46 +57,122 @@ def bend(patches: TensorPatches, divisions: tuple[int, int]) -> FloatArray:
     divisions : (R_u, R_v)
         Triangles lie in boxes of sides h = 1/R.
     """
-    p, q = patches.degree
-    counts = [max(p + 1 - i, 0) * max(q + 1 - j, 0) for i, j in ORDERS]
-    blocks = blocks_along(divisions[0], p), blocks_along(divisions[1], q)
-    key = ("second differences", (p, q), divisions)
-    matrix = PLANS.array(key, lambda: _second_differences((p, q), divisions, blocks))
-    diagonal, found = across(patches), np.empty(patches.count)
-    for rows in chunks(patches.count, 3 * len(matrix) + 1, CHUNK):
-        points = patches.points[rows].reshape(-1, (p + 1) * (q + 1), 3) - patches.middle
-        vectors = matrix @ points.transpose(2, 1, 0)
-        np.multiply(vectors, vectors, out=vectors)
-        squares = vectors[0]
-        squares += vectors[1]
-        squares += vectors[2]
-        squares = squares.reshape(-1, blocks[0] * blocks[1], len(points))
-        bounds = np.zeros(squares.shape[1:])
-        for first, last in pairwise(accumulate(counts, initial=0)):
-            if last > first:
-                bounds += np.sqrt(squares[first:last].max(axis=0))
-        np.minimum(bounds.max(axis=0), diagonal, out=found[rows])
-    return found
+    plan = _plan(patches.degree, divisions)
+    diagonal, found = patches.diagonal, np.empty(patches.count)
+    scale, step = 1 / (diagonal or 1.0), max(1, CHUNK // (3 * len(plan.means)))
+    for first in range(0, patches.count, step):
+        checkpoint()
+        points = patches.points[first : first + step]
+        work = _WORKSPACES.get(patches.degree, divisions, len(points))
+        # Patches are the innermost axis, so that whatever is computed runs over long rows.
+        planes = points.reshape(len(points), -1, 3).transpose(2, 1, 0)
+        np.subtract(planes, patches.middle[:, np.newaxis, np.newaxis], out=work.planes)
+        np.multiply(work.planes, scale, out=work.planes)
+        np.matmul(plan.seconds, work.planes, out=work.seconds)
+        np.copyto(work.rounded, work.seconds, casting="same_kind")
+        np.matmul(plan.means, work.rounded, out=work.vectors)
+        np.multiply(work.vectors, work.vectors, out=work.vectors)
+        np.add.reduce(work.vectors, out=work.squares)
+        np.maximum.reduce(work.kinds, axis=1, out=work.longest)
+        np.sqrt(work.longest, out=work.longest)
+        np.add.reduce(work.longest, out=work.bounds)
+        np.multiply(work.whole, plan.rounding, out=work.whole)
+        np.maximum.reduce(work.blocks, out=work.largest)
+        np.add(work.largest, work.whole, out=found[first : first + step])
+    np.multiply(found, plan.unit * diagonal, out=found)
+    return np.minimum(found, diagonal, out=found)
 
 
-def _second_differences(
-    degree: tuple[int, int], divisions: tuple[int, int], blocks: tuple[int, int]
+class _Workspace:
+    """Memory for r patches, patches innermost, cut into all the arrays that are worked on."""
+
+    def __init__(self, degree: tuple[int, int], divisions: tuple[int, int], count: int) -> None:
+        plan = _plan(degree, divisions)
+        vectors, points = plan.seconds.shape
+        self.planes = np.empty((3, points, count))
+        self.seconds = np.empty((3, vectors, count))
+        self.rounded = np.empty(self.seconds.shape, np.float32)
+        self.vectors = np.empty((3, len(plan.means), count), np.float32)
+        self.squares = np.empty(self.vectors.shape[1:], np.float32)
+        self.kinds = self.squares.reshape(len(ORDERS), -1, plan.blocks + 1, count)
+        self.longest = np.empty((len(ORDERS), plan.blocks + 1, count), np.float32)
+        self.bounds = np.empty((plan.blocks + 1, count), np.float32)
+        self.blocks, self.whole = self.bounds[:-1], self.bounds[-1]
+        self.largest = np.empty(count, np.float32)
+
+
+_WORKSPACES = Workspaces(_Workspace)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Plan:
+    """What patches of one degree are multiplied by at some divisions.
+
+    Attributes
+    ----------
+    seconds : ndarray of float64, shape (N, (p+1)(q+1))
+        Makes the second differences of a net, those of each kind in turn, times their factors over
+        the largest of these. Of each kind there are as many; what it has less is zero.
+    means : ndarray of float32, shape (N (blocks + 1), N)
+        Makes of these those over the blocks, and over the patch, rows (vector, block).
+    blocks : int
+    unit, rounding : float
+        The largest factor; and what part of the bound of a patch covers that of float32.
+    """
+
+    seconds: FloatArray
+    means: RealArray
+    blocks: int
+    unit: float
+    rounding: float
+
+
+@lru_cache(64)
+def _plan(degree: tuple[int, int], divisions: tuple[int, int]) -> _Plan:
+    """The plan of patches; 64 of them take at most 13 MiB, by `LARGEST`."""
+    (p, q), (ru, rv) = degree, divisions
+    blocks = blocks_along(ru, p), blocks_along(rv, q)
+    factors = p * (p - 1) / ru**2 / 8, p * q / ru / rv / 4, q * (q - 1) / rv**2 / 8
+    kinds = [
+        (
+            np.kron(_steps(p, i), _steps(q, j)) * (factor / max(factors)),
+            _cuts(degree, divisions, (i, j)),
+        )
+        for (i, j), factor in zip(ORDERS, factors, strict=True)
+    ]
+    size, most = len(kinds), max(len(vectors) for vectors, _ in kinds)
+    seconds = np.zeros((size, most, (p + 1) * (q + 1)))
+    means = np.zeros((size, most, blocks[0] * blocks[1] + 1, size, most), np.float32)
+    for kind, (vectors, cuts) in enumerate(kinds):
+        number = len(vectors)
+        seconds[kind, :number] = vectors
+        means[kind, :number, :-1, kind, :number] = cuts
+        means[kind, :number, -1, kind, :number] = np.eye(number)
+    return _Plan(
+        seconds.reshape(size * most, -1),
+        means.reshape(-1, size * most),
+        blocks[0] * blocks[1],
+        max(factors) * (1 + 2.0**-20),
+        (size * most + 8) * 2.0**-23,
+    )
+
+
+def _steps(degree: int, order: int) -> FloatArray:
+    """Differences of this order of n + 1 numbers; none where there are not as many."""
+    differences: FloatArray = np.diff(np.eye(degree + 1), order, axis=0)
+    return differences
+
+
+def _cuts(
+    degree: tuple[int, int], divisions: tuple[int, int], order: tuple[int, int]
 ) -> FloatArray:
-    """Rows (vector, block u, block v) for nets of (p + 1)(q + 1) points; kind after kind."""
-    kinds = []
-    for i, j in ORDERS:
-        rows = _differences(degree[0], i, divisions[0], blocks[0])
-        columns = _differences(degree[1], j, divisions[1], blocks[1])
-        products = np.einsum("iak,jbl->ijabkl", rows, columns) * (2 if i == j else 1) / 8
-        kinds.append(products.reshape(-1, (degree[0] + 1) * (degree[1] + 1)))
-    return np.concatenate(kinds)
-
-
-def _differences(degree: int, order: int, divisions: int, blocks: int) -> FloatArray:
-    """h^k n!/(n−k)! Δ^k over every block of n + 1 points, k the order: rows (point, block)."""
-    if order > degree:
-        return np.empty((0, blocks, degree + 1))
-    factor = (1.0, degree, degree * (degree - 1))[order] / divisions**order
-    rows = shares(degree - order, divisions, blocks) @ np.diff(np.eye(degree + 1), order, axis=0)
-    scaled: FloatArray = factor * rows.reshape(-1, blocks, degree + 1)
-    return scaled
+    """Differences over all blocks, made of those over the patch: (vectors, blocks, vectors)."""
+    if min(n - k for n, k in zip(degree, order, strict=True)) < 0:
+        return np.zeros((0, 1, 0))
+    rows, columns = (
+        shares(n - k, r, blocks_along(r, n)).reshape(n - k + 1, -1, n - k + 1)
+        for n, k, r in zip(degree, order, divisions, strict=True)
+    )
+    size = len(rows) * len(columns)
+    cuts: FloatArray = np.einsum("iak,jbl->ijabkl", rows, columns).reshape(size, -1, size)
+    return cuts

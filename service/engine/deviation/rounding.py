@@ -19,7 +19,6 @@ from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sampled
 from service.bases.chunks import runs
 from service.bases.homogeneous import homogeneous
-from service.engine.deviation.bends import UNIT, weight_ratio
 from service.engine.evaluation.evaluate import choose
 from service.engine.mesh.connectivity import SAME_WEIGHT
 from service.engine.mesh.degree_matching import SAME_CURVE
@@ -36,6 +35,15 @@ MARGIN = 1.02
 STEPS = 1 + 2.0**-30
 """The same for bounds that float64 computes, and for the steps of up to 2^16 divisions."""
 
+UNIT = 2.0**-53
+"""Relative error of an operation in float64."""
+
+PRECISIONS: dict[Real, tuple[float, float]] = {
+    dtype: (float(np.finfo(dtype).eps) / 2, float(np.finfo(dtype).tiny))
+    for dtype in (np.float32, np.float64)
+}
+"""The unit of the last place of 1, halved, and the least number that keeps all digits."""
+
 CHUNK_SAMPLES = 1 << 15
 """Samples that are compared at a time."""
 
@@ -49,7 +57,7 @@ def vertex_error(
     they are rational; edges in float64, in model coordinates. The bases of both are computed in
     float64, right to 12 (p + q + 1) units.
     """
-    unit = float(np.finfo(dtype).eps) / 2
+    unit, least = PRECISIONS[dtype]
     _, far, near = sizes = _sizes(patches, origin)
     terms, degrees = _terms(patches, resolution, normals)
     basis = 12 * (degrees + 1) * UNIT
@@ -60,7 +68,7 @@ def vertex_error(
         # Numerator and denominator, their quotient; the way back from the middle.
         grids = near * ((2 * (terms + 4) + 1) * unit + 2 * basis + 12 * UNIT) + 3 * far * unit
     edges = _of_edges(patches, degrees, unit, sizes)
-    tiny = (terms + 8) * weight_ratio(patches) * float(np.finfo(dtype).tiny)
+    tiny = (terms + 8) * weight_ratio(patches) * least
     return MARGIN * (grids + edges) + tiny
 
 
@@ -72,7 +80,7 @@ def edge_error(seams: Seams, layout: Layout, method: Method) -> float:
     """
     curves = seams.curves
     lost = 0.0
-    if np.count_nonzero([group.points.shape[1] > 1 for group in curves]) > 1:
+    if len(curves) > 1 and sum(group.points.shape[1] > 1 for group in curves) > 1:
         far = max(float(np.abs(group.points).max(initial=0.0)) for group in curves)
         lost += 10 * SAME_CURVE * far
     if method == "matrix" or not layout.framed:
@@ -83,6 +91,28 @@ def edge_error(seams: Seams, layout: Layout, method: Method) -> float:
         apart -= sample_edges(curves, chosen, divisions)
         largest = max(largest, float(np.square(apart).sum(axis=2).max()))
     return lost + MARGIN * sqrt(largest)
+
+
+def slack(patches: Patches, along_u: float, along_v: float) -> float:
+    """What rounding may take from the bounds above, in boxes of these sides.
+
+    A coordinate of P − c is right to 5 units in the last place of the largest, a second difference
+    of such to 28; cutting takes means of these, of at most 4 times the size, by sums of n + 1
+    products with bases right to 3 n units: 8 (p + q) + 16 in all. Where one product takes second
+    differences (`service.engine.deviation.products`), it is a sum of (p + 1)(q + 1) products, whose
+    factors are right to 2 units and at most 4 in all: 4 ((p + 1)(q + 1) + 2) + 20 units at most.
+    The rest is relative.
+    """
+    p, q = (patches.degree,) * 2 if isinstance(patches, TrianglePatches) else patches.degree
+    units = ((p + 1) * (q + 1) + 4 * (p + q) + 17) * (p * along_u + q * along_v) ** 2
+    if patches.weights is not None:
+        units *= 2 * weight_ratio(patches)
+    return units * UNIT * patches.diagonal / 2
+
+
+def weight_ratio(patches: Patches) -> float:
+    """The largest weight of a batch over the least."""
+    return 1.0 if patches.weights is None else float(patches.weights.max() / patches.weights.min())
 
 
 def measured_errors(
@@ -170,14 +200,11 @@ def _triangle_rows(nets: FloatArray, divisions: int) -> Iterator[tuple[slice, Fl
 
 def _sizes(patches: Patches, origin: FloatArray) -> tuple[float, float, float]:
     """Longest control point in model coordinates, about the origin, and about the middle."""
-    (low_x, low_y, low_z), (high_x, high_y, high_z) = (
-        patches.bounds[0].tolist(),
-        patches.bounds[1].tolist(),
-    )
+    (low_x, low_y, low_z), (high_x, high_y, high_z) = patches.box
     x, y, z = origin.tolist()
     world = hypot(max(-low_x, high_x), max(-low_y, high_y), max(-low_z, high_z))
     far = hypot(max(x - low_x, high_x - x), max(y - low_y, high_y - y), max(z - low_z, high_z - z))
-    return world, far, hypot(high_x - low_x, high_y - low_y, high_z - low_z) / 2
+    return world, far, patches.diagonal / 2
 
 
 def _terms(patches: Patches, resolution: tuple[int, int], normals: bool) -> tuple[int, int]:

@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from service.bases import triangle
 from service.bases.arrays import FloatArray
 from service.engine.evaluation import de_casteljau, forward_difference
+from service.engine.evaluation.at_once import CHUNK_SAMPLES, evaluate_at_once, is_everyday
 from service.engine.evaluation.formulations import kronecker, normal_polynomial, separable
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
-from service.engine.evaluation.under_way import CHUNK_SAMPLES, Evaluation, Samples
+from service.engine.evaluation.under_way import Evaluation, Samples
 from service.engine.options import Method
 from service.engine.scratch import Real, scratch
-from service.measuring import measured
+from service.measuring import Measured
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
@@ -99,23 +100,30 @@ def evaluate(
         shape = (patches.count, *each, 3)
         out = Samples(np.empty(shape, dtype), np.empty(shape, dtype) if normals else None, 0)
     work: Evaluation
+    in_double = None
+    if dtype is not np.float64:
+        in_double = partial(_in_double, patches, resolution, method, formulation)
     if isinstance(patches, TrianglePatches):
         work = TriangleEvaluation(patches, divisions, dtype, out, origin)
-        with measured("triangles" if method == "matrix" else method):
+        with Measured("triangles" if method == "matrix" else method):
             TRIANGLES[method](work)
-    else:
+        return work.finished(in_double)
+    if method != "matrix":
+        formulation = None
+    elif formulation is None:
+        formulation = choose(patches, resolution, normals)
+    if formulation == "kronecker" and is_everyday(patches, resolution):
+        with Measured(formulation):
+            doubtful = evaluate_at_once(patches, resolution, origin, out.positions, out.normals)
+        if not doubtful:
+            return out
         work = GridEvaluation(patches, resolution, dtype, out, origin)
-        if method == "matrix":
-            formulation = formulation or choose(patches, resolution, normals)
-            with measured(formulation):
-                FORMULATIONS[formulation](work)
-        else:
-            with measured(method):
-                GRIDS[method](work)
-    if dtype is np.float64:
-        return work.finished(None)
-
-    return work.finished(partial(_in_double, patches, resolution, method, formulation))
+        work.doubtful = doubtful
+        return work.finished(in_double)
+    work = GridEvaluation(patches, resolution, dtype, out, origin)
+    with Measured(formulation or method):
+        (FORMULATIONS[formulation] if formulation else GRIDS[method])(work)
+    return work.finished(in_double)
 
 
 def _in_double(

@@ -22,8 +22,8 @@ from service.bases.bernstein import (
     sampled_partials,
 )
 from service.bases.chunks import runs
+from service.engine.evaluation.at_once import CHUNK_SAMPLES
 from service.engine.evaluation.grid_evaluation import GridEvaluation
-from service.engine.evaluation.under_way import CHUNK_SAMPLES
 from service.engine.scratch import Real, scratch
 from service.engine.vectors import cross_polynomial
 

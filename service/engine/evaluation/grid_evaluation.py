@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
-from service.bases.bernstein import sampled_with_slopes, samples
+from service.bases.bernstein import samples
 from service.engine.evaluation.normals import unit_normals
-from service.engine.evaluation.poles import pole_normals
+from service.engine.evaluation.poles import write_pole_normals
 from service.engine.evaluation.under_way import ChunkNets, Evaluation, Samples
 from service.engine.scratch import Real, scratch
 from service.surface.batches import TensorPatches
@@ -66,9 +66,4 @@ class GridEvaluation(Evaluation):
 
     def _write_poles(self, normals: RealArray) -> None:
         """Limits along collapsed sides, where these have the usual form."""
-        for poles in self.patches.poles:
-            # What has the side along v runs along u, and the other way round.
-            across = 1 - poles.axis
-            basis = sampled_with_slopes(self.patches.degree[across], self.resolution[across])
-            lines = normals if poles.axis == 0 else normals.swapaxes(1, 2)
-            lines[poles.patches, -poles.end] = pole_normals(poles, basis)
+        write_pole_normals(self.patches, self.resolution, normals)

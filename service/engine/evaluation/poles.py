@@ -1,45 +1,130 @@
 """Normals where a side of a patch is one point, the usual pole, without much ado."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from service.bases.arrays import FloatArray, RealArray
-from service.surface.batches import Poles
+from service.bases.arrays import FloatArray, Ints, RealArray
+from service.bases.bernstein import sampled_with_slopes
+from service.bases.cache import MESH_PLANS
+from service.surface.batches import TensorPatches
 
 FLAT = 2.0**-36
 """A cone whose sides make a smaller angle has no normals that rounding would not decide."""
 
+YZX_ZXY = np.array([1, 2, 0, 2, 0, 1])
+"""Coordinates in the two orders that a cross product multiplies."""
 
-def pole_normals(poles: Poles, basis: RealArray) -> FloatArray:
-    """Limit normals along sides that are one point, the usual pole.
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Sides:
+    """m sides of patches that are one point each, all of constant u or all of constant v.
+
+    Attributes
+    ----------
+    beside : ndarray of int, shape (6, m, n+1)
+        The numbers of the next row of control points, in the order `YZX_ZXY`, among all numbers of
+        all control points.
+    pole : ndarray of int, shape (6, m, 1)
+        Those of the point itself.
+    weights : ndarray of int, shape (m, n+1)
+        Where the weights of the next row are.
+    sign : ndarray of float64, shape (m, 1)
+        Of du × dv, which turns with C on the sides u = 0 and v = 1, against it on the others.
+    samples : ndarray of int, shape (m k,)
+        The k samples along each side, among all samples of all patches.
+    basis : ndarray of float64, shape (n+1, 2k)
+        Bernstein basis of degree n at the samples, then its derivatives.
+    """
+
+    beside: Ints
+    pole: Ints
+    weights: Ints
+    sign: FloatArray
+    samples: Ints
+    basis: RealArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Plan:
+    """The sides of some patches that are one point: those of constant u, those of constant v."""
+
+    sides: tuple[_Sides, ...]
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes held."""
+        arrays = ((s.beside, s.pole, s.weights, s.sign, s.samples, s.basis) for s in self.sides)
+        return sum(array.nbytes for each in arrays for array in each)
+
+
+def write_pole_normals(
+    patches: TensorPatches, resolution: tuple[int, int], normals: RealArray
+) -> None:
+    """Writes limit normals along sides that are one point, the usual pole.
 
     About the pole, N = v (C'(u) × C(u)) + O(v²) for a side v = 0, where C is the Bézier curve of
     the next row of control points seen from the pole, times their weights. So the limit is that
-    of the cone which the row spans, and no polynomial of high degree is needed.
+    of the cone which the row spans, and no polynomial of high degree is needed. Where the cone has
+    no tangent plane either, the normals are NaN.
 
     Parameters
     ----------
-    poles : Poles
-        m patches and their cones.
-    basis : ndarray of float64, shape (2k, n+1)
-        Bernstein basis of degree n at k parameters along the side, then its derivatives.
-
-    Returns
-    -------
-    ndarray of float64, shape (m, k, 3)
-        Unit length; NaN where the cone has no tangent plane either.
+    normals : ndarray, shape (P, Ru+1, Rv+1, 3)
     """
-    # Planes of coordinates in the two orders that a cross product multiplies: y z x and z x y.
-    planes = poles.cones.transpose(2, 0, 1).take([1, 2, 0, 2, 0, 1], axis=0)
-    count, rows = planes.shape[1:]
-    both = np.matmul(planes.reshape(-1, rows), basis.T).reshape(6, count, 2, -1)
-    # du × dv turns with C on the sides u = 0 and v = 1, against it on the other two.
-    against = poles.end != poles.axis
-    both = np.where(against[:, np.newaxis, np.newaxis], both[:, :, ::-1], both)
-    place, slope = both[:, :, 0], both[:, :, 1]
-    normals: FloatArray = place[:3] * slope[3:]
-    normals -= place[3:] * slope[:3]
-    length = np.sqrt(np.square(normals).sum(axis=0))
-    measure = np.einsum("mid,mid->m", poles.cones, poles.cones)
-    length[length <= FLAT * measure[:, np.newaxis]] = np.nan
-    normals /= length
-    return normals.transpose(1, 2, 0)
+    collapsed, degree = patches.collapsed, patches.degree
+    if not np.count_nonzero(collapsed):
+        return
+    key = ("poles", collapsed.tobytes(), degree, resolution)
+    plan = MESH_PLANS.get(key, lambda: _plan(patches, resolution))
+    assert isinstance(plan, _Plan)
+    points, rows = patches.points.reshape(-1), normals.reshape(-1, 3)
+    for sides in plan.sides:
+        cones = points.take(sides.beside)
+        cones -= points.take(sides.pole)
+        if patches.weights is not None:
+            cones *= patches.weights.reshape(-1).take(sides.weights)
+        both = cones @ sides.basis
+        count = both.shape[2] // 2
+        place, slope = both[:, :, :count], both[:, :, count:]
+        vectors = place[:3] * slope[3:]
+        vectors -= place[3:] * slope[:3]
+        length = np.sqrt(np.add.reduce(vectors * vectors))
+        cones *= cones
+        sizes = np.add.reduce(cones[:3], axis=(0, 2))
+        unclear = length <= FLAT * sizes[:, np.newaxis]
+        if np.count_nonzero(unclear):
+            length[unclear] = np.nan
+        length *= sides.sign
+        vectors /= length
+        rows[sides.samples] = vectors.reshape(3, -1).T
+
+
+def _plan(patches: TensorPatches, resolution: tuple[int, int]) -> _Plan:
+    """The plan of patches at these divisions."""
+    degree, found = patches.degree, []
+    grids = [
+        np.arange(patches.count * (m + 1) * (n + 1)).reshape(patches.count, m + 1, n + 1)
+        for m, n in (degree, resolution)
+    ]
+    for axis in range(2):
+        index, end = patches.collapsed[:, 2 * axis : 2 * axis + 2].nonzero()
+        if len(index):
+            # What has the side along v runs along u, and the other way round.
+            across = 1 - axis
+            points, samples = (grid if axis == 0 else grid.swapaxes(1, 2) for grid in grids)
+            beside, pole = points[index, 1 - 3 * end], points[index, -end, :1]
+            next_row, point = (
+                3 * rows + YZX_ZXY[:, np.newaxis, np.newaxis] for rows in (beside, pole)
+            )
+            found.append(
+                _Sides(
+                    next_row,
+                    point,
+                    beside,
+                    np.where(end != axis, -1.0, 1.0)[:, np.newaxis],
+                    samples[index, -end].ravel(),
+                    sampled_with_slopes(degree[across], resolution[across]).T,
+                )
+            )
+    return _Plan(tuple(found))

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from service.bases import triangle, triangle_basis
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.chunks import runs
+from service.engine.evaluation.at_once import CHUNK_SAMPLES
 from service.engine.evaluation.triangle_nets import differences
 from service.engine.evaluation.triangle_normals import triangle_normals
 from service.engine.evaluation.under_way import (
-    CHUNK_SAMPLES,
     ChunkNets,
     Evaluation,
     Samples,

@@ -14,25 +14,19 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.chunks import runs
+from service.engine.evaluation.at_once import (
+    CHUNK_SAMPLES,
+    ORDINARY,
+    SUBNORMAL,
+    TRUSTED,
+    is_ordinary,
+)
+from service.engine.extent import is_moved
 from service.engine.scratch import Real, scratch
 from service.surface.batches import Patches
 
-CHUNK_SAMPLES = 18_432
-"""Samples worked on at a time: a dozen planes of them fit the second-level cache."""
-
-ORDINARY = 16
-"""Models larger than 2^-16 and smaller than 2^16 are not scaled: fourth powers of such lengths are
-far from float32's limits."""
-
-TRUSTED: dict[Real, float] = {np.float32: 2.0**-6, np.float64: 2.0**-20}
-"""|S_u × S_v| ÷ (mean |Δ_u P| · mean |Δ_v P|) above which the working precision is good enough: the
-direction is then wrong by at most about 1e-5 (float32, usually 2e-7) or 1e-10 (float64)."""
-
 ONE_BY_ONE = 128
 """One normal computed by itself costs as much as this many samples of a patch in float64."""
-
-SUBNORMAL: dict[Real, float] = {np.float32: 2.0**-100, np.float64: 2.0**-900}
-"""|S_u × S_v|² below which squares of its coordinates have lost digits to underflow."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -50,7 +44,8 @@ class Samples:
 class Evaluation(ABC):
     """One evaluation under way: its inputs, its outputs, and what the formulations share.
 
-    `each` counts the samples of one patch. `positions` and `normals` are those of the result.
+    `each` counts the samples of one patch. `positions` and `normals` are those of the result. The
+    normals of samples that are `doubtful`, counted over all, are computed anew in the end.
     """
 
     def __init__(
@@ -67,15 +62,15 @@ class Evaluation(ABC):
         self.rational = patches.weights is not None
         self.positions = out.positions
         self.normals = out.normals
-        self.origin = None if origin is None or not origin.any() else origin
+        self.origin = None if origin is None or not is_moved(origin) else origin
         # Rational nets are evaluated about the batch's middle, where S_u = (X_u − w_u S)/w loses
         # least; their points are moved back when they are written. A power of two scales exactly.
         self.scale = 1.0
-        if not 2.0**-ORDINARY <= patches.extent <= 2.0**ORDINARY and patches.extent > 0:
+        if not is_ordinary(patches):
             self.scale = float(np.exp2(min(ORDINARY - np.frexp(patches.extent)[1], 1000)))
         self.heaviest = 1.0 if patches.weights is None else float(patches.weights.max())
         self.dimension = 4 if self.rational else 3
-        self._doubtful: list[NDArray[np.intp]] = []
+        self.doubtful: list[NDArray[np.intp]] = []
 
     def points(self, first: int, last: int, at: FloatArray) -> FloatArray:
         """Writes the control points of patches [first, last) that are evaluated.
@@ -178,7 +173,7 @@ class Evaluation(ABC):
         if np.count_nonzero(doubtful):
             # The normal comes out as NaN, which marks that it is still owed.
             square[doubtful] = np.nan
-            self._doubtful.append(doubtful.reshape(-1).nonzero()[0] + first)
+            self.doubtful.append(doubtful.reshape(-1).nonzero()[0] + first)
         np.sqrt(square, out=square)
         np.divide(vectors, square, out=_coordinates(out))
 
@@ -211,9 +206,9 @@ class Evaluation(ABC):
         Limits at poles come first. A patch of which many normals are still owed is evaluated as a
         whole in float64, by `in_double`; what is owed then is computed one by one.
         """
-        if self.normals is None or not self._doubtful:
+        if self.normals is None or not self.doubtful:
             return Samples(self.positions, self.normals, 0)
-        doubtful = self._doubtful[0] if len(self._doubtful) == 1 else np.concatenate(self._doubtful)
+        doubtful = self.doubtful[0] if len(self.doubtful) == 1 else np.concatenate(self.doubtful)
         normals = self.normals.reshape(-1, 3)
         self._write_poles(self.normals)
         owed = np.isnan(normals[doubtful, 0])

@@ -5,14 +5,18 @@ Where sides of several degrees may be equal after raising, or weights differ, `f
 the coordinates each time.
 """
 
+from collections.abc import Hashable
+
 import numpy as np
 
+from service.bases.arrays import FloatArray
 from service.bases.cache import MESH_PLANS
 from service.engine.mesh.connectivity import (
     FEW_POINTS,
     Connectivity,
     digest,
     equal_points,
+    first_equals,
 )
 from service.engine.mesh.edge_patterns import (
     EdgePattern,
@@ -36,16 +40,8 @@ def connect(model: PatchModel) -> Seams:
     batches = model.batches
     points = [border_points(batch) for batch in batches]
     border = points[0] if len(points) == 1 else np.concatenate(points)
-    forms = tuple((isinstance(b, TrianglePatches), b.side_degrees, b.count) for b in batches)
-    columns = 0
-    if model.domain is not None and len(border) > FEW_POINTS:
-        columns = _plain_columns(batches[0], model.domain)
-    numbers = None if columns else equal_points(border)
-    pattern = MESH_PLANS.get(
-        ("edges", forms, columns, b"" if numbers is None else digest(numbers)),
-        lambda: find_pattern(batches, equal_points(border) if numbers is None else numbers),
-    )
-    assert isinstance(pattern, EdgePattern)
+    forms = tuple((isinstance(b, TrianglePatches), b.degree, b.count) for b in batches)
+    pattern = _pattern(model, border, forms)
     seams = None
     if pattern.is_certain:
         weights = None
@@ -53,6 +49,31 @@ def connect(model: PatchModel) -> Seams:
             weights = np.concatenate([border_weights(batch) for batch in batches])
         seams = pattern.seams(border, weights)
     return seams or _renumbered(find_seams(batches))
+
+
+def _pattern(model: PatchModel, border: FloatArray, forms: tuple[Hashable, ...]) -> EdgePattern:
+    """The pattern of the border points of a model: mostly that of the last model of its form."""
+    found: object
+    if len(border) <= FEW_POINTS:
+        few = first_equals(border)
+        found = MESH_PLANS.get(
+            ("edges", forms, few), lambda: find_pattern(model.batches, np.array(few))
+        )
+        assert isinstance(found, EdgePattern)
+        return found
+    last = ("last edges", forms)
+    found = MESH_PLANS.find(last)
+    if isinstance(found, EdgePattern) and found.equal.hold(border):
+        return found
+    columns = 0 if model.domain is None else _plain_columns(model.batches[0], model.domain)
+    numbers = None if columns else equal_points(border)
+    found = MESH_PLANS.get(
+        ("edges", forms, columns, b"" if numbers is None else digest(numbers)),
+        lambda: find_pattern(model.batches, equal_points(border) if numbers is None else numbers),
+    )
+    assert isinstance(found, EdgePattern)
+    MESH_PLANS.put(last, found)
+    return found
 
 
 def _plain_columns(batch: Patches, domain: Domain) -> int:
@@ -86,8 +107,12 @@ def _renumbered(seams: Seams) -> Seams:
         order = np.argsort(side[group.ids])
         old, new = group.ids[order], np.arange(first, first + len(order))
         rank[old] = new
+        points, turned = group.points[order], against[old]
+        points[turned] = points[turned, ::-1]
         weights = None if group.weights is None else group.weights[order]
-        curves.append(EdgeCurves(new, group.points[order], weights, against[old]))
+        if weights is not None:
+            weights[turned] = weights[turned, ::-1]
+        curves.append(EdgeCurves(new, points, weights))
         first += len(order)
     stand_in, number = first_of(connectivity.corner.reshape(-1, 1).astype(np.float64))
     renumbered = Connectivity(

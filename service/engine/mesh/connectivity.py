@@ -25,6 +25,9 @@ factor changes their last digits."""
 FEW_POINTS = 40
 """Up to here points are looked up one by one sooner than sorted."""
 
+DIRECTION = (0.5411961001461969, 0.7653668647301796, 0.3477591)
+"""On which few points of a model have one projection, as they would on an axis."""
+
 
 @dataclass(frozen=True, eq=False)
 class Connectivity:
@@ -99,14 +102,47 @@ def equal_points(points: FloatArray) -> Ints:
 
     Points are equal if their coordinates are, bit for bit.
     """
-    found: Ints
     if len(points) <= FEW_POINTS:
-        first: dict[tuple[float, ...], int] = {}
-        found = np.array([first.setdefault(tuple(p), k) for k, p in enumerate(points.tolist())])
-    else:
-        leaders, number = distinct_rows(points)
-        found = leaders[number]
-    return found
+        return np.array(first_equals(points), np.intp)
+    leaders, number = distinct_rows(points)
+    return leaders[number]
+
+
+def first_equals(points: FloatArray) -> tuple[int, ...]:
+    """What `equal_points` answers, of few points, looked up one by one."""
+    first: dict[tuple[float, ...], int] = {}
+    return tuple([first.setdefault(tuple(p), k) for k, p in enumerate(points.tolist())])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class EqualPoints:
+    """An answer of `equal_points`, to be compared with other points.
+
+    `number` (N,) is the answer, `leaders` (L,) the points that are equal to none before them.
+    """
+
+    number: Ints
+    leaders: Ints
+
+    @staticmethod
+    def of(number: Ints) -> "EqualPoints":
+        """The answer with its leaders."""
+        return EqualPoints(number, np.flatnonzero(number == np.arange(len(number))))
+
+    def hold(self, points: FloatArray) -> bool:
+        """Whether this is the answer for `points` (N, 3), too; False where that is not certain.
+
+        All leaders differ if their projections on one direction do: equal points have equal ones.
+        """
+        equal = points.take(self.number, axis=0) == points
+        if np.count_nonzero(equal) < equal.size:
+            return False
+        x, y, z = points.take(self.leaders, axis=0).T
+        place = x * DIRECTION[0]
+        place += y * DIRECTION[1]
+        place += z * DIRECTION[2]
+        place.sort()
+        return not np.count_nonzero(place[1:] == place[:-1])
 
 
 def digest(*arrays: NDArray[Any]) -> bytes:

@@ -27,12 +27,15 @@ class Averages:
         The group of each member.
     pairs : int
         The first groups and members, this many, are those of one member.
+    first : ndarray of int, shape (n,)
+        The first sample of the group of each member.
     """
 
     leaders: Ints
     members: Ints
     slot: Ints
     pairs: int
+    first: Ints
 
     @staticmethod
     def of(leader: Ints, members: Ints | None = None) -> "Averages":
@@ -52,7 +55,7 @@ class Averages:
         # Of pairs the groups are in the order of their members.
         first = np.concatenate([first[paired][slot[:pairs]], first[~paired]])
         slot[:pairs] = np.arange(pairs)
-        return Averages(first, members, slot, pairs)
+        return Averages(first, members, slot, pairs, first[slot])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -99,17 +102,16 @@ def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing 
         None if all samples at one place share their vertex: there is no crease.
     """
     own = normals.take(places.members, axis=0)
-    step = normals.take(places.leaders, axis=0).take(places.slot, axis=0)
-    np.subtract(own, step, out=step)
-    near = np.einsum("nd,nd->n", step, step) <= chord(angle) ** 2
-    if near.all():
+    step = own - normals.take(places.first, axis=0)
+    near = np.vecdot(step, step) <= chord(angle) ** 2
+    if np.count_nonzero(near) == len(near):
         return None
     rest = np.flatnonzero(~near)
     slot = places.slot[rest]
     first = np.empty(len(places.leaders), np.intp)
     first[slot[::-1]] = np.arange(len(rest))[::-1]  # written backwards, the first one stays
     group = leaders(first[slot], own[rest], chord(angle))
-    found = places.leaders.take(places.slot)
+    found = places.first.copy()
     found[rest] = places.members[rest[group]]
     return Sharing(found, digest(near, group))
 
@@ -132,7 +134,7 @@ def mean_normals(normals: RealArray, averages: Averages) -> FloatArray:
     squares = total * total
     length = np.sqrt(squares[0] + squares[1] + squares[2])
     unclear = length <= OPPOSITE
-    if unclear.any():
+    if np.count_nonzero(unclear):
         total[:, unclear], length[unclear] = first[unclear].T, 1.0
     total /= length
     return total.T

@@ -16,11 +16,11 @@ from functools import lru_cache
 import numpy as np
 
 from service.bases import triangle
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import FloatArray, Ints
 from service.bases.distinct import distinct_rows
-from service.engine.mesh.connectivity import Connectivity, triangular_patches
+from service.engine.mesh.connectivity import Connectivity, EqualPoints, triangular_patches
 from service.engine.mesh.degree_matching import candidates
-from service.engine.mesh.edges import EdgeCurves
+from service.engine.mesh.edges import EdgeCurves, directed
 from service.engine.mesh.seams import Seams
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.sides import BEGINS, ENDS
@@ -40,6 +40,8 @@ class EdgePattern:
         Of each degree all sides, in the direction of their edges, and the row of `edges` of each.
     is_certain : bool
         False where edges of several degrees may be one curve.
+    equal : EqualPoints
+        Of the border points.
     """
 
     connectivity: Connectivity
@@ -47,11 +49,13 @@ class EdgePattern:
     edges: tuple[Ints, ...]
     sides: tuple[tuple[Ints, Ints], ...]
     is_certain: bool
+    equal: EqualPoints
 
     @property
     def nbytes(self) -> int:
         """Bytes held."""
         arrays = [self.corners, *self.edges, *(each for pair in self.sides for each in pair)]
+        arrays += [self.equal.number, self.equal.leaders]
         return sum(array.nbytes for array in arrays) + self.connectivity.nbytes
 
     def seams(self, border: FloatArray, weights: FloatArray | None) -> Seams | None:
@@ -69,10 +73,9 @@ class EdgePattern:
                     return None
                 own = lead
             ids = np.arange(first, first + len(rows))
-            points, own, turned = _canonical(border[rows], own)
-            curves.append(EdgeCurves(ids, points, own, turned))
+            curves.append(EdgeCurves(ids, border.take(rows, axis=0), own))
             first += len(rows)
-        return Seams(self.connectivity, border[self.corners], tuple(curves))
+        return Seams(self.connectivity, border.take(self.corners, axis=0), tuple(curves))
 
 
 def border_points(batch: Patches) -> FloatArray:
@@ -87,31 +90,6 @@ def border_weights(batch: Patches) -> FloatArray:
     if batch.weights is None:
         return np.ones(batch.count * len(border))
     return batch.weights.reshape(batch.count, -1).take(border, axis=1).ravel()
-
-
-def _canonical(
-    points: FloatArray, weights: FloatArray | None
-) -> tuple[FloatArray, FloatArray | None, Bools]:
-    """Edges (E, n+1, d) in the direction in which their numbers come first in dictionary order.
-
-    Written over them; and which were turned. For most edges their first numbers decide; the
-    weights (E, n+1) come last.
-    """
-    first, last = points[:, 0, 0], points[:, -1, 0]
-    turn = first > last
-    tied = np.flatnonzero(first == last)
-    if len(tied):
-        own = points[tied]
-        rows, turned = own.reshape(len(own), -1), own[:, ::-1].reshape(len(own), -1)
-        if weights is not None:
-            rows = np.concatenate([rows, weights[tied]], axis=1)
-            turned = np.concatenate([turned, weights[tied, ::-1]], axis=1)
-        at = np.arange(len(rows)), (rows != turned).argmax(axis=1)
-        turn[tied] = rows[at] > turned[at]
-    points[turn] = points[turn, ::-1]
-    if weights is not None:
-        weights[turn] = weights[turn, ::-1]
-    return points, weights, turn
 
 
 @lru_cache(maxsize=256)
@@ -161,7 +139,7 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         place, own = place[order], own[order]
         points = numbers[own]
         collapsed[place] = (points == points[:, :1]).all(axis=1)
-        canonical, _, turned = _canonical(points[..., None].astype(np.float64), None)
+        canonical, _, turned = directed(points[..., None].astype(np.float64), None)
         leader, number = first_of(canonical[..., 0])
         edge[place] = sum(map(len, edges)) + number
         backward[place] = turned ^ turned[leader[number]]
@@ -186,6 +164,7 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         tuple(edges),
         tuple(sides_of),
         is_certain,
+        EqualPoints.of(numbers),
     )
 
 

@@ -1,8 +1,8 @@
 """Distinct edges as curves, and their samples.
 
-Every distinct edge is sampled once, in a direction and by operations that depend on nothing but the
-edge, and all its patches copy those samples. Hence no crack, whatever the order of the patches and
-whichever of them are computed together.
+Every distinct edge is sampled once, by operations that depend on nothing but the edge, and not on
+its direction; all its patches copy those samples. Hence no crack, whatever the order of the patches
+and whichever of them are computed together.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -20,24 +20,22 @@ from service.engine.options import Method
 
 @dataclass(frozen=True, eq=False, slots=True)
 class EdgeCurves:
-    """Distinct edges of one degree n: Bézier curves in their canonical direction.
+    """Distinct edges of one degree n: Bézier curves.
 
     `ids` (E,), `points` (E, n+1, 3), `weights` (E, n+1) or None; the largest weight of each is 1.
-    `turned` (E,) tells which edges count their samples against that direction; None if none does.
     """
 
     ids: Ints
     points: FloatArray
     weights: FloatArray | None
-    turned: Bools | None = None
 
-    def take(self, chosen: Bools) -> "EdgeCurves":
-        """Some of the edges, as `chosen` (E,) tells; mostly all."""
+    def take(self, wanted: Bools) -> "EdgeCurves":
+        """The edges that `wanted` tells, by their numbers; mostly all."""
+        chosen = wanted[self.ids]
         if chosen.all():
             return self
         weights = None if self.weights is None else self.weights[chosen]
-        turned = None if self.turned is None else self.turned[chosen]
-        return EdgeCurves(self.ids[chosen], self.points[chosen], weights, turned)
+        return EdgeCurves(self.ids[chosen], self.points[chosen], weights)
 
 
 METHODS: Mapping[Method, Callable[[FloatArray, int], FloatArray]] = MappingProxyType(
@@ -47,37 +45,59 @@ METHODS: Mapping[Method, Callable[[FloatArray, int], FloatArray]] = MappingProxy
 
 
 def sample_edges(
-    curves: Sequence[EdgeCurves], wanted: Bools, divisions: int, method: Method = "matrix"
+    curves: Sequence[EdgeCurves], wanted: Bools | None, divisions: int, method: Method = "matrix"
 ) -> FloatArray:
     """Points at R equal divisions of the wanted edges, in the order of their numbers.
 
         C(k/R) = Σ_i B_i^n(k/R) w_i P_i / Σ_i B_i^n(k/R) w_i
 
-    Bit for bit the same wherever an edge turns up: summed term by term, because the order of a
-    matrix product's additions depends on its shape and on the machine; the other methods compute
-    every number by itself. The ends are the control points themselves.
+    Bit for bit the same wherever an edge turns up, in whichever direction: summed term by term,
+    because the order of a matrix product's additions depends on its shape and on the machine, the
+    first term with the last, the second with the last but one; the other methods compute every
+    number by itself, in one of the two directions. The ends are the control points themselves.
 
     Parameters
     ----------
-    wanted : ndarray of bool, shape (E,)
+    wanted : ndarray of bool, shape (E,), or None
+        None for all edges.
 
     Returns
     -------
-    ndarray of float64, shape (edges wanted, R+1, 3)
+    ndarray of float64, shape (R+1, edges wanted, 3)
     """
     parts = []
     for group in curves:
-        chosen = group.take(wanted[group.ids])
-        points, weights = chosen.points, chosen.weights
+        chosen = group if wanted is None else group.take(wanted)
         if method == "matrix":
-            place = _sample(points, weights, divisions)
+            parts.append(_sample(chosen.points, chosen.weights, divisions))
         else:
-            place = _sample_by(METHODS[method], points, weights, divisions)
-        place[:, 0], place[:, -1] = points[:, 0], points[:, -1]
-        if chosen.turned is not None:
-            place[chosen.turned] = place[chosen.turned, ::-1]
-        parts.append(place)
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+            parts.append(_sample_by(METHODS[method], chosen.points, chosen.weights, divisions))
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+
+
+def directed(
+    points: FloatArray, weights: FloatArray | None
+) -> tuple[FloatArray, FloatArray | None, Bools]:
+    """Edges (E, n+1, d) in the direction in which their numbers come first in dictionary order.
+
+    Written over them; and which were turned. For most edges their first numbers decide; the
+    weights (E, n+1) come last.
+    """
+    first, last = points[:, 0, 0], points[:, -1, 0]
+    turn = first > last
+    tied = np.flatnonzero(first == last)
+    if len(tied):
+        own = points[tied]
+        rows, turned = own.reshape(len(own), -1), own[:, ::-1].reshape(len(own), -1)
+        if weights is not None:
+            rows = np.concatenate([rows, weights[tied]], axis=1)
+            turned = np.concatenate([turned, weights[tied, ::-1]], axis=1)
+        at = np.arange(len(rows)), (rows != turned).argmax(axis=1)
+        turn[tied] = rows[at] > turned[at]
+    points[turn] = points[turn, ::-1]
+    if weights is not None:
+        weights[turn] = weights[turn, ::-1]
+    return points, weights, turn
 
 
 def _sample_by(
@@ -86,33 +106,44 @@ def _sample_by(
     weights: FloatArray | None,
     divisions: int,
 ) -> FloatArray:
+    points, weights, turned = directed(points.copy(), None if weights is None else weights.copy())
     if weights is None:
-        return method(points, divisions)
-    values = method(homogeneous(points, weights), divisions)
-    values[_plain(weights), :, 3] = 1.0
-    return values[..., :3] / values[..., 3:]
+        values = method(points, divisions)
+    else:
+        values = method(homogeneous(points, weights), divisions)
+        values[_plain(weights), :, 3] = 1.0
+        values = values[..., :3] / values[..., 3:]
+    values[:, 0], values[:, -1] = points[:, 0], points[:, -1]
+    values[turned] = values[turned, ::-1]
+    return values.swapaxes(0, 1)
 
 
 def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> FloatArray:
-    """Samples (E, R+1, 3) of all edges: term by term, over long contiguous rows."""
-    basis = sampled(points.shape[1] - 1, divisions)
-    rows = points.transpose(1, 0, 2).reshape(points.shape[1], -1)
+    """Samples (R+1, E, 3) of all edges, over long contiguous rows."""
+    count, terms = points.shape[:2]
+    basis = sampled(terms - 1, divisions).T[:, :, np.newaxis]
+    rows = points.transpose(1, 0, 2).reshape(terms, -1)
     if weights is None:
-        place = basis[:, :1] * rows[0]
-        for i in range(1, len(rows)):
-            place += basis[:, i : i + 1] * rows[i]
-        place += 0.0  # turns −0 into 0
-        plain: FloatArray = place.reshape(divisions + 1, -1, 3).swapaxes(0, 1)
-        return plain
-    place = np.zeros((divisions + 1, rows.shape[1]))
-    total = np.zeros((divisions + 1, len(points)))
-    for i in range(len(rows)):
-        weighted = basis[:, i : i + 1] * weights[:, i]
-        total += weighted
-        place += np.repeat(weighted, 3, axis=1) * rows[i]
+        return _sum_pairs([*map(np.multiply, basis, rows)]).reshape(divisions + 1, count, 3)
+    shares = [*map(np.multiply, basis, weights.T)]
+    terms_of = [np.repeat(share, 3, axis=1) * row for share, row in zip(shares, rows, strict=True)]
+    samples = _sum_pairs(terms_of).reshape(divisions + 1, count, 3)
+    total = _sum_pairs(shares)
     total[:, _plain(weights)] = 1.0
-    samples: FloatArray = place.reshape(divisions + 1, -1, 3).swapaxes(0, 1)
-    return samples / total.T[:, :, None]
+    samples /= total[:, :, np.newaxis]
+    samples[0], samples[-1] = points[:, 0], points[:, -1]
+    return samples
+
+
+def _sum_pairs(terms: list[FloatArray]) -> FloatArray:
+    """The sum of terms, the same to the last bit in the opposite order; written over them."""
+    half = len(terms) // 2
+    for one, other in zip(terms[:half], terms[::-1], strict=False):
+        np.add(one, other, out=one)
+    total = terms[0]
+    for pair in terms[1 : len(terms) - half]:
+        total += pair
+    return total
 
 
 def _plain(weights: FloatArray) -> Bools:

@@ -11,6 +11,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.normals import unit_normals
+from service.engine.extent import is_moved
 from service.engine.mesh.channels import ChannelRows, sample_channels
 from service.engine.mesh.creases import mean_normals
 from service.engine.mesh.edges import sample_edges
@@ -21,6 +22,9 @@ from service.engine.options import MeshOptions, Method
 from service.engine.scratch import Real
 from service.surface.batches import TensorPatches
 from service.surface.lowered import PatchModel
+
+ROW = {size: np.dtype((np.void, 3 * size)) for size in (4, 8)}
+"""Three numbers of 4 or 8 bytes as one item."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,23 +65,25 @@ def sample(
     origin: FloatArray,
 ) -> SampleRows:
     """Evaluates the blocks, then writes the samples of every edge over its sides."""
-    results = [
-        evaluate(
-            block.of(model.batches),
-            block.resolution,
-            dtype=dtype,
-            normals=options.normals,
-            origin=origin,
-            method=options.method,
+    results = []
+    for block, patches in layout.cut(model.batches):
+        if layout.has_poles and isinstance(patches, TensorPatches):
+            patches.tell_collapsed(seams.collapsed[block.first + block.patches])
+        results.append(
+            evaluate(
+                patches,
+                block.resolution,
+                dtype=dtype,
+                normals=options.normals,
+                origin=origin,
+                method=options.method,
+            )
         )
-        for block in layout.blocks
-    ]
-    poles = sum(result.poles for result in results)
-    extras = layout.size - sum(block.count * len(block.patches) for block in layout.blocks)
-    positions = _run([result.positions for result in results], extras)
+    poles = sum([result.poles for result in results])
+    positions = _run([result.positions for result in results], layout.size)
     normals = None
     if options.normals:
-        normals = _run([r.normals for r in results if r.normals is not None], extras)
+        normals = _run([r.normals for r in results if r.normals is not None], layout.size)
     _write_edges(positions, seams, layout, origin, options.method)
     if layout.framed and normals is not None:
         poles += _write_extra_normals(model, layout, normals)
@@ -86,13 +92,16 @@ def sample(
         for rows in (positions, normals):
             if rows is not None:
                 np.add(rows, 0.0, out=rows)
-    channels = sample_channels(model, layout, dtype, options.uvs)
+    channels: tuple[ChannelRows, ...] = ()
+    if options.uvs or model.batches[0].channels:
+        channels = sample_channels(model, layout, dtype, options.uvs)
     return SampleRows(positions, normals, channels, poles)
 
 
-def _run(grids: list[RealArray], extras: int) -> RealArray:
-    """Grids (m, Ru+1, Rv+1, d) as one run of rows, with room for the extra samples."""
+def _run(grids: list[RealArray], size: int) -> RealArray:
+    """Grids (m, Ru+1, Rv+1, d) as one run of `size` rows, those behind the grids zero."""
     rows = [grid.reshape(-1, grid.shape[-1]) for grid in grids]
+    extras = size - sum(map(len, rows))
     if len(rows) == 1 and not extras:
         return rows[0]
     return np.concatenate([*rows, np.zeros((extras, rows[0].shape[1]), rows[0].dtype)])
@@ -104,15 +113,15 @@ def _write_edges(
     """Every side gets the very samples of its edge, every corner its control point."""
     writes = layout.border_writes
     points = [
-        sample_edges(seams.curves, chosen, divisions, method).swapaxes(0, 1).reshape(-1, 3)
+        sample_edges(seams.curves, chosen, divisions, method).reshape(-1, 3)
         for divisions, chosen in writes.groups
     ]
     table = np.concatenate([*points, seams.corner_points])
-    if origin.any():
+    if is_moved(origin):
         table -= origin
     rows = table.astype(positions.dtype).take(writes.sources, axis=0)
     # Whole rows as single items: written almost twice as fast.
-    row = np.dtype((np.void, rows.itemsize * 3))
+    row = ROW[rows.itemsize]
     positions.view(row)[writes.targets] = rows.view(row)
 
 

@@ -6,7 +6,7 @@ the two numbers of divisions. Where a neighbour divides a shared edge more finel
 at the end.
 """
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,7 +19,11 @@ from service.engine.mesh.connectivity import Connectivity
 from service.engine.mesh.creases import Averages
 from service.engine.mesh.patterns import AnyShape, Shape, TriangleShape
 from service.engine.mesh.runs import Block, SampleRuns
+from service.surface.batches import Patches
 from service.surface.sides import along_sides
+
+FINE = 4
+"""Divisions along u and along v from which on sides that are one point leave nothing out."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -28,15 +32,15 @@ class BorderWrites:
 
     Attributes
     ----------
-    groups : tuple of (int, ndarray of bool, shape (E,))
-        A number of divisions R, and which edges have it. In a table of points, the (R + 1) E_R
-        samples of these come one group after another, those of equal parameter together; the
-        corners (C,) come last.
+    groups : tuple of (int, ndarray of bool, shape (E,), or None)
+        A number of divisions R, and which edges have it; None for all. In a table of points, the
+        (R + 1) E_R samples of these come one group after another, those of equal parameter
+        together; the corners (C,) come last.
     targets, sources : ndarrays of int, shape (n,)
         Samples of the model, and the row of the table for each of them.
     """
 
-    groups: tuple[tuple[int, Bools], ...]
+    groups: tuple[tuple[int, Bools | None], ...]
     targets: Ints
     sources: Ints
 
@@ -133,6 +137,16 @@ class Layout(SampleRuns):
         border = int(self.divisions[self.connectivity.edge].sum()) + 4 * len(self.base)
         return 8 * (3 * self.size + 6 * border + 30 * len(self.base)) + self.connectivity.nbytes
 
+    def cut(self, batches: Sequence[Patches]) -> list[tuple[Block, Patches]]:
+        """The blocks, and their patches out of the batches of a model."""
+        return [
+            (
+                block,
+                batches[block.batch] if block.whole else batches[block.batch].take(block.patches),
+            )
+            for block in self.blocks
+        ]
+
     @cached_property
     def framed(self) -> bool:
         """Whether any side has samples of its own beside its grid."""
@@ -142,6 +156,12 @@ class Layout(SampleRuns):
     def folds(self) -> bool:
         """Whether faces may have one place twice that no pattern knows of."""
         return bool(self.divisions.min() < 2) or self.connectivity.is_folded
+
+    @cached_property
+    def may_lose(self) -> bool:
+        """Whether faces that have no area may leave out more than a line."""
+        is_fine = min(self.ru.min(), self.rv.min()) >= FINE
+        return self.folds or (self.has_poles and not is_fine)
 
     @cached_property
     def has_poles(self) -> bool:
@@ -183,12 +203,15 @@ class Layout(SampleRuns):
     def border_writes(self) -> BorderWrites:
         """What is written over the borders of the patches."""
         edge = self.connectivity.edge.ravel()
-        groups, targets, sources = [], [], []
+        groups: list[tuple[int, Bools | None]] = []
+        targets, sources = [], []
         first = 0
-        for divisions, sides in self.side_groups():
+        by_divisions = [*self.side_groups()]
+        for divisions, sides in by_divisions:
             chosen = np.zeros(len(self.divisions), dtype=bool)
-            chosen[edge[sides]] = True
-            groups.append((divisions, chosen))
+            # To sample edges that are one point, too, costs less than to leave them out.
+            chosen[edge[sides] if len(by_divisions) > 1 else slice(None)] = True
+            groups.append((divisions, None if chosen.all() else chosen))
             count = int(np.count_nonzero(chosen))
             row = np.cumsum(chosen)[edge[sides]] - 1 + first
             # The ends of a side are corners.

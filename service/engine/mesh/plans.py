@@ -72,7 +72,7 @@ class FacePlan:
         found = [self.triangles, self.quads, self.ends, *self.grids, self.samples, self.welds]
         if self.means is not None:
             averages, vertices = self.means
-            found += [averages.leaders, averages.members, averages.slot, vertices]
+            found += [averages.leaders, averages.members, averages.slot, averages.first, vertices]
         return [array for array in found if array is not None]
 
 

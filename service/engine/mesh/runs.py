@@ -1,6 +1,6 @@
 """The samples of patches: a grid, or rows, of each of them, and runs beside framed sides."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,7 +10,6 @@ from service.bases import triangle
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.mesh.connectivity import Connectivity
 from service.engine.mesh.patterns import AnyShape, TriangleShape
-from service.surface.batches import Patches
 from service.surface.sides import BEGINS, ENDS, along_sides
 
 _NONE: Ints = np.empty(0, dtype=np.intp)
@@ -38,11 +37,6 @@ class Block:
         if self.triangular:
             return triangle.size(self.resolution[0])
         return (self.resolution[0] + 1) * (self.resolution[1] + 1)
-
-    def of(self, batches: Sequence[Patches]) -> Patches:
-        """The patches themselves."""
-        batch = batches[self.batch]
-        return batch if self.whole else batch.take(self.patches)
 
 
 @dataclass(frozen=True, eq=False)

@@ -169,14 +169,13 @@ class _EdgePoints:
         self.count = count
         self._seams = seams
         if count > 1:
-            every = np.ones(len(seams.users), dtype=bool)
-            self._points = sample_edges(self._seams.curves, every, count)
+            self._points = sample_edges(seams.curves, None, count)
 
     def at(self, patches: Ints, side: int, i: int) -> FloatArray:
         """The points at i/n of one side of some patches, in the side's own direction: (n, 3)."""
         seams = self._seams
         index = np.where(seams.backward[patches, side], self.count - i, i)
-        points = self._points[seams.edge[patches, side], index]
+        points = self._points[index, seams.edge[patches, side]]
         collapsed = seams.collapsed[patches, side]
         corner = seams.corner_points[seams.corner[patches, BEGINS[side]]]
         ends: FloatArray = np.where(collapsed[:, None], corner, points)
@@ -196,7 +195,7 @@ def _borders(seams: Seams, divisions: Ints, counts: tuple[int, int]) -> Iterator
         chosen[edges[rows]] = True
         turned = backward[rows, None]
         yield IsoCurves(
-            sample_edges(seams.curves, chosen, count),
+            sample_edges(seams.curves, chosen, count).swapaxes(0, 1),
             owner[rows] // 4,
             np.where(turned, end[rows], begin[rows]),
             np.where(turned, begin[rows], end[rows]),

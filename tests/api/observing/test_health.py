@@ -12,10 +12,9 @@ from service.api.app import create_app
 from service.api.observing import health
 from service.api.observing.health import SelfTest, computes_rightly
 from service.bases import bernstein
-from service.bases.arrays import RealArray
-from service.engine.evaluation import formulations
+from service.engine.evaluation import at_once
 from service.engine.mesh.report import ENGINE
-from service.engine.scratch import Real
+from service.engine.scratch import Workspaces
 from service.settings.values import Settings
 from service.storage import store as store_module
 from tests.api.client import Client, client_of
@@ -61,12 +60,8 @@ def test_a_store_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_wrong_numbers_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert computes_rightly()
     true = bernstein.sampled_partials
-
-    def wrong(degree: tuple[int, int], resolution: tuple[int, int], dtype: Real) -> RealArray:
-        wrong: RealArray = true(degree, resolution, dtype) * 1.001
-        return wrong
-
-    monkeypatch.setattr(formulations, "sampled_partials", wrong)
+    monkeypatch.setattr(at_once, "_WORKSPACES", Workspaces(at_once._Workspace))
+    monkeypatch.setattr(at_once, "sampled_partials", lambda *of: true(*of) * 1.001)
     assert not computes_rightly()
     with client_of(create_app(Settings())) as client:
         answer = client.get("/health/ready")

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from service.encoders.format import EncodeOptions
+from service.encoders.gltf.document import JOINED
 from service.encoders.gltf.mesh import encode_glb, glb_pieces
 from service.encoders.gltf.templates import PLACE
-from service.encoders.pieces import JOINED, Pieces
+from service.encoders.pieces import Pieces
 from service.engine.build import build
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions

@@ -93,5 +93,7 @@ def test_one_product_bounds_what_several_bound(
     bends = grid_bends(patches, divisions, (blocks_along(ru, p), blocks_along(rv, q)))
     assert is_small(patches, divisions) or max(divisions) > 16
     found = bend(patches, divisions)
-    np.testing.assert_allclose(found, bends.deviations(1 / ru, 1 / rv), rtol=1e-9, atol=1e-12)
+    bounds = bends.deviations(1 / ru, 1 / rv)
+    np.testing.assert_allclose(found, bounds, rtol=1e-4, atol=1e-12)
+    assert (found >= bounds * (1 - 1e-12)).all()
     assert not is_small(TensorPatches(nets.copy(), np.full(nets.shape[:-1], 2.0)), divisions)

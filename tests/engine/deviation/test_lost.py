@@ -5,9 +5,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from service.engine.deviation.lost import FINE, _loses
+from service.engine.deviation.lost import _loses
 from service.engine.mesh.connect import connect
-from service.engine.mesh.layout import Layout
+from service.engine.mesh.layout import FINE, Layout
 from service.engine.mesh.patterns import Shape, TriangleShape
 from service.engine.options import Faces
 from tests.engine.deviation.test_bound import check

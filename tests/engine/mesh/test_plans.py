@@ -51,7 +51,7 @@ def check_seams(model: PatchModel) -> None:
     )
     sides = []
     for seams in (planned, found):
-        samples = sample_edges(seams.curves, np.ones(len(seams.users), bool), 5)[seams.edge]
+        samples = sample_edges(seams.curves, None, 5).swapaxes(0, 1)[seams.edge]
         sides.append(np.where(seams.backward[..., None, None], samples[:, :, ::-1], samples))
     np.testing.assert_array_equal(sides[0], sides[1])
 
