@@ -126,22 +126,6 @@ PLANS = ArrayCache(64 << 20)
 """Arrays that depend on degrees and samplings alone: bases, index patterns."""
 
 
-LONGEST_TEXT = 1 << 16
-"""Bytes of JSON up to which it is a key."""
-
-
-def by_text(value: object, name: Hashable, build: Callable[[], Array]) -> Array:
-    """The array that `build` makes of lists of numbers, kept for lists of the same JSON text.
-
-    The text tells 1 from 1.0 and from true. What has none, and arrays, are built each time.
-    """
-    text = b""
-    if isinstance(value, list) and len(value) <= LONGEST_TEXT:
-        with suppress(TypeError):
-            text = orjson.dumps(value)
-    return PLANS.array((name, text), build) if 0 < len(text) <= LONGEST_TEXT else build()
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class _Derived:
     """What was made of arrays, which are held so that their identities stay their own."""
@@ -172,3 +156,25 @@ def derived(sources: tuple[NDArray[Any], ...], name: Hashable, build: Callable[[
 
 MESH_PLANS: Cache[Sized] = Cache(256 << 20, share=4)
 """What depends on connectivity, resolution and options alone: layouts, welds, faces of meshes."""
+
+
+LONGEST_TEXT = 1 << 16
+"""Bytes of JSON up to which it is a key."""
+
+
+def by_text(value: object, name: Hashable, build: Callable[[], Array]) -> Array:
+    """The array that `build` makes of lists of numbers, kept for lists of the same JSON text.
+
+    The text tells 1 from 1.0 and from true. What has none, and arrays, are built each time.
+    """
+    text = b""
+    if isinstance(value, list) and len(value) <= LONGEST_TEXT:
+        with suppress(TypeError):
+            text = orjson.dumps(value)
+    if not 0 < len(text) <= LONGEST_TEXT:
+        return build()
+    # The text is held, too: it counts.
+    own = (np.frombuffer(text, np.uint8),)
+    found = MESH_PLANS.get(("text", name, text), lambda: _Derived(own, _read_only(build)))
+    assert isinstance(found, _Derived)
+    return cast(Array, found.value)

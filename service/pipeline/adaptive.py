@@ -83,9 +83,8 @@ class AdaptiveMesher:
         most, limit = adaptive_triangles(Accuracy(), work.limits), stated(accuracy)
         if accuracy.max_triangles is not None and accuracy.max_triangles < most:
             most, limit = accuracy.max_triangles, "/max_triangles"
-        asked = adaptive_triangles(
-            work.options.accuracy or accuracy, work.limits, work.stored.patches
-        )
+        stated_first = work.options.accuracy or accuracy
+        asked = adaptive_triangles(stated_first, work.limits, work.stored.patches)
         memory = work.limits.max_memory // SHARE if work.cost.triangles < min(asked, most) else None
         most = min(most, work.cost.triangles)
         goal = goal_of(accuracy, self._model)

@@ -201,10 +201,8 @@ class EstimateWork:
         except InvalidRequest as error:
             issues = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
             raise InvalidRequest(*issues) from None
-        pieces = copies.points
         if not (options.surface or options.wired):
-            nothing = Counts(0, 0, 0)
-            return _Prediction(nothing, nothing, exact=True, pieces=pieces)
+            return _Prediction(Counts(0, 0, 0), Counts(0, 0, 0), True, pieces=copies.points)
         allowed = adaptive_triangles(accuracy, limits)
         # What a budget or an angle leads to has no other bound.
         bounded = not accuracy.budgeted and accuracy.angle_tolerance is None
@@ -212,8 +210,8 @@ class EstimateWork:
         effort = 16 * (degree + 1) ** 2 * (2 * degree)
         certain = (
             bounded
-            and copies.triangles <= allowed
-            and copies.vertices + pieces <= limits.max_vertices
+            and copies.triangles + copies.points <= allowed
+            and copies.vertices + copies.points <= limits.max_vertices
             and copies.triangles * effort <= EFFORT * limits.max_multiplications
             and _is_clear_of_rounding(model, accuracy, moved)
             and (not options.curvatures or surely_affordable(patches, copies.vertices))
@@ -225,7 +223,7 @@ class EstimateWork:
             vertices = min(limits.max_vertices, triangles + 2 * model.patch_count)
             return Counts(min(vertices, most.vertices) if bounded else vertices, triangles, 0)
 
-        return _Prediction(clipped(once), clipped(copies), False, certain, pieces)
+        return _Prediction(clipped(once), clipped(copies), False, certain, copies.points)
 
 
 def plan_estimate(

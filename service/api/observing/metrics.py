@@ -143,19 +143,17 @@ class StateCollector(Collector):
         state, answers = self._state, self._state.services.answers
         counts = answers.counts
         ready, limit = is_ready(state), state.settings.max_connections
-        observed: RequestCounters = state.observed
+        seen: RequestCounters = state.observed
         yield _gauge("ready", "Whether new requests are welcome, as was last found.", ready)
         yield _gauge("connections", "Connections that are open.", len(state.connections))
         yield _gauge("connections_limit", "Connections that may be open.", limit)
         yield _counter(
-            "log_lines_dropped", "Lines of the log that could not be written.", observed.dropped()
+            "log_lines_dropped", "Lines of the log that could not be written.", seen.dropped()
         )
-        yield _counter(
-            "http_response_bytes", "Bytes of bodies of answers.", observed.sent, "format"
-        )
-        yield _counter("refused", "Problems that were answered.", observed.refusals, "code")
-        yield _counter("vertices", "Vertices of meshes that were made.", observed.vertices)
-        yield _counter("triangles", "Triangles of meshes that were made.", observed.triangles)
+        yield _counter("http_response_bytes", "Bytes of bodies of answers.", seen.sent, "format")
+        yield _counter("refused", "Problems that were answered.", seen.refusals, "code")
+        yield _counter("vertices", "Vertices of meshes that were made.", seen.vertices)
+        yield _counter("triangles", "Triangles of meshes that were made.", seen.triangles)
         yield _counter("cache_hits", "Answers sent again.", counts.hits)
         yield _counter("cache_misses", "Answers made anew.", counts.misses)
         yield _counter("cache_evictions", "Answers forgotten to make room.", counts.evictions)
