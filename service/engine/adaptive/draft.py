@@ -114,10 +114,10 @@ class Draft:
             rest = np.delete(np.arange(len(fresh)), crowd[mine])
             fresh = Leaves.together([fresh.take(rest), divided(self.task, Cells.joined([*halves]))])
             cut = np.concatenate([cut, near[crowd[~mine] - len(fresh.take(rest)) - mine.sum()]])
-        rows, dead = self._replace(outline, some, len(fresh), near, (cut, far))
+        found = [self._replace(outline, some, len(fresh), near, (cut, far))]
         # What is beside triangles takes memory of its own.
         del outline, some, parts, fresh
-        self._add(rows, dead)
+        self._add(*found.pop())
 
     def _around(self, cut: Ints, flat: Ints) -> tuple[Ints, Ints]:
         """Leaves that may change with those that are cut, and those that tell how they look."""
@@ -277,24 +277,24 @@ class Draft:
     def _add(self, rows: Rows, dead: Bools) -> None:
         """Add triangles, and find out again what is beside them and those around."""
         begin, count = len(self.alive), len(rows.leaf)
-        none = np.full((count, 3), -1)
-        self.corners = np.concatenate([self.corners, rows.corners])
-        self.leaf = np.concatenate([self.leaf, rows.leaf])
-        self.segment = np.concatenate([self.segment, rows.segment])
-        base = np.where(rows.base < 0, -1, rows.base + begin)
-        self.base = np.concatenate([self.base, base])
-        a, b, c = fresh = self.vertex[rows.corners.T]
+        self.corners = _more(self.corners, rows.corners)
+        self.leaf = _more(self.leaf, rows.leaf)
+        self.segment = _more(self.segment, rows.segment)
+        self.base = _more(self.base, np.where(rows.base < 0, -1, rows.base + begin))
+        fresh = self.vertex[rows.corners]
+        del rows
+        a, b, c = fresh.T
         lost = (a == b) | (b == c) | (c == a)
-        self.vertices = np.concatenate([self.vertices, fresh.T])
+        self.vertices = _more(self.vertices, fresh)
         self.vanished = np.concatenate([self.vanished, lost])
-        own = np.where(lost, -1, begin + np.arange(count))
-        self.host = np.concatenate([self.host, own])
-        self.beside = np.concatenate([self.beside, none])
-        self.across = np.concatenate([self.across, none])
+        self.host = _more(self.host, np.where(lost, -1, begin + np.arange(count)))
+        none = np.full((count, 3), -1)
+        self.beside, self.across = _more(self.beside, none), _more(self.across, none.copy())
+        del fresh, none
         self.alive = np.concatenate([self.alive & ~dead, np.ones(count, dtype=bool)])
         self.dirty = np.concatenate([dead, np.ones(count, dtype=bool)])
         if not begin:
-            self._join(np.arange(count), np.ones((count, 3), dtype=bool))
+            self._join(slice(None), np.ones((count, 3), dtype=bool))
             return
         # An edge may have changed if both of its ends are vertices of what is new or gone.
         mark = np.zeros(len(self.places), dtype=bool)
@@ -308,8 +308,9 @@ class Draft:
         orphans = lost[(self.host[lost] >= 0) & ~self.alive[self.host[lost]]]
         self.host[orphans] = -1
 
-    def _join(self, some: Ints, both: Bools) -> None:
+    def _join(self, some: Ints | slice, both: Bools) -> None:
         """Hosts and neighbours of some triangles, at those edges of which `both` ends changed."""
+        number = np.arange(len(self.host))[some]
         kept, vertex = ~self.vanished[some], self.vertices[some]
         corners = self.corners[some]
         self.bare = NONE
@@ -321,24 +322,25 @@ class Draft:
             if moved.any():
                 foster(corners, self.leaf[some], host)
             self.host[some] = host
-            self.dirty[some[moved]] = True
+            self.dirty[number[moved]] = True
             there, back = edges(corners)
             side = ((~kept[:, np.newaxis] & both).ravel()).nonzero()[0]
             side = side[~among(back[side], there)]
             keys = pairs(vertex)
             ends = vertex.ravel()[side], vertex[:, [1, 2, 0]].ravel()[side]
             open_ = (ends[0] != ends[1]) & ~among(keys[side], keys[np.repeat(kept, 3)])
-            self.bare = np.unique(self.leaf[some[side[open_] // 3]])
+            self.bare = np.unique(self.leaf[number[side[open_] // 3]])
         beside, across, crowd = neighbours(vertex, kept, self.face[corners[:, 0]])
-        beside = np.where(beside >= 0, some[beside], -1)
-        before = self.across[some]
-        changed = both & (before != across)
-        self.dirty[some[changed.any(axis=1)]] = True
-        self.across[some] = np.where(both, across, before)
+        if not isinstance(some, slice):
+            beside = np.where(beside >= 0, number[beside], -1)
+        changed = both & (self.across[some] != across)
+        self.dirty[number[changed.any(axis=1)]] = True
+        self.across[some] = np.where(both, across, self.across[some])
+        del across
         self.beside[some] = np.where(both, beside, self.beside[some])
         crowd = crowd[both.ravel()[crowd]]
         self.crossed = crossed(corners, crowd) if len(crowd) else np.empty((0, 2), dtype=np.intp)
-        self.crossed[:, 0] = some[self.crossed[:, 0]]
+        self.crossed[:, 0] = number[self.crossed[:, 0]]
 
     def finished(self, deviation: FloatArray, mesh: FloatArray | None) -> Triangulation:
         """The mesh, with the greatest bound of all that falls to each triangle."""
@@ -371,6 +373,11 @@ class Draft:
             deviation[rows],
             None if mesh is None else mesh[rows],
         )
+
+
+def _more(rows: Ints, new: Ints) -> Ints:
+    """Rows and what is new behind them; what is new itself, if there is nothing yet."""
+    return np.concatenate([rows, new]) if len(rows) else new
 
 
 def _crowded_along_v(outline: Outline, cells: Cells, crowd: Ints) -> Bools:

@@ -26,6 +26,7 @@ boxes of places and finitely many heights, so the rounds end, with a mesh or wit
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
+from service.bases.chunks import runs
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.closer import candidates, looked_closer
 from service.engine.adaptive.cutting.boxes import Cells, whole
@@ -38,6 +39,9 @@ from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.limits import Budget, Effort
 from service.engine.adaptive.proof.certificate import Parts, certify
 from service.engine.adaptive.triangulation import Triangulation
+
+SOME = 1 << 15
+"""Triangles that are proved at a time, so that what is gathered for it stays small."""
 
 FLATTER = 2
 """How often the height of a strip is halved when it fails."""
@@ -119,7 +123,8 @@ class Proofs:
         todo &= draft.alive & (draft.host >= 0)
         these = todo.nonzero()[0]
         self.close[these] = False
-        self._prove(draft, these)
+        for first, last in runs(len(these), SOME):
+            self._prove(draft, these[first:last])
 
     def _prove(self, draft: Draft, these: Ints) -> None:
         """Bounds of some triangles: against their hosts, the bases of strips, and what is near."""

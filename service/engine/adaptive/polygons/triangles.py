@@ -148,8 +148,10 @@ def _places(known: Ints, others: Ints) -> tuple[Ints, Ints]:
 
 def pairs(vertex: Ints) -> Ints:
     """Numbers of the edges of triangles (T, 3), the same in both directions: (3 T,)."""
-    low, high = vertex, vertex[:, [1, 2, 0]]
-    found: Ints = np.minimum(low, high) * (vertex.max() + 1) + np.maximum(low, high)
+    other = vertex[:, [1, 2, 0]]
+    found: Ints = np.minimum(vertex, other)
+    found *= vertex.max(initial=0) + 1
+    found += np.maximum(vertex, other, out=other)
     return found.ravel()
 
 
@@ -182,28 +184,40 @@ def neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, Ints]
 
     What is beside a face is not seen from it: its triangles must not depend on its company.
     """
-    beside, across = np.full((2, vertex.size), -1)
-    sides = np.repeat(kept, 3).nonzero()[0]
-    keys, owner = pairs(vertex)[sides], face[sides // 3]
-    order = np.argsort(keys)
-    keys, owner, sides = keys[order], owner[order], sides[order]
+    # At the peak of a mesh's memory: nothing is held any longer than it is needed.
+    keys = pairs(vertex)
+    if kept.all():
+        sides = np.argsort(keys)
+        keys = keys[sides]
+    else:
+        sides = np.repeat(kept, 3).nonzero()[0]
+        keys = keys[sides]
+        order = np.argsort(keys)
+        keys, sides = keys[order], sides[order]
+        del order
     same = keys[1:] == keys[:-1]
     third = (same[1:] & same[:-1]).nonzero()[0]
+    owner = face[sides // 3]
     if len(third):
         # One face after another within an edge.
         order = np.lexsort((owner, keys))
-        keys, owner, sides = keys[order], owner[order], sides[order]
+        owner, sides = owner[order], sides[order]
+    del keys
     mine = np.concatenate([[False], same & (owner[1:] == owner[:-1]), [False]])
     # Two of one face, neither of them with a third.
     two = (mine[1:-1] & ~mine[:-2] & ~mine[2:]).nonzero()[0]
     one, other = sides[two], sides[two + 1]
-    opposite = vertex[:, [2, 0, 1]].ravel()
-    across[one], across[other] = opposite[other], opposite[one]
-    beside[one], beside[other] = other // 3, one // 3
-    crowd = np.zeros(len(keys), dtype=bool)
+    crowd = np.zeros(len(sides), dtype=bool)
     for step in range(3):
         crowd[third + step] = True
-    return beside.reshape(vertex.shape), across.reshape(vertex.shape), sides[crowd]
+    sides = sides[crowd]
+    del owner, mine, two
+    beside, across = np.full((2, vertex.size), -1)
+    for own, theirs in ((one, other), (other, one)):
+        triangle, edge = np.divmod(theirs, 3)
+        beside[own] = triangle
+        across[own] = vertex[triangle, edge - 1]
+    return beside.reshape(vertex.shape), across.reshape(vertex.shape), sides
 
 
 def crossed(corners: Ints, crowd: Ints) -> Ints:
