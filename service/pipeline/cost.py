@@ -41,7 +41,7 @@ STATION = 240
 WRITTEN, TEXT = 64, 6 << 20
 """Bytes for each vertex while it is written, beside the file; and of a piece of text on its way."""
 
-CERTIFIED, CELLS = 1200, 8 << 20
+CERTIFIED, CELLS = 448, 16 << 20
 """Bytes for each triangle of a mesh by tolerance while it is proved, and at least."""
 
 SHARE = 3

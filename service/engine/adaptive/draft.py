@@ -311,25 +311,11 @@ class Draft:
     def _join(self, some: Ints | slice, both: Bools) -> None:
         """Hosts and neighbours of some triangles, at those edges of which `both` ends changed."""
         number = np.arange(len(self.host))[some]
-        kept, vertex = ~self.vanished[some], self.vertices[some]
-        corners = self.corners[some]
+        kept = ~self.vanished[some]
         self.bare = NONE
         if not kept.all():
-            host = self.host[some]
-            lost = ~kept & (host >= 0)
-            host[lost] = np.where(self.alive[host[lost]], host[lost], -1)
-            moved = host < 0
-            if moved.any():
-                foster(corners, self.leaf[some], host)
-            self.host[some] = host
-            self.dirty[number[moved]] = True
-            there, back = edges(corners)
-            side = ((~kept[:, np.newaxis] & both).ravel()).nonzero()[0]
-            side = side[~among(back[side], there)]
-            keys = pairs(vertex)
-            ends = vertex.ravel()[side], vertex[:, [1, 2, 0]].ravel()[side]
-            open_ = (ends[0] != ends[1]) & ~among(keys[side], keys[np.repeat(kept, 3)])
-            self.bare = np.unique(self.leaf[number[side[open_] // 3]])
+            self._find_hosts(number, kept, both)
+        vertex, corners = self.vertices[some], self.corners[some]
         beside, across, crowd = neighbours(vertex, kept, self.face[corners[:, 0]])
         if not isinstance(some, slice):
             beside = np.where(beside >= 0, number[beside], -1)
@@ -342,8 +328,34 @@ class Draft:
         self.crossed = crossed(corners, crowd) if len(crowd) else np.empty((0, 2), dtype=np.intp)
         self.crossed[:, 0] = number[self.crossed[:, 0]]
 
+    def _find_hosts(self, some: Ints, kept: Bools, both: Bools) -> None:
+        """Hosts of those of some triangles that are not kept; and leaves that are bare."""
+        corners, host = self.corners[some], self.host[some]
+        lost = ~kept & (host >= 0)
+        host[lost] = np.where(self.alive[host[lost]], host[lost], -1)
+        moved = host < 0
+        if moved.any():
+            foster(corners, self.leaf[some], host)
+        self.host[some] = host
+        self.dirty[some[moved]] = True
+        del host
+        side = ((~kept[:, np.newaxis] & both).ravel()).nonzero()[0]
+        there, back = edges(corners)
+        back = back[side]
+        del corners
+        side = side[~among(back, there)]
+        del there, back
+        vertex = self.vertices[some]
+        keys = pairs(vertex)
+        ends = vertex.ravel()[side], vertex[side // 3, (side + 1) % 3]
+        del vertex
+        open_ = (ends[0] != ends[1]) & ~among(keys[side], keys[np.repeat(kept, 3)])
+        self.bare = np.unique(self.leaf[some[side[open_] // 3]])
+
     def finished(self, deviation: FloatArray, mesh: FloatArray | None) -> Triangulation:
         """The mesh, with the greatest bound of all that falls to each triangle."""
+        # What was found beside triangles is not looked up any more.
+        self.beside = self.across = self.vertices = np.empty((0, 3), dtype=np.intp)
         rows = self.kept.nonzero()[0]
         lost = (self.alive & ~self.kept).nonzero()[0]
         for values in (deviation, mesh):

@@ -122,9 +122,12 @@ def _of_strips(outline: Outline, rows: Ints) -> Rows:
 
 def edges(corners: Ints) -> tuple[Ints, Ints]:
     """Numbers of the edges of triangles (T, 3), as they run and backwards: (3 T,) each."""
-    many = corners.max() + 1
-    begin, end = corners, corners[:, [1, 2, 0]]
-    return (begin * many + end).ravel(), (end * many + begin).ravel()
+    many, end = corners.max() + 1, corners[:, [1, 2, 0]]
+    there = corners * many
+    there += end
+    end *= many
+    end += corners
+    return there.ravel(), end.ravel()
 
 
 def among(values: Ints, others: Ints) -> Bools:
@@ -163,8 +166,8 @@ def foster(corners: Ints, leaf: Ints, host: Ints) -> None:
     """
     there, back = edges(corners)
     waiting = (host < 0).nonzero()[0]
-    sides = (3 * waiting[:, np.newaxis] + np.arange(3)).ravel()
-    known, number = np.unique(back[sides], return_inverse=True)
+    back = back[(3 * waiting[:, np.newaxis] + np.arange(3)).ravel()]
+    known, number = np.unique(back, return_inverse=True)
     here, which = _places(known, there)
     found = np.full(len(known), -1)
     found[which] = here // 3
@@ -186,15 +189,10 @@ def neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, Ints]
     """
     # At the peak of a mesh's memory: nothing is held any longer than it is needed.
     keys = pairs(vertex)
-    if kept.all():
-        sides = np.argsort(keys)
-        keys = keys[sides]
-    else:
-        sides = np.repeat(kept, 3).nonzero()[0]
-        keys = keys[sides]
-        order = np.argsort(keys)
-        keys, sides = keys[order], sides[order]
-        del order
+    gone = np.repeat(~kept, 3)
+    keys[gone] = -1
+    sides = np.argsort(keys)[np.count_nonzero(gone) :]
+    keys = keys[sides]
     same = keys[1:] == keys[:-1]
     third = (same[1:] & same[:-1]).nonzero()[0]
     owner = face[sides // 3]
