@@ -187,14 +187,6 @@ def test_a_failure_that_nobody_waits_for_is_quiet() -> None:
     assert complaints == []
 
 
-async def test_different_keys_are_different_work() -> None:
-    flights, one, two = Airport(), Work(1), Work(2)
-    one.gate.set()
-    two.gate.set()
-    results = await asyncio.gather(flights.asked("a", one), flights.asked("b", two))
-    assert list(results) == [1, 2]
-
-
 def test_work_that_fails_leaves_nothing() -> None:
     left: list[weakref.ref[Job]] = []
 
