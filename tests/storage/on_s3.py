@@ -5,11 +5,10 @@ The server is moto's, from a Python of its own; `S3_SERVER` names its program.
 
 import asyncio
 import os
-import socket
-import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import httpx
 import obstore
@@ -22,7 +21,8 @@ from service.storage.address import open_store
 from service.storage.keys import key_of
 from service.storage.store import SurfaceStore
 from tests.live import running_service
-from tests.storage.places import id_of, on
+from tests.storage.places import account, id_of, on
+from tools.processes import Server, free_port
 
 BUCKET = "surfaces-of-a-test"
 PATCH = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
@@ -32,42 +32,11 @@ TEN = [bytes([digit]) * 10 for digit in range(10)]
 @contextmanager
 def s3_server() -> Iterator[str]:
     """URL of a server that keeps everything in its memory, with one empty bucket."""
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        port = taken.getsockname()[1]
+    port = free_port()
     command = [os.environ["S3_SERVER"], "--host", "127.0.0.1", "--port", str(port)]
-    url = f"http://127.0.0.1:{port}"
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
-        try:
-            _make_bucket(f"{url}/{BUCKET}", process)
-            yield url
-        finally:
-            process.terminate()
-
-
-def _make_bucket(url: str, process: subprocess.Popen[bytes]) -> None:
-    while process.poll() is None:
-        try:
-            httpx.put(url).raise_for_status()
-            return
-        except httpx.ConnectError:
-            time.sleep(0.1)
-    raise RuntimeError("the S3 server has stopped")
-
-
-@contextmanager
-def account(url: str) -> Iterator[None]:
-    """The environment of a process that may use the server at `url`."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name, value in {
-            "AWS_ENDPOINT_URL": url,
-            "AWS_ALLOW_HTTP": "true",
-            "AWS_REGION": "us-east-1",
-            "AWS_ACCESS_KEY_ID": "key",
-            "AWS_SECRET_ACCESS_KEY": "secret",
-        }.items():
-            patch.setenv(name, value)
-        yield
+    with Server(Path(os.devnull), command, port, os.environ) as server:
+        httpx.put(f"{server.url}/{BUCKET}").raise_for_status()
+        yield server.url
 
 
 @pytest.fixture(scope="module")

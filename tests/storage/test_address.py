@@ -16,7 +16,7 @@ from service.settings.values import Settings
 from service.storage import address
 from service.storage.address import InvalidStore, open_store
 from service.storage.store import SurfaceStore
-from tests.storage.places import files, id_of, on
+from tests.storage.places import account, files, id_of, on
 
 CONTENT = b"content"
 NOBODY = 65534
@@ -111,20 +111,13 @@ def test_an_address_that_is_none_stops_the_start(
     assert capsys.readouterr().err.startswith("surface: SURFACE_STORE: got 'ftp://x', needed")
 
 
-def test_a_bucket_that_cannot_be_reached(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bucket_that_cannot_be_reached() -> None:
     """The service starts, and says that its store does not answer."""
-    for name, value in {
-        "AWS_ENDPOINT_URL": "http://127.0.0.1:9",
-        "AWS_ALLOW_HTTP": "true",
-        "AWS_REGION": "us-east-1",
-        "AWS_ACCESS_KEY_ID": "key",
-        "AWS_SECRET_ACCESS_KEY": "secret",
-    }.items():
-        monkeypatch.setenv(name, value)
 
     async def work(store: SurfaceStore) -> None:
         with pytest.raises(StoreFailed):
             await store.get(id_of(CONTENT))
         assert not await store.answers()
 
-    on(open_store("s3://bucket/prefix", 0), work)
+    with account("http://127.0.0.1:9"):
+        on(open_store("s3://bucket/prefix", 0), work)
