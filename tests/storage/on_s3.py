@@ -21,9 +21,10 @@ from service.storage.address import open_store
 from service.storage.keys import key_of
 from service.storage.store import SurfaceStore
 from tests.live import running_service
-from tests.storage.places import account, id_of, on
+from tests.storage.places import account, id_of
 from tools.processes import Server, free_port
 
+pytestmark = pytest.mark.anyio
 BUCKET = "surfaces-of-a-test"
 PATCH = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
 TEN = [bytes([digit]) * 10 for digit in range(10)]
@@ -57,66 +58,52 @@ async def put(store: SurfaceStore, content: bytes) -> bool:
 
 
 @pytest.mark.parametrize("size", [0, 10, 6 << 20], ids=["empty", "short", "6 MiB"])
-def test_what_was_stored_comes_back(size: int, address: str) -> None:
+async def test_what_was_stored_comes_back(size: int, address: str) -> None:
     content = b"x" * size
     id = id_of(content)
-
-    async def work(store: SurfaceStore) -> None:
-        assert not await store.has(id)
-        assert await put(store, content)
-        assert not await put(store, content)
-        assert await store.has(id)
-        assert await store.get(id) == content
-        assert await store.delete(id)
-        assert not await store.delete(id)
-        with pytest.raises(UnknownSurface):
-            await store.get(id)
-
-    on(open_store(address, 0), work)
+    store = open_store(address, 0)
+    assert not await store.has(id)
+    assert await put(store, content)
+    assert not await put(store, content)
+    assert await store.has(id)
+    assert await store.get(id) == content
+    assert await store.delete(id)
+    assert not await store.delete(id)
+    with pytest.raises(UnknownSurface):
+        await store.get(id)
 
 
 @pytest.mark.parametrize("instead", [b"", TEN[1], TEN[0][:-1]], ids=["empty", "other", "short"])
-def test_damaged_object(instead: bytes, address: str) -> None:
-    async def work(store: SurfaceStore) -> None:
-        await put(store, TEN[0])
-        await obstore.put_async(store._place.objects, key_of(id_of(TEN[0])), instead)
-        with pytest.raises(DamagedObject):
-            await store.get(id_of(TEN[0]))
-        assert await put(store, TEN[0])
-        assert await store.get(id_of(TEN[0])) == TEN[0]
-
-    on(open_store(address, 0), work)
+async def test_damaged_object(instead: bytes, address: str) -> None:
+    store = open_store(address, 0)
+    await put(store, TEN[0])
+    await obstore.put_async(store._place.objects, key_of(id_of(TEN[0])), instead)
+    with pytest.raises(DamagedObject):
+        await store.get(id_of(TEN[0]))
+    assert await put(store, TEN[0])
+    assert await store.get(id_of(TEN[0])) == TEN[0]
 
 
-def test_all_pages_of_the_listing_count(address: str) -> None:
+async def test_all_pages_of_the_listing_count(address: str) -> None:
     """A listing has pages of a thousand objects."""
-    many = [f"{number:10d}".encode() for number in range(1003)]
-
-    async def fill(store: SurfaceStore) -> None:
-        await asyncio.gather(*(put(store, content) for content in many))
-
-    async def work(store: SurfaceStore) -> None:
-        assert await put(store, TEN[0])
-        with pytest.raises(StoreFull) as caught:
-            await put(store, TEN[1])
-        assert caught.value.issues[0].needed == "at most 9 bytes"
-        assert not await put(store, TEN[0])
-        assert await store.delete(id_of(many[0]))
-        assert await put(store, TEN[1])
-
-    on(open_store(address, 0), fill)
-    on(open_store(address, 10_049), work)
+    many, full = [f"{number:10d}".encode() for number in range(1003)], open_store(address, 0)
+    await asyncio.gather(*(put(full, content) for content in many))
+    store = open_store(address, 10_049)
+    assert await put(store, TEN[0])
+    with pytest.raises(StoreFull) as caught:
+        await put(store, TEN[1])
+    assert caught.value.issues[0].needed == "at most 9 bytes"
+    assert not await put(store, TEN[0])
+    assert await store.delete(id_of(many[0]))
+    assert await put(store, TEN[1])
 
 
-def test_a_bucket_that_is_not_there(server: str) -> None:
+async def test_a_bucket_that_is_not_there(server: str) -> None:
     del server
-
-    async def work(store: SurfaceStore) -> None:
-        with pytest.raises(StoreFailed):
-            await put(store, TEN[0])
-        assert not await store.answers()
-
-    on(open_store("s3://there-is-no-such-bucket", 0), work)
+    store = open_store("s3://there-is-no-such-bucket", 0)
+    with pytest.raises(StoreFailed):
+        await put(store, TEN[0])
+    assert not await store.answers()
 
 
 def test_service_outlives_its_store() -> None:

@@ -1,11 +1,9 @@
 """Stores to try things on, and contents to put there."""
 
-import asyncio
 import hashlib
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TypeVar
 
 import pytest
 
@@ -13,7 +11,6 @@ from service.storage.address import open_store
 from service.storage.keys import key_of
 from service.storage.store import SurfaceStore
 
-Result = TypeVar("Result")
 KINDS = ("memory", "folder")
 
 
@@ -23,15 +20,6 @@ def id_of(content: bytes) -> str:
 
 def store_of(kind: str, folder: Path, quota: int = 0) -> SurfaceStore:
     return open_store("memory://" if kind == "memory" else str(folder), quota)
-
-
-def on(store: SurfaceStore, work: Callable[[SurfaceStore], Awaitable[Result]]) -> Result:
-    """What a coroutine on the store returns, on an event loop of its own."""
-
-    async def run() -> Result:
-        return await work(store)
-
-    return asyncio.run(run())
 
 
 def file_of(folder: Path, content: bytes) -> Path:
