@@ -7,9 +7,8 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from http.server import BaseHTTPRequestHandler, HTTPServer
+from http.server import BaseHTTPRequestHandler
 from pathlib import Path
-from threading import Thread
 
 import httpx
 import pytest
@@ -22,6 +21,7 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.schemas.options import MeshOptionFields
 from service.surface.examples import EXAMPLES, find
+from tests.live import serve
 from tools.processes import service_server
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]], "name": "sail"}
@@ -262,12 +262,8 @@ class _Stranger(BaseHTTPRequestHandler):
 
 @pytest.fixture
 def stranger() -> Iterator[str]:
-    with HTTPServer(("127.0.0.1", 0), _Stranger) as http:
-        thread = Thread(target=http.serve_forever)
-        thread.start()
-        yield f"http://127.0.0.1:{http.server_port}"
-        http.shutdown()
-        thread.join()
+    with serve(_Stranger) as url:
+        yield url
 
 
 @pytest.mark.parametrize(
