@@ -22,6 +22,7 @@ from service.pipeline.mesh import render
 from service.schemas.options import MeshOptionFields
 from service.surface.examples import EXAMPLES, find
 from tests.live import serve
+from tests.programs import run_python
 from tools.processes import service_server
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]], "name": "sail"}
@@ -189,9 +190,7 @@ def test_help_tells_the_exit_codes_and_imports_nothing_heavy(arguments: list[str
         "try: main(sys.argv[1:])\n"
         "except SystemExit: print(sorted({'numpy', 'fastapi', 'pydantic'} & set(sys.modules)))"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=True
-    )
+    done = run_python("-c", program, *arguments)
     assert "exit codes:" in done.stdout
     assert done.stdout.endswith("[]\n")
 
@@ -304,8 +303,7 @@ def test_a_port_that_is_taken_is_no_service_that_is_away() -> None:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = str(taken.getsockname()[1])
-        command = [sys.executable, "-m", "service", "serve", "--port", port]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        done = run_python("-m", "service", "serve", "--port", port, check=False)
     assert done.returncode == 1
     reason, refusal = done.stderr.splitlines()
     assert "Address already in use" in reason
