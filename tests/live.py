@@ -1,9 +1,10 @@
-"""The service as uvicorn serves it, on a free port of this machine."""
+"""The service as uvicorn serves it, or anything else, on a free port of this machine."""
 
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 from starlette.types import ASGIApp
 
@@ -35,3 +36,16 @@ def running_service(
     finally:
         server.should_exit = True
         thread.join()
+
+
+@contextmanager
+def serve(handler: Callable[..., BaseHTTPRequestHandler]) -> Iterator[str]:
+    """URL at which this handler answers, on a free port of this machine."""
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as httpd:
+        thread = threading.Thread(target=httpd.serve_forever, name="served")
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{httpd.server_port}"
+        finally:
+            httpd.shutdown()
+            thread.join()

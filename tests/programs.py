@@ -6,8 +6,10 @@ With TESTS_REQUIRE_TOOLS=1, as in `.ci/run`, a skipped test counts as a failed o
 
 import os
 import shutil
+import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -34,3 +36,11 @@ def node_package(name: str) -> Path:
     if not folder.is_dir():
         pytest.skip(f"not installed: {name} ('make test' fetches it from the npm registry)")
     return folder
+
+
+def run_python(
+    *arguments: str, check: bool = True, **options: Any
+) -> subprocess.CompletedProcess[str]:
+    """A process of this Python, once it has ended, and what it printed."""
+    command = [sys.executable, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=check, **options)

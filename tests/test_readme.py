@@ -16,7 +16,7 @@ from service.schemas.convert import OPERATIONS
 from service.schemas.options import MeshOptionFields
 from service.schemas.surfaces import KINDS, SurfaceDefinition
 from service.surface.examples import EXAMPLES
-from tests.programs import program
+from tests.programs import program, run_python
 
 ROOT = Path(__file__).parents[1]
 README = "".join(
@@ -89,13 +89,7 @@ def test_programs_print_what_is_shown() -> None:
     programs = [pair for pair in SHOWN if pair[0].language == "python"]
     assert len(programs) == 2
     for source, shown in programs:
-        done = subprocess.run(
-            [sys.executable, "-W", "error", "-c", source.text],
-            cwd=ROOT,
-            capture_output=True,
-            text=True,
-            check=True,
-        )
+        done = run_python("-W", "error", "-c", source.text, cwd=ROOT)
         assert done.stdout.strip() == shown.text.strip()
 
 

@@ -5,8 +5,6 @@ import logging
 import os
 import platform
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,6 +14,7 @@ from service.errors import InvalidSettings
 from service.settings.environment import from_environment, values, with_flags
 from service.settings.process import collect_rarely, collection_paused, half_of_memory, pin_blas
 from service.settings.values import Settings
+from tests.programs import run_python
 
 OTHER = {
     "host": "::1",
@@ -190,9 +189,7 @@ print(resident() - before)
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="glibc alone is told anything")
 def test_memory_of_large_arrays_comes_back() -> None:
     """64 MiB in blocks of 1 MiB are freed while small ones stay between them."""
-    done = subprocess.run(
-        [sys.executable, "-c", RESIDENT], capture_output=True, text=True, check=True
-    )
+    done = run_python("-c", RESIDENT)
     assert int(done.stdout) < 16 << 20
 
 

@@ -49,6 +49,7 @@ def test_formats_are_those_of_the_registry(client: Client) -> None:
         ("GET", "/v1/surfaces?page=2"),
         ("GET", "/v1/surfaces/saddle?page=2"),
         ("GET", "/v1/formats?page=2"),
+        ("GET", "/metrics?name=a"),
         ("DELETE", f"/v1/surfaces/{'0' * 64}?engine=3"),
         ("POST", "/v1/mesh?resolution=2"),
         ("POST", "/v1/mesh?type=bspline"),

@@ -78,16 +78,20 @@ def test_no_origin_may_read() -> None:
         assert asked.status_code == 405
 
 
-def test_a_fault_of_ours_may_be_read(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_of_ours_may_be_read_and_tells_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def fail(_example: object) -> None:
         raise RuntimeError("not for everybody")
 
     monkeypatch.setattr("service.surface.examples.Example.surface", fail)
     with client_of(create_app(Settings())) as client:
         answer = client.get("/v1/surfaces/tveit/mesh.glb", of(OURS))
-    assert answer.status_code == 500
+    assert (answer.status_code, answer.json()["code"]) == (500, "internal_error")
+    assert answer.headers["content-type"] == "application/problem+json"
     assert answer.headers["access-control-allow-origin"] == "*"
     assert answer.headers["cache-control"] == "no-store"
+    assert "everybody" not in answer.text
 
 
 @pytest.mark.parametrize("address", ["/v1/mesh", MESH, "/nothing"])

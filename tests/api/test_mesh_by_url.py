@@ -2,8 +2,6 @@
 
 import os
 import re
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from urllib.parse import parse_qsl
@@ -26,6 +24,7 @@ from service.surface.examples import find
 from tests.api.client import Client, client_of
 from tests.api.digests import digests
 from tests.packed import unpacked_gzip, unpacked_zstd
+from tests.programs import run_python
 
 SADDLE = "/v1/surfaces/saddle/mesh.glb"
 PLAIN = {"Accept-Encoding": "identity"}
@@ -285,12 +284,7 @@ def test_the_canonical_address_stands_for_the_same_bytes(said: dict[str, str], f
 
 def test_another_process_makes_the_same_bytes() -> None:
     """Whatever its seed of hashes: nothing is in the order of a set."""
-    other = subprocess.run(
-        [sys.executable, "-m", "tests.api.digests"],
-        env={**os.environ, "PYTHONHASHSEED": "1"},
-        cwd=Path(__file__).parents[2],
-        capture_output=True,
-        check=True,
-        text=True,
-    )
+    environment = {**os.environ, "PYTHONHASHSEED": "1"}
+    root = Path(__file__).parents[2]
+    other = run_python("-m", "tests.api.digests", env=environment, cwd=root)
     assert other.stdout.splitlines() == digests()

@@ -2,7 +2,6 @@
 
 import json
 import re
-import subprocess
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import pytest
 
 import service
+from tests.programs import run_python
 
 ALLOWED = tuple(
     str(Path(folder).resolve())
@@ -28,9 +28,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def audited(folder: Path) -> Mapping[str, Any]:
-    command = [sys.executable, "-m", "tests.api.audited", str(folder)]
     root = Path(service.__file__).parents[1]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=root)
+    done = run_python("-m", "tests.api.audited", str(folder), check=False, cwd=root)
     assert done.returncode == 0, done.stderr
     found: Mapping[str, Any] = json.loads(done.stdout)
     return found

@@ -5,7 +5,8 @@ import gc
 import threading
 import time
 import weakref
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from traceback import extract_tb
 from typing import Any
 
@@ -24,6 +25,7 @@ from service.settings.process import give_back
 from service.settings.values import Settings
 from service.stopping import OutOfTime, checkpoint
 
+pytestmark = pytest.mark.anyio
 CAPACITY = 1 << 24
 LARGEST = CAPACITY * 11 // 16
 
@@ -49,20 +51,17 @@ async def rest() -> None:
         await asyncio.sleep(0)
 
 
-def play(scenario: Callable[[Workers], Awaitable[None]], **chosen: Any) -> None:
-    """Runs a scenario, after which nothing is held."""
-
-    async def played() -> None:
-        workers = workers_of(**chosen)
-        await scenario(workers)
-        await rest()
-        assert (workers.used, workers.body_bytes, workers.computing, workers.waiting) == (0,) * 4
-
-    asyncio.run(played())
+@asynccontextmanager
+async def lent(**chosen: Any) -> AsyncIterator[Workers]:
+    """Workers of which nothing is held at the end."""
+    workers = workers_of(**chosen)
+    yield workers
+    await rest()
+    assert (workers.used, workers.body_bytes, workers.computing, workers.waiting) == (0,) * 4
 
 
-def test_short_work_runs_at_once_and_long_work_in_a_thread() -> None:
-    async def scenario(workers: Workers) -> None:
+async def test_short_work_runs_at_once_and_long_work_in_a_thread() -> None:
+    async with lent() as workers:
         job = Job(workers)
         names = []
         for long in (False, True):
@@ -79,13 +78,10 @@ def test_short_work_runs_at_once_and_long_work_in_a_thread() -> None:
         assert "wait;dur=" in str(job.timing)
         job.close()
 
-    play(scenario)
 
-
-def test_short_works_take_turns_on_the_event_loop() -> None:
+async def test_short_works_take_turns_on_the_event_loop() -> None:
     """The event loop looks at what else is ready once they have had their time."""
-
-    async def scenario(workers: Workers) -> None:
+    async with lent() as workers:
         rounds: list[int] = []
         now = 0
 
@@ -107,11 +103,9 @@ def test_short_works_take_turns_on_the_event_loop() -> None:
         for job in jobs:
             job.close()
 
-    play(scenario)
 
-
-def test_requests_are_served_in_order_of_arrival() -> None:
-    async def scenario(workers: Workers) -> None:
+async def test_requests_are_served_in_order_of_arrival() -> None:
+    async with lent(threads=3) as workers:
         order: list[str] = []
 
         async def hold(name: str, amount: int) -> None:
@@ -126,11 +120,9 @@ def test_requests_are_served_in_order_of_arrival() -> None:
         assert order == list(sizes)
         assert workers.seconds_waited > 0
 
-    play(scenario, threads=3)
 
-
-def test_a_full_queue_refuses_and_says_when_to_come_again() -> None:
-    async def scenario(workers: Workers) -> None:
+async def test_a_full_queue_refuses_and_says_when_to_come_again() -> None:
+    async with lent(max_queue=4) as workers:
         assert workers.retry_after() == 1
         await workers.acquire(10)
         waiting = [asyncio.create_task(workers.acquire(10)) for _ in range(4)]
@@ -146,36 +138,36 @@ def test_a_full_queue_refuses_and_says_when_to_come_again() -> None:
         workers.release_thread()
         workers.hold(-10)
 
-    play(scenario, max_queue=4)
-
 
 @settings(max_examples=200, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, LARGEST), st.integers(0, 3)), max_size=12))
 def test_cancelled_requests_give_back_what_they_got(asks: list[tuple[int, int]]) -> None:
     """Whoever is cancelled, before, while or after it is granted, leaves nothing behind."""
 
-    async def scenario(workers: Workers) -> None:
-        async def hold(amount: int) -> None:
-            await workers.acquire(amount)
-            try:
+    async def scenario() -> None:
+        async with lent(threads=2) as workers:
+
+            async def hold(amount: int) -> None:
+                await workers.acquire(amount)
+                try:
+                    await asyncio.sleep(0)
+                finally:
+                    workers.release_thread()
+                    workers.hold(-amount)
+
+            tasks = [asyncio.create_task(hold(amount)) for amount, _ in asks]
+            for at in range(4):
                 await asyncio.sleep(0)
-            finally:
-                workers.release_thread()
-                workers.hold(-amount)
+                for task, (_, rounds) in zip(tasks, asks, strict=True):
+                    if rounds == at and rounds:
+                        task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
 
-        tasks = [asyncio.create_task(hold(amount)) for amount, _ in asks]
-        for at in range(4):
-            await asyncio.sleep(0)
-            for task, (_, rounds) in zip(tasks, asks, strict=True):
-                if rounds == at and rounds:
-                    task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-
-    play(scenario, threads=2)
+    asyncio.run(scenario())
 
 
-def test_bodies_have_a_quarter_and_never_wait() -> None:
-    async def scenario(workers: Workers) -> None:
+async def test_bodies_have_a_quarter_and_never_wait() -> None:
+    async with lent() as workers:
         large, small, third = Job(workers), Job(workers), Job(workers)
         most = workers.max_body * 9 // 10
         with pytest.raises(TooLarge) as refused:
@@ -198,15 +190,13 @@ def test_bodies_have_a_quarter_and_never_wait() -> None:
         for job in (large, small, third):
             job.close()
 
-    play(scenario)
-
 
 def entry(name: str, size: int) -> Entry:
     return Entry(Subject(name, name, name, for_ever=True), bytes(size), ())
 
 
-def test_kept_answers_give_way_unless_they_are_being_sent() -> None:
-    async def scenario(workers: Workers) -> None:
+async def test_kept_answers_give_way_unless_they_are_being_sent() -> None:
+    async with lent(cache_bytes=CAPACITY, threads=2, memory_bytes=CAPACITY) as workers:
         answers: AnswerCache = workers._cache
         read, *unread = (entry(name, CAPACITY // 8) for name in "abc")
         for each in (read, *unread):
@@ -228,14 +218,11 @@ def test_kept_answers_give_way_unless_they_are_being_sent() -> None:
         workers.release_thread()
         workers.hold(-workers.max_memory - CAPACITY * 3 // 16)
 
-    play(scenario, cache_bytes=CAPACITY, threads=2, memory_bytes=CAPACITY)
-
 
 @pytest.mark.parametrize("leaves", [True, False])
-def test_a_thread_without_a_client_keeps_its_memory_until_it_ends(leaves: bool) -> None:
+async def test_a_thread_without_a_client_keeps_its_memory_until_it_ends(leaves: bool) -> None:
     """The client goes away, or the deadline passes; the thread ends at its next checkpoint."""
-
-    async def scenario(workers: Workers) -> None:
+    async with lent(request_timeout=0.2) as workers:
         gone = asyncio.Event()
 
         async def receive() -> dict[str, str]:
@@ -260,18 +247,15 @@ def test_a_thread_without_a_client_keeps_its_memory_until_it_ends(leaves: bool) 
             assert workers.used == 1000
             await asyncio.sleep(0.001)
 
-    play(scenario, request_timeout=0.2)
 
-
-def test_large_requests_that_end_together_hand_memory_back_once(
+async def test_large_requests_that_end_together_hand_memory_back_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     calls: list[int] = []
     monkeypatch.setattr(module, "give_back", lambda: calls.append(1))
     monkeypatch.setattr(module, "TRIM_PAUSE", 0.01)
     counts = []
-
-    async def scenario(workers: Workers) -> None:
+    async with lent() as workers:
         for sizes in ((TRIM_BYTES - 1,), (TRIM_BYTES, TRIM_BYTES), (TRIM_BYTES,)):
             for size in sizes:
                 job = Job(workers)
@@ -279,8 +263,6 @@ def test_large_requests_that_end_together_hand_memory_back_once(
                 job.close()
             await asyncio.sleep(0.1)
             counts.append(len(calls))
-
-    play(scenario)
     assert counts == [0, 1, 2]
     give_back()
 
@@ -305,18 +287,19 @@ def test_failed_work_keeps_no_local_variables() -> None:
         except KeyError:
             raise ArithmeticError from None  # it refers to the other, and to all of its frames
 
-    async def scenario(workers: Workers) -> None:
-        job = Job(workers)
-        with pytest.raises(ArithmeticError) as failed:
-            await job.run(Work(1000, work), "x")
-        assert extract_tb(failed.value.__traceback__)[-1].name == "work"
-        del failed
-        job.close()
+    async def scenario() -> None:
+        async with lent() as workers:
+            job = Job(workers)
+            with pytest.raises(ArithmeticError) as failed:
+                await job.run(Work(1000, work), "x")
+            assert extract_tb(failed.value.__traceback__)[-1].name == "work"
+            del failed
+            job.close()
 
     gc.collect()
     gc.disable()
     try:
-        play(scenario)
+        asyncio.run(scenario())
         end = time.monotonic() + 10
         while any(large() for large in held) and time.monotonic() < end:
             time.sleep(0.001)  # the thread itself lets go of it a moment later

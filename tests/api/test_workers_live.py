@@ -139,16 +139,6 @@ def until(condition: Callable[[], bool]) -> None:
         time.sleep(0.002)
 
 
-def test_who_goes_away_is_not_computed_for(looping: Looping) -> None:
-    with serving() as service:
-        client = service.posted(LONG)
-        until(lambda: looping.calls == 1)
-        assert service.workers.used > 0
-        client.leave()
-        until(service.given_back)
-        assert looping.stopped == 1
-
-
 def test_who_goes_away_leaves_the_queue(looping: Looping) -> None:
     with serving() as service:
         computed = service.posted(LONG)

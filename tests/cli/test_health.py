@@ -1,8 +1,6 @@
 """`surface health`: what a container's health check runs."""
 
 import socket
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Thread
@@ -14,6 +12,7 @@ from service.cli.main import main
 from service.settings.listening import listening_at
 from service.settings.values import Settings
 from tests.live import running_service
+from tests.programs import run_python
 
 
 @contextmanager
@@ -74,6 +73,6 @@ def test_it_waits_for_no_heavy_import() -> None:
         "import sys; from service.cli.main import main; main(['health', '--port', '1'])\n"
         "print(*{'numpy', 'pydantic', 'fastapi', 'uvicorn', 'asyncio'} & sys.modules.keys())"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = run_python("-c", code)
     assert "no answer" in done.stderr
     assert done.stdout == "\n"

@@ -6,11 +6,9 @@ import os
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
-from http.server import BaseHTTPRequestHandler, HTTPServer
+from http.server import BaseHTTPRequestHandler
 from pathlib import Path
-from threading import Thread
 
 import httpx
 import pytest
@@ -23,6 +21,9 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.schemas.options import MeshOptionFields
 from service.surface.examples import EXAMPLES, find
+from tests.live import serve
+from tests.programs import run_python
+from tools.processes import service_server
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]], "name": "sail"}
 
@@ -189,9 +190,7 @@ def test_help_tells_the_exit_codes_and_imports_nothing_heavy(arguments: list[str
         "try: main(sys.argv[1:])\n"
         "except SystemExit: print(sorted({'numpy', 'fastapi', 'pydantic'} & set(sys.modules)))"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=True
-    )
+    done = run_python("-c", program, *arguments)
     assert "exit codes:" in done.stdout
     assert done.stdout.endswith("[]\n")
 
@@ -262,12 +261,8 @@ class _Stranger(BaseHTTPRequestHandler):
 
 @pytest.fixture
 def stranger() -> Iterator[str]:
-    with HTTPServer(("127.0.0.1", 0), _Stranger) as http:
-        thread = Thread(target=http.serve_forever)
-        thread.start()
-        yield f"http://127.0.0.1:{http.server_port}"
-        http.shutdown()
-        thread.join()
+    with serve(_Stranger) as url:
+        yield url
 
 
 @pytest.mark.parametrize(
@@ -285,19 +280,12 @@ def test_service_that_fails_or_is_none(
     assert text in capsys.readouterr().err
 
 
-def test_serve_answers_until_it_is_told_to_stop() -> None:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    command = [sys.executable, "-m", "service", "serve", "--port", str(port)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as process:
-        try:
-            assert _health(f"http://127.0.0.1:{port}/health", process)["status"] == "ready"
-        finally:
-            process.terminate()
-            output = process.communicate(timeout=30)[0].decode()
-    assert process.returncode == 0
-    assert f"Uvicorn running on http://127.0.0.1:{port}" in output
+def test_serve_answers_until_it_is_told_to_stop(tmp_path: Path) -> None:
+    with service_server(tmp_path, {}, probe="/health") as server:
+        assert httpx.get(f"{server.url}/health").json()["status"] == "ready"
+    assert server.process.returncode == 0
+    output = server.log.read_text(encoding="utf-8")
+    assert f"Uvicorn running on {server.url}" in output
     assert "Finished server process" in output
     assert "Traceback" not in output
 
@@ -315,25 +303,11 @@ def test_a_port_that_is_taken_is_no_service_that_is_away() -> None:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = str(taken.getsockname()[1])
-        command = [sys.executable, "-m", "service", "serve", "--port", port]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        done = run_python("-m", "service", "serve", "--port", port, check=False)
     assert done.returncode == 1
     reason, refusal = done.stderr.splitlines()
     assert "Address already in use" in reason
     assert refusal.startswith(f"surface: cannot serve at 127.0.0.1, port {port}")
-
-
-def _health(url: str, process: subprocess.Popen[bytes]) -> dict[str, str]:
-    """The answer, as soon as there is one."""
-    for _ in range(600):
-        try:
-            answer: dict[str, str] = httpx.get(url).json()
-        except httpx.TransportError:
-            assert process.poll() is None, "the service ended"
-            time.sleep(0.05)
-        else:
-            return answer
-    raise AssertionError("the service does not answer")
 
 
 def test_a_curve_in_a_file(tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]) -> None:

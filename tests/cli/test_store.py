@@ -1,7 +1,6 @@
 """`surface store`: a surface goes to a service, its addresses come back."""
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import httpx
@@ -11,17 +10,10 @@ import pytest
 from service.cli.main import main
 from service.storage.canonical import canonical, surface_id
 from service.surface.bezier import BezierSurface
-from tests.live import running_service
 
 NET = np.array([[[0.0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]])
 SURFACE = {"control_net": NET.tolist(), "name": "sail"}
 ID = surface_id(canonical(BezierSurface(NET, name="sail")))
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[str]:
-    with running_service() as url:
-        yield url
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 import json
 import re
 import shutil
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,16 +14,13 @@ from prometheus_client.parser import text_string_to_metric_families as families
 from service.api.app import create_app
 from service.settings.values import Settings
 from tests.api.client import client_of
+from tests.deploy.files import DEPLOY, ROOT, load, run
 from tests.programs import program
 
-ROOT = Path(__file__).parents[2]
-DEPLOY = ROOT / "deploy"
 ALERTS = DEPLOY / "prometheus" / "alerts.yaml"
 CONFIG = DEPLOY / "prometheus" / "prometheus.yml"
 PAGE = ROOT / "docs" / "alerts.md"
-RULES: list[dict[str, Any]] = yaml.safe_load(ALERTS.read_text(encoding="utf-8"))["groups"][0][
-    "rules"
-]
+RULES: list[dict[str, Any]] = load(ALERTS)["groups"][0]["rules"]
 DASHBOARD = DEPLOY / "grafana" / "dashboards" / "surface.json"
 PANELS: list[dict[str, Any]] = json.loads(DASHBOARD.read_text(encoding="utf-8"))["panels"]
 EXPRESSIONS = [target["expr"] for panel in PANELS for target in panel["targets"]]
@@ -125,11 +121,6 @@ def _names(name: str, kind: str) -> Iterator[str]:
         "histogram": ("_count", "_sum", "_bucket"),
     }
     yield from (name + end for end in ends.get(kind, ("",)))
-
-
-def run(*command: str, stdin: str = "") -> None:
-    done = subprocess.run(command, input=stdin, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_panels_differ_in_place_and_title() -> None:

@@ -2,12 +2,12 @@
 
 import os
 import platform
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from threadpoolctl import threadpool_info
+
+from tests.programs import run_python
 
 OLD_CORES = {"x86_64": ("Prescott", "Nehalem"), "aarch64": ("ARMV8", "NEOVERSEN1")}
 """Two kinds of processor whose code runs on all that are in use."""
@@ -17,14 +17,8 @@ PROGRAM = "from service.encoders.arithmetic import arithmetic; print(arithmetic(
 
 def told(core: str) -> str:
     """What a process says whose BLAS computes as for such a processor."""
-    return subprocess.run(
-        [sys.executable, "-c", PROGRAM],
-        env={**os.environ, "OPENBLAS_CORETYPE": core},
-        cwd=Path(__file__).parents[2],
-        capture_output=True,
-        check=True,
-        text=True,
-    ).stdout
+    environment = {**os.environ, "OPENBLAS_CORETYPE": core}
+    return run_python("-c", PROGRAM, env=environment, cwd=Path(__file__).parents[2]).stdout
 
 
 def test_another_processor_is_another_arithmetic() -> None:

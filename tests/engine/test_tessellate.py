@@ -33,11 +33,6 @@ from tests.strategies import (
 )
 
 
-def model_of_net(net: Array, weights: Array | None) -> PatchModel:
-    """A model of one patch."""
-    return model_of([net], None if weights is None else [weights])
-
-
 @pytest.mark.parametrize(
     ("weld", "faces", "single"),
     [(True, "triangles", False), (True, "quads", True), (False, "triangles", True)],
@@ -110,7 +105,8 @@ def test_grids_find_every_sample(
 ) -> None:
     """Position, normal and parameters of sample (i, j) stand at `grids[0][0, i, j]`."""
     net, weights = weighted
-    mesh = mesh_of(model_of_net(net, weights), resolution=resolution, uvs=True)
+    model = model_of([net], None if weights is None else [weights])
+    mesh = mesh_of(model, resolution=resolution, uvs=True)
     check_sound(mesh)
     (grid,) = mesh.grids
     assert grid.shape == (1, resolution[0] + 1, resolution[1] + 1)

@@ -112,7 +112,7 @@ def jets(net: Net, us: Sequence[Fraction], vs: Sequence[Fraction]) -> list[list[
         transposed(_grid(hodograph(transposed(net)), vs, us)),
     ]
     return [
-        [_project(*three) for three in zip(*rows, strict=True)] for rows in zip(*sides, strict=True)
+        [project(*three) for three in zip(*rows, strict=True)] for rows in zip(*sides, strict=True)
     ]
 
 
@@ -125,7 +125,7 @@ def _grid(net: Net, us: Sequence[Fraction], vs: Sequence[Fraction]) -> Net:
     return grid
 
 
-def _project(value: Vector, du: Vector, dv: Vector) -> Jet:
+def project(value: Vector, du: Vector, dv: Vector) -> Jet:
     """Quotient rule: S = X/w, S_u = (X_u − w_u S)/w."""
     if len(value) == 3:
         return Jet(value, du, dv)

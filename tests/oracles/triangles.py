@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from tests.oracles.exact import Jet, Vector, cross, projected, unit
+from tests.oracles.exact import Jet, Vector, cross, project, projected, unit
 
 Key: TypeAlias = tuple[int, int, int]
 Triangle: TypeAlias = dict[Key, Vector]
@@ -68,15 +68,7 @@ def partial(net: Triangle, towards: int) -> Triangle:
 
 def jet(net: Triangle, place: Vector) -> Jet:
     """Point and partials along s and t, by the quotient rule where the net is homogeneous."""
-    at, ds, dt = value(net, place), value(partial(net, 1), place), value(partial(net, 2), place)
-    if len(at) == 3:
-        return Jet(at, ds, dt)
-    *spatial, w = at
-    point = tuple(x / w for x in spatial)
-    first, second = (
-        tuple((x - d[3] * p) / w for x, p in zip(d[:3], point, strict=True)) for d in (ds, dt)
-    )
-    return Jet(point, first, second)
+    return project(value(net, place), *(value(partial(net, n), place) for n in (1, 2)))
 
 
 def second_jet(net: Triangle, place: Vector) -> list[Vector]:

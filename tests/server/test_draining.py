@@ -19,6 +19,7 @@ from starlette.routing import Route
 
 from service.server.run import Server, make_server
 from service.settings.values import Settings
+from tools.processes import free_port
 
 LONG = 60.0
 
@@ -144,9 +145,7 @@ serve(app, settings, SimpleNamespace(ready=True))
 @contextmanager
 def process(delay: float) -> Iterator[tuple[subprocess.Popen[bytes], int]]:
     """A process that serves an application of which one address is never answered."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     command = [sys.executable, "-c", PROGRAM, str(port), str(delay)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as started:
         try:

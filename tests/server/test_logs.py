@@ -7,12 +7,13 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import pytest
 
 from service.api.observing.record import NO_ROUTE, RequestRecord, current_record
 from service.server.logs import MESSAGE, TEXT, Lines, Records
+from tests.programs import run_python
 
 HOSTILE = "a\nERROR:    forged\r\x1b[31m\x9b31m\u2028\u202e\x00\ud800"
 
@@ -87,8 +88,7 @@ warnings.warn("a warning", stacklevel=1)
 
 @pytest.mark.parametrize("form", ["text", "json"])
 def test_everything_goes_one_way(form: str) -> None:
-    command = [sys.executable, "-c", PROGRAM, form]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    done = run_python("-c", PROGRAM, form)
     assert done.stdout == "a request\n"
     lines = done.stderr.splitlines()
     assert len(lines) == 3
@@ -102,26 +102,18 @@ def test_everything_goes_one_way(form: str) -> None:
 
 def test_what_is_logged_before_the_log_is_there_has_its_form() -> None:
     settings = {"SURFACE_LOG_FORMAT": "json", "SURFACE_NOTHING": "1", "SURFACE_STORE": "no://where"}
-    done = subprocess.run(
-        [sys.executable, "-m", "service", "serve"],
-        env=os.environ | settings,
-        stderr=subprocess.PIPE,
-        text=True,
-        check=False,
-    )
+    done = run_python("-m", "service", "serve", env=os.environ | settings, check=False)
     (line,) = (line for line in done.stderr.splitlines() if line.startswith("{"))
     assert json.loads(line)["message"] == "SURFACE_NOTHING is not a setting of this service"
 
 
 def test_the_process_ends_though_nobody_reads_its_log() -> None:
-    program = "\n".join(
-        (
-            "from service.server.logs import start_logs",
-            "from service.settings.values import Settings",
-            "requests, others = start_logs(Settings())",
-            "for _ in range(5000): requests.write('x' * 1000 + '\\n')",
-        )
-    )
+    program = """
+from service.server.logs import start_logs
+from service.settings.values import Settings
+requests, others = start_logs(Settings())
+for _ in range(5000): requests.write("x" * 1000 + "\\n")
+"""
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE) as process:
         assert process.wait(30) == 0
 
@@ -133,10 +125,8 @@ def pipe() -> Iterator[tuple[int, int]]:
         yield ends
     finally:
         for end in ends:
-            try:
+            with suppress(OSError):
                 os.close(end)
-            except OSError:
-                continue
 
 
 def is_written(log: Lines, seconds: float = 10) -> bool:

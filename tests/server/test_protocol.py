@@ -141,25 +141,19 @@ AMBIGUOUS = {
 }
 
 
+@pytest.mark.parametrize("at_once", [True, False])
 @pytest.mark.parametrize("data", AMBIGUOUS.values(), ids=AMBIGUOUS)
-async def test_what_is_no_request_or_could_be_two_is_refused(data: bytes) -> None:
+async def test_what_is_no_request_or_could_be_two_is_refused(data: bytes, at_once: bool) -> None:
     echo = Echo()
     server = Server(echo)
     client = server.connect()
-    await client.send(data)
+    for piece in [data] if at_once else [bytes([byte]) for byte in data]:
+        client.protocol.data_received(piece)
+    await settle()
     assert client.statuses == [400]
     assert client.problem["code"] == client.problem["errors"][0]["code"] == "malformed_request"
     assert server.refused == ["malformed_request"]
     assert echo.bodies == []
-
-
-async def test_the_same_a_byte_at_a_time() -> None:
-    for data in AMBIGUOUS.values():
-        client = Server(Echo()).connect()
-        for byte in data:
-            client.protocol.data_received(bytes([byte]))
-        await settle()
-        assert client.problem["code"] == "malformed_request"
 
 
 ACCEPTED = {

@@ -4,11 +4,7 @@ The disk is a tmpfs of two megabytes. Mounting one takes root, or the root of a 
 own.
 """
 
-import os
-import socket
 import subprocess
-import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,8 +15,8 @@ import pytest
 
 from service.storage.places import STAGING
 from tests.storage.places import file_of, files
+from tools.processes import service_server
 
-ROOT = Path(__file__).parents[2]
 BALLAST = 1 << 20
 
 
@@ -46,30 +42,13 @@ def disk(tmp_path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def serving(store: Path, log: Path) -> Iterator[httpx.Client]:
-    """A client of the service in a process of its own."""
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        port = taken.getsockname()[1]
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "SURFACE_STORE": str(store)}
-    command = [sys.executable, "-m", "service", "serve", "--port", str(port)]
+def serving(store: Path, folder: Path) -> Iterator[tuple[httpx.Client, Path]]:
+    """A client of the service in a process of its own, and its log; it must not end by itself."""
     with (
-        log.open("wb") as errors,
-        subprocess.Popen(command, cwd=ROOT, env=environment, stderr=errors) as process,
-        httpx.Client(base_url=f"http://127.0.0.1:{port}") as client,
+        service_server(folder, {"SURFACE_STORE": str(store)}) as server,
+        httpx.Client(base_url=server.url) as client,
     ):
-        try:
-            while True:
-                assert process.poll() is None, log.read_text(encoding="utf-8")
-                try:
-                    client.get("/health/live").raise_for_status()
-                    break
-                except httpx.ConnectError:
-                    time.sleep(0.1)
-            yield client
-            assert process.poll() is None, "the service lives"
-        finally:
-            process.terminate()
+        yield client, server.log
 
 
 def surface(number: int) -> dict[str, Any]:
@@ -80,8 +59,7 @@ def surface(number: int) -> dict[str, Any]:
 
 
 def test_full_disk(disk: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
-    log = tmp_path_factory.mktemp("log") / "errors"
-    with serving(disk / "store", log) as client:
+    with serving(disk / "store", tmp_path_factory.mktemp("log")) as (client, log):
         answers: list[httpx.Response] = []
         while not answers or answers[-1].status_code == 201:
             answers.append(client.post("/v1/surfaces", json=surface(len(answers))))
@@ -90,7 +68,6 @@ def test_full_disk(disk: Path, tmp_path_factory: pytest.TempPathFactory) -> None
         _is_full(refused, disk)
         for number in range(3):  # and so it stays
             _is_full(client.post("/v1/surfaces", json=surface(100 + number)), disk)
-        assert "No space left on device" in log.read_text(encoding="utf-8")
 
         # The service lives: it meshes, and gives out what it has.
         ready = client.get("/health/ready")
@@ -105,6 +82,8 @@ def test_full_disk(disk: Path, tmp_path_factory: pytest.TempPathFactory) -> None
         assert again.status_code == 201
         assert client.get(again.headers["location"]).json() is not None
 
+    # Lines of the log are written by and by: all of them are there once the service has ended.
+    assert "No space left on device" in log.read_text(encoding="utf-8")
     objects = files(disk / "store" / "surfaces")
     assert {path.name for path in objects} == {answer.json()["id"] for answer in (*stored, again)}
     for path in objects:
@@ -115,12 +94,12 @@ def test_full_disk(disk: Path, tmp_path_factory: pytest.TempPathFactory) -> None
 def test_service_starts_on_a_full_disk(
     disk: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
-    log = tmp_path_factory.mktemp("log") / "errors"
-    with serving(disk / "store", log) as client:
+    logs = tmp_path_factory.mktemp("log")
+    with serving(disk / "store", logs) as (client, _):
         kept = client.post("/v1/surfaces", json=surface(0)).headers["location"]
     with pytest.raises(OSError, match="No space"):
         (disk / "more ballast").write_bytes(bytes(2 * BALLAST))
-    with serving(disk / "store", log) as client:
+    with serving(disk / "store", logs) as (client, _):
         assert client.get(kept).status_code == 200
         _is_full(client.post("/v1/surfaces", json=surface(1)), disk)
 

@@ -5,11 +5,10 @@ The server is moto's, from a Python of its own; `S3_SERVER` names its program.
 
 import asyncio
 import os
-import socket
-import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import httpx
 import obstore
@@ -22,8 +21,10 @@ from service.storage.address import open_store
 from service.storage.keys import key_of
 from service.storage.store import SurfaceStore
 from tests.live import running_service
-from tests.storage.places import id_of, on
+from tests.storage.places import account, id_of
+from tools.processes import Server, free_port
 
+pytestmark = pytest.mark.anyio
 BUCKET = "surfaces-of-a-test"
 PATCH = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
 TEN = [bytes([digit]) * 10 for digit in range(10)]
@@ -32,42 +33,11 @@ TEN = [bytes([digit]) * 10 for digit in range(10)]
 @contextmanager
 def s3_server() -> Iterator[str]:
     """URL of a server that keeps everything in its memory, with one empty bucket."""
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        port = taken.getsockname()[1]
+    port = free_port()
     command = [os.environ["S3_SERVER"], "--host", "127.0.0.1", "--port", str(port)]
-    url = f"http://127.0.0.1:{port}"
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
-        try:
-            _make_bucket(f"{url}/{BUCKET}", process)
-            yield url
-        finally:
-            process.terminate()
-
-
-def _make_bucket(url: str, process: subprocess.Popen[bytes]) -> None:
-    while process.poll() is None:
-        try:
-            httpx.put(url).raise_for_status()
-            return
-        except httpx.ConnectError:
-            time.sleep(0.1)
-    raise RuntimeError("the S3 server has stopped")
-
-
-@contextmanager
-def account(url: str) -> Iterator[None]:
-    """The environment of a process that may use the server at `url`."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name, value in {
-            "AWS_ENDPOINT_URL": url,
-            "AWS_ALLOW_HTTP": "true",
-            "AWS_REGION": "us-east-1",
-            "AWS_ACCESS_KEY_ID": "key",
-            "AWS_SECRET_ACCESS_KEY": "secret",
-        }.items():
-            patch.setenv(name, value)
-        yield
+    with Server(Path(os.devnull), command, port, os.environ) as server:
+        httpx.put(f"{server.url}/{BUCKET}").raise_for_status()
+        yield server.url
 
 
 @pytest.fixture(scope="module")
@@ -88,66 +58,52 @@ async def put(store: SurfaceStore, content: bytes) -> bool:
 
 
 @pytest.mark.parametrize("size", [0, 10, 6 << 20], ids=["empty", "short", "6 MiB"])
-def test_what_was_stored_comes_back(size: int, address: str) -> None:
+async def test_what_was_stored_comes_back(size: int, address: str) -> None:
     content = b"x" * size
     id = id_of(content)
-
-    async def work(store: SurfaceStore) -> None:
-        assert not await store.has(id)
-        assert await put(store, content)
-        assert not await put(store, content)
-        assert await store.has(id)
-        assert await store.get(id) == content
-        assert await store.delete(id)
-        assert not await store.delete(id)
-        with pytest.raises(UnknownSurface):
-            await store.get(id)
-
-    on(open_store(address, 0), work)
+    store = open_store(address, 0)
+    assert not await store.has(id)
+    assert await put(store, content)
+    assert not await put(store, content)
+    assert await store.has(id)
+    assert await store.get(id) == content
+    assert await store.delete(id)
+    assert not await store.delete(id)
+    with pytest.raises(UnknownSurface):
+        await store.get(id)
 
 
 @pytest.mark.parametrize("instead", [b"", TEN[1], TEN[0][:-1]], ids=["empty", "other", "short"])
-def test_damaged_object(instead: bytes, address: str) -> None:
-    async def work(store: SurfaceStore) -> None:
-        await put(store, TEN[0])
-        await obstore.put_async(store._place.objects, key_of(id_of(TEN[0])), instead)
-        with pytest.raises(DamagedObject):
-            await store.get(id_of(TEN[0]))
-        assert await put(store, TEN[0])
-        assert await store.get(id_of(TEN[0])) == TEN[0]
-
-    on(open_store(address, 0), work)
+async def test_damaged_object(instead: bytes, address: str) -> None:
+    store = open_store(address, 0)
+    await put(store, TEN[0])
+    await obstore.put_async(store._place.objects, key_of(id_of(TEN[0])), instead)
+    with pytest.raises(DamagedObject):
+        await store.get(id_of(TEN[0]))
+    assert await put(store, TEN[0])
+    assert await store.get(id_of(TEN[0])) == TEN[0]
 
 
-def test_all_pages_of_the_listing_count(address: str) -> None:
+async def test_all_pages_of_the_listing_count(address: str) -> None:
     """A listing has pages of a thousand objects."""
-    many = [f"{number:10d}".encode() for number in range(1003)]
-
-    async def fill(store: SurfaceStore) -> None:
-        await asyncio.gather(*(put(store, content) for content in many))
-
-    async def work(store: SurfaceStore) -> None:
-        assert await put(store, TEN[0])
-        with pytest.raises(StoreFull) as caught:
-            await put(store, TEN[1])
-        assert caught.value.issues[0].needed == "at most 9 bytes"
-        assert not await put(store, TEN[0])
-        assert await store.delete(id_of(many[0]))
-        assert await put(store, TEN[1])
-
-    on(open_store(address, 0), fill)
-    on(open_store(address, 10_049), work)
+    many, full = [f"{number:10d}".encode() for number in range(1003)], open_store(address, 0)
+    await asyncio.gather(*(put(full, content) for content in many))
+    store = open_store(address, 10_049)
+    assert await put(store, TEN[0])
+    with pytest.raises(StoreFull) as caught:
+        await put(store, TEN[1])
+    assert caught.value.issues[0].needed == "at most 9 bytes"
+    assert not await put(store, TEN[0])
+    assert await store.delete(id_of(many[0]))
+    assert await put(store, TEN[1])
 
 
-def test_a_bucket_that_is_not_there(server: str) -> None:
+async def test_a_bucket_that_is_not_there(server: str) -> None:
     del server
-
-    async def work(store: SurfaceStore) -> None:
-        with pytest.raises(StoreFailed):
-            await put(store, TEN[0])
-        assert not await store.answers()
-
-    on(open_store("s3://there-is-no-such-bucket", 0), work)
+    store = open_store("s3://there-is-no-such-bucket", 0)
+    with pytest.raises(StoreFailed):
+        await put(store, TEN[0])
+    assert not await store.answers()
 
 
 def test_service_outlives_its_store() -> None:

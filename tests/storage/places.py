@@ -1,16 +1,16 @@
 """Stores to try things on, and contents to put there."""
 
-import asyncio
 import hashlib
-from collections.abc import Awaitable, Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TypeVar
+
+import pytest
 
 from service.storage.address import open_store
 from service.storage.keys import key_of
 from service.storage.store import SurfaceStore
 
-Result = TypeVar("Result")
 KINDS = ("memory", "folder")
 
 
@@ -22,15 +22,6 @@ def store_of(kind: str, folder: Path, quota: int = 0) -> SurfaceStore:
     return open_store("memory://" if kind == "memory" else str(folder), quota)
 
 
-def on(store: SurfaceStore, work: Callable[[SurfaceStore], Awaitable[Result]]) -> Result:
-    """What a coroutine on the store returns, on an event loop of its own."""
-
-    async def run() -> Result:
-        return await work(store)
-
-    return asyncio.run(run())
-
-
 def file_of(folder: Path, content: bytes) -> Path:
     """Where a folder keeps a content."""
     return folder / key_of(id_of(content))
@@ -38,3 +29,15 @@ def file_of(folder: Path, content: bytes) -> Path:
 
 def files(folder: Path) -> list[Path]:
     return [path for path in folder.rglob("*") if path.is_file()]
+
+
+@contextmanager
+def account(url: str) -> Iterator[None]:
+    """The environment of a process that may use the S3 server at `url`."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("AWS_ENDPOINT_URL", url)
+        patch.setenv("AWS_ALLOW_HTTP", "true")
+        patch.setenv("AWS_REGION", "us-east-1")
+        patch.setenv("AWS_ACCESS_KEY_ID", "key")
+        patch.setenv("AWS_SECRET_ACCESS_KEY", "secret")
+        yield

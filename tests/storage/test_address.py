@@ -15,27 +15,27 @@ from service.errors import InvalidSettings, StoreFailed
 from service.settings.values import Settings
 from service.storage import address
 from service.storage.address import InvalidStore, open_store
-from service.storage.store import SurfaceStore
-from tests.storage.places import files, id_of, on
+from tests.storage.places import account, files, id_of
 
+pytestmark = pytest.mark.anyio
 CONTENT = b"content"
 NOBODY = 65534
 
 
-def stores_in(place: str, folder: Path) -> bool:
+async def stores_in(place: str, folder: Path) -> bool:
     """Whether what is stored at an address lies in a folder."""
-    on(open_store(place, 0), lambda store: store.put(id_of(CONTENT), CONTENT))
+    await open_store(place, 0).put(id_of(CONTENT), CONTENT)
     return [path.name for path in files(folder)] == [id_of(CONTENT)]
 
 
-def test_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    assert stores_in(str(tmp_path / "whole"), tmp_path / "whole")
-    assert stores_in("./relative", tmp_path / "relative")
-    assert stores_in("~/data", tmp_path / "home" / "data")
-    assert stores_in("./s3:", tmp_path / "s3:")
-    assert stores_in((tmp_path / "a b").as_uri(), tmp_path / "a b")
+    assert await stores_in(str(tmp_path / "whole"), tmp_path / "whole")
+    assert await stores_in("./relative", tmp_path / "relative")
+    assert await stores_in("~/data", tmp_path / "home" / "data")
+    assert await stores_in("./s3:", tmp_path / "s3:")
+    assert await stores_in((tmp_path / "a b").as_uri(), tmp_path / "a b")
 
 
 @pytest.mark.parametrize(
@@ -83,16 +83,16 @@ def test_a_folder_that_may_not_be_written(tmp_path: Path) -> None:
         open_store(str(folder), 0)
 
 
-def test_a_full_disk_stops_the_start_only_if_there_is_nothing_yet(
+async def test_a_full_disk_stops_the_start_only_if_there_is_nothing_yet(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(path: Path) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
-    on(open_store(str(tmp_path), 0), lambda store: store.put(id_of(CONTENT), CONTENT))
+    await open_store(str(tmp_path), 0).put(id_of(CONTENT), CONTENT)
     monkeypatch.setattr(address, "make_folder", full)
     store = open_store(str(tmp_path), 0)
-    assert on(store, lambda store: store.get(id_of(CONTENT))) == CONTENT
+    assert await store.get(id_of(CONTENT)) == CONTENT
     with pytest.raises(InvalidStore, match="No space left"):
         open_store(str(tmp_path / "new"), 0)
 
@@ -111,20 +111,10 @@ def test_an_address_that_is_none_stops_the_start(
     assert capsys.readouterr().err.startswith("surface: SURFACE_STORE: got 'ftp://x', needed")
 
 
-def test_a_bucket_that_cannot_be_reached(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_bucket_that_cannot_be_reached() -> None:
     """The service starts, and says that its store does not answer."""
-    for name, value in {
-        "AWS_ENDPOINT_URL": "http://127.0.0.1:9",
-        "AWS_ALLOW_HTTP": "true",
-        "AWS_REGION": "us-east-1",
-        "AWS_ACCESS_KEY_ID": "key",
-        "AWS_SECRET_ACCESS_KEY": "secret",
-    }.items():
-        monkeypatch.setenv(name, value)
-
-    async def work(store: SurfaceStore) -> None:
+    with account("http://127.0.0.1:9"):
+        store = open_store("s3://bucket/prefix", 0)
         with pytest.raises(StoreFailed):
             await store.get(id_of(CONTENT))
         assert not await store.answers()
-
-    on(open_store("s3://bucket/prefix", 0), work)

@@ -1,5 +1,6 @@
 """Objects that are not what was stored are never given out, and storing them again mends them."""
 
+import asyncio
 import logging
 from collections.abc import Callable
 from pathlib import Path
@@ -12,8 +13,9 @@ from hypothesis import strategies as st
 from service.errors import DamagedObject
 from service.storage.keys import key_of
 from service.storage.store import INLINE, SurfaceStore
-from tests.storage.places import KINDS, id_of, on, store_of
+from tests.storage.places import KINDS, id_of, store_of
 
+pytestmark = pytest.mark.anyio
 CONTENT = b"bezier" * 100
 DAMAGES: dict[str, Callable[[bytes], bytes]] = {
     "empty": lambda _: b"",
@@ -31,7 +33,7 @@ async def damage(store: SurfaceStore, content: bytes, instead: bytes) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("damaged", DAMAGES.values(), ids=DAMAGES)
 @pytest.mark.parametrize("content", [CONTENT, b"x" * (INLINE + 1)], ids=["short", "long"])
-def test_damaged_object(
+async def test_damaged_object(
     kind: str,
     damaged: Callable[[bytes], bytes],
     content: bytes,
@@ -39,21 +41,18 @@ def test_damaged_object(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     id = id_of(content)
-
-    async def work(store: SurfaceStore) -> None:
-        assert await store.put(id, content)
-        await damage(store, content, damaged(content))
-        with pytest.raises(DamagedObject), caplog.at_level(logging.ERROR):
-            await store.get(id)
-        assert key_of(id) in caplog.text
-        assert await store.has(id)
-        assert await store.put(id, content), "mended"
-        assert await store.get(id) == content
-        await damage(store, content, damaged(content))
-        assert await store.delete(id)
-        assert not await store.has(id)
-
-    on(store_of(kind, tmp_path), work)
+    store = store_of(kind, tmp_path)
+    assert await store.put(id, content)
+    await damage(store, content, damaged(content))
+    with pytest.raises(DamagedObject), caplog.at_level(logging.ERROR):
+        await store.get(id)
+    assert key_of(id) in caplog.text
+    assert await store.has(id)
+    assert await store.put(id, content), "mended"
+    assert await store.get(id) == content
+    await damage(store, content, damaged(content))
+    assert await store.delete(id)
+    assert not await store.has(id)
 
 
 @settings(max_examples=50)
@@ -66,4 +65,4 @@ def test_nothing_else_is_ever_given_out(content: bytes, instead: bytes) -> None:
         except DamagedObject:
             assert instead != content
 
-    on(store_of("memory", Path()), work)
+    asyncio.run(work(store_of("memory", Path())))

@@ -11,8 +11,9 @@ from service.errors import StoreFailed, StoreFull
 from service.storage.keys import key_of
 from service.storage.places import STAGING
 from service.storage.store import SurfaceStore
-from tests.storage.places import file_of, files, id_of, on, store_of
+from tests.storage.places import file_of, files, id_of, store_of
 
+pytestmark = pytest.mark.anyio
 ONE, TWO = b"one", b"two"
 
 
@@ -20,7 +21,7 @@ async def put_one(store: SurfaceStore) -> bool:
     return await store.put(id_of(ONE), ONE)
 
 
-def test_an_object_is_on_the_disk_before_it_has_its_name(
+async def test_an_object_is_on_the_disk_before_it_has_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The file first; then the folders in which its name and theirs are new."""
@@ -38,7 +39,7 @@ def test_an_object_is_on_the_disk_before_it_has_its_name(
         fsync(file)
 
     monkeypatch.setattr(os, "fsync", watched)
-    assert on(store, put_one)
+    assert await put_one(store)
     assert synced == [
         (final.stat().st_ino, False),
         (final.parent.stat().st_ino, True),
@@ -63,47 +64,44 @@ def test_new_folders_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert synced == []
 
 
-def test_a_folder_that_breaks_fails_and_works_again(
+async def test_a_folder_that_breaks_fails_and_works_again(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     staging = tmp_path / STAGING
-
-    async def work(store: SurfaceStore) -> None:
-        await put_one(store)
-        staging.rmdir()
-        staging.write_text("no folder")
-        with pytest.raises(StoreFailed) as caught:
-            await store.put(id_of(TWO), TWO)
-        assert caught.value.issues == ()
-        assert key_of(id_of(TWO)) in caplog.text
-        assert "Debug source" not in caplog.text
-        assert await store.get(id_of(ONE)) == ONE
-        assert not await store.has(id_of(TWO))
-        staging.unlink()
-        assert await store.put(id_of(TWO), TWO)
-
-    on(store_of("folder", tmp_path), work)
+    store = store_of("folder", tmp_path)
+    await put_one(store)
+    staging.rmdir()
+    staging.write_text("no folder")
+    with pytest.raises(StoreFailed) as caught:
+        await store.put(id_of(TWO), TWO)
+    assert caught.value.issues == ()
+    assert key_of(id_of(TWO)) in caplog.text
+    assert "Debug source" not in caplog.text
+    assert await store.get(id_of(ONE)) == ONE
+    assert not await store.has(id_of(TWO))
+    staging.unlink()
+    assert await store.put(id_of(TWO), TWO)
 
 
-def test_a_write_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_write_that_fails_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Some disks say that they are full only once the bytes must be on them."""
 
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
 
-    async def work(store: SurfaceStore) -> None:
-        with monkeypatch.context() as patch:
-            patch.setattr(os, "fsync", full)
-            with pytest.raises(StoreFull) as caught:
-                await put_one(store)
-        assert [issue.code for issue in caught.value.issues] == ["disk_full"]
-        assert files(tmp_path) == []
-        assert await put_one(store)
-
-    on(store_of("folder", tmp_path), work)
+    store = store_of("folder", tmp_path)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        with pytest.raises(StoreFull) as caught:
+            await put_one(store)
+    assert [issue.code for issue in caught.value.issues] == ["disk_full"]
+    assert files(tmp_path) == []
+    assert await put_one(store)
 
 
-def test_a_folder_that_is_gone_does_not_answer(tmp_path: Path) -> None:
+async def test_a_folder_that_is_gone_does_not_answer(tmp_path: Path) -> None:
     store = store_of("folder", tmp_path)
     (tmp_path / "surfaces").rmdir()
-    assert not on(store, lambda store: store.answers())
+    assert not await store.answers()

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from service.storage.places import ABANDONED, STAGING
-from service.storage.store import SurfaceStore
-from tests.storage.places import file_of, files, id_of, on, store_of
+from tests.storage.places import file_of, files, id_of, store_of
 from tests.storage.storing import CONTENTS, contents
 
+pytestmark = pytest.mark.anyio
 ROOT = Path(__file__).parents[2]
 
 
@@ -64,20 +64,17 @@ def test_two_processes_may_store_the_same(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["0123456789abcdef", "0123456789abcdef#1"])
-def test_what_a_killed_process_left_is_no_object_and_goes_after_an_hour(
+async def test_what_a_killed_process_left_is_no_object_and_goes_after_an_hour(
     name: str, tmp_path: Path
 ) -> None:
     store = store_of("folder", tmp_path)
     left = tmp_path / STAGING / name
     left.write_bytes(b"half of a conte")
 
-    async def sweep(store: SurfaceStore) -> None:
-        await store._place.sweep()
-
-    on(store, sweep)
+    await store._place.sweep()
     assert left.exists(), "another process may be writing it"
     before = time.time() - ABANDONED - 1
     os.utime(left, (before, before))
     assert stored(tmp_path) == set()
-    on(store, sweep)
+    await store._place.sweep()
     assert not left.exists()

@@ -1,6 +1,5 @@
 """What a store was asked to do, by kind and end."""
 
-import asyncio
 import hashlib
 from pathlib import Path
 
@@ -14,26 +13,23 @@ CONTENT = b"content"
 ID = hashlib.sha256(CONTENT).hexdigest()
 
 
-def test_every_operation_is_counted_by_its_end(tmp_path: Path) -> None:
+@pytest.mark.anyio
+async def test_every_operation_is_counted_by_its_end(tmp_path: Path) -> None:
     store = open_store(str(tmp_path), 10)
-
-    async def use() -> None:
-        assert await store.put(ID, CONTENT)
-        assert not await store.put(ID, CONTENT)
-        with pytest.raises(StoreFull):
-            await store.put(hashlib.sha256(b"x" * 20).hexdigest(), b"x" * 20)
-        assert await store.get(ID) == CONTENT
-        assert not await store.has("0" * 64)
-        with pytest.raises(UnknownSurface):
-            await store.get("0" * 64)
-        (tmp_path / key_of(ID)).write_bytes(b"another")
-        with pytest.raises(DamagedObject):
-            await store.get(ID)
-        assert await store.delete(ID)
-        assert await store.answers()
-        assert not await store.has("no id")
-
-    asyncio.run(use())
+    assert await store.put(ID, CONTENT)
+    assert not await store.put(ID, CONTENT)
+    with pytest.raises(StoreFull):
+        await store.put(hashlib.sha256(b"x" * 20).hexdigest(), b"x" * 20)
+    assert await store.get(ID) == CONTENT
+    assert not await store.has("0" * 64)
+    with pytest.raises(UnknownSurface):
+        await store.get("0" * 64)
+    (tmp_path / key_of(ID)).write_bytes(b"another")
+    with pytest.raises(DamagedObject):
+        await store.get(ID)
+    assert await store.delete(ID)
+    assert await store.answers()
+    assert not await store.has("no id")
     found = store.operations.so_far
     assert {key: done.count for key, done in found.items()} == {
         ("put", "done"): 2,

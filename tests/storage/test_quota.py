@@ -9,8 +9,9 @@ from service.errors import StoreFailed, StoreFull
 from service.storage import usage
 from service.storage.store import SurfaceStore
 from service.storage.usage import FRESH, STALE, Usage
-from tests.storage.places import KINDS, file_of, files, id_of, on, store_of
+from tests.storage.places import KINDS, file_of, files, id_of, store_of
 
+pytestmark = pytest.mark.anyio
 TEN = [bytes([digit]) * 10 for digit in range(10)]
 
 
@@ -19,73 +20,58 @@ async def put(store: SurfaceStore, content: bytes) -> bool:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_has_no_room_is_refused_and_not_written(kind: str, tmp_path: Path) -> None:
-    async def work(store: SurfaceStore) -> None:
-        for content in TEN[:3]:
-            assert await put(store, content)
-        with pytest.raises(StoreFull) as caught:
-            await put(store, TEN[3])
-        (issue,) = caught.value.issues
-        assert (issue.code, issue.got, issue.needed) == (
-            "store_full",
-            "10 bytes",
-            "at most 9 bytes",
-        )
-        assert not await store.has(id_of(TEN[3]))
-        assert not await put(store, TEN[0]), "what is there needs no room"
-        assert await put(store, b"123456789"), "what fits is taken"
-        assert await store.delete(id_of(TEN[0]))
-        assert await put(store, TEN[3])
-
-    on(store_of(kind, tmp_path, 39), work)
+async def test_what_has_no_room_is_refused_and_not_written(kind: str, tmp_path: Path) -> None:
+    store = store_of(kind, tmp_path, 39)
+    for content in TEN[:3]:
+        assert await put(store, content)
+    with pytest.raises(StoreFull) as caught:
+        await put(store, TEN[3])
+    (issue,) = caught.value.issues
+    assert (issue.code, issue.got, issue.needed) == ("store_full", "10 bytes", "at most 9 bytes")
+    assert not await store.has(id_of(TEN[3]))
+    assert not await put(store, TEN[0]), "what is there needs no room"
+    assert await put(store, b"123456789"), "what fits is taken"
+    assert await store.delete(id_of(TEN[0]))
+    assert await put(store, TEN[3])
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_many_at_once_stay_below(kind: str, tmp_path: Path) -> None:
-    async def work(store: SurfaceStore) -> None:
-        stored = await asyncio.gather(
-            *(put(store, content) for content in TEN), return_exceptions=True
-        )
-        assert stored.count(True) == 4
-        assert sum(isinstance(each, StoreFull) for each in stored) == 6
-
-    on(store_of(kind, tmp_path, 49), work)
+async def test_many_at_once_stay_below(kind: str, tmp_path: Path) -> None:
+    store = store_of(kind, tmp_path, 49)
+    stored = await asyncio.gather(*(put(store, content) for content in TEN), return_exceptions=True)
+    assert stored.count(True) == 4
+    assert sum(isinstance(each, StoreFull) for each in stored) == 6
 
 
-def test_what_is_there_at_the_start_counts(tmp_path: Path) -> None:
-    on(store_of("folder", tmp_path), lambda store: put(store, TEN[0]))
+async def test_what_is_there_at_the_start_counts(tmp_path: Path) -> None:
+    await put(store_of("folder", tmp_path), TEN[0])
     (tmp_path / "staging" / "abc").write_bytes(b"being written")
-
-    async def work(store: SurfaceStore) -> None:
-        assert await put(store, TEN[1])
-        with pytest.raises(StoreFull):
-            await put(store, TEN[2])
-
-    on(store_of("folder", tmp_path, 20), work)
+    store = store_of("folder", tmp_path, 20)
+    assert await put(store, TEN[1])
+    with pytest.raises(StoreFull):
+        await put(store, TEN[2])
 
 
-def test_mending_needs_no_room(tmp_path: Path) -> None:
-    async def work(store: SurfaceStore) -> None:
-        for content in TEN[:2]:
-            await put(store, content)
-        file_of(tmp_path, TEN[0]).write_bytes(b"")
-        assert await put(store, TEN[0])
-
-    on(store_of("folder", tmp_path, 20), work)
+async def test_mending_needs_no_room(tmp_path: Path) -> None:
+    store = store_of("folder", tmp_path, 20)
+    for content in TEN[:2]:
+        await put(store, content)
+    file_of(tmp_path, TEN[0]).write_bytes(b"")
+    assert await put(store, TEN[0])
 
 
-def test_room_that_others_make_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    async def work(store: SurfaceStore) -> None:
-        for content in TEN[:2]:
-            await put(store, content)
-        for path in files(tmp_path):
-            path.unlink()
-        with pytest.raises(StoreFull):
-            await put(store, TEN[2])  # counted a moment ago
-        monkeypatch.setattr(usage, "FRESH", -1)
-        assert await put(store, TEN[2])
-
-    on(store_of("folder", tmp_path, 20), work)
+async def test_room_that_others_make_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = store_of("folder", tmp_path, 20)
+    for content in TEN[:2]:
+        await put(store, content)
+    for path in files(tmp_path):
+        path.unlink()
+    with pytest.raises(StoreFull):
+        await put(store, TEN[2])  # counted a moment ago
+    monkeypatch.setattr(usage, "FRESH", -1)
+    assert await put(store, TEN[2])
 
 
 class Elsewhere:
@@ -118,73 +104,61 @@ async def rounds() -> None:
         await asyncio.sleep(0)
 
 
-def test_counts_are_made_once_then_before_refusing_then_now_and_then() -> None:
-    async def work() -> None:
-        place = Elsewhere()
-        usage = place.usage(100)
-        await asyncio.gather(*(take(usage, 10) for _ in range(5)))
-        assert place.counts == 1
-        place.bytes = 20
-        place.now = FRESH + 1
-        await take(usage, 80)  # 50 by our count, 20 by the listing
-        assert place.counts == 2
-        with pytest.raises(StoreFull):
-            await take(usage, 1)
-        assert place.counts == 2, "a full store is not listed for every request"
-        place.now += STALE + 1
-        with pytest.raises(StoreFull):
-            await take(usage, 101)
-        assert place.counts == 2, "what can never fit needs no listing"
-        place.bytes = 0
-        await take(usage, 0)
+async def test_counts_are_made_once_then_before_refusing_then_now_and_then() -> None:
+    place = Elsewhere()
+    usage = place.usage(100)
+    await asyncio.gather(*(take(usage, 10) for _ in range(5)))
+    assert place.counts == 1
+    place.bytes = 20
+    place.now = FRESH + 1
+    await take(usage, 80)  # 50 by our count, 20 by the listing
+    assert place.counts == 2
+    with pytest.raises(StoreFull):
         await take(usage, 1)
-        await rounds()
-        assert place.counts == 3
-
-    asyncio.run(work())
-
-
-def test_an_old_count_serves_while_a_new_one_fails() -> None:
-    async def work() -> None:
-        place = Elsewhere()
-        usage = place.usage(100)
-        await take(usage, 10)
-        place.broken = True
-        place.now = STALE + 1
-        await take(usage, 10)
-        await rounds()
-        assert place.counts == 2
-        with pytest.raises(StoreFailed):
-            await take(usage, 90)
-
-    asyncio.run(work())
+    assert place.counts == 2, "a full store is not listed for every request"
+    place.now += STALE + 1
+    with pytest.raises(StoreFull):
+        await take(usage, 101)
+    assert place.counts == 2, "what can never fit needs no listing"
+    place.bytes = 0
+    await take(usage, 0)
+    await take(usage, 1)
+    await rounds()
+    assert place.counts == 3
 
 
-def test_what_is_stored_during_a_count_counts() -> None:
-    async def work() -> None:
-        place = Elsewhere()
-        usage = place.usage(100)
-        await take(usage, 10)
-        place.bytes = 10
-        counting = asyncio.create_task(usage.counted())
-        await asyncio.sleep(0)
-        await asyncio.sleep(0)  # the listing is under way
-        await take(usage, 60)
-        await counting
-        with pytest.raises(StoreFull):
-            await take(usage, 31)
-        await take(usage, 30)
-
-    asyncio.run(work())
+async def test_an_old_count_serves_while_a_new_one_fails() -> None:
+    place = Elsewhere()
+    usage = place.usage(100)
+    await take(usage, 10)
+    place.broken = True
+    place.now = STALE + 1
+    await take(usage, 10)
+    await rounds()
+    assert place.counts == 2
+    with pytest.raises(StoreFailed):
+        await take(usage, 90)
 
 
-def test_what_is_not_stored_gives_its_room_back() -> None:
-    async def work() -> None:
-        usage = Elsewhere().usage(100)
-        for _ in range(3):
-            with pytest.raises(ZeroDivisionError):
-                async with usage.room(100):
-                    raise ZeroDivisionError
-        await take(usage, 100)
+async def test_what_is_stored_during_a_count_counts() -> None:
+    place = Elsewhere()
+    usage = place.usage(100)
+    await take(usage, 10)
+    place.bytes = 10
+    counting = asyncio.create_task(usage.counted())
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)  # the listing is under way
+    await take(usage, 60)
+    await counting
+    with pytest.raises(StoreFull):
+        await take(usage, 31)
+    await take(usage, 30)
 
-    asyncio.run(work())
+
+async def test_what_is_not_stored_gives_its_room_back() -> None:
+    usage = Elsewhere().usage(100)
+    for _ in range(3):
+        with pytest.raises(ZeroDivisionError):
+            async with usage.room(100):
+                raise ZeroDivisionError
+    await take(usage, 100)

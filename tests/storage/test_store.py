@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from service.errors import UnknownSurface
 from service.storage.keys import key_of
 from service.storage.store import INLINE, SurfaceStore
-from tests.storage.places import KINDS, id_of, on, store_of
+from tests.storage.places import KINDS, id_of, store_of
 
+pytestmark = pytest.mark.anyio
 CONTENTS = st.binary(max_size=2)
 NAMES = [
     "",
@@ -31,23 +32,20 @@ NAMES = [
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("size", [0, 1, INLINE + 1])
-def test_what_was_stored_comes_back(kind: str, size: int, tmp_path: Path) -> None:
+async def test_what_was_stored_comes_back(kind: str, size: int, tmp_path: Path) -> None:
     content = bytes(index % 251 for index in range(size))
     id = id_of(content)
-
-    async def work(store: SurfaceStore) -> None:
-        assert not await store.has(id)
-        assert await store.put(id, content)
-        assert not await store.put(id, content)
-        assert await store.has(id)
-        assert await store.get(id) == content
-        assert await store.delete(id)
-        assert not await store.delete(id)
-        assert not await store.has(id)
-        with pytest.raises(UnknownSurface):
-            await store.get(id)
-
-    on(store_of(kind, tmp_path), work)
+    store = store_of(kind, tmp_path)
+    assert not await store.has(id)
+    assert await store.put(id, content)
+    assert not await store.put(id, content)
+    assert await store.has(id)
+    assert await store.get(id) == content
+    assert await store.delete(id)
+    assert not await store.delete(id)
+    assert not await store.has(id)
+    with pytest.raises(UnknownSurface):
+        await store.get(id)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -70,23 +68,21 @@ def test_store_is_a_dictionary(kind: str, tmp_path_factory: pytest.TempPathFacto
             for id, content in model.items():
                 assert await store.get(id) == content
 
-        on(store_of(kind, tmp_path_factory.mktemp("store")), work)
+        asyncio.run(work(store_of(kind, tmp_path_factory.mktemp("store"))))
 
     agree()
 
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", NAMES)
-def test_other_names_lead_nowhere(kind: str, name: str, tmp_path: Path) -> None:
-    async def work(store: SurfaceStore) -> None:
-        assert not await store.has(name)
-        assert not await store.delete(name)
-        with pytest.raises(UnknownSurface):
-            await store.get(name)
-        with pytest.raises(ValueError, match="64 hexadecimal digits"):
-            await store.put(name, b"content")
-
-    on(store_of(kind, tmp_path / "store"), work)
+async def test_other_names_lead_nowhere(kind: str, name: str, tmp_path: Path) -> None:
+    store = store_of(kind, tmp_path / "store")
+    assert not await store.has(name)
+    assert not await store.delete(name)
+    with pytest.raises(UnknownSurface):
+        await store.get(name)
+    with pytest.raises(ValueError, match="64 hexadecimal digits"):
+        await store.put(name, b"content")
 
 
 @given(st.text("0aAf/.", min_size=63, max_size=65) | st.text("0af", min_size=64, max_size=64))
@@ -99,22 +95,17 @@ def test_only_ids_become_keys(name: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_content_goes_under_its_own_hash_only(kind: str, tmp_path: Path) -> None:
-    async def work(store: SurfaceStore) -> None:
-        with pytest.raises(ValueError, match="not the hash"):
-            await store.put(id_of(b"one"), b"other")
-        assert not await store.has(id_of(b"one"))
-
-    on(store_of(kind, tmp_path), work)
+async def test_content_goes_under_its_own_hash_only(kind: str, tmp_path: Path) -> None:
+    store = store_of(kind, tmp_path)
+    with pytest.raises(ValueError, match="not the hash"):
+        await store.put(id_of(b"one"), b"other")
+    assert not await store.has(id_of(b"one"))
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_of_many_who_store_the_same_one_is_the_first(kind: str, tmp_path: Path) -> None:
+async def test_of_many_who_store_the_same_one_is_the_first(kind: str, tmp_path: Path) -> None:
     content = b"the same" * 1000
-
-    async def work(store: SurfaceStore) -> None:
-        stored = await asyncio.gather(*(store.put(id_of(content), content) for _ in range(50)))
-        assert sorted(stored) == [False] * 49 + [True]
-        assert await store.get(id_of(content)) == content
-
-    on(store_of(kind, tmp_path), work)
+    store = store_of(kind, tmp_path)
+    stored = await asyncio.gather(*(store.put(id_of(content), content) for _ in range(50)))
+    assert sorted(stored) == [False] * 49 + [True]
+    assert await store.get(id_of(content)) == content

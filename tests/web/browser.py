@@ -1,18 +1,19 @@
 """Headless Chromium: any page, and the one here that draws a model with three.js."""
 
 import base64
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
-from http.server import BaseHTTPRequestHandler, SimpleHTTPRequestHandler, ThreadingHTTPServer
+from http.server import SimpleHTTPRequestHandler
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from playwright.sync_api import Browser, Page, sync_playwright
+
+from tests.live import serve
 
 FOLDER = Path(__file__).parent
 
@@ -69,19 +70,6 @@ class QuietHandler(SimpleHTTPRequestHandler):
 def serve_folder(folder: Path) -> AbstractContextManager[str]:
     """URL at which the files of `folder` are served, on a free port of this machine."""
     return serve(partial(QuietHandler, directory=str(folder)))
-
-
-@contextmanager
-def serve(handler: Callable[..., BaseHTTPRequestHandler]) -> Iterator[str]:
-    """URL at which this handler answers, on a free port of this machine."""
-    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as httpd:
-        thread = threading.Thread(target=httpd.serve_forever, name="pages")
-        thread.start()
-        try:
-            yield f"http://127.0.0.1:{httpd.server_port}"
-        finally:
-            httpd.shutdown()
-            thread.join()
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from playwright.sync_api import Browser
 
+from tests.live import serve
 from tests.programs import node_package
-from tests.web.browser import FOLDER, WITHOUT_PIXELS, QuietHandler, Stage, open_page, serve
+from tests.web.browser import FOLDER, WITHOUT_PIXELS, QuietHandler, Stage, open_page
 
 PAGE = Path(__file__).parents[2] / "docs" / "browser.md"
 HELD = FOLDER / "held.js"
@@ -32,6 +33,11 @@ def upright(rows: ArrayLike) -> NDArray[np.float64]:
     """Points whose third coordinate points up, as glTF has them: (x, y, z) → (x, z, −y)."""
     x, y, z = np.asarray(rows).T
     return np.stack([x, z, -y], axis=1)
+
+
+def linear(srgb: NDArray[np.float64]) -> NDArray[np.float64]:
+    """IEC 61966-2-1: the light that a value of sRGB stands for."""
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
 def blocks(language: str) -> list[str]:

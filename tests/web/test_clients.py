@@ -21,6 +21,7 @@ from tests.web.clients import (
     SERVED_AT,
     blocks,
     held,
+    linear,
     open_client,
     page_of,
     site,
@@ -78,11 +79,6 @@ def drawn(
         picture = drawn_picture(stage)
         stage.page.close()
     return Drawn(mesh, picture, stage.complaints)
-
-
-def linear(srgb: NDArray[np.float64]) -> NDArray[np.float64]:
-    """IEC 61966-2-1: the light that a value of sRGB stands for."""
-    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
 def test_the_surface_is_stored_as_the_page_shows(stored: dict[str, Any]) -> None:

@@ -12,7 +12,7 @@ from service.surface.examples import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
 from tests.web.browser import Stage
-from tests.web.clients import upright
+from tests.web.clients import linear, upright
 
 
 def test_the_picture_is_smooth(server: str, stage: Stage) -> None:
@@ -41,11 +41,6 @@ def test_curvatures_arrive(server: str, stage: Stage) -> None:
     np.testing.assert_allclose(own["_mean_curvature"], -(2.5 + cosine / rho) / 2, atol=1e-5)
 
 
-def linear_light(c: float) -> float:
-    """The formula of IEC 61966-2-1."""
-    return c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4
-
-
 def test_copies_stand_in_their_places_and_colours(server: str, stage: Stage) -> None:
     """Every vertex of every member of the tea service, where it was placed."""
     stage.show(f"{server}/v1/surfaces/tea-service/mesh.glb?resolution=3")
@@ -63,7 +58,7 @@ def test_copies_stand_in_their_places_and_colours(server: str, stage: Stage) -> 
             bounds = (getattr(points, end)(axis=0) for points in (found, wanted))
             np.testing.assert_allclose(*bounds, atol=1e-5)  # type: ignore[call-overload]
         assert node.color is not None
-        light = [linear_light(c) for c in node.color[:3]]
+        light = linear(np.array(node.color[:3]))
         for mesh in own:
             np.testing.assert_allclose(mesh["color"], light, atol=1e-6)
             determinant = 1 if node.matrix is None else np.linalg.det(node.matrix[:3, :3])

@@ -19,7 +19,7 @@ from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 from tests.forms import CURVES, REQUESTS
 from tests.web.browser import Stage
-from tests.web.test_three import linear_light
+from tests.web.clients import linear
 
 
 def rows(up: str, *columns: Any) -> np.ndarray:
@@ -59,7 +59,7 @@ def test_every_form_is_drawn_where_it_is(stage: Stage, form: str) -> None:
         same(np.concatenate(found), rows(mesh.up, positions, mesh.normals))
     if mesh.colors is not None:
         light = mesh.colors.astype(float)
-        light[:, :3] = np.vectorize(linear_light)(light[:, :3])
+        light[:, :3] = linear(light[:, :3])
         # Of a group, those that have colours; all of them have an opacity where they are one mesh.
         painted = [own for own in meshes if own["colors"]]
         colors = np.concatenate([own["colors"] for own in painted])

@@ -118,7 +118,7 @@ async def test_a_result_is_shared_as_long_as_a_request_uses_it() -> None:
     assert len(flights) == 0
 
 
-def test_a_thread_that_nobody_waits_for_is_told_and_keeps_its_memory_until_it_ends() -> None:
+async def test_a_thread_that_nobody_waits_for_is_told_and_keeps_its_memory_until_it_ends() -> None:
     told, let_go = threading.Event(), threading.Event()
 
     def compute() -> None:
@@ -138,24 +138,21 @@ def test_a_thread_that_nobody_waits_for_is_told_and_keeps_its_memory_until_it_en
     async def work(job: Job) -> None:
         await job.run(Computing(), "x")
 
-    async def scenario() -> None:
-        flights = Airport()
-        workers = flights.workers
-        asking = [asyncio.create_task(flights.asked("key", work)) for _ in range(2)]
-        while not workers.computing:
-            await asyncio.sleep(0.001)
-        for task in asking:
-            task.cancel()
-        await asyncio.wait(asking)
-        assert len(flights) == 0
-        assert (workers.used, workers.computing) == (1000, 1)
-        let_go.set()
-        while workers.used:
-            await asyncio.sleep(0.001)
-        assert told.is_set()
-        assert workers.computing == 0
-
-    asyncio.run(scenario())
+    flights = Airport()
+    workers = flights.workers
+    asking = [asyncio.create_task(flights.asked("key", work)) for _ in range(2)]
+    while not workers.computing:
+        await asyncio.sleep(0.001)
+    for task in asking:
+        task.cancel()
+    await asyncio.wait(asking)
+    assert len(flights) == 0
+    assert (workers.used, workers.computing) == (1000, 1)
+    let_go.set()
+    while workers.used:
+        await asyncio.sleep(0.001)
+    assert told.is_set()
+    assert workers.computing == 0
 
 
 async def test_a_failure_is_everybody_s_and_is_not_kept() -> None:
@@ -185,14 +182,6 @@ def test_a_failure_that_nobody_waits_for_is_quiet() -> None:
 
     asyncio.run(scenario())
     assert complaints == []
-
-
-async def test_different_keys_are_different_work() -> None:
-    flights, one, two = Airport(), Work(1), Work(2)
-    one.gate.set()
-    two.gate.set()
-    results = await asyncio.gather(flights.asked("a", one), flights.asked("b", two))
-    assert list(results) == [1, 2]
 
 
 def test_work_that_fails_leaves_nothing() -> None:

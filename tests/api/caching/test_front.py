@@ -16,16 +16,6 @@ from service.api.observing.record import KEY, NO_ROUTE, RequestRecord
 PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=3"
 
 
-class Behind:
-    """What stands behind the door; it counts what comes through."""
-
-    def __init__(self) -> None:
-        self.requests = 0
-
-    async def __call__(self, _scope: Scope, _receive: Receive, _send: Send) -> None:
-        self.requests += 1
-
-
 def asked(
     body: bytes = b"a body",
     method: str = "GET",
@@ -33,13 +23,16 @@ def asked(
     scope: Mapping[str, object] | None = None,
 ) -> tuple[list[Message], int]:
     """The messages of an answer, and how many requests were handed on."""
-    answers, behind, messages = AnswerCache(1 << 30), Behind(), list[Message]()
+    answers, behind, messages = AnswerCache(1 << 30), list[Scope](), list[Message]()
     entry = Entry(Subject(f"{PATH}?engine=3", "saddle", "name", False), body, ())
     assert answers.put(entry, answers.age)
     answers.add(entry, "gzip", b"packed")
     answers.alias(entry, PATH, QUERY, pinned=True)
     record = RequestRecord(method, NO_ROUTE, "1", "1", "1")
     request = {"type": "http", "method": method, "path": PATH, "query_string": QUERY, KEY: record}
+
+    async def inner(scope: Scope, _receive: Receive, _send: Send) -> None:
+        behind.append(scope)
 
     async def send(message: Message) -> None:
         messages.append(message)
@@ -48,12 +41,12 @@ def asked(
         raise AssertionError("a body was read")
 
     async def ask() -> None:
-        door = Front(behind, answers, Origins(["*"]))
+        door = Front(inner, answers, Origins(["*"]))
         await door({**request, "headers": list(headers), **(scope or {})}, receive, send)
 
     asyncio.run(ask())
     assert answers.counts.hits == bool(messages) == (record.cache == "hit")
-    return messages, behind.requests
+    return messages, len(behind)
 
 
 def test_a_hit_is_two_messages() -> None:

@@ -1,13 +1,12 @@
 """Keys: how they are made, listed, recognised and sent."""
 
 import re
-import subprocess
-import sys
 
 import pytest
 
 from service.api.guard import keys
 from service.api.guard.keys import InvalidKeys, bearer, entries, entry_line, new_key, owner
+from tests.programs import run_python
 
 OLD, NEW = new_key(), new_key()
 KNOWN = entries([entry_line("alice", OLD), entry_line("alice", NEW), entry_line("bob", new_key())])
@@ -99,9 +98,8 @@ def test_keys_come_as_bearer_tokens(header: bytes | None, key: bytes | None) -> 
 
 
 def test_the_command_prints_a_key_and_what_the_service_is_told() -> None:
-    command = [sys.executable, "-m", "service", "key", "alice"]
-    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    printed = run_python("-m", "service", "key", "alice").stdout
     (_, key), (_, line) = (each.split() for each in printed.splitlines())
     assert owner(key.encode(), entries([line])) == "alice"
-    wrong = subprocess.run([*command[:-1], "a b"], capture_output=True, text=True, check=False)
+    wrong = run_python("-m", "service", "key", "a b", check=False)
     assert (wrong.returncode, wrong.stdout) == (2, "")

@@ -19,6 +19,8 @@ from service.settings.values import Settings
 from service.storage import store as store_module
 from tests.api.client import Client, client_of
 
+pytestmark = pytest.mark.anyio
+
 
 def test_a_service_that_is_well(client: Client) -> None:
     told = {"status": "ready", "version": __version__, "engine": ENGINE}
@@ -68,22 +70,19 @@ def test_wrong_numbers_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (answer.status_code, answer.json()["computing"]) == (503, "unavailable")
 
 
-def test_it_computes_once_in_a_while_whoever_asks() -> None:
+async def test_it_computes_once_in_a_while_whoever_asks() -> None:
     done: list[int] = []
 
     def work() -> bool:
         done.append(1)
         return True
 
-    async def ask() -> list[bool]:
-        self_test = SelfTest(work)
-        return await asyncio.gather(*(self_test.passes() for _ in range(20)))
-
-    assert all(asyncio.run(ask()))
+    self_test = SelfTest(work)
+    assert all(await asyncio.gather(*(self_test.passes() for _ in range(20))))
     assert len(done) == 1
 
 
-def test_an_engine_that_raises_or_hangs_is_not_well(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_an_engine_that_raises_or_hangs_is_not_well(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(health, "DEADLINE", 0.05)
     monkeypatch.setattr(health, "INTERVAL", -1.0)
     go_on = threading.Event()
@@ -91,16 +90,14 @@ def test_an_engine_that_raises_or_hangs_is_not_well(monkeypatch: pytest.MonkeyPa
     def fails() -> bool:
         raise MemoryError
 
-    async def ask() -> list[bool]:
-        hanging = SelfTest(lambda: go_on.wait(10))
-        answers = [await SelfTest(fails).passes(), await hanging.passes(), await hanging.passes()]
-        go_on.set()
-        return answers
-
-    assert asyncio.run(ask()) == [False, False, False]
+    hanging = SelfTest(lambda: go_on.wait(10))
+    assert not await SelfTest(fails).passes()
+    assert not await hanging.passes()
+    assert not await hanging.passes()
+    go_on.set()
 
 
-def test_an_engine_that_has_much_to_do_is_well_until_it_is_silent_for_long(
+async def test_an_engine_that_has_much_to_do_is_well_until_it_is_silent_for_long(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(health, "INTERVAL", -1.0)
@@ -110,14 +107,10 @@ def test_an_engine_that_has_much_to_do_is_well_until_it_is_silent_for_long(
     def work() -> bool:
         return go_on.wait(10) if next(asked) else True
 
-    async def ask() -> list[bool]:
-        self_test = SelfTest(work)
-        answers = [await self_test.passes()]
-        monkeypatch.setattr(health, "DEADLINE", 0.05)
-        answers.append(await self_test.passes())
-        monkeypatch.setattr(health, "SILENCE", 0.0)
-        answers.append(await self_test.passes())
-        go_on.set()
-        return answers
-
-    assert asyncio.run(ask()) == [True, True, False]
+    self_test = SelfTest(work)
+    assert await self_test.passes()
+    monkeypatch.setattr(health, "DEADLINE", 0.05)
+    assert await self_test.passes()
+    monkeypatch.setattr(health, "SILENCE", 0.0)
+    assert not await self_test.passes()
+    go_on.set()

@@ -120,10 +120,6 @@ def test_it_can_be_switched_off() -> None:
         assert client.get("/metrics").status_code == 404
 
 
-def test_no_parameters(own: Client) -> None:
-    assert own.get("/metrics?name=a").status_code == 422
-
-
 def test_seconds_by_formulation(own: Client) -> None:
     net = {"surface": {"control_net": NET}}
     for more in ({"method": "de_casteljau"}, {"method": "forward_difference"}, {}, TOLERANCE):

@@ -146,11 +146,9 @@ def test_every_line_is_one_line_of_json(logged: Logged) -> None:
         assert line[:-1].isprintable()
 
 
-@pytest.mark.parametrize("form", ["text", "json"])
-def test_keys_and_addresses_are_those_the_guard_found(form: Literal["text", "json"]) -> None:
-    _, (line,), _ = asked([], Settings(log_format=form))
-    assert "alice" in line
-    assert "2001:db8::1" in line
+def test_keys_and_addresses_are_those_the_guard_found() -> None:
+    _, (line,), _ = asked([], Settings(log_format="json"))
+    assert (json.loads(line)["key"], json.loads(line)["client"]) == ("alice", "2001:db8::1")
 
 
 def test_text_is_as_short_as_it_was() -> None:

@@ -5,7 +5,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from http.server import BaseHTTPRequestHandler, HTTPServer
+from http.server import BaseHTTPRequestHandler
 from itertools import pairwise
 
 import pytest
@@ -23,6 +23,7 @@ from service.errors import InvalidSettings
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
 from tests.api.observing.test_middleware import PARENT, SPAN, TRACE, asked
+from tests.live import serve
 
 MESH = "/v1/surfaces/saddle/mesh.glb"
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]
@@ -162,15 +163,8 @@ def collector() -> Iterator[tuple[str, list[bytes]]]:
         def log_message(self, format: str, *args: object) -> None:
             """Quiet."""
 
-    server = HTTPServer(("127.0.0.1", 0), Handler)
-    thread = threading.Thread(target=server.serve_forever)
-    thread.start()
-    try:
-        yield f"http://127.0.0.1:{server.server_port}", taken
-    finally:
-        server.shutdown()
-        thread.join()
-        server.server_close()
+    with serve(Handler) as url:
+        yield url, taken
 
 
 def test_spans_go_where_the_operator_says(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -135,15 +135,17 @@ def strip(left: Array, right: Array) -> PatchModel:
     return with_values([SQUARE, moved(SQUARE, 1.0)], [left, right])
 
 
-def test_equal_values_weld_and_others_stay_apart() -> None:
-    """Along half of a seam the values agree."""
+@pytest.mark.parametrize("normals", [True, False])
+def test_equal_values_weld_and_others_stay_apart(normals: bool) -> None:
+    """Along half of a seam the values agree; without normals they alone keep vertices apart."""
     left = np.array([[[0.0], [0]], [[5], [5]]])
     right = np.array([[[5.0], [9]], [[0], [0]]])
-    made = mesh_of(strip(left, right), resolution=(4, 4))
+    made = mesh_of(strip(left, right), resolution=(4, 4), normals=normals)
     # The seam's five samples: one agrees, at v = 0.
     assert len(made.positions) == 2 * 25 - 1
     assert made.report.vertices == 2 * 25 - 5
-    assert mesh_of(strip(left, left[::-1]), resolution=(4, 4)).welds is None
+    same = mesh_of(strip(left, left[::-1]), resolution=(4, 4), normals=normals)
+    assert (same.welds, len(same.positions)) == (None, 45)
 
 
 @pytest.mark.parametrize(("off", "welded"), [(2.0**-18, True), (2.0**-14, False)])
@@ -217,14 +219,6 @@ def test_agreement_is_asked_of_every_channel() -> None:
     second = ChannelRows("b", "attribute", np.array([[3.0, 0], [0, 0], [3, 0], [3, 1], [3, 0]]))
     assert agreeing(place, (first, second)).tolist() == [0, 1, 0, 3, 4]
     assert first.values[2] == 1.0
-
-
-def test_without_normals_values_alone_keep_vertices_apart() -> None:
-    left = np.array([[[0.0], [0]], [[5], [5]]])
-    right = np.array([[[5.0], [9]], [[0], [0]]])
-    made = mesh_of(strip(left, right), resolution=(4, 4), normals=False)
-    assert len(made.positions) == 2 * 25 - 1
-    assert len(mesh_of(strip(left, left[::-1]), resolution=(4, 4), normals=False).positions) == 45
 
 
 def test_white_is_not_more_than_white() -> None:

@@ -1,5 +1,6 @@
 """Seams: shared edges become shared vertices, bit for bit, however the patches lie."""
 
+from collections import Counter
 from math import pi
 
 import numpy as np
@@ -12,7 +13,15 @@ from service.engine.mesh.mesh import Mesh
 from service.engine.mesh.seams import find_seams
 from service.surface.batches import TensorPatches
 from service.surface.lowered import Part, PatchModel
-from tests.engine.meshing import check_sound, check_upright, check_winding, mesh_of, shape_of
+from tests.engine.meshing import (
+    check_sound,
+    check_upright,
+    check_winding,
+    faces_of,
+    mesh_of,
+    places_of,
+    shape_of,
+)
 from tests.examples import patches_of
 from tests.strategies import (
     ROTATIONS,
@@ -86,21 +95,19 @@ def test_unequal_divisions_leave_no_t_junction(
         assert (shape.components, shape.euler, shape.non_manifold) == (1, 1, 0)
         # The border is the outer one and nothing else: no crack within.
         low, high = (f(np.asarray(pieces[0]), axis=(0, 1)) for f in (np.min, np.max))
-        place = np.arange(len(mesh.positions)) if mesh.welds is None else mesh.welds
-        for a, b in open_edges(mesh, place):
+        for a, b in open_edges(mesh):
             middle = (mesh.positions[a] + mesh.positions[b])[:2] / 2
             outer = np.isclose(middle, low[:2]) | np.isclose(middle, high[:2])
             assert outer.any()
 
 
-def open_edges(mesh: Mesh, place: np.ndarray) -> list[tuple[int, int]]:
+def open_edges(mesh: Mesh) -> list[list[int]]:
     """Edges, between places, that belong to one face."""
-    uses: dict[frozenset[int], int] = {}
-    for face in mesh.triangles.tolist() + mesh.quads.tolist():
-        loop = [int(place[i]) for i in face]
-        for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
-            uses[frozenset((a, b))] = uses.get(frozenset((a, b)), 0) + 1
-    return [(min(edge), max(edge)) for edge, times in uses.items() if times == 1]
+    loops = [places_of(mesh)[face].tolist() for face in faces_of(mesh)]
+    uses = Counter(
+        frozenset(ends) for loop in loops for ends in zip(loop, loop[1:] + loop[:1], strict=True)
+    )
+    return [sorted(edge) for edge, times in uses.items() if times == 1]
 
 
 @given(

@@ -1,7 +1,6 @@
 """Tubes and ribbons: closed, outwards, and as thick as they should be."""
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,6 +14,7 @@ from service.engine.sweeps.rows import Swept
 from service.engine.sweeps.swept_mesh import swept_mesh
 from service.surface.curve import BezierCurve
 from service.surface.curve_pieces import CurvePieces
+from tests.oracles.topology import topology, volume, winding_agreement
 
 ARCH = [[0, 0, 0], [1, 1, 0], [0, 1, 1], [1, 0, 3]]
 CUSP = [[0, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 0]]
@@ -28,43 +28,10 @@ def bezier(points: Sequence[Sequence[float]]) -> CurvePieces:
     return BezierCurve(np.array(points, dtype=float)).lower()
 
 
-def edges(swept: Swept) -> Counter[tuple[int, int]]:
-    """Directed edges between places, and how often each occurs."""
-    found: Counter[tuple[int, int]] = Counter()
-    for rows in (swept.triangles, swept.quads):
-        ring = swept.place[rows]
-        ends = np.stack([ring, np.roll(ring, -1, axis=1)], axis=-1).reshape(-1, 2)
-        found.update((a, b) for a, b in ends.tolist())
-    return found
-
-
 def is_closed(swept: Swept) -> bool:
     """Whether every edge is passed once in either direction."""
-    found = edges(swept)
-    return all(n == 1 for n in found.values()) and all((b, a) in found for a, b in found)
-
-
-def corners(swept: Swept) -> FloatArray:
-    """All triangles, quads in halves: (T, 3, 3)."""
-    quads = swept.quads
-    rows = np.concatenate([swept.triangles, quads[:, [0, 1, 3]], quads[:, [1, 2, 3]]])
-    triangles: FloatArray = swept.positions[rows]
-    return triangles
-
-
-def volume(swept: Swept) -> float:
-    """By the divergence theorem; positive if the faces look outwards."""
-    a, b, c = np.moveaxis(corners(swept), 1, 0)
-    return float(np.einsum("td,td->", a, np.cross(b, c)) / 6)
-
-
-def least_agreement(swept: Swept) -> float:
-    """Least cosine between a triangle's own normal and those of its corners."""
-    points = swept.positions[swept.triangles]
-    own = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
-    own /= np.linalg.norm(own, axis=1)[:, None]
-    cosine = np.einsum("td,tkd->tk", own, swept.normals[swept.triangles])
-    return float(cosine.min())
+    rows = (swept.triangles, swept.quads)
+    return topology(face for each in rows for face in swept.place[each].tolist()).watertight
 
 
 def trefoil(count: int) -> tuple[FloatArray, FloatArray]:
@@ -100,7 +67,7 @@ def test_a_cone_leans_its_normals() -> None:
     swept = tubes(path, 1.0 - path.parameters, 64, slopes=np.full((1, 3), -0.5))
     side = swept.normals[np.abs(swept.normals[:, 2] + 1) > 1e-9]
     assert side[:, 2] == pytest.approx(1 / math.sqrt(5), abs=1e-12)
-    assert volume(swept) == pytest.approx(2 * math.pi / 3, rel=0.002)
+    assert volume(swept.positions, swept.triangles) == pytest.approx(2 * math.pi / 3, rel=0.002)
     assert is_closed(swept)
 
 
@@ -113,7 +80,8 @@ def test_a_closed_curve_comes_back_without_a_jump() -> None:
     turn = np.arccos(np.clip(np.einsum("krd,krd->kr", rings[1:], rings[:-1]), -1, 1))
     assert turn.max() < 0.3
     assert is_closed(swept)
-    assert least_agreement(swept) > 0.9
+    # The sum of three cosines, one a corner.
+    assert winding_agreement(swept.positions, swept.normals, swept.triangles).min() > 2.85
 
 
 def test_frames_do_not_turn_about_the_curve() -> None:

@@ -3,18 +3,22 @@
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from itertools import product
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
+from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
+from service.surface.convert.operations import Operation
+from service.surface.convert.table import convert
 from service.surface.patches import PatchSurface
 from tests.oracles.exact import exact_net, surface_point
 
 SHARES = (Fraction(0), Fraction(2, 7), Fraction(1, 2), Fraction(1))
 GRID = tuple(product(SHARES, SHARES))
 
+Kind = TypeVar("Kind", bound=Surface)
 Values = list[float]
 Evaluation = Callable[[Fraction, Fraction], Values]
 """The point and all channels of a patch, one number after the other."""
@@ -91,3 +95,11 @@ def assert_same(
     """Equal values where `change` leads, up to 1e-12 of the nets, which have size 4."""
     for u, v in GRID:
         np.testing.assert_allclose(got(u, v), wanted(*change(u, v)), rtol=0, atol=4e-12)
+
+
+def converted(kind: type[Kind], surface: Surface, *operations: Operation) -> Kind:
+    """What the operations make of a sail: a surface of this kind, and a sail still."""
+    made = convert(surface, operations)
+    assert isinstance(made, kind)
+    assert (made.up, made.name) == ("z", "sail")
+    return made

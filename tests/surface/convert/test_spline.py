@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise, product
 
 import numpy as np
@@ -11,7 +12,6 @@ from hypothesis import strategies as st
 
 from service.bases import knots as knot
 from service.errors import SurfaceError
-from service.surface import Surface
 from service.surface.bspline import BsplineSurface
 from service.surface.channels import Channels
 from service.surface.convert.nets import Allowed
@@ -33,7 +33,7 @@ from tests.engine.meshing import mesh_of
 from tests.oracles.exact import Net, exact_net, surface_point
 from tests.oracles.splines import fractions, spline_surface_point
 from tests.spline_strategies import knot_vectors
-from tests.surface.convert.exact import patch_values
+from tests.surface.convert.exact import converted, patch_values
 
 Pair = tuple[Fraction, Fraction]
 seeds = st.integers(0, 10**6)
@@ -130,11 +130,7 @@ def assert_same(
         )
 
 
-def spline(surface: Surface, *operations: Operation) -> BsplineSurface:
-    made = convert(surface, operations)
-    assert isinstance(made, BsplineSurface)
-    assert (made.up, made.name) == ("z", "sail")
-    return made
+spline = partial(converted, BsplineSurface)
 
 
 @settings(max_examples=12)

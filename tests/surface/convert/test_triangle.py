@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,7 +11,6 @@ from hypothesis import strategies as st
 
 from service.bases.triangle import size
 from service.errors import SurfaceError
-from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
 from service.surface.convert.nets import Allowed
@@ -31,7 +31,13 @@ from service.surface.triangle import TriangleSurface
 from tests.engine.meshing import mesh_of
 from tests.oracles.exact import Vector
 from tests.oracles.triangles import exact_triangle, value
-from tests.surface.convert.exact import assert_same, bezier_values, patch_values, random_bezier
+from tests.surface.convert.exact import (
+    assert_same,
+    bezier_values,
+    converted,
+    patch_values,
+    random_bezier,
+)
 
 THIRD = Fraction(1, 3)
 PLACES = (
@@ -107,18 +113,8 @@ def assert_near(got: list[float], wanted: list[float]) -> None:
     np.testing.assert_allclose(got, wanted, rtol=0, atol=4e-12)
 
 
-def triangle(surface: Surface, *operations: Operation) -> TriangleSurface:
-    made = convert(surface, operations)
-    assert isinstance(made, TriangleSurface)
-    assert (made.up, made.name) == ("z", "sail")
-    return made
-
-
-def patches(surface: Surface, *operations: Operation) -> PatchSurface:
-    made = convert(surface, operations)
-    assert isinstance(made, PatchSurface)
-    assert (made.up, made.name) == ("z", "sail")
-    return made
+triangle = partial(converted, TriangleSurface)
+patches = partial(converted, PatchSurface)
 
 
 @settings(max_examples=10)
