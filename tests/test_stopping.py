@@ -1,9 +1,7 @@
 """Work that is told to stop."""
 
 import time
-from functools import partial
 
-import anyio
 import pytest
 from anyio import to_thread
 
@@ -38,22 +36,17 @@ def test_being_told_comes_before_time() -> None:
         stop.check()
 
 
-def test_threads_inherit_who_may_stop_them_and_others_do_not() -> None:
-    async def started(stop: Stop) -> None:
-        with stopped_by(stop):
-            await to_thread.run_sync(checkpoint)
-
-    async def both() -> list[str]:
-        told, other = Stop(), Stop()
-        told.tell()
-        found = []
-        for stop in (told, other):
-            try:
-                await started(stop)
-                found.append("done")
-            except Stopped:
-                found.append("stopped")
-        await to_thread.run_sync(partial(checkpoint))
-        return found
-
-    assert anyio.run(both) == ["stopped", "done"]
+@pytest.mark.anyio
+async def test_threads_inherit_who_may_stop_them_and_others_do_not() -> None:
+    told, other = Stop(), Stop()
+    told.tell()
+    found = []
+    for stop in (told, other):
+        try:
+            with stopped_by(stop):
+                await to_thread.run_sync(checkpoint)
+            found.append("done")
+        except Stopped:
+            found.append("stopped")
+    await to_thread.run_sync(checkpoint)
+    assert found == ["stopped", "done"]

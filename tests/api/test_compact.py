@@ -5,7 +5,6 @@ import pytest
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.mesh.report import ENGINE
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.examples import find
@@ -29,14 +28,6 @@ def test_by_url_and_by_body(client: Client) -> None:
     plain = client.get(f"{SADDLE}.glb?resolution=5").headers["surface-deviation-bound"]
     for answer in (got, posted):
         assert answer.headers["surface-deviation-bound"] == repr(bound) != plain
-
-
-def test_defaults_are_no_part_of_the_address(client: Client) -> None:
-    said = client.get(f"{SADDLE}.glb?compression=none&resolution=3&quantize=false")
-    assert said.headers["link"].split(">")[0] == f"<{SADDLE}.glb?resolution=3&engine={ENGINE}"
-    said = client.get(f"{SADDLE}.glb?compression=meshopt&resolution=3&quantize=true")
-    address = f"<{SADDLE}.glb?resolution=3&quantize=true&compression=meshopt&engine={ENGINE}"
-    assert said.headers["link"].split(">")[0] == address
 
 
 @pytest.mark.parametrize("option", ["quantize=true", "compression=meshopt"])

@@ -127,13 +127,6 @@ async def test_health_check_does_not_wait_for_meshes_that_were_asked_for_before(
     assert answered.index("/health/live") < 20
 
 
-def test_long_body_is_parsed_in_a_thread(client: Client) -> None:
-    vertices = [[0.123456789 + i, 0.25, 0.5] for i in range(10_000)]
-    surface = {"type": "patches", "vertices": vertices, "patches": [[[0, 1], [2, 3]]]}
-    answer = client.post("/v1/mesh", {"surface": surface, "resolution": 1})
-    assert len(answer.json()["vertices"]) == 4
-
-
 @pytest.mark.parametrize(
     ("name", "files"),
     [

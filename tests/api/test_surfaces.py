@@ -152,6 +152,7 @@ def test_bodies_are_those_of_other_calls(headers: dict[str, str], body: bytes, s
     ("settings", "code"),
     [
         (Settings(max_control_points=5), "too_many_control_points"),
+        (Settings(max_degree=2), "degree_too_high"),
         (Settings(max_response_bytes=1024), "too_many_bytes"),
     ],
 )

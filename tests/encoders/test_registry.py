@@ -31,7 +31,8 @@ def test_quads_are_written_or_refused(known: Format) -> None:
         return
     with pytest.raises(UnsupportedByFormat) as refused:
         known.encode(mesh, EncodeOptions())
-    assert refused.value.issues[0].code == "unsupported_by_format"
+    (issue,) = refused.value.issues
+    assert (issue.code, issue.pointer) == ("unsupported_by_format", "/faces")
 
 
 @each_format

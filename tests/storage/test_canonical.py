@@ -304,17 +304,6 @@ def test_damage_is_refused_or_another_surface(name: str, data: st.DataObject) ->
     assert surface_id(canonical(made))
 
 
-def test_a_surface_of_wider_limits_is_refused() -> None:
-    content = canonical(surface(SURFACES["bspline"]))
-    for limits, code in (
-        (DocumentLimits(max_control_points=19), "too_many_control_points"),
-        (DocumentLimits(max_degree=2), "degree_too_high"),
-    ):
-        with pytest.raises(InvalidRequest) as refusal:
-            restored(content, limits)
-        assert refusal.value.issues[0].code == code
-
-
 def test_a_large_surface_is_restored_from_its_bytes() -> None:
     """The arrays look into the content until the surface takes its copy."""
     net = np.random.default_rng(1).random((65, 65, 3))

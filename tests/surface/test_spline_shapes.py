@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from service.bases import knots
 from service.engine.mesh.closure import Closure, closure
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
@@ -46,15 +45,3 @@ def test_the_goblet_is_a_solid_with_two_sharp_edges() -> None:
     for z, up in ((0.0, -1.0), (1.32, 1.0)):
         (pole,) = np.flatnonzero((mesh.positions == (0, 0, z)).all(axis=1))
         np.testing.assert_allclose(mesh.normals[pole], (0, 0, up), atol=1e-12)
-
-
-def test_the_ring_closes_both_ways() -> None:
-    """No border, one hole, no crease, normals outward."""
-    surface = spline("bspline-ring")
-    assert closure(surface.lower()) == Closure("C1", "C1")
-    mesh = mesh_of("bspline-ring", resolution=(6, 6))
-    assert mesh.report.watertight
-    assert shape_of(mesh).euler == 0
-    assert mesh.welds is None
-    assert volume(mesh.positions, as_triangles(mesh)) > 0.5
-    np.testing.assert_array_equal(surface.knot_vectors[0], knots.periodic(10, 3))

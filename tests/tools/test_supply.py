@@ -4,6 +4,7 @@ import json
 import re
 from email.message import Message
 from importlib.metadata import PackageNotFoundError, distribution
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
@@ -21,18 +22,12 @@ DOCKERFILE = (ROOT / "Dockerfile").read_text(encoding="utf-8")
 DEPENDABOT = ROOT / ".github" / "dependabot.yml"
 
 
-class Package:
-    """What `licence` asks of a distribution."""
-
-    def __init__(self, name: str, **fields: str) -> None:
-        self.name = name
-        self.metadata = Message()
-        for field, text in fields.items():
-            self.metadata[field.replace("_", "-")] = text
-
-
 def stated(name: str, **fields: str) -> str:
-    return licence(cast(Any, Package(name, **fields)))
+    """The licence of a distribution with these fields."""
+    metadata = Message()
+    for field, text in fields.items():
+        metadata[field] = text
+    return licence(cast(Any, SimpleNamespace(name=name, metadata=metadata)))
 
 
 def test_page_of_licences_tells_what_is_installed() -> None:

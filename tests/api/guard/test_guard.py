@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from pydantic import SecretStr
 from starlette.types import Message, Receive, Scope, Send
 
 from service.api.app import create_app
@@ -128,6 +129,8 @@ def test_keys_may_stand_in_a_file(tmp_path: Path) -> None:
         (Settings(api_keys=("alice:0123",)), "^SURFACE_API_KEYS: key 1 "),
         (Settings(api_keys_file="/nowhere/keys"), "^SURFACE_API_KEYS_FILE: it cannot be read"),
         (Settings(metrics="key"), "^SURFACE_METRICS: got 'key' where there are no keys"),
+        (Settings(public_reads=False), "^SURFACE_PUBLIC_READS: got 'false'"),
+        (Settings(signing_keys=(SecretStr("short"),)), "^SURFACE_SIGNING_KEYS: .*too short"),
     ],
 )
 def test_settings_that_make_no_sense_stop_the_start(settings: Settings, message: str) -> None:

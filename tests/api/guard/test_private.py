@@ -10,7 +10,6 @@ from pydantic import SecretStr
 from service.api.app import create_app
 from service.api.guard.keys import entry_line, new_key
 from service.api.guard.signatures import Signer
-from service.errors import InvalidSettings
 from service.settings.values import Settings
 from tests.api.client import Client, client_of
 
@@ -208,15 +207,3 @@ def test_public_surfaces_may_be_read_by_signed_addresses_as_well() -> None:
         assert answer.status_code == 200
         assert answer.headers["cache-control"].startswith("public")
         assert client.get(f"/v1/surfaces/saddle?{query}0").status_code == 403
-
-
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        (Settings(public_reads=False), "^SURFACE_PUBLIC_READS: got 'false'"),
-        (Settings(signing_keys=(SecretStr("short"),)), "^SURFACE_SIGNING_KEYS: .*too short"),
-    ],
-)
-def test_settings_that_make_no_sense_stop_the_start(settings: Settings, message: str) -> None:
-    with pytest.raises(InvalidSettings, match=message):
-        create_app(settings)

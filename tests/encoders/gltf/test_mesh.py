@@ -9,7 +9,6 @@ from service.encoders.format import EncodeOptions
 from service.encoders.gltf import mesh as gltf
 from service.encoders.gltf.buffer import BufferBuilder
 from service.engine.mesh.mesh import Mesh
-from service.errors import UnsupportedByFormat
 from tests.encoders.gltf.reader import Gltf, read_glb
 from tests.meshes import carrying, silo, single, with_overlays
 
@@ -97,11 +96,3 @@ def test_colors_are_linear_on_white(opacity: bool) -> None:
     (material,) = file.document["materials"]
     assert "baseColorFactor" not in material["pbrMetallicRoughness"]
     assert material.get("alphaMode") == ("BLEND" if opacity else None)
-
-
-def test_quads_are_refused() -> None:
-    mesh = single(silo(faces="quads"))
-    for encode in (gltf.encode_glb, gltf.encode_gltf):
-        with pytest.raises(UnsupportedByFormat) as refused:
-            encode(mesh, OPTIONS)
-        assert refused.value.issues[0].pointer == "/faces"
