@@ -15,6 +15,8 @@ NPM     := PATH="$$PATH:$(abspath $(BIN))" npm --loglevel=error
 OCC     := cadquery-ocp==8.0.1.1.0
 # What `make test-s3` stores on.
 MOTO    := 'moto[s3]==5.2.5' flask==3.1.3 flask-cors==6.0.5
+# Tests wait for browsers and sockets half of the time: three at a time on two cores.
+WORKERS ?= $(shell $(PYTHON) -c 'import os; print(3 * (os.cpu_count() or 2) // 2)')
 # How long `make test-rolling` goes on restarting; more for machines that do other things too.
 LONGEST ?= 180
 # What `make lint-deploy` judges with.
@@ -49,7 +51,7 @@ test: $(VENV)/.dev web tests/web/node_modules/.package-lock.json ## Every check 
 	@$(MAKE) --no-print-directory --jobs 2 check pytest
 
 pytest:
-	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto --dist loadscope
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadscope
 
 check: $(VENV)/.dev ## Linters, types and import rules, without the tests
 	$(BIN)/ruff check .
