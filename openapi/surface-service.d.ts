@@ -1868,8 +1868,8 @@ export interface components {
             curvature?: components["schemas"]["CurvatureRange"];
             /**
              * Merged Knots
-             * @description There if a B-spline has knots that differ from the one before by rounding alone: so many were
-             *     taken for equal.
+             * @description Number of knots that were taken for equal to the knot before, from which they differ by
+             *     rounding alone; left out if there are none.
              */
             merged_knots?: number;
             /**

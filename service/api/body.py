@@ -17,7 +17,6 @@ from typing import Any, ClassVar, cast
 from fastapi import Request, Response
 from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
-from starlette.routing import request_response
 
 from service.api.negotiation import by_accept, by_name, no_parameters, only_format
 from service.api.observing.record import record_of
@@ -55,10 +54,6 @@ class BodyRoute(APIRoute):
     formats: ClassVar[Sequence[FileFormat]] = ()
     accepts_any: ClassVar[bool] = True
     decoders: ClassVar[Sequence[Decoder]] = ()
-
-    def __init__(self, *args: Any, **options: Any) -> None:
-        super().__init__(*args, **options)
-        self.app = request_response(self.get_route_handler())  # without FastAPI's stacks
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """The handler that reads and parses the body, and calls the route's function."""

@@ -52,7 +52,7 @@ NAMES = tuple(field.name for field in fields(Accuracy))
 """What can be stated, by name; the fields of the models are called the same."""
 
 ACCURACY = frozenset(NAMES)
-"""The same: a body without any of these states no accuracy."""
+"""Names of all options that ask for an accuracy, as a set."""
 
 SEEN = ("camera", "pixel_tolerance")
 """What only a body can state."""

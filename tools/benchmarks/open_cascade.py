@@ -50,7 +50,7 @@ Occ: TypeAlias = Callable[[Surface, float], tuple[Array, float, int]]
 WORKER = Path(__file__).with_name("open_cascade_worker.py")
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 ROUNDS, LONG = 3, 2.0
-"""Meshes of each surface, or one where that takes so many seconds."""
+"""Rounds of meshing; seconds beyond which there is one round."""
 
 FEW = 4
 """Sheets that are looked at one by one, again and again where they are worst."""
@@ -122,7 +122,7 @@ def small_faces() -> PatchModel:
 def thin_skin(seed: int) -> BsplineSurface:
     """The skin of a wing: 526 × 13 points, knots that crowd about its leading edge.
 
-    Skins after the first were measured, by somebody whose hand shook.
+    Every seed but 0 adds noise to the control points, as in a measured skin.
     """
     rng = np.random.default_rng(seed)
     away = np.cumsum(np.geomspace(1e-8, 0.02, 261))

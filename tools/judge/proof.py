@@ -120,7 +120,7 @@ def prove(nets: list[Array], corners: Array, bound: float) -> Proof:
 def _prove(
     proof: Proof, mesh: Mesh, pieces: Array, halvings: int, *, scale: Array, bound: float
 ) -> None:
-    """All pieces (4, m, p+1, q+1), after so many halvings of patches with numbers up to `scale`."""
+    """Prove pieces (4, m, p+1, q+1), cut `halvings` times from nets with numbers up to `scale`."""
     first = halvings
     while pieces.shape[1]:
         proof.pieces += pieces.shape[1]

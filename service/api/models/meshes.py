@@ -123,8 +123,8 @@ class MeshReport(Answer):
     curvature: CurvatureRange | Missing = None
     """There if it was asked for (`curvatures`): least and greatest curvature of the vertices."""
     merged_knots: Count | Missing = None
-    """There if a B-spline has knots that differ from the one before by rounding alone: so many were
-    taken for equal."""
+    """Number of knots that were taken for equal to the knot before, from which they differ by
+    rounding alone; left out if there are none."""
     parts: list[PartReport] | Missing = None
     """The bound of every part by itself, in the order of the parts."""
     engine: int

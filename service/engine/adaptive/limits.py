@@ -19,7 +19,7 @@ class Effort:
     reserve: float = 0.0
 
     def spend(self, work: float) -> None:
-        """Take work, or refuse; or stop, where nobody waits for it any more.
+        """Add to the work spent; raise `TooLarge` beyond the limit, `Stopped` once cancelled.
 
         What is refused is not done, and does not count.
         """

@@ -66,16 +66,15 @@ def least_by_angle(model: PatchModel, angle: float) -> float:
     """Triangles that normals need at least, about, to turn by so little along each edge.
 
     On the unit sphere the normals of a mesh are triangles with sides up to the angle α, of the area
-    √3/4 α² at most; together they cover ∫ |K| dA, which is measured in some samples. An eighth of
-    that is sure. What turns far between two samples does not count: it may be a crease, at which no
-    division helps.
+    √3/4 α² at most; together they cover ∫ |K| dA, which is estimated from some samples. An eighth
+    of that number is returned: an estimate with much room, not a proof. What turns far between two
+    samples does not count: it may be a crease, at which no division helps.
     """
     area = 0.0
     for batch in model.batches:
         grids = batch.tensor() if isinstance(batch, TrianglePatches) else batch
-        step = max(1, CHUNK // SAMPLES**2)
         for rows in chunks(grids.count, SAMPLES**2, CHUNK):
-            some = grids if grids.count <= step else grids.take(np.arange(grids.count)[rows])
+            some = grids.take(np.arange(grids.count)[rows])
             normals = evaluate(some, (SAMPLES, SAMPLES)).normals
             assert normals is not None
             a, b, c = normals[:, :-1, :-1], normals[:, 1:, :-1], normals[:, :-1, 1:]

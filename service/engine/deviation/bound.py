@@ -9,6 +9,7 @@ points lie wildly. Of the latter a factor of 2.4 is that points of equal paramet
 where the mesh may well be nearer.
 """
 
+from decimal import ROUND_CEILING, Context
 from math import isfinite
 
 import numpy as np
@@ -32,6 +33,9 @@ from service.engine.options import MeshOptions
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
+
+ROUNDED_UP = Context(prec=4, rounding=ROUND_CEILING)
+"""Further digits of a bound would be those of the arithmetic, not of the surface."""
 
 
 def deviations(
@@ -76,17 +80,8 @@ def largest(bounds: FloatArray) -> float | None:
 
 
 def rounded_up(bound: float) -> float | None:
-    """A bound with four digits; None if it is infinite.
-
-    Further digits would be those of the arithmetic, not of the surface.
-    """
-    if not isfinite(bound):
-        return None
-    digits, _, exponent = f"{bound:.3e}".partition("e")
-    nearest = float(f"{digits}e{exponent}")
-    if nearest >= bound:
-        return nearest
-    return float(f"{int(digits.replace('.', '')) + 1}e{int(exponent) - 3}")
+    """A bound with a few digits; None if it is infinite."""
+    return float(ROUNDED_UP.create_decimal_from_float(bound)) if isfinite(bound) else None
 
 
 def bounds_of_parts(model: PatchModel, bounds: FloatArray) -> list[float | None]:

@@ -9,6 +9,7 @@ drawn.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,6 +22,8 @@ from service.engine.points.triangle_differential import triangle_jets
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 from service.surface.sides import BEGINS, ENDS
+
+AnyPatches = TypeVar("AnyPatches", TensorPatches, TrianglePatches)
 
 POINT = 2.0**-40
 """A curve shorter than this, in units of its largest coordinate, is a point and its rounding."""
@@ -136,21 +139,31 @@ def divided_isocurves(
         patches = np.arange(first, first + batch.count)
         first += batch.count
         if isinstance(batch, TrianglePatches):
-            for count, rows in _groups(divisions.along_u[patches]):
-                found += _across_triangles(batch.take(rows), patches[rows], count, same)
+            for count, rows in _groups(divisions.along_u[patches], same):
+                found += _across_triangles(_some(batch, rows), patches[rows], count, same)
             continue
         for axis, (along, ends) in enumerate(
             ((divisions.along_v, across_u), (divisions.along_u, across_v))
         ):
-            for count, rows in _groups(along[patches]):
-                found += _across_grids(batch.take(rows), patches[rows], count, axis, ends)
+            for count, rows in _groups(along[patches], ends):
+                found += _across_grids(_some(batch, rows), patches[rows], count, axis, ends)
     return [curves for run in found if len((curves := run.take(_lines(run.points))).points)]
 
 
-def _groups(divisions: Ints) -> Iterator[tuple[int, Ints]]:
-    """Different numbers of divisions, rising, and the rows that have each."""
+def _groups(divisions: Ints, ends: "_EdgePoints | None" = None) -> Iterator[tuple[int, Ints]]:
+    """Different numbers of divisions, rising, and the rows that have each.
+
+    None where no curve runs between these `ends`.
+    """
+    if ends is not None and ends.count < 2:
+        return
     for number in np.unique(divisions).tolist():
         yield number, np.flatnonzero(divisions == number)
+
+
+def _some(batch: AnyPatches, rows: Ints) -> AnyPatches:
+    """Some patches of a batch; the batch itself if they are all."""
+    return batch if len(rows) == batch.count else batch.take(rows)
 
 
 def _drawn(seams: Seams, counts: tuple[int, int]) -> Bools:
@@ -210,8 +223,6 @@ def _across_grids(
     ends: _EdgePoints,
 ) -> Iterator[IsoCurves]:
     """Curves of constant u (axis 0) or v (axis 1) between the borders, place by place."""
-    if ends.count < 2:
-        return
     steps = (ends.count, divisions) if axis == 0 else (divisions, ends.count)
     grids = evaluate(batch, steps, normals=False).positions
     for i in range(1, ends.count):

@@ -183,8 +183,8 @@ def at_knot(surface: BsplineSurface, axis: int, parameter: float) -> float:
     """The knot that a parameter along u or v differs from by rounding alone; else the parameter."""
     breaks = knot.breaks(surface.knot_vectors[axis], surface.degree[axis])
     nearest = float(breaks[np.abs(breaks - parameter).argmin()])
-    least = least_span(float(breaks[0]), float(breaks[-1]))
-    return nearest if abs(parameter - nearest) < least else parameter
+    is_knot = abs(parameter - nearest) < least_span(*domain_of(surface, axis))
+    return nearest if is_knot else parameter
 
 
 def domain_of(surface: BsplineSurface, axis: int) -> Interval:

@@ -50,7 +50,7 @@ def goal_isocurves(
 
 
 def most_pieces(size: tuple[int, int], options: MeshOptions) -> int:
-    """Samples of so many curves with so many samples; as tubes or ribbons, triangles at most."""
+    """What curves of a size (curves, samples) count: their samples; tubes and ribbons triangles."""
     return most_solids(*size, options)[1] if options.solid_wires else size[1]
 
 
@@ -118,7 +118,7 @@ def _turns(points: FloatArray) -> FloatArray:
 
 
 def _distance_to_eye(batch: Patches, goal: Goal) -> FloatArray:
-    """Distances from the eye to the boxes about the patches; 0 where nobody looks."""
+    """Distances from the eye to the boxes about the patches; 0 without a camera."""
     if goal.view is None:
         return np.zeros(batch.count)
     points = batch.points.reshape(batch.count, -1, 3)

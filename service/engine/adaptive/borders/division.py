@@ -45,7 +45,7 @@ ROUGH = 5
 narrow is taken for a crease."""
 
 AHEAD, LEVELS = 1 << 11, 4
-"""Coordinates of nets up to which halves are judged with their wholes, so many levels at once."""
+"""Up to 2^11 coordinates of nets, 4 levels of halves are judged in one call."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -104,7 +104,7 @@ class _Curves:
     def turns(
         self, rows: Ints, begin: FloatArray, end: FloatArray
     ) -> tuple[FloatArray, FloatArray] | None:
-        """How far normals turn along parts of edges: `SideNormals.turns`; None if nobody asks."""
+        """How far normals turn along parts of edges (`SideNormals.turns`); None without angle."""
         if self.normals is None:
             return None
         return self.normals.turns(self.edge[rows], self.backward[rows], begin, end)
