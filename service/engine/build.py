@@ -1,8 +1,8 @@
 """From a model of any form to what formats write: its mesh, its scene or its lines."""
 
-from service.engine.adaptive.aims import goal_of
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
+from service.engine.adaptive.tolerances import goal_of
 from service.engine.mesh.mesh import Mesh, Overlay
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene, arranged, flattened, in_single

@@ -18,7 +18,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.distinct import distinct_rows
 from service.engine.adaptive.storage import Storage, slack
-from service.engine.deviation.bound import largest
+from service.engine.bounds.mesh_deviation import largest
 from service.engine.extent import extent
 from service.engine.grid import CORNER, on_grid, step_of
 from service.engine.mesh.mesh import Mesh

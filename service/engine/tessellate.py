@@ -12,9 +12,9 @@ import numpy as np
 
 from service.bases import triangle
 from service.bases.arrays import FloatArray
+from service.engine.bounds.mesh_deviation import bounds_of_parts, deviations, largest
 from service.engine.curvatures.ranges import ranges
 from service.engine.curvatures.rows import layout_curvatures
-from service.engine.deviation.bound import bounds_of_parts, deviations, largest
 from service.engine.extent import AT_ZERO, local_origin, stored_bounds
 from service.engine.mesh.channels import agreeing, by_kind
 from service.engine.mesh.closure import closure

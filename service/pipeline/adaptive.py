@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from service.encoders.format import MeshSize
 from service.encoders.pieces import Content
-from service.engine.adaptive.accuracy import Accuracy
-from service.engine.adaptive.aims import diagonal_of, goal_of, stated
 from service.engine.adaptive.budget import Attempt, nearest_within
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
+from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.adaptive.tolerances import diagonal_of, goal_of, stated
 from service.engine.mesh.mesh import Mesh
 from service.engine.models import NOT_PATCHES
 from service.engine.options import MeshOptions

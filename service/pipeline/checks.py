@@ -10,7 +10,7 @@ import numpy as np
 
 from service.encoders.compression import compressions
 from service.encoders.format import EncodeOptions, Format
-from service.engine.adaptive.aims import stated
+from service.engine.adaptive.tolerances import stated
 from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.mesh.counts import Counts

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from service.bases import triangle
 from service.encoders import json_points
 from service.encoders.format import EncodeOptions, Format, MeshSize
-from service.engine.adaptive.accuracy import Accuracy
-from service.engine.adaptive.aims import stated
+from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.adaptive.tolerances import stated
 from service.engine.curvatures.ranges import NAMES as CURVATURES
 from service.engine.mesh.counts import Counts
 from service.engine.options import MeshOptions

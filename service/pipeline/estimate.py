@@ -8,9 +8,16 @@ import numpy as np
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.registry import FORMATS
-from service.engine.adaptive.accuracy import Accuracy
-from service.engine.adaptive.aims import box, each_alone, goal_of, goals_of_models, stated, without
 from service.engine.adaptive.size_bound import MostTriangles, most_triangles
+from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.adaptive.tolerances import (
+    box,
+    each_alone,
+    goal_of,
+    goals_of_models,
+    stated,
+    without,
+)
 from service.engine.curvatures.care import surely_affordable
 from service.engine.curvatures.stretches import with_stretches
 from service.engine.gridded import grid_error

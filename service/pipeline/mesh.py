@@ -7,9 +7,9 @@ import numpy as np
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.pieces import Content
+from service.engine.bounds.mesh_deviation import largest
 from service.engine.build import build, build_scene, lines_of
 from service.engine.curvatures.stretches import with_stretches
-from service.engine.deviation.bound import largest
 from service.engine.gridded import gridded
 from service.engine.mesh.counts import Counts
 from service.engine.mesh.mesh import Mesh

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, model_validator
 
-from service.engine.adaptive.accuracy import Accuracy
+from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.options import MAX_SIDES, MIN_SIDES, MeshOptions, Method, WireForm
 from service.schemas.accuracy import ACCURACY, MAX_COUNT, accuracy_of, refuse_conflict
 from service.schemas.fields import IsoCurves, Omittable, Overlays, Resolution, StrictModel, optional

@@ -4,7 +4,7 @@ import pytest
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.engine.adaptive.accuracy import Accuracy
+from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import MeshWork, plan_mesh
 from service.stopping import Stop, Stopped, stopped_by

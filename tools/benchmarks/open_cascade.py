@@ -28,9 +28,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from service.engine.adaptive.accuracy import Accuracy
+from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.bounds.second_derivatives import blocks_along, grid_bends
 from service.engine.build import build
-from service.engine.deviation.bends import blocks_along, grid_bends
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.settings.process import pin_blas

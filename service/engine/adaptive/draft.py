@@ -303,7 +303,7 @@ class Draft:
         edge = np.stack([one & two, two & three, three & one], axis=1)
         some = (edge[:, 0] | edge[:, 1] | edge[:, 2]).nonzero()[0]
         self._join(some, edge[some])
-        # Hosts that are gone had all their vertices marked; who has one still is cut.
+        # ReferenceTriangles that are gone had all their vertices marked; who has one still is cut.
         lost = (self.vanished & self.alive).nonzero()[0]
         orphans = lost[(self.host[lost] >= 0) & ~self.alive[self.host[lost]]]
         self.host[orphans] = -1

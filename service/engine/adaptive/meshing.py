@@ -1,6 +1,6 @@
 """Models into meshes by tolerance.
 
-1. What is asked is told in the units of each model (`aims`).
+1. What is asked is told in the units of each model (`tolerances`).
 2. Patches become faces, and the sides of these are divided (`faces`, `border`).
 3. The faces are divided until every triangle is certified (`refine`).
 4. Triangles become a mesh (`assemble`), and meshes a scene.
@@ -12,7 +12,16 @@ from functools import cached_property
 from math import pi
 
 from service.bases.arrays import FloatArray
-from service.engine.adaptive.aims import (
+from service.engine.adaptive.assembly.assemble import Divided, assemble
+from service.engine.adaptive.assembly.isocurves import goal_isocurves
+from service.engine.adaptive.assembly.lines import draw_lines
+from service.engine.adaptive.borders.border import divide_border
+from service.engine.adaptive.borders.side_normals import SideNormals, side_normals
+from service.engine.adaptive.limits import Budget, Effort
+from service.engine.adaptive.refine import triangulate
+from service.engine.adaptive.size_bound import least_by_angle
+from service.engine.adaptive.storage import Storage, slack
+from service.engine.adaptive.tolerances import (
     box,
     diagonal_of,
     each_alone,
@@ -22,19 +31,10 @@ from service.engine.adaptive.aims import (
     nearest_to_eye,
     within_reach,
 )
-from service.engine.adaptive.assembly.assemble import Divided, assemble
-from service.engine.adaptive.assembly.isocurves import goal_isocurves
-from service.engine.adaptive.assembly.lines import draw_lines
-from service.engine.adaptive.borders.border import divide_border
-from service.engine.adaptive.borders.side_normals import SideNormals, side_normals
-from service.engine.adaptive.faces import Faces, find_faces
-from service.engine.adaptive.goal import Goal
-from service.engine.adaptive.ground import Ground
-from service.engine.adaptive.limits import Budget, Effort
-from service.engine.adaptive.proof.rounding import check_goal, floor
-from service.engine.adaptive.refine import triangulate
-from service.engine.adaptive.size_bound import least_by_angle
-from service.engine.adaptive.storage import Storage, slack
+from service.engine.bounds.certificate_rounding import check_goal, floor
+from service.engine.bounds.faces import Faces, find_faces
+from service.engine.bounds.goal import Goal
+from service.engine.bounds.patch_nets import PatchNets
 from service.engine.gridded import grid_steps
 from service.engine.mesh.mesh import Mesh
 from service.engine.mesh.seams import Seams, find_seams
@@ -129,8 +129,8 @@ class Meshing:
         return self.storage.origin(*self.model.bounds)
 
     @cached_property
-    def _ground(self) -> Ground:
-        return Ground.of(self.model)
+    def _ground(self) -> PatchNets:
+        return PatchNets.of(self.model)
 
     @cached_property
     def seams(self) -> Seams:

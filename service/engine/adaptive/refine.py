@@ -28,17 +28,17 @@ import numpy as np
 from service.bases.arrays import Bools, Ints
 from service.bases.chunks import runs
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.closer import candidates, looked_closer
 from service.engine.adaptive.cutting.boxes import Cells, whole
 from service.engine.adaptive.cutting.cells import divided
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.draft import Draft, Store
-from service.engine.adaptive.faces import Faces
-from service.engine.adaptive.goal import Goal
-from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.limits import Budget, Effort
-from service.engine.adaptive.proof.certificate import Parts, certify
+from service.engine.adaptive.refined_bound import candidates, looked_closer
 from service.engine.adaptive.triangulation import Triangulation
+from service.engine.bounds.certificate import Parts, certify
+from service.engine.bounds.faces import Faces
+from service.engine.bounds.goal import Goal
+from service.engine.bounds.patch_nets import PatchNets
 
 SOME = 1 << 15
 """Triangles that are proved at a time, so that what is gathered for it stays small."""
@@ -48,7 +48,7 @@ FLATTER = 2
 
 
 def triangulate(
-    ground: Ground,
+    ground: PatchNets,
     faces: Faces,
     border: Border,
     goal: Goal,

@@ -1,10 +1,11 @@
 """How many triangles a mesh by tolerance has at most, before any is made.
 
-By the bound of `service.engine.deviation.bends` every triangle within a cell of sides h_u, h_v is
-within (h_u² M_uu + 2 h_u h_v M_uv + h_v² M_vv) / 8 of the surface. So 1/h_u ≥ √(M_uu / (8 ε')) and
-so on, with ε' a third of ε, are fine enough for ε. Estimates and certificates go by nets, which are
-further away than the surface, but hardly twice as far: cells that are fine enough for ε/2 are not
-cut. So no more cells come out of a patch than it has here, where both numbers are powers of 2.
+By the bound of `service.engine.bounds.second_derivatives` every triangle within a cell of sides
+h_u, h_v is within (h_u² M_uu + 2 h_u h_v M_uv + h_v² M_vv) / 8 of the surface. So 1/h_u ≥ √(M_uu /
+(8 ε')) and so on, with ε' a third of ε, are fine enough for ε. Estimates and certificates go by
+nets, which are further away than the surface, but hardly twice as far: cells that are fine enough
+for ε/2 are not cut. So no more cells come out of a patch than it has here, where both numbers are
+powers of 2.
 
 A cut adds at most two vertices to the inside of a face. A face with V_i vertices inside and V_b on
 its border has 2 V_i + V_b − 2 triangles; so of n cells with b pieces around them come at most
@@ -17,10 +18,10 @@ from typing import NamedTuple
 import numpy as np
 
 from service.bases.chunks import chunks
-from service.engine.adaptive.aims import nearest_to_eye
 from service.engine.adaptive.assembly.isocurves import goal_divisions
-from service.engine.adaptive.goal import Goal
-from service.engine.deviation.bends import grid_bends
+from service.engine.adaptive.tolerances import nearest_to_eye
+from service.engine.bounds.goal import Goal
+from service.engine.bounds.second_derivatives import grid_bends
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions

@@ -10,7 +10,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.chunks import chunks
 from service.bases.homogeneous import homogeneous
-from service.engine.chords import deviations, halves, projected
+from service.engine.bounds.chords import deviations, halves, projected
 from service.engine.curves.evaluation import Samples
 from service.errors import InvalidRequest, Issue, TooLarge
 from service.surface.curve_pieces import CurvePieces

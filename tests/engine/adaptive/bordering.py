@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from service.engine.adaptive.borders.border import Border, divide_border
-from service.engine.adaptive.faces import SPAN, Faces, find_faces
-from service.engine.adaptive.goal import Goal
+from service.engine.bounds.faces import SPAN, Faces, find_faces
+from service.engine.bounds.goal import Goal
 from service.engine.mesh.seams import Seams, find_seams
 from service.surface.lowered import PatchModel
 from tests.oracles.exact import curve_point, exact_net

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.faces import SPAN, Faces, find_faces
-from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.triangulation import Triangulation
+from service.engine.bounds.faces import SPAN, Faces, find_faces
+from service.engine.bounds.patch_nets import PatchNets
 from service.engine.mesh.seams import find_seams
 from service.surface.lowered import PatchModel
 
@@ -29,7 +29,7 @@ def regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) -> Reg
     With `skip`, grids ignore knot lines: every face has so many divisions in all.
     """
     faces = find_faces(model, find_seams(model.batches))
-    ground = Ground.of(model)
+    ground = PatchNets.of(model)
     places, triangles, owners, sides = [], [], [], []
     count = 0
     for number_of_face, (n_u, n_v) in enumerate(faces.spans.tolist()):
@@ -71,7 +71,7 @@ def regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) -> Reg
     return Regular(faces, border, made)
 
 
-def positions(ground: Ground, faces: Faces, face: np.ndarray, at: np.ndarray) -> np.ndarray:
+def positions(ground: PatchNets, faces: Faces, face: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Points at places of faces."""
     span = np.minimum(at // SPAN, faces.spans[face] - 1)
     u, v = ((at - span * SPAN) / SPAN).T

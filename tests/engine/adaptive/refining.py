@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.faces import SPAN, Faces
-from service.engine.adaptive.goal import Goal
-from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.refine import triangulate
 from service.engine.adaptive.triangulation import Triangulation
+from service.engine.bounds.faces import SPAN, Faces
+from service.engine.bounds.goal import Goal
+from service.engine.bounds.patch_nets import PatchNets
 from service.surface.lowered import PatchModel
 from tests.engine.adaptive.bordering import bordered
 from tests.strategies import Array
@@ -23,7 +23,7 @@ MOST = 200_000
 class Refined(NamedTuple):
     """A model, its faces and borders, and their triangulation."""
 
-    ground: Ground
+    ground: PatchNets
     faces: Faces
     border: Border
     made: Triangulation
@@ -44,7 +44,7 @@ def refined(
 ) -> Refined:
     """The triangulation of a model."""
     found = bordered(model, goal, most)
-    ground = Ground.of(model)
+    ground = PatchNets.of(model)
     made = triangulate(ground, found.faces, found.border, goal, stored=stored, most=most)
     return Refined(ground, found.faces, found.border, made)
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from service.engine.adaptive.accuracy import Accuracy
-from service.engine.adaptive.aims import goal_of
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.size_bound import least_by_angle
 from service.engine.adaptive.storage import Storage
+from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.adaptive.tolerances import goal_of
 from service.engine.build import build_scene
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.engine.adaptive.cutting.boxes import Cells
-from service.engine.adaptive.goal import Goal, View
-from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.refine import triangulate
+from service.engine.bounds.goal import Goal, View
+from service.engine.bounds.patch_nets import PatchNets
 from service.errors import InvalidRequest, TooLarge
 from service.surface.bspline import BsplineSurface
 from tests.engine.adaptive.bordering import bordered
@@ -114,7 +114,7 @@ def test_work_is_limited() -> None:
     found = bordered(model, Goal(0.01))
     with pytest.raises(TooLarge) as refused:
         triangulate(
-            Ground.of(model),
+            PatchNets.of(model),
             found.faces,
             found.border,
             Goal(0.01),

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from service.engine.adaptive.goal import Goal, View
+from service.engine.bounds.goal import Goal, View
 from tests.engine.adaptive.refining import Refined, check_refined, refined
 from tools.certify.models import BODIES, Complex, complex_of
 

@@ -9,9 +9,9 @@ from service.bases.arrays import FloatArray, IndexArray, Ints
 from service.engine.adaptive.assembly.flat import without_flat
 from service.engine.adaptive.assembly.samples import Samples, samples_of
 from service.engine.adaptive.assembly.shading import scattered_channels, scattered_curvatures
-from service.engine.adaptive.faces import Faces
 from service.engine.adaptive.storage import Storage, slack
 from service.engine.adaptive.triangulation import Triangulation
+from service.engine.bounds.faces import Faces
 from service.engine.curvatures.ranges import ranges
 from service.engine.evaluation.scattered import scattered_normals
 from service.engine.extent import stored_bounds

@@ -2,8 +2,9 @@
 
 A chord over an interval of length h is within h² max |C″| / 8 of its curve, parameter by parameter.
 The second derivatives of all curves of a patch along u are within M_uu of the patch, and so along v
-(`service.engine.deviation.bends`); those of its sides are those of the edges' own nets. The curves
-of a triangle run along its sides: what is proved there of small triangles holds for their edges.
+(`service.engine.bounds.second_derivatives`); those of its sides are those of the edges' own nets.
+The curves of a triangle run along its sides: what is proved there of small triangles holds for
+their edges.
 
 For angles, a Bézier curve turns by no more than its control polygon: a curve gets as many pieces as
 its polygon turns, over the angle. That is sought, not proved, as for meshes.
@@ -12,9 +13,9 @@ its polygon turns, over the angle. That is sought, not proved, as for meshes.
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.limits import Budget
-from service.engine.deviation.bends import blocks_along, grid_bends, triangle_deviations
+from service.engine.bounds.goal import Goal
+from service.engine.bounds.second_derivatives import blocks_along, grid_bends, triangle_deviations
 from service.engine.mesh.edges import EdgeCurves
 from service.engine.mesh.seams import Seams
 from service.engine.options import MAX_RESOLUTION, MeshOptions

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, IndexArray, Ints
-from service.engine.adaptive.faces import SPAN, Faces
 from service.engine.adaptive.triangulation import Triangulation
+from service.engine.bounds.faces import SPAN, Faces
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -8,8 +8,8 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.borders.chains import find_chains
 from service.engine.adaptive.borders.division import divide
 from service.engine.adaptive.borders.side_normals import SideNormals
-from service.engine.adaptive.faces import SPAN, Faces
-from service.engine.adaptive.goal import Goal
+from service.engine.bounds.faces import SPAN, Faces
+from service.engine.bounds.goal import Goal
 from service.engine.mesh.seams import Seams
 from service.surface.sides import BEGINS
 

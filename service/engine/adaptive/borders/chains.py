@@ -6,7 +6,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, Ints
 from service.bases.distinct import distinct_rows
-from service.engine.adaptive.faces import Faces
+from service.engine.bounds.faces import Faces
 from service.engine.mesh.seams import Seams
 from service.surface.sides import BEGINS, ENDS
 

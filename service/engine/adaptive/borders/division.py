@@ -31,10 +31,10 @@ from service.engine.adaptive.borders.straightness import (
     tangents_of,
 )
 from service.engine.adaptive.cutting.turning import FALLING, chord_of
-from service.engine.adaptive.faces import SPAN
-from service.engine.adaptive.goal import Goal
 from service.engine.adaptive.limits import Budget
-from service.engine.chords import halves, projected
+from service.engine.bounds.chords import halves, projected
+from service.engine.bounds.faces import SPAN
+from service.engine.bounds.goal import Goal
 from service.engine.mesh.seams import Seams
 
 CHUNK = 1 << 18

@@ -9,9 +9,9 @@ from math import cos, inf
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.faces import DEPTH
-from service.engine.adaptive.goal import Goal
-from service.engine.chords import bounds, distances, largest, projected
+from service.engine.bounds.chords import bounds, distances, largest, projected
+from service.engine.bounds.faces import DEPTH
+from service.engine.bounds.goal import Goal
 from service.errors import InvalidRequest, Issue
 
 OF_NET = 0.95

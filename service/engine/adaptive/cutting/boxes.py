@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.faces import SPAN, Faces
 from service.engine.adaptive.limits import too_deep
+from service.engine.bounds.faces import SPAN, Faces
 
 SHORTEST = 16
 """No cell is shorter than this, in units of the places: a corner may be lifted by a share of it."""

@@ -17,8 +17,8 @@ from service.engine.adaptive.cutting.halving import halve, over
 from service.engine.adaptive.cutting.spans import flattened
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.cutting.turning import scale
-from service.engine.adaptive.faces import SPAN
-from service.engine.adaptive.ground import Nets
+from service.engine.bounds.faces import SPAN
+from service.engine.bounds.patch_nets import Nets
 
 BLOCK = 1 << 18
 """Numbers in the nets that are worked on at a time, about."""

@@ -12,8 +12,8 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.halving import nine, points, quadratic
 from service.engine.adaptive.cutting.turning import Scale, level, turning
-from service.engine.adaptive.goal import Goal
-from service.engine.adaptive.vectors import Vectors, dot, dots, length
+from service.engine.bounds.goal import Goal
+from service.engine.bounds.vectors import Vectors, dot, dots, length
 
 THIN = 1e-9
 """A triangle has no plane if its area is below this share of its longest side's square."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.engine.adaptive.cutting.boxes import Cells
-from service.engine.adaptive.faces import SPAN
+from service.engine.bounds.faces import SPAN
 
 
 def halve(nets: FloatArray, axis: int, made: FloatArray) -> None:

@@ -25,8 +25,8 @@ from service.engine.adaptive.cutting.halving import nine, over
 from service.engine.adaptive.cutting.halving import points as points_of
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.cutting.turning import FINEST, chord_of, level, normals
-from service.engine.adaptive.faces import SPAN
-from service.engine.adaptive.vectors import Vectors, dot, dots, length
+from service.engine.bounds.faces import SPAN
+from service.engine.bounds.vectors import Vectors, dot, dots, length
 
 BLOCK = 1 << 14
 """Spans that are looked at together, about."""

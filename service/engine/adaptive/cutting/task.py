@@ -6,18 +6,18 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.cutting.boxes import Cells
-from service.engine.adaptive.faces import SPAN, Faces
-from service.engine.adaptive.goal import Goal
-from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.limits import Budget
-from service.engine.adaptive.vectors import Vectors
+from service.engine.bounds.faces import SPAN, Faces
+from service.engine.bounds.goal import Goal
+from service.engine.bounds.patch_nets import PatchNets
+from service.engine.bounds.vectors import Vectors
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Task:
     """Faces, the patches they are made of, and what is asked of their triangles."""
 
-    ground: Ground
+    ground: PatchNets
     faces: Faces
     goal: Goal
     budget: Budget

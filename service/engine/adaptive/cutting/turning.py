@@ -15,7 +15,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
 from service.engine.adaptive.cutting.halving import points
-from service.engine.adaptive.vectors import Vectors, cross, dot, length
+from service.engine.bounds.vectors import Vectors, cross, dot, length
 
 NONE = 1e-7
 """Partials whose angle has a sine below this have no normal (at a pole, or along a cusp); nor has

@@ -17,8 +17,8 @@ import numpy as np
 from service.bases.arrays import Bools, Ints
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.boxes import Cells
-from service.engine.adaptive.faces import SPAN, Faces
 from service.engine.adaptive.limits import too_deep
+from service.engine.bounds.faces import SPAN, Faces
 
 LIFT = 4
 """A corner is lifted by the least height over this."""

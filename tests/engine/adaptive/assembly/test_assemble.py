@@ -8,12 +8,12 @@ import pytest
 from scipy.spatial import cKDTree
 
 from service.bases.arrays import RealArray
-from service.engine.adaptive.accuracy import Accuracy
 from service.engine.adaptive.assembly.assemble import Divided, assemble
 from service.engine.adaptive.assembly.lines import draw_lines
 from service.engine.adaptive.assembly.samples import samples_of
-from service.engine.adaptive.faces import SPAN
 from service.engine.adaptive.storage import Storage
+from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.bounds.faces import SPAN
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.surface.batches import TrianglePatches

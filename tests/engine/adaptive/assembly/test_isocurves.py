@@ -8,9 +8,9 @@ from hypothesis import given, settings
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.engine.adaptive.accuracy import Accuracy, Camera
 from service.engine.adaptive.assembly.isocurves import goal_divisions
-from service.engine.adaptive.goal import Goal, View
+from service.engine.adaptive.tolerance_spec import Accuracy, Camera
+from service.engine.bounds.goal import Goal, View
 from service.engine.mesh.mesh import Mesh
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.engine.adaptive.faces import SPAN
-from service.engine.adaptive.goal import Goal, View
+from service.engine.bounds.faces import SPAN
+from service.engine.bounds.goal import Goal, View
 from service.errors import InvalidRequest, TooLarge
 from service.surface.bspline import BsplineSurface
 from service.surface.knots import Knots

@@ -11,10 +11,10 @@ from service.engine.adaptive.cutting.boxes import Leaves, whole
 from service.engine.adaptive.cutting.cells import divided
 from service.engine.adaptive.cutting.halving import halve, nine, quadratic, raised, restricted
 from service.engine.adaptive.cutting.task import Task
-from service.engine.adaptive.faces import SPAN, find_faces
-from service.engine.adaptive.goal import Goal
-from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.limits import Budget
+from service.engine.bounds.faces import SPAN, find_faces
+from service.engine.bounds.goal import Goal
+from service.engine.bounds.patch_nets import PatchNets
 from service.engine.mesh.seams import find_seams
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
@@ -24,7 +24,7 @@ from tests.strategies import Array, model_of, nets, weighted_nets
 
 def task_of(model: PatchModel, goal: Goal) -> Task:
     faces = find_faces(model, find_seams(model.batches))
-    return Task(Ground.of(model), faces, goal, Budget())
+    return Task(PatchNets.of(model), faces, goal, Budget())
 
 
 def leaves_of(model: PatchModel, goal: Goal) -> Leaves:

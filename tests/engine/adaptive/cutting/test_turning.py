@@ -15,8 +15,8 @@ from service.engine.adaptive.cutting.turning import (
     normals,
     turning,
 )
-from service.engine.adaptive.faces import SPAN
-from service.engine.adaptive.goal import Goal
+from service.engine.bounds.faces import SPAN
+from service.engine.bounds.goal import Goal
 from service.surface.bspline import BsplineSurface
 from tests.engine.adaptive.cutting.test_cells import leaves_of
 from tests.strategies import Array, model_of

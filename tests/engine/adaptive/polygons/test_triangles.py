@@ -6,10 +6,10 @@ from service.engine.adaptive.cutting.boxes import whole
 from service.engine.adaptive.cutting.cells import divided
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.draft import Draft
-from service.engine.adaptive.goal import Goal
-from service.engine.adaptive.ground import Ground
 from service.engine.adaptive.limits import Budget
 from service.engine.adaptive.polygons.outlines import Outline, outlined
+from service.engine.bounds.goal import Goal
+from service.engine.bounds.patch_nets import PatchNets
 from tests.engine.adaptive.bordering import bordered
 from tests.strategies import Array, model_of, moved
 
@@ -18,7 +18,7 @@ def triangles_of(nets: list[Array], tolerance: float) -> tuple[Outline, Draft]:
     """The first triangles of a model, before any is certified."""
     model = model_of(nets)
     found = bordered(model, Goal(tolerance))
-    task = Task(Ground.of(model), found.faces, Goal(tolerance), Budget())
+    task = Task(PatchNets.of(model), found.faces, Goal(tolerance), Budget())
     draft = Draft(task, found.border, lambda positions: positions)
     leaves = divided(task, whole(found.faces))
     draft.renew(leaves)

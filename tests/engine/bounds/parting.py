@@ -6,10 +6,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from service.engine.adaptive.faces import SPAN, Faces
-from service.engine.adaptive.goal import Goal
-from service.engine.adaptive.ground import Ground
-from service.engine.adaptive.proof.certificate import Bounds, Parts, certify
+from service.engine.bounds.certificate import Bounds, Parts, certify
+from service.engine.bounds.faces import SPAN, Faces
+from service.engine.bounds.goal import Goal
+from service.engine.bounds.patch_nets import PatchNets
 from tests.oracles.distance import to_triangles
 
 Array = NDArray[np.float64]
@@ -36,7 +36,7 @@ def across(corners: Index) -> Index:
     return np.array(rows, dtype=np.intp)
 
 
-def evaluated(ground: Ground, faces: Faces, places: Index | Array) -> Array:
+def evaluated(ground: PatchNets, faces: Faces, places: Index | Array) -> Array:
     """Points of face 0 at places (V, 2), whole or not."""
     span = np.minimum((places // SPAN).astype(np.intp), faces.spans[0] - 1)
     patch = faces.first[0] + span[:, 0] * faces.stride[0] + span[:, 1]
@@ -51,7 +51,7 @@ def parts_of(places: Index, corners: Index, beyond: Index) -> Parts:
 
 
 def seen(
-    ground: Ground, faces: Faces, parts: Parts, positions: Array, divisions: int = 12
+    ground: PatchNets, faces: Faces, parts: Parts, positions: Array, divisions: int = 12
 ) -> Array:
     """The largest distance from samples of each part to its host and the neighbours, (m,)."""
     weights, points = sampled(ground, faces, parts, divisions)
@@ -66,7 +66,7 @@ def seen(
     return furthest
 
 
-def sampled(ground: Ground, faces: Faces, parts: Parts, divisions: int) -> tuple[Array, Array]:
+def sampled(ground: PatchNets, faces: Faces, parts: Parts, divisions: int) -> tuple[Array, Array]:
     """Barycentric samples (n, 3), and the points of the surface there, part by part (m n, 3)."""
     weights = np.array(
         [(divisions - i - j, i, j) for i in range(divisions + 1) for j in range(divisions + 1 - i)]
@@ -76,7 +76,7 @@ def sampled(ground: Ground, faces: Faces, parts: Parts, divisions: int) -> tuple
 
 
 def strayed(
-    ground: Ground, faces: Faces, parts: Parts, positions: Array, divisions: int = 12
+    ground: PatchNets, faces: Faces, parts: Parts, positions: Array, divisions: int = 12
 ) -> Array:
     """The largest distance between samples of parts and what is there on their hosts, (m,)."""
     weights, points = sampled(ground, faces, parts, divisions)
@@ -90,7 +90,7 @@ def one_face(rows: int = 1, columns: int = 1) -> Faces:
 
 
 def checked(
-    ground: Ground, faces: Faces, parts: Parts, positions: Array, goal: Goal = GOAL
+    ground: PatchNets, faces: Faces, parts: Parts, positions: Array, goal: Goal = GOAL
 ) -> tuple[Bounds, Array]:
     """The bounds, which no sample may exceed, and the distances that were seen."""
     bounds = certify(ground, faces, parts, positions, goal)

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from service.engine.adaptive.goal import Goal, View
-from service.engine.adaptive.ground import Ground
-from service.engine.adaptive.proof.certificate import certify
+from service.engine.bounds.certificate import certify
+from service.engine.bounds.goal import Goal, View
+from service.engine.bounds.patch_nets import PatchNets
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from tests.engine.adaptive.parting import (
+from tests.engine.bounds.parting import (
     GOAL,
     checked,
     divided,
@@ -42,7 +42,7 @@ def test_no_sample_is_beyond_the_bound(p: int, q: int, rational: bool, spread: f
     rng = np.random.default_rng(p * 100 + q)
     net = sheet(rng, p, q, spread)
     weights = np.exp(rng.uniform(-2, 2, net.shape[:2])) if rational else None
-    ground, faces = Ground.of(BezierSurface(net, weights).lower()), one_face()
+    ground, faces = PatchNets.of(BezierSurface(net, weights).lower()), one_face()
     for u, v in ((divisions(1), divisions(1)), (divisions(4), divisions(8)), (uneven(rng, 5),) * 2):
         places, corners, beyond = divided(u, v)
         parts = parts_of(places, corners, beyond)
@@ -57,7 +57,7 @@ def test_the_bound_is_hardly_more_than_the_truth(spread: float, worst: float) ->
     ratios = []
     for seed in range(4):
         net = sheet(np.random.default_rng(seed), 3, 3, spread)
-        ground, faces = Ground.of(BezierSurface(net).lower()), one_face()
+        ground, faces = PatchNets.of(BezierSurface(net).lower()), one_face()
         places, corners, beyond = divided(divisions(16), divisions(16))
         parts = parts_of(places, corners, beyond)
         bounds, found = checked(ground, faces, parts, evaluated(ground, faces, places))
@@ -70,7 +70,7 @@ def test_parts_across_knot_lines() -> None:
     net = sheet(rng, 7, 6, 0.2)
     for weights in (None, rng.uniform(0.3, 3, (8, 7))):
         surface = BsplineSurface(net, (3, 2), weights=weights)
-        ground, faces = Ground.of(surface.lower()), one_face(5, 5)
+        ground, faces = PatchNets.of(surface.lower()), one_face(5, 5)
         for u, v in ((divisions(1, 5), divisions(1, 5)), (uneven(rng, 3, 5), uneven(rng, 4, 5))):
             places, corners, beyond = divided(u, v)
             parts = parts_of(places, corners, beyond)
@@ -87,7 +87,7 @@ def test_a_plane_is_at_no_distance_from_two_triangles_whatever_its_parameters_do
             net[row], net[:, row] = (np.stack([x + 0 * s, s], -1) for s in sides[::-1])
             net[:, row] = net[:, row][:, ::-1]
         net = net @ (axes[:2] * 7) + 3
-        ground, faces = Ground.of(BezierSurface(net).lower()), one_face()
+        ground, faces = PatchNets.of(BezierSurface(net).lower()), one_face()
         places, corners, beyond = divided(divisions(1), divisions(1))
         parts = parts_of(places, corners, beyond)
         bounds, _ = checked(ground, faces, parts, evaluated(ground, faces, places))
@@ -97,7 +97,7 @@ def test_a_plane_is_at_no_distance_from_two_triangles_whatever_its_parameters_do
 @pytest.mark.parametrize("fault", ["one point", "two points", "a line", "near a line"])
 def test_hosts_that_are_no_triangles(fault: str) -> None:
     rng = np.random.default_rng(14)
-    ground, faces = Ground.of(BezierSurface(sheet(rng, 3, 3, 0.3)).lower()), one_face()
+    ground, faces = PatchNets.of(BezierSurface(sheet(rng, 3, 3, 0.3)).lower()), one_face()
     places, corners, beyond = divided(divisions(2), divisions(2))
     parts = parts_of(places, corners, beyond)
     positions = evaluated(ground, faces, places)
@@ -116,7 +116,7 @@ def test_hosts_that_are_no_triangles(fault: str) -> None:
 def test_folded_neighbours_are_no_excuse() -> None:
     """Neighbours are where they are, also if they lie over the host, or at right angles to it."""
     rng = np.random.default_rng(18)
-    ground, faces = Ground.of(BezierSurface(sheet(rng, 3, 3, 0.6)).lower()), one_face()
+    ground, faces = PatchNets.of(BezierSurface(sheet(rng, 3, 3, 0.6)).lower()), one_face()
     for _ in range(40):
         places, corners, beyond = divided(divisions(2), divisions(2))
         positions = evaluated(ground, faces, places)
@@ -130,7 +130,7 @@ def test_the_goal_grows_with_the_least_distance_from_the_eye() -> None:
     weights = rng.uniform(0.5, 2, (4, 4))
     eye = np.array([0.4, 3.0, 2.0])
     goal = Goal(1.0, view=View(eye, 0.01, 0.5))
-    ground, faces = Ground.of(BezierSurface(net, weights).lower()), one_face()
+    ground, faces = PatchNets.of(BezierSurface(net, weights).lower()), one_face()
     places, corners, beyond = divided(divisions(8), divisions(8))
     parts = parts_of(places, corners, beyond)
     positions = evaluated(ground, faces, places)
@@ -149,7 +149,7 @@ def test_no_point_of_a_host_is_beyond_the_bound_of_the_mesh(p: int, q: int, rati
     rng = np.random.default_rng(22)
     net = sheet(rng, p, q, 0.3)
     weights = np.exp(rng.uniform(-1, 1, net.shape[:2])) if rational else None
-    ground, faces = Ground.of(BezierSurface(net, weights).lower()), one_face()
+    ground, faces = PatchNets.of(BezierSurface(net, weights).lower()), one_face()
     for u, v in ((divisions(4), divisions(8)), (uneven(rng, 5), uneven(rng, 4))):
         places, corners, beyond = divided(u, v)
         parts = parts_of(places, corners, beyond)
@@ -164,7 +164,10 @@ def test_no_point_of_a_host_is_beyond_the_bound_of_the_mesh(p: int, q: int, rati
 
 def test_the_bound_of_the_mesh_holds_across_knot_lines_and_not_for_foster_parents() -> None:
     rng = np.random.default_rng(23)
-    ground, faces = Ground.of(BsplineSurface(sheet(rng, 7, 6, 0.2), (3, 2)).lower()), one_face(5, 5)
+    ground, faces = (
+        PatchNets.of(BsplineSurface(sheet(rng, 7, 6, 0.2), (3, 2)).lower()),
+        one_face(5, 5),
+    )
     places, corners, beyond = divided(uneven(rng, 3, 5), uneven(rng, 4, 5))
     own = np.arange(len(corners)) % 3 > 0
     parts = replace(parts_of(places, corners, beyond), own=own)

@@ -24,7 +24,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein, elevation
 from service.bases.cache import PLANS
-from service.engine.adaptive.proof.blossoms import rows
+from service.engine.bounds.blossoms import rows
 
 DIRECT = 8
 """Degree p + q up to which the nets of triangles are computed as such, and nothing is reduced."""

@@ -1,7 +1,8 @@
 """The deviation of a mesh of equal divisions: no point of the surface is further from its faces.
 
-Three parts add up: what patches bend between their samples (`bends`), how far written vertices are
-from these (`rounding`), and what faces without area leave out (`lost`).
+Three parts add up: what patches bend between their samples (`second_derivatives`), how far written
+vertices are from these (`vertex_rounding`), and what faces without area leave out
+(`degenerate_faces`).
 
 How close it is, bound over the largest deviation that dense sampling finds, at 16 divisions: 1.5
 on the teapot's patches, 2.1 on the sphere's, 2.7 on random bicubic ones, 4.3 on those whose control
@@ -15,10 +16,10 @@ from math import isfinite
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.deviation.bends import blocks_along, grid_bends, triangle_deviations
-from service.engine.deviation.lost import lost
-from service.engine.deviation.products import bend, is_small
-from service.engine.deviation.rounding import (
+from service.engine.bounds.degenerate_faces import lost
+from service.engine.bounds.products import bend, is_small
+from service.engine.bounds.second_derivatives import blocks_along, grid_bends, triangle_deviations
+from service.engine.bounds.vertex_rounding import (
     STEPS,
     edge_error,
     measured_errors,

@@ -7,13 +7,13 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.triangle import degree_of
-from service.engine.adaptive.ground import Ground, Nets
-from service.engine.adaptive.proof.blossoms import exponents, half_nets, triangle_nets
-from service.engine.adaptive.proof.distance import reach
-from service.engine.adaptive.proof.heights import highest
-from service.engine.adaptive.proof.hosts import Hosts, hosts_of
-from service.engine.adaptive.proof.reduction import order_of, over_boxes
-from service.engine.adaptive.proof.rounding import UNIT, roundings, stored
+from service.engine.bounds.blossoms import exponents, half_nets, triangle_nets
+from service.engine.bounds.certificate_rounding import UNIT, roundings, stored
+from service.engine.bounds.degree_reduction import order_of, over_boxes
+from service.engine.bounds.distance import reach
+from service.engine.bounds.heights import highest
+from service.engine.bounds.patch_nets import Nets, PatchNets
+from service.engine.bounds.reference_triangles import ReferenceTriangles, hosts_of
 
 FAR = 2.0**300
 """Distance, in units of a piece, beyond which neighbours and eyes are not reckoned with."""
@@ -32,7 +32,7 @@ class Local:
     Attributes
     ----------
     degree : (int, int)
-    hosts : Hosts
+    hosts : ReferenceTriangles
     middle : ndarray of float64, shape (3, m)
         Of the patches, in model coordinates.
     unit : ndarray of float64, shape (m,)
@@ -41,7 +41,7 @@ class Local:
     """
 
     degree: tuple[int, int]
-    hosts: Hosts
+    hosts: ReferenceTriangles
     middle: FloatArray
     unit: FloatArray
     slack: FloatArray
@@ -142,7 +142,7 @@ class Piece:
     gap: FloatArray | float = 0.0
     known: FloatArray | None = None
 
-    def deviation(self, hosts: Hosts) -> FloatArray:
+    def deviation(self, hosts: ReferenceTriangles) -> FloatArray:
         """Bounds of the distances from the surface to hosts and their neighbours."""
         if self.known is not None:
             return self.known
@@ -228,7 +228,11 @@ def scaled(nets: FloatArray, scale: FloatArray) -> FloatArray:
 
 
 def local(
-    ground: Ground, nets: Nets, patch: Ints, vertices: FloatArray, beyond: tuple[FloatArray, Bools]
+    ground: PatchNets,
+    nets: Nets,
+    patch: Ints,
+    vertices: FloatArray,
+    beyond: tuple[FloatArray, Bools],
 ) -> Local:
     """Pieces over these patches, of one degree.
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.adaptive.faces import SPAN, Faces
+from service.engine.bounds.faces import SPAN, Faces
 
 ON_EDGE = 2.0**-16
 """Share of a part's height within which a place counts as on its edge."""

@@ -99,7 +99,7 @@ def slack(patches: Patches, along_u: float, along_v: float) -> float:
     A coordinate of P − c is right to 5 units in the last place of the largest, a second difference
     of such to 28; cutting takes means of these, of at most 4 times the size, by sums of n + 1
     products with bases right to 3 n units: 8 (p + q) + 16 in all. Where one product takes second
-    differences (`service.engine.deviation.products`), it is a sum of (p + 1)(q + 1) products, whose
+    differences (`service.engine.bounds.products`), it is a sum of (p + 1)(q + 1) products, whose
     factors are right to 2 units and at most 4 in all: 4 ((p + 1)(q + 1) + 2) + 20 units at most.
     The rest is relative.
     """

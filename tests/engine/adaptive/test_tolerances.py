@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.engine.adaptive.accuracy import Accuracy, Camera
-from service.engine.adaptive.aims import (
+from service.engine.adaptive.tolerance_spec import Accuracy, Camera
+from service.engine.adaptive.tolerances import (
     NEAR,
     box,
     each_alone,
@@ -18,7 +18,7 @@ from service.engine.adaptive.aims import (
     in_place,
     stated,
 )
-from service.engine.adaptive.goal import Goal, View
+from service.engine.bounds.goal import Goal, View
 from service.engine.scenes.placing import placing_error, scalings
 from service.engine.scenes.scene import placed_points
 from service.errors import InvalidRequest

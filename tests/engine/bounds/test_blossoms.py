@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from service.engine.adaptive.proof.blossoms import both_rows, box_nets, half_nets, triangle_nets
+from service.engine.bounds.blossoms import both_rows, box_nets, half_nets, triangle_nets
 from tests.oracles import exact, triangles
 
 Array = np.ndarray

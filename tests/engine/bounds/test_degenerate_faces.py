@@ -5,12 +5,12 @@ from itertools import product
 import numpy as np
 import pytest
 
-from service.engine.deviation.lost import _loses
+from service.engine.bounds.degenerate_faces import _loses
 from service.engine.mesh.connect import connect
 from service.engine.mesh.layout import FINE, Layout
 from service.engine.mesh.patterns import Shape, TriangleShape
 from service.engine.options import Faces
-from tests.engine.deviation.test_bound import check
+from tests.engine.bounds.test_mesh_deviation import check
 from tests.engine.meshing import mesh_of
 from tests.strategies import Array, model_of
 

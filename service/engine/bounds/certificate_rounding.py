@@ -27,7 +27,7 @@ The order of such sums is the library's own; it is the same for every item of st
 row, and one a point of an edge where values half-way are added up, p + q + 1. The greatest value of
 Q has a factor 4/3, and what is taken off for R has at most 8/3 in one row, for
 4 Σ i_k i_{k+1} ≤ 4 n²/3 and n ≥ 2: together 4 · 4 (n + 1) u and less than 60 u more, which is below
-16 (16 + p + q) u. Tents are right to 8 u times the length of an edge: see `hosts`.
+16 (16 + p + q) u. Tents are right to 8 u times the length of an edge: see `reference_triangles`.
 
 **Vertices.** X − M is rounded, relative to 1. A position that is stored about an origin, and told
 here as one number, may be off by u |X| in each coordinate; so may the middle of the patch added to
@@ -37,9 +37,9 @@ a point, which is no matter here, for the surface is what the control points say
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.adaptive.goal import Goal
-from service.engine.adaptive.ground import Ground
-from service.engine.adaptive.proof.reduction import DIRECT, SHIFT
+from service.engine.bounds.degree_reduction import DIRECT, SHIFT
+from service.engine.bounds.goal import Goal
+from service.engine.bounds.patch_nets import PatchNets
 from service.errors import InvalidRequest, Issue
 
 UNIT = 2.0**-53
@@ -58,7 +58,7 @@ def stored(far: FloatArray) -> FloatArray:
     return slack
 
 
-def floor(ground: Ground, step: float = 0.0) -> float:
+def floor(ground: PatchNets, step: float = 0.0) -> float:
     """The least tolerance that is worth an attempt, in model units.
 
     However fine a mesh is, its bounds have all of the above in them, and how far its vertices are

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.engine.adaptive.faces import SPAN, Faces
-from service.engine.adaptive.proof.clip import clipped
+from service.engine.bounds.clip import clipped
+from service.engine.bounds.faces import SPAN, Faces
 
 
 def face_of(rows: int, columns: int) -> Faces:

@@ -11,8 +11,8 @@ from math import hypot, inf, tan
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.adaptive.accuracy import Accuracy
-from service.engine.adaptive.goal import Goal, View
+from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.bounds.goal import Goal, View
 from service.engine.scenes.placing import placing_error, scalings
 from service.errors import InvalidRequest, Issue
 from service.surface.lowered import GroupModel, Model

@@ -20,7 +20,7 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.vectors import Vectors, cross, dot, length
+from service.engine.bounds.vectors import Vectors, cross, dot, length
 
 Direction: TypeAlias = tuple[FloatArray, FloatArray]
 
@@ -34,12 +34,12 @@ NEXT, BEFORE = [1, 2, 0], [2, 0, 1]
 """The edge after each edge, and the one before it."""
 
 THIN = 2.0**-20
-"""Hosts that are thinner than this share of their length have no tents: all they could gain is
+"""Triangles that are thinner than this share of their length have no tents: all they could gain is
 less than their height."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Hosts:
+class ReferenceTriangles:
     """m triangles and their tents.
 
     Attributes
@@ -71,9 +71,9 @@ class Hosts:
     ends: FloatArray
     folds: FloatArray
 
-    def take(self, rows: Ints) -> "Hosts":
+    def take(self, rows: Ints) -> "ReferenceTriangles":
         """Some of the hosts."""
-        return Hosts(*(getattr(self, field.name)[..., rows] for field in fields(self)))
+        return ReferenceTriangles(*(getattr(self, field.name)[..., rows] for field in fields(self)))
 
     def at(self, shares: FloatArray) -> FloatArray:
         """Places in the plane with these barycentric coordinates (k, 3, m): shape (k, 2, m)."""
@@ -94,7 +94,7 @@ class Hosts:
         return made
 
 
-def hosts_of(vertices: FloatArray, across: FloatArray, joined: Bools) -> Hosts:
+def hosts_of(vertices: FloatArray, across: FloatArray, joined: Bools) -> ReferenceTriangles:
     """The hosts with these vertices (3, 3, m), axis 1 their coordinates.
 
     Parameters
@@ -117,7 +117,7 @@ def hosts_of(vertices: FloatArray, across: FloatArray, joined: Bools) -> Hosts:
     tangents[:, 0][point] = 1.0
     joined = joined & (y > THIN * lengths.max(axis=0))
     begins, ends, folds = _tents(corners, tangents, lengths, seen[2:], joined)
-    return Hosts(origin, axes, corners, tangents, lengths, tilt, begins, ends, folds)
+    return ReferenceTriangles(origin, axes, corners, tangents, lengths, tilt, begins, ends, folds)
 
 
 def in_frame(vectors: FloatArray, axes: FloatArray) -> FloatArray:

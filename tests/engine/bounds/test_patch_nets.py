@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.engine.adaptive.ground import Ground
+from service.engine.bounds.patch_nets import PatchNets
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
@@ -42,7 +42,7 @@ def test_positions_and_partials_are_those_of_exact_arithmetic(
     net: tuple[strategies.Array, strategies.Array | None], places: list[tuple[int, int]]
 ) -> None:
     points, weights = net
-    ground = Ground.of(BezierSurface(points, weights).lower())
+    ground = PatchNets.of(BezierSurface(points, weights).lower())
     u, v = (np.array(axis) / 64 for axis in zip(*places, strict=True))
     patch = np.zeros(len(places), dtype=np.intp)
     size = np.abs(points).max() + 1.0
@@ -66,7 +66,7 @@ def test_triangles_are_evaluated_as_squares_with_one_side_a_point(weighted: bool
         points = rng.normal(size=((degree + 1) * (degree + 2) // 2, 3)) + 1000.0
         weights = rng.uniform(0.1, 4, len(points)) if weighted else None
         batch = TrianglePatches(points[None], None if weights is None else weights[None])
-        ground = Ground.of(model_of(batch))
+        ground = PatchNets.of(model_of(batch))
         u, v = rng.integers(0, 257, (2, 20)) / 256
         found = ground.positions(np.zeros(20, dtype=np.intp), u, v)
         net = triangles.exact_triangle(points, weights)
@@ -78,7 +78,7 @@ def test_triangles_are_evaluated_as_squares_with_one_side_a_point(weighted: bool
 
 def test_the_bits_of_a_patch_depend_on_nothing_else() -> None:
     batches = random_batches(7)
-    ground = Ground.of(model_of(*batches))
+    ground = PatchNets.of(model_of(*batches))
     rng = np.random.default_rng(8)
     patch = rng.integers(0, 11, 5000)
     u, v = rng.random((2, 5000))
@@ -86,7 +86,7 @@ def test_the_bits_of_a_patch_depend_on_nothing_else() -> None:
     first = 0
     for batch in batches:
         for k in range(batch.count):
-            alone = Ground.of(model_of(batch.take(np.array([k]))))
+            alone = PatchNets.of(model_of(batch.take(np.array([k]))))
             here = np.flatnonzero(patch == first + k)[::-1]
             none = np.zeros(len(here), dtype=np.intp)
             apart = (
@@ -103,13 +103,13 @@ def test_weights_of_any_size_lose_nothing() -> None:
     points, weights = rng.normal(size=(1, 3, 4, 3)), rng.uniform(0.5, 2, (1, 3, 4))
     u, v = rng.random((2, 9))
     none = np.zeros(9, dtype=np.intp)
-    usual = Ground.of(model_of(TensorPatches(points, weights))).positions(none, u, v)
+    usual = PatchNets.of(model_of(TensorPatches(points, weights))).positions(none, u, v)
     for power in (-64, 64):
-        other = Ground.of(model_of(TensorPatches(points, np.ldexp(weights, power))))
+        other = PatchNets.of(model_of(TensorPatches(points, np.ldexp(weights, power))))
         np.testing.assert_array_equal(other.positions(none, u, v), usual)
 
 
 def test_only_a_b_spline_is_lowered_with_rounding() -> None:
     net = np.random.default_rng(2).normal(size=(6, 5, 3))
-    assert 0 < Ground.of(BsplineSurface(net).lower()).lowering < 1e-10
-    assert Ground.of(model_of(TensorPatches(net[None]))).lowering == 0
+    assert 0 < PatchNets.of(BsplineSurface(net).lower()).lowering < 1e-10
+    assert PatchNets.of(model_of(TensorPatches(net[None]))).lowering == 0

@@ -13,9 +13,9 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.chunks import chunks
 from service.engine.adaptive.draft import Draft
-from service.engine.adaptive.faces import SPAN
-from service.engine.adaptive.proof.certificate import Parts, certify
-from service.engine.adaptive.vectors import cross, dot
+from service.engine.bounds.certificate import Parts, certify
+from service.engine.bounds.faces import SPAN
+from service.engine.bounds.vectors import cross, dot
 
 LEVELS = 3
 """How often parts are cut in four."""
@@ -92,7 +92,7 @@ def _those(here: Bools, *columns: Ints) -> Iterator[Ints]:
 
 
 def candidates(draft: Draft, host: Ints, base: Ints) -> Ints:
-    """Hosts, what is around them, and bases: (14, m); hosts where there is nothing."""
+    """ReferenceTriangles, what is around them, and bases: (14, m); hosts where there is nothing."""
     around = draft.beside[host]
     beyond = np.where(around[..., np.newaxis] >= 0, draft.beside[around], -1)
     others = np.concatenate(

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from service.engine.adaptive.goal import Goal, View
-from service.engine.adaptive.ground import Ground
-from service.engine.adaptive.proof.blossoms import half_nets, triangle_nets
-from service.engine.adaptive.proof.certificate import certify
-from service.engine.adaptive.proof.heights import greatest
-from service.engine.adaptive.proof.rounding import UNIT, check_goal, floor, roundings
+from service.engine.bounds.blossoms import half_nets, triangle_nets
+from service.engine.bounds.certificate import certify
+from service.engine.bounds.certificate_rounding import UNIT, check_goal, floor, roundings
+from service.engine.bounds.goal import Goal, View
+from service.engine.bounds.heights import greatest
+from service.engine.bounds.patch_nets import PatchNets
 from service.errors import InvalidRequest
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.bezier import BezierSurface
-from tests.engine.adaptive.parting import divided, divisions, evaluated, one_face, parts_of
-from tests.engine.adaptive.test_ground import model_of
+from tests.engine.bounds.parting import divided, divisions, evaluated, one_face, parts_of
+from tests.engine.bounds.test_patch_nets import model_of
 from tests.oracles import exact, triangles
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ def exact_point(value: exact.Vector) -> exact.Vector:
 def errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
     """The largest error of the surfaces of computed nets, in units that are allowed for."""
     rng = np.random.default_rng(seed)
-    ground = Ground.of(model_of(batch))
+    ground = PatchNets.of(model_of(batch))
     (nets,) = ground.groups
     p, q = nets.degree
     u, v = rng.integers(0, 2**30, (2, 3, 1)) / 2**30
@@ -106,7 +106,7 @@ def test_below_the_floor_a_tolerance_is_refused(degree: int) -> None:
     side = np.linspace(0, 3, degree + 1)
     x, y = np.meshgrid(side, side, indexing="ij")
     height = 1e-10 * np.random.default_rng(3).normal(size=x.shape)
-    ground = Ground.of(BezierSurface(np.stack([x, y, height], axis=-1)).lower())
+    ground = PatchNets.of(BezierSurface(np.stack([x, y, height], axis=-1)).lower())
     least = floor(ground)
     assert 1e-14 < least < 1e-10
     assert floor(ground, 1e-7) == pytest.approx(least + 2e-7)

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from service.engine.bounds.mesh_deviation import largest
 from service.engine.build import build
-from service.engine.deviation.bound import largest
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.surface.lowered import Part

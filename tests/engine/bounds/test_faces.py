@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 
-from service.engine.adaptive.faces import Faces, find_faces
+from service.engine.bounds.faces import Faces, find_faces
 from service.engine.mesh.seams import find_seams
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel

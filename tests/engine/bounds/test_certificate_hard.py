@@ -6,13 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from service.engine.adaptive.faces import SPAN
-from service.engine.adaptive.goal import Goal, View
-from service.engine.adaptive.ground import Ground
-from service.engine.adaptive.proof.certificate import Parts, certify
+from service.engine.bounds.certificate import Parts, certify
+from service.engine.bounds.faces import SPAN
+from service.engine.bounds.goal import Goal, View
+from service.engine.bounds.patch_nets import PatchNets
 from service.surface.bezier import BezierSurface
 from tests import strategies
-from tests.engine.adaptive.parting import (
+from tests.engine.bounds.parting import (
     GOAL,
     checked,
     divided,
@@ -41,7 +41,7 @@ def nets(draw: st.DrawFn) -> tuple[Array, Array | None]:
 @given(nets(), arrays.arrays(np.float64, (9, 3), elements=COARSE), st.booleans())
 def test_vertices_anywhere(net: tuple[Array, Array | None], positions: Array, flat: bool) -> None:
     """Hosts and neighbours that coincide, overlap, are points and lines; in a plane, if `flat`."""
-    ground, faces = Ground.of(BezierSurface(*net).lower()), one_face()
+    ground, faces = PatchNets.of(BezierSurface(*net).lower()), one_face()
     places, corners, beyond = divided(divisions(2), divisions(2))
     if flat:
         positions = positions * [1.0, 1.0, 0.0]
@@ -52,7 +52,7 @@ def test_vertices_anywhere(net: tuple[Array, Array | None], positions: Array, fl
 @given(strategies.degenerate_nets(), st.data())
 def test_degenerate_surfaces(net: Array, data: st.DataObject) -> None:
     weights = data.draw(st.none() | strategies.weights_like(net))
-    ground, faces = Ground.of(BezierSurface(net, weights).lower()), one_face()
+    ground, faces = PatchNets.of(BezierSurface(net, weights).lower()), one_face()
     places, corners, beyond = divided(divisions(2), divisions(3))
     positions = evaluated(ground, faces, places)
     checked(ground, faces, parts_of(places, corners, beyond), positions)
@@ -65,7 +65,7 @@ def test_what_lies_beyond_an_edge_counts_as_far_as_it_lies_there(lift: float) ->
     # Parameters that run ahead: the first half of the square is far more than half of it.
     net = np.stack([x**0.3, y**0.3, 0 * x], axis=-1)
     net[..., 2] = lift * np.maximum(net[..., 0] + net[..., 1] - 1, 0)
-    ground, faces = Ground.of(BezierSurface(net).lower()), one_face()
+    ground, faces = PatchNets.of(BezierSurface(net).lower()), one_face()
     places, corners, beyond = divided(divisions(1), divisions(1))
     positions = evaluated(ground, faces, places)
     parts = parts_of(places, corners, beyond)
@@ -88,7 +88,7 @@ def test_high_degrees(degree: tuple[int, int], rational: bool) -> None:
     net = np.stack([x, y, np.sin(5 * x) * np.cos(4 * y)], axis=-1)
     net += 0.02 * rng.normal(size=net.shape)
     weights = np.exp(rng.uniform(-1, 1, x.shape)) if rational else None
-    ground, faces = Ground.of(BezierSurface(net, weights).lower()), one_face()
+    ground, faces = PatchNets.of(BezierSurface(net, weights).lower()), one_face()
     u = np.array([0, SPAN // 4, SPAN // 4 + SPAN // 64, SPAN // 4 + SPAN // 64 + 12345, SPAN])
     places, corners, beyond = divided(u, u)
     parts = parts_of(places, corners, beyond)
@@ -109,7 +109,7 @@ def test_the_least_weights_are_not_lost() -> None:
         weights = 10.0 ** -np.random.default_rng(seed).integers(0, 8, (4, 4)).astype(np.float64)
         for power in (-64, 0, 64):
             surface = BezierSurface(net, np.ldexp(weights, power))
-            ground, faces = Ground.of(surface.lower()), one_face()
+            ground, faces = PatchNets.of(surface.lower()), one_face()
             places, corners, beyond = divided(divisions(4), divisions(4))
             positions = evaluated(ground, faces, places)
             checked(ground, faces, parts_of(places, corners, beyond), positions)
@@ -119,7 +119,7 @@ def test_numbers_of_all_sizes_at_once() -> None:
     """A speck beside something huge, and an eye that is further away than squares can tell."""
     rng = np.random.default_rng(34)
     ground, faces = (
-        Ground.of(BezierSurface(1e-300 * rng.normal(size=(4, 4, 3))).lower()),
+        PatchNets.of(BezierSurface(1e-300 * rng.normal(size=(4, 4, 3))).lower()),
         one_face(),
     )
     places, corners, beyond = divided(divisions(2), divisions(2))

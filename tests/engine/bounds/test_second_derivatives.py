@@ -3,8 +3,13 @@
 import numpy as np
 import pytest
 
-from service.engine.deviation.bends import Bends, blocks_along, grid_bends, triangle_deviations
-from service.engine.deviation.products import bend, is_small
+from service.engine.bounds.products import bend, is_small
+from service.engine.bounds.second_derivatives import (
+    Bends,
+    blocks_along,
+    grid_bends,
+    triangle_deviations,
+)
 from service.surface.batches import TensorPatches, TrianglePatches
 from tests.strategies import Array
 

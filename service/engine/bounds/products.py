@@ -1,6 +1,6 @@
 """What polynomial patches of low degree bend between the samples of a grid, by two products.
 
-The bound is that of `service.engine.deviation.bends`, block by block:
+The bound is that of `service.engine.bounds.second_derivatives`, block by block:
 
     ⅛ (h_u² p (p−1) max |Δ_u² P| + 2 h_u h_v p q max |Δ_u Δ_v P| + h_v² q (q−1) max |Δ_v² P|)
 
@@ -19,7 +19,7 @@ from functools import lru_cache
 import numpy as np
 
 from service.bases.arrays import FloatArray, RealArray
-from service.engine.deviation.bends import blocks_along, shares
+from service.engine.bounds.second_derivatives import blocks_along, shares
 from service.engine.scratch import Workspaces
 from service.stopping import checkpoint
 from service.surface.batches import TensorPatches

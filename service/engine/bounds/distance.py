@@ -10,11 +10,11 @@ of the c_i is attained at one of them: d(S, T) ≤ max_i √(h_i² + d(x_i, T)²
 **Height apart.** In the same way d(x, T) ≤ max_i d(x_i, T) for the place x of S. If H ≥ |h(S)| is
 known otherwise, then d(S, T) ≤ √(H² + max_i d(x_i, T)²). H comes from `heights`.
 
-**Lens.** Let K be T with its tents (`hosts`), and k_i any point of K: then k = Σ β_i k_i is in K,
-which is convex, and both bounds hold for |S − k|, with |x_i − k_i| for d(x_i, T). If k is in tent
-e, its height over the edge is at most δ_e, the greatest height over edge e of any k_i, for that
-height is affine; folded back it moves by 2 δ_e sin(θ_e/2) at most. A point is in one tent at most.
-So max_e 2 δ_e sin(θ_e/2) is added once.
+**Lens.** Let K be T with its tents (`reference_triangles`), and k_i any point of K: then k = Σ β_i
+k_i is in K, which is convex, and both bounds hold for |S − k|, with |x_i − k_i| for d(x_i, T). If k
+is in tent e, its height over the edge is at most δ_e, the greatest height over edge e of any k_i,
+for that height is affine; folded back it moves by 2 δ_e sin(θ_e/2) at most. A point is in one tent
+at most. So max_e 2 δ_e sin(θ_e/2) is added once.
 
     d(S, mesh) ≤ min(own, lens + fold), each the lesser of two bounds.
 
@@ -30,7 +30,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.adaptive.proof.hosts import Hosts
+from service.engine.bounds.reference_triangles import ReferenceTriangles
 
 INSIDE = 2.0**-46
 """A place counts as inside T if rounding leaves no doubt, in units in which coordinates are below
@@ -64,7 +64,7 @@ class Reach:
         return bound
 
 
-def reach(points: FloatArray, hosts: Hosts) -> Reach:
+def reach(points: FloatArray, hosts: ReferenceTriangles) -> Reach:
     """The largest distances of net points (m, 3, N), x, y and h in the frames of their hosts."""
     count, _, many = points.shape
     x, y = points[:, 0], points[:, 1]
@@ -106,7 +106,9 @@ def reach(points: FloatArray, hosts: Hosts) -> Reach:
     )
 
 
-def _beside(x: FloatArray, y: FloatArray, out: FloatArray, hosts: Hosts, piece: Ints) -> FloatArray:
+def _beside(
+    x: FloatArray, y: FloatArray, out: FloatArray, hosts: ReferenceTriangles, piece: Ints
+) -> FloatArray:
     """Squared distances of K places from edges, and from tents; two free rows; folds: (5, K).
 
     Parameters

@@ -9,7 +9,7 @@ No point of the surface is further from the mesh than the largest bound of its p
    triangle of parameters, a triangular net of degree p + q (`blossoms`): S = Σ B_ijk b_ijk. The
    Bernstein polynomials are not negative and add up to 1. A rational one is S = Σ B_ijk w_ijk b_ijk
    / Σ B_ijk w_ijk, a mean of the b_ijk as well, for blossoms of positive weights at parameters in
-   [0, 1] are positive. Where p + q is large, S is near a net of lower degree (`reduction`).
+   [0, 1] are positive. Where p + q is large, S is near a net of lower degree (`degree_reduction`).
 3. **No point of such a mean is further from its host than the farthest point of the net**, for the
    distance to a convex set is a convex function. Heights and places in the host's plane may be
    bounded apart, and the host may be enlarged by what lies beyond its edges (`distance`); heights
@@ -19,8 +19,8 @@ No point of the surface is further from the mesh than the largest bound of its p
 
 4. **Any triangle of the mesh will do.** Which part is measured against which host is free: the
    bound is of the distance to that triangle, or to it and its neighbours.
-5. **Rounding** is added, derived in `rounding`. The positions are those that are stored, so their
-   rounding is in the distances themselves.
+5. **Rounding** is added, derived in `certificate_rounding`. The positions are those that are
+   stored, so their rounding is in the distances themselves.
 
 The other way round, the distance from a point A(x) of a host to the surface is at most |A(x) − S|
 at the place that A takes to it, A being the affine map of the part to its host; S − A is a net
@@ -39,12 +39,12 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.chunks import chunks
-from service.engine.adaptive.faces import SPAN, Faces
-from service.engine.adaptive.goal import Goal
-from service.engine.adaptive.ground import Ground, Nets
-from service.engine.adaptive.proof.clip import clipped, images
-from service.engine.adaptive.proof.local import Local, box_order, local, scaled, unit_of
-from service.engine.adaptive.proof.reduction import DIRECT
+from service.engine.bounds.clip import clipped, images
+from service.engine.bounds.degree_reduction import DIRECT
+from service.engine.bounds.faces import SPAN, Faces
+from service.engine.bounds.goal import Goal
+from service.engine.bounds.local_frames import Local, box_order, local, scaled, unit_of
+from service.engine.bounds.patch_nets import Nets, PatchNets
 
 CHUNK = 1 << 17
 """Numbers of the nets that are worked on at a time: all that is made of them stays in the cache."""
@@ -112,7 +112,7 @@ class Bounds:
 
 
 def certify(
-    ground: Ground, faces: Faces, parts: Parts, positions: FloatArray, goal: Goal
+    ground: PatchNets, faces: Faces, parts: Parts, positions: FloatArray, goal: Goal
 ) -> Bounds:
     """Bounds of the distances between parts of the surface and the mesh.
 
@@ -143,7 +143,7 @@ def _blocks(parts: Parts) -> Iterator[slice]:
 
 
 def _measured(
-    ground: Ground, faces: Faces, parts: Parts, columns: FloatArray, goal: Goal
+    ground: PatchNets, faces: Faces, parts: Parts, columns: FloatArray, goal: Goal
 ) -> FloatArray:
     """Deviation, distance from the eye, and deviation of the mesh, (3, m); 0 if not asked for.
 
@@ -188,7 +188,7 @@ def _measured(
 
 
 def _seen(
-    ground: Ground, nets: Nets, which: tuple[Ints, Ints], parts: Parts, columns: FloatArray
+    ground: PatchNets, nets: Nets, which: tuple[Ints, Ints], parts: Parts, columns: FloatArray
 ) -> Local:
     """Pieces, given by their patches and parts, seen from their hosts; positions are (3, V)."""
     patch, part = which

@@ -58,7 +58,7 @@ class Nets:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Ground:
+class PatchNets:
     """All patches of a model; triangles as tensor patches of which the side v = 1 is one point.
 
     Attributes
@@ -83,7 +83,7 @@ class Ground:
     lowering: float
 
     @classmethod
-    def of(cls, model: PatchModel) -> "Ground":
+    def of(cls, model: PatchModel) -> "PatchNets":
         """The ground of a model."""
         count = model.patch_count
         middles, sizes = np.empty((3, count)), np.empty(count)

@@ -24,7 +24,7 @@ from math import comb
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.adaptive.proof.blossoms import exponents
+from service.engine.bounds.blossoms import exponents
 
 
 def highest(h: FloatArray, degree: int) -> FloatArray:

@@ -1,0 +1,1 @@
+"""All that is proved of meshes: how far they are from their surfaces."""
