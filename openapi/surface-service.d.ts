@@ -2100,8 +2100,8 @@ export interface components {
          * PatchesDefinition
          * @description Many Bézier patches over shared vertices, as the files of the teapot are.
          *
-         *     Patches are grids of one degree, triangles of one degree, or both. Neighbouring patches name the
-         *     same vertices, so that their seams close exactly.
+         *     Patches are grids of one degree or of several, triangles of one degree, or both. Neighbouring
+         *     patches name the same vertices, or vertices with equal coordinates: their seams close exactly.
          */
         PatchesDefinition: {
             /**
@@ -2166,7 +2166,7 @@ export interface components {
             weights?: number[];
             /**
              * Patches
-             * @description One grid of vertex numbers (from 0) a patch, rows along u: 4 × 4 numbers for a bicubic patch. All grids have one shape. May be left out if there are `triangles`.
+             * @description One grid of vertex numbers (from 0) a patch, rows along u: 4 × 4 numbers for a bicubic patch. Grids may have several shapes. May be left out if there are `triangles`.
              * @example [
              *       [
              *         [

@@ -73,6 +73,12 @@ SURFACES: Mapping[str, Json] = MappingProxyType(
             "uvs": [[k, k % 2] for k in range(5)],
             "attributes": {"temperature": [[20 * k] for k in range(5)]},
         },
+        "patches of several degrees": {
+            "type": "patches",
+            "vertices": [[k // 3, k % 3 / 2, (k * k) % 5] for k in range(11)],
+            "patches": [[[0, 2], [3, 5]], [[3, 4, 5], [6, 7, 8]], [[6, 8], [9, 10]]],
+            "parts": {"middle": [1]},
+        },
         "tube": TUBE,
         "tube that closes": {
             "type": "tube",

@@ -103,7 +103,7 @@ class NumberGrid:
         last = len(self.levels) - 1
         for level in range(last + 1):
             if set(map(type, scalars)) != {list}:
-                raise refusal(self._faults(value))
+                raise refusal(self.faults(value))
             lengths = set(map(len, scalars))
             if level + 1 == self.point_levels or level in self.degree_levels:
                 self.check_size(level, sum(map(len, scalars)), max(lengths), limits)
@@ -117,11 +117,11 @@ class NumberGrid:
                 is_wide = level < last or self.width in (None, length)
                 is_right = not lengths and length > 0 and is_wide
             if not is_right:
-                raise refusal(self._faults(value))
+                raise refusal(self.faults(value))
             shape.append(length)
             scalars = list(chain.from_iterable(scalars))
         if not self._all_numbers(scalars):
-            raise refusal(self._faults(value))
+            raise refusal(self.faults(value))
         if self.whole:
             return np.fromiter(scalars, np.int64, len(scalars)).reshape(shape)
         return np.fromiter(scalars, np.float64, len(scalars)).reshape(shape)
@@ -152,7 +152,7 @@ class NumberGrid:
             issue = Issue("degree_too_high", self.degree_rule, "", f"degree {longest - 1}", needed)
             raise refusal([((), issue)])
 
-    def _faults(self, value: object) -> Iterator[tuple[Path, Issue]]:
+    def faults(self, value: object) -> Iterator[tuple[Path, Issue]]:
         """Every fault in the order of the document; the caller takes as many as it wants."""
         lengths: list[int | None] = [None] * len(self.levels)
         lengths[-1] = self.width
@@ -265,6 +265,7 @@ VERTEX_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
 PATCHES = NumberGrid(
     ("patches", "rows", "indices"), whole=True, point_levels=3, degree_levels=(1, 2)
 )
+PATCH = NumberGrid(("rows", "indices"), whole=True, degree_levels=(0, 1))
 _OF_ROWS = "A triangle of n + 1 rows is one patch of degree n."
 TRIANGLE_NET = NumberGrid(
     ("rows", "control points", "coordinates"),

@@ -1,14 +1,16 @@
 """Many Bézier patches over shared vertices as a document says them."""
 
+from math import prod
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, ValidationError, ValidationInfo, WrapValidator
+from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from service.bases.arrays import FloatArray
 from service.errors import InvalidRequest, Issue
-from service.schemas.arrays import PATCHES, TRIANGLES, VERTEX_WEIGHTS, VERTICES
+from service.schemas.arrays import PATCH, PATCHES, TRIANGLES, VERTEX_WEIGHTS, VERTICES
 from service.schemas.channels import (
     VertexAttributes,
     VertexColors,
@@ -18,14 +20,44 @@ from service.schemas.channels import (
 )
 from service.schemas.fields import NameField, Parts, StrictModel, UpField
 from service.schemas.triangle import in_rows, rows_of
-from service.surface.patches import NO_GRIDS, NO_TRIANGLES, PatchSurface
+from service.schemas.validation import limits_of, refusal
+from service.surface.grids import NO_GRIDS, Grids
+from service.surface.patches import NO_TRIANGLES, PatchSurface
+
+
+def _of_several_degrees(
+    value: object, handler: ValidatorFunctionWrapHandler, info: ValidationInfo
+) -> Grids:
+    """The grids as one array; where their shapes differ, as one array each."""
+    try:
+        grids: Grids = handler(value)
+        return grids
+    except ValidationError:
+        if not isinstance(value, list) or len(set(map(_shape, value))) < 2:
+            raise
+    limits = limits_of(info)
+    PATCHES.check_size(2, sum(prod(_shape(grid)) for grid in value), 0, limits)
+    try:
+        return tuple(PATCH.array(grid, limits).astype(np.int64, copy=False) for grid in value)
+    except ValidationError:
+        faults = ((k, fault) for k, grid in enumerate(value) for fault in PATCH.faults(grid))
+        raise refusal(((k, *path), issue) for k, (path, issue) in faults) from None
+
+
+def _shape(grid: object) -> tuple[int, ...]:
+    """Rows and columns of a grid by its first row; () of what is no grid."""
+    if isinstance(grid, np.ndarray):
+        return tuple(grid.shape)
+    if not (isinstance(grid, list) and grid and isinstance(grid[0], list)):
+        return ()
+    return len(grid), len(grid[0])
 
 
 class PatchesDefinition(StrictModel):
     """Many Bézier patches over shared vertices, as the files of the teapot are.
 
-    Patches are grids of one degree, triangles of one degree, or both. Neighbouring patches name the
-    same vertices, so that their seams close exactly.
+    Patches are grids of one degree or of several, triangles of one degree, or both. Neighbouring
+    patches name the same vertices, or vertices with equal coordinates: their seams close exactly.
     """
 
     type: Literal["patches"] = Field(description="The kind of surface.")
@@ -38,10 +70,10 @@ class PatchesDefinition(StrictModel):
         description="One positive weight for every vertex.",
         examples=[[1, 1, 0.5, 0.5, 1, 1]],
     )
-    patches: Annotated[NDArray[np.int64], PATCHES] = Field(
+    patches: Annotated[Any, PATCHES, WrapValidator(_of_several_degrees)] = Field(
         default_factory=lambda: NO_GRIDS,
         description="One grid of vertex numbers (from 0) a patch, rows along u: 4 × 4 numbers for "
-        "a bicubic patch. All grids have one shape. May be left out if there are `triangles`.",
+        "a bicubic patch. Grids may have several shapes. May be left out if there are `triangles`.",
         examples=[[[[0, 1], [2, 3]], [[2, 3], [4, 5]]]],
     )
     triangles: Annotated[NDArray[np.int64], TRIANGLES] = Field(

@@ -17,7 +17,8 @@ from math import sqrt
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.surface.patches import NO_GRIDS, PatchSurface
+from service.surface.grids import NO_GRIDS
+from service.surface.patches import PatchSurface
 from service.surface.quadrics import Patch, Point
 
 ALPHA = (sqrt(3) - 1) / sqrt(3)

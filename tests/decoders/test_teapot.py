@@ -24,7 +24,7 @@ def teapot() -> PatchSurface:
 def text_of(surface: PatchSurface, comma: str = ",", rows: bool = False) -> str:
     """A surface as such a text, its patches in a line each or in one line a row."""
     lines = [str(len(surface.patches))]
-    for patch in surface.patches + 1:
+    for patch in np.asarray(surface.patches) + 1:
         nets = patch if rows else patch.reshape(1, -1)
         lines += [comma.join(map(str, row)) for row in nets.tolist()]
     lines.append(str(len(surface.vertices)))

@@ -5,7 +5,13 @@ from itertools import permutations
 import numpy as np
 import pytest
 
+from service.bases.arrays import FloatArray, Ints
+from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.build import build
+from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, Issue
+from service.surface.convert.operations import Elevate, Reverse, Transpose
+from service.surface.convert.table import convert
 from service.surface.lowered import Part
 from service.surface.patches import PatchSurface
 
@@ -48,6 +54,45 @@ def test_parts_are_in_the_order_of_their_first_patches() -> None:
         assert kept == (("c", ()), ("b", (1,)), ("a", (2, 0)))
 
 
+def pillow(degrees: list[tuple[int, int]]) -> tuple[FloatArray, tuple[Ints, ...]]:
+    """Patches over the unit square with one border, closed by the first: vertices and grids."""
+    vertices: list[tuple[float, ...]] = []
+    grids: list[Ints] = []
+    for height, (p, q) in enumerate(degrees):
+        net = [
+            (i / p, j / q, height * (0 < i < p and 0 < j < q)) for i, j in np.ndindex(p + 1, q + 1)
+        ]
+        grid = len(vertices) + np.arange(len(net)).reshape(p + 1, q + 1)
+        grids.append(grid if height else grid.T)
+        vertices += net
+    return np.array(vertices), tuple(grids)
+
+
+@pytest.mark.parametrize("options", [
+    MeshOptions(resolution=(3, 3)),
+    MeshOptions(resolution=(2, 5), faces="quads"),
+    MeshOptions(accuracy=Accuracy(tolerance=0.01)),
+])  # fmt: skip
+@pytest.mark.parametrize("degrees", [[(1, 1), (3, 2)], [(5, 1), (3, 4)], [(2, 3), (2, 2)]])
+def test_grids_of_several_degrees_close(
+    options: MeshOptions, degrees: list[tuple[int, int]]
+) -> None:
+    """Whether patches share vertices or each has its own; in another form too."""
+    vertices, grids = pillow(degrees)
+    places, number = np.unique(vertices, axis=0, return_inverse=True)
+    for surface in (
+        (soup := PatchSurface(vertices, grids)),
+        PatchSurface(places, tuple(number[grid] for grid in grids)),
+        PatchSurface(vertices, grids[::-1], parts=(("top", (0,)), ("bottom", (1,)))),
+        convert(soup, [Transpose(), Reverse("u")]),
+    ):
+        report = build(surface.lower(), options).report
+        assert (report.patches, report.boundary_edges) == (2, 0)
+    raised = convert(soup, [Elevate((5, 5))])
+    assert isinstance(raised, PatchSurface)
+    assert np.shape(raised.patches) == (2, 6, 6)
+
+
 def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
     """Changing the caller's arrays afterwards changes nothing."""
     vertices, patches = STRIP.copy(), QUADS.copy()
@@ -57,7 +102,7 @@ def test_is_frozen_and_keeps_no_hold_on_its_input() -> None:
     with pytest.raises(ValueError, match="read-only"):
         surface.vertices[0] = 0
     with pytest.raises(ValueError, match="read-only"):
-        surface.patches[0] = 0
+        surface.by_degree[0][1][0] = 0
 
 
 def test_refuses_parts_that_name_no_patch_or_one_twice() -> None:

@@ -1,5 +1,6 @@
 """The degree raised."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -21,7 +22,7 @@ from service.surface.convert.nets import (
 )
 from service.surface.convert.operations import Elevate, degree_place
 from service.surface.convert.seams import agree
-from service.surface.convert.sharing import batch_of, shared
+from service.surface.convert.sharing import Batch, shared
 from service.surface.patches import PatchSurface
 from service.surface.sides import side_of
 from service.surface.triangle import TriangleSurface
@@ -38,8 +39,9 @@ def elevate_bezier(surface: BezierSurface, operation: Elevate, allowed: Allowed)
 def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: Allowed) -> PatchSurface:
     """All patches; an edge that two of them share is raised alike from either side."""
     degree = operation.degree
-    grids, triangles = (batch_of(surface, i) for i in (surface.patches, surface.triangles))
-    if grids is not None:
+    grids = [Batch.of(surface, indices) for _, indices in surface.by_degree]
+    triangles = Batch.of(surface, surface.triangles) if len(surface.triangles) else None
+    if grids:
         check_degrees(surface.degree, degree)
     if triangles is not None:
         check_triangle_degree(surface.triangle_degree, degree)
@@ -47,23 +49,24 @@ def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: Allowed)
     count += len(surface.triangles) * triangle.size(degree[0])
     check_degree(max(degree), allowed, "/degree")
     check_count(count, allowed, width(surface.channels))
-    if (grids is None or surface.degree == degree) and (
+    shapes = {indices.shape[1:] for _, indices in surface.by_degree}
+    if shapes <= {(degree[0] + 1, degree[1] + 1)} and (
         triangles is None or surface.triangle_degree == degree[0]
     ):
         return surface
-    mixed = surface.degree[0] == surface.degree[1] and degree[0] != degree[1]
-    if grids is not None and mixed:
-        _check_seams(grids.net[0])
+    if degree[0] != degree[1]:
+        _check_seams([batch.net[0] for batch in grids])
     pairs: list[tuple[Net, FloatArray]] = []
-    if grids is not None:
-        before, grids = grids.net, grids.changed(partial(raised, degree=degree, first_axis=1))
-        pairs.append((before, grids.net[0]))
+    before = [batch.net for batch in grids]
+    grids = [batch.changed(partial(raised, degree=degree, first_axis=1)) for batch in grids]
+    pairs += ((net, batch.net[0]) for net, batch in zip(before, grids, strict=True))
     if triangles is not None:
-        before = triangles.net
+        net = triangles.net
         triangles = triangles.changed(partial(raised_triangles, degree=degree[0]))
-        pairs.append((before, triangles.net[0]))
+        pairs.append((net, triangles.net[0]))
     agree(pairs)
-    return shared(grids, triangles, surface.parts, surface.up, surface.name)
+    listed = Batch.joined(grids, [members for members, _ in surface.by_degree]) if grids else None
+    return shared(listed, triangles, surface.parts, surface.up, surface.name)
 
 
 def elevate_triangle(
@@ -120,11 +123,18 @@ def check_degrees(present: tuple[int, int], wanted: tuple[int, int]) -> None:
             )
 
 
-def _check_seams(points: FloatArray) -> None:
+def _check_seams(nets: Sequence[FloatArray]) -> None:
     """Refuses to open a seam: where a side along u is one along v, both need one degree."""
-    along_v, along_u = (
-        np.concatenate([side_of(points, s) for s in two]) for two in ((0, 1), (2, 3))
-    )
+    for rows in {points.shape[1] for points in nets} & {points.shape[2] for points in nets}:
+        along_v, along_u = (
+            np.concatenate([side_of(n, s) for n in nets if n.shape[axis] == rows for s in two])
+            for axis, two in ((2, (0, 1)), (1, (2, 3)))
+        )
+        _check_sides(along_v, along_u)
+
+
+def _check_sides(along_v: FloatArray, along_u: FloatArray) -> None:
+    """Refuses sides (N, n+1, 3) along v of which one is a side along u."""
     sides = np.concatenate([along_v, along_v[:, ::-1], along_u])
     _, number = distinct_rows(sides.reshape(len(sides), -1))
     # A side that is one point has no length to part along.

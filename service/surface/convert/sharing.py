@@ -1,17 +1,20 @@
 """Patches over shared vertices, out of nets: equal control points become one vertex."""
 
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, Ints
 from service.bases.distinct import distinct_rows
 from service.bases.polynomials import Net
 from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import Up
 from service.surface.convert.nets import Change, changed
-from service.surface.patches import NO_GRIDS, NO_TRIANGLES, PartMembers, PatchSurface
+from service.surface.grids import NO_GRIDS
+from service.surface.parts import PartMembers
+from service.surface.patches import NO_TRIANGLES, PatchSurface
 
 
 class Batch(NamedTuple):
@@ -23,6 +26,31 @@ class Batch(NamedTuple):
 
     net: Net
     channels: Channels = NO_CHANNELS
+
+    @staticmethod
+    def of(surface: PatchSurface, indices: NDArray[np.int64]) -> "Batch":
+        """The nets of the grids of one degree, or of the triangles, of a surface."""
+        weights = None if surface.weights is None else surface.weights[indices]
+        channels = changed(surface.channels, lambda values: values[indices])
+        return Batch((surface.vertices[indices], weights), channels)
+
+    @staticmethod
+    def joined(batches: Sequence["Batch"], members: Sequence[Ints]) -> "Batch":
+        """Batches of one degree as one, `members` telling the place of each patch in it."""
+        if len(batches) == 1:
+            return batches[0]
+        place = np.argsort(np.concatenate(members))
+
+        def join(arrays: Iterable[FloatArray]) -> FloatArray:
+            return np.concatenate(list(arrays))[place]
+
+        first = batches[0]
+        nets = [iter(batch.channels.each()) for batch in batches]
+        channels = changed(first.channels, lambda _: join(next(each)[3] for each in nets))
+        weights = None
+        if first.net[1] is not None:
+            weights = join(batch.net[1] for batch in batches if batch.net[1] is not None)
+        return Batch((join(batch.net[0] for batch in batches), weights), channels)
 
     def changed(self, change: Change) -> "Batch":
         """All nets changed by the same function."""
@@ -38,15 +66,6 @@ class Batch(NamedTuple):
         values = [points, *(net for _, _, _, net in self.channels.each())]
         values += [] if weights is None else [weights]
         return [value.reshape(count, -1) for value in values]
-
-
-def batch_of(surface: PatchSurface, indices: NDArray[np.int64]) -> Batch | None:
-    """The nets of the grids or of the triangles of a surface; None if there are none."""
-    if not len(indices):
-        return None
-    weights = None if surface.weights is None else surface.weights[indices]
-    channels = changed(surface.channels, lambda values: values[indices])
-    return Batch((surface.vertices[indices], weights), channels)
 
 
 def shared(

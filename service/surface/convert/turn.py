@@ -11,6 +11,7 @@ from service.bases.arrays import FloatArray
 from service.surface.bezier import BezierSurface
 from service.surface.convert.nets import Allowed, changed
 from service.surface.convert.operations import Direction, Reverse, Transpose
+from service.surface.grids import changed_grids
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 
@@ -34,7 +35,7 @@ def transpose_patches(
     order = triangle_polynomials.exchanged(surface.triangle_degree, *_EXCHANGED[""])
     return replace(
         surface,
-        patches=surface.patches.swapaxes(1, 2),
+        patches=changed_grids(surface.patches, lambda grids: grids.swapaxes(1, 2)),
         triangles=surface.triangles[:, order],
     )
 
@@ -52,7 +53,7 @@ def reverse_patches(surface: PatchSurface, operation: Reverse, _allowed: Allowed
     )
     return replace(
         surface,
-        patches=np.flip(surface.patches, axis=axis),
+        patches=changed_grids(surface.patches, lambda grids: np.flip(grids, axis=axis)),
         triangles=surface.triangles[:, order],
     )
 

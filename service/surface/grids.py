@@ -1,0 +1,102 @@
+"""Grids of vertex indices, one a patch: of one degree in one array, of several degrees in several.
+
+A list of patches is an array (P, p+1, q+1) where all have one degree (p, q), else a tuple of arrays
+(p+1, q+1), one a patch. What is computed is computed degree by degree (`by_degree`).
+"""
+
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.bases.arrays import Ints
+from service.errors import MAX_ISSUES, InvalidRequest, Issue, pointer
+from service.surface.checks import check_grid
+
+IndexGrid: TypeAlias = NDArray[np.int64]
+Grids: TypeAlias = IndexGrid | tuple[IndexGrid, ...]
+
+NO_GRIDS: IndexGrid = np.empty((0, 2, 2), dtype=np.int64)
+
+
+def checked_grids(values: IndexGrid | Sequence[IndexGrid]) -> Grids:
+    """The list of patches as it is kept: read-only copies, in one array if the degrees are equal.
+
+    Raises
+    ------
+    InvalidRequest
+        `too_few_points` or `degree_too_high`.
+    """
+    if isinstance(values, np.ndarray):
+        return _checked(values, "patches", 3)
+    if not values:
+        return NO_GRIDS
+    grids = [_checked(grid, f"patches/{k}", 2) for k, grid in enumerate(values)]
+    if len({grid.shape for grid in grids}) > 1:
+        return tuple(grids)
+    return _checked(np.stack(grids), "patches", 3)
+
+
+def by_degree(grids: Grids) -> tuple[tuple[Ints, IndexGrid], ...]:
+    """For each degree, in the order of the first patch that has it: patch numbers (K,) and grids.
+
+    The grids of K patches of degree (p, q) are an array (K, p+1, q+1).
+    """
+    if isinstance(grids, np.ndarray):
+        return ((np.arange(len(grids)), grids),) if len(grids) else ()
+    numbers: dict[tuple[int, ...], list[int]] = {}
+    for number, grid in enumerate(grids):
+        numbers.setdefault(grid.shape, []).append(number)
+    return tuple(
+        (np.array(rows, np.intp), np.stack([grids[k] for k in rows])) for rows in numbers.values()
+    )
+
+
+def changed_grids(grids: Grids, change: Callable[[IndexGrid], IndexGrid]) -> Grids:
+    """The list with `change`, which takes and answers arrays (K, rows, columns), done to each."""
+    if isinstance(grids, np.ndarray):
+        return change(grids)
+    return tuple(change(grid[np.newaxis])[0] for grid in grids)
+
+
+def check_indices(grids: Grids, count: int, name: str) -> None:
+    """Refuses indices that name none of `count` vertices; -1 is an error, not the last vertex."""
+    if not isinstance(grids, np.ndarray):
+        for number, grid in enumerate(grids):
+            check_indices(grid, count, f"{name}/{number}")
+        return
+    # As numbers without a sign those below zero are the largest.
+    if not grids.size or np.maximum.reduce(grids.view(np.uint64), axis=None) < count:
+        return
+    places = np.argwhere((grids < 0) | (grids >= count))[:MAX_ISSUES]
+    raise InvalidRequest(
+        *(
+            Issue(
+                "index_out_of_range",
+                "Patches index the list of vertices from 0.",
+                f"/{name}" + pointer(place),
+                str(grids[tuple(place)]),
+                f"0 to {count - 1}",
+            )
+            for place in places.tolist()
+        )
+    )
+
+
+def _checked(values: IndexGrid, name: str, axes: int) -> IndexGrid:
+    """One array of indices with so many axes, the last two rows and columns of a grid."""
+    grids = np.array(values, dtype=np.int64, order="C")
+    if grids.ndim != axes:
+        raise InvalidRequest(
+            Issue(
+                "too_few_points",
+                "Every patch is a grid of vertex indices.",
+                f"/{name}",
+                f"indices of shape {grids.shape}",
+                "patches × rows × columns" if axes == 3 else "rows × columns",
+            )
+        )
+    check_grid(grids.shape[-2], grids.shape[-1], name)
+    grids.flags.writeable = False
+    return grids
