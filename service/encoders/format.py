@@ -90,13 +90,12 @@ class Format(FileFormat):
     nothing else takes any, so that the bound is exact where their number is. A format that writes
     fewer digits than positions have has `coarseness`: how far from its place it may put a vertex.
     `reads` names the fields of `EncodeOptions` that concern the format; where others are given, the
-    `COMPACT` ones are refused and the rest ignored. `encode_pieces` gives the same file, a long one
-    without copying its arrays.
+    `COMPACT` ones are refused and the rest ignored.
     """
 
     quads: bool
     overlays: bool
-    encode: Callable[[Mesh, EncodeOptions], bytes]
+    encode: Callable[[Mesh, EncodeOptions], Content]
     byte_bound: Callable[[MeshSize, EncodeOptions], int]
     encode_exact: Callable[[PatchModel, tuple[Overlay, ...]], bytes] | None = None
     carries: frozenset[ChannelKind] = frozenset()
@@ -105,7 +104,6 @@ class Format(FileFormat):
     fixed: bool = False
     coarseness: Callable[[Mesh, EncodeOptions], float] | None = None
     reads: frozenset[str] = frozenset()
-    encode_pieces: Callable[[Mesh, EncodeOptions], Content] | None = None
 
     @property
     def ignored(self) -> frozenset[str]:
@@ -118,10 +116,8 @@ class Format(FileFormat):
         """Whether it can hold whole numbers, and compressed ones."""
         return self.reads >= COMPACT
 
-    def write(self, made: Mesh | Scene, options: EncodeOptions) -> Content:
-        """The file of a mesh, or of a scene: as one mesh where the format has no nodes."""
-        if isinstance(made, Mesh):
-            return (self.encode_pieces or self.encode)(made, options)
+    def write_scene(self, scene: Scene, options: EncodeOptions) -> Content:
+        """The file of a scene: of one mesh where the format has no nodes."""
         if self.encode_scene is None:
-            return self.encode(flattened(made), options)
-        return self.encode_scene(made, options)
+            return self.encode(flattened(scene), options)
+        return self.encode_scene(scene, options)

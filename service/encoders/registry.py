@@ -12,6 +12,7 @@ from service.encoders.format import COMPACT, Format
 from service.encoders.gltf import mesh as gltf
 from service.encoders.gltf import scene as gltf_scene
 from service.encoders.gltf import sizes as gltf_sizes
+from service.encoders.gltf.glb import encode_glb
 from service.encoders.oogl_patches import encode_patches
 from service.surface.batches import ChannelKind
 
@@ -26,8 +27,7 @@ FORMATS: tuple[Format, ...] = (
         single=True,
         quads=False,
         overlays=True,
-        encode=gltf.encode_glb,
-        encode_pieces=gltf.glb_pieces,
+        encode=encode_glb,
         byte_bound=gltf_sizes.glb_byte_bound,
         encode_scene=gltf_scene.encode_glb_scene,
         carries=EVERYTHING,

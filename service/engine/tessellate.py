@@ -17,7 +17,7 @@ from service.engine.curvatures.ranges import ranges
 from service.engine.curvatures.rows import layout_curvatures
 from service.engine.extent import AT_ZERO, local_origin, stored_bounds
 from service.engine.mesh.channels import agreeing, by_kind
-from service.engine.mesh.closure import closure
+from service.engine.mesh.closure import OPEN, closure
 from service.engine.mesh.connect import connect
 from service.engine.mesh.connectivity import digest
 from service.engine.mesh.creases import Sharing, find_creases
@@ -61,6 +61,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
     rows = fill(rows, plan)
     checkpoint()
     bound = largest(bounds)
+    may_close = seams.connectivity.is_joined or model.domain is None
     low, high = stored_bounds(rows.positions, origin)
     uvs, colors, attributes = by_kind(rows.channels) if rows.channels else (None, None, ())
     return Mesh(
@@ -86,7 +87,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
             watertight=plan.watertight,
             boundary_edges=plan.boundary_edges,
             poles_repaired=rows.poles,
-            closure=closure(model, seams.connectivity),
+            closure=closure(model, seams.connectivity) if may_close else OPEN,
             deviation_bound=bound,
             curvature=ranges(attributes) if attributes else None,
             merged_knots=model.merged_knots,

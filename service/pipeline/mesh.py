@@ -56,6 +56,8 @@ class MeshWork:
         Upper bounds of all copies of the surfaces in a group, and of what the format stores.
     is_certain : bool
         Whether no more than these is known once the surface is lowered.
+    is_possible : bool
+        Whether nothing that is asked for depends on the patches to be possible.
     """
 
     surface: SurfaceKind
@@ -66,6 +68,7 @@ class MeshWork:
     size: MeshSize
     stored: MeshSize
     is_certain: bool
+    is_possible: bool
     cost: Cost
 
     def run(self) -> Answer:
@@ -92,7 +95,7 @@ class MeshWork:
     @property
     def is_exact(self) -> bool:
         """Whether the format gets the patches themselves."""
-        return self.encode.exact and self.fmt.encode_exact is not None
+        return self.fmt.encode_exact is not None and self.encode.exact
 
     def lower(self) -> tuple[Model, MeshOptions]:
         """The patches, and the options, without what the format has no place for."""
@@ -102,7 +105,8 @@ class MeshWork:
         self, model: Model, options: MeshOptions, counts: tuple[Counts, Counts] | None = None
     ) -> None:
         """Refuses what the shapes alone did not tell; `counts`, if known, by `count_models`."""
-        check_model(model, options, self.limits)
+        if not self.is_possible:
+            check_model(model, options, self.limits)
         if self.is_certain:
             return
         once, copies = counts or count_models(model, options)
@@ -127,7 +131,9 @@ class MeshWork:
     def encode_mesh(self, mesh: Mesh | Scene) -> Content:
         """The mesh as a file."""
         checkpoint()
-        return self.fmt.write(mesh, self.encode)
+        if isinstance(mesh, Mesh):
+            return self.fmt.encode(mesh, self.encode)
+        return self.fmt.write_scene(mesh, self.encode)
 
     def encode_patches(self, model: Model, options: MeshOptions) -> Answer:
         """The patches as a file."""
@@ -175,7 +181,7 @@ def plan_sizes(
     options: MeshOptions,
     form: tuple[Format, EncodeOptions],
     limits: Limits,
-) -> tuple[MeshSize, MeshSize, bool, Cost]:
+) -> tuple[MeshSize, MeshSize, bool, bool, Cost]:
     """What a `MeshWork` says of a surface of these sizes; raises what `plan_mesh` does.
 
     Requests for surfaces of one shape in one format, which are most, find it here.
@@ -186,8 +192,10 @@ def plan_sizes(
     check_options(whole, options, fmt, encode)
     size = mesh_size(whole, options, fmt)
     stored = size if once is whole else mesh_size(once, options, fmt)
+    asks_patches = whole.curves or options.solid_wires or options.curvatures
+    is_possible = not asks_patches and options.method != "de_casteljau"
     if options.accuracy is not None:
-        return size, stored, True, adaptive_cost(once, options, stored, form, limits)
+        return size, stored, True, is_possible, adaptive_cost(once, options, stored, form, limits)
     ru, rv = options.resolution
     is_certain = ru == rv and not (whole.curves or (options.curvatures and whole.members > 1))
     file = fmt.byte_bound(stored, encode)
@@ -208,7 +216,7 @@ def plan_sizes(
     cost = mesh_cost(once, options, stored, file, form)
     less = "a lower resolution, or another format, takes less"
     limits.check_memory(cost.memory, "The mesh", "/resolution", less)
-    return size, stored, is_certain, cost
+    return size, stored, is_certain, is_possible, cost
 
 
 def render(

@@ -44,7 +44,7 @@ def content(file: str) -> bytes:
         mesh = carrying(mesh)
     if known.single:
         mesh = single(mesh, (10.0, 0.0, 0.5), "z")
-    return known.encode(mesh, EncodeOptions(FILES[file]))
+    return bytes(known.encode(mesh, EncodeOptions(FILES[file])))
 
 
 @pytest.mark.parametrize("file", FILES)

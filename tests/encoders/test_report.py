@@ -30,8 +30,8 @@ def certified(mesh: Mesh) -> Mesh:
 
 def reports(mesh: Mesh) -> list[dict[str, Any]]:
     """The reports in JSON and in glTF."""
-    document = json.loads(BY_NAME["json"].encode(mesh, PLAIN))
-    asset = read_glb(BY_NAME["glb"].encode(single(mesh), PLAIN)).document["asset"]
+    document = json.loads(bytes(BY_NAME["json"].encode(mesh, PLAIN)))
+    asset = read_glb(bytes(BY_NAME["glb"].encode(single(mesh), PLAIN))).document["asset"]
     return [document["report"], asset["extras"]["report"]]
 
 
@@ -60,10 +60,10 @@ def test_what_is_not_known_is_left_out() -> None:
 )
 def test_comments_tell_the_bound_and_trouble_no_reader(name: str, line: str) -> None:
     fmt, mesh = BY_NAME[name], silo()
-    content = fmt.encode(certified(mesh), PLAIN)
+    content = bytes(fmt.encode(certified(mesh), PLAIN))
     assert line.encode() in content.splitlines()[:3]
-    assert line.split()[1].encode() not in fmt.encode(mesh, PLAIN)
+    assert line.split()[1].encode() not in bytes(fmt.encode(mesh, PLAIN))
     plain = replace(certified(mesh), uvs=None)
-    content = fmt.encode(plain, PLAIN)
+    content = bytes(fmt.encode(plain, PLAIN))
     scene = trimesh.load_scene(io.BytesIO(content), file_type=name)
     assert sum(len(read.faces) for read in scene.geometry.values()) == len(mesh.triangles)

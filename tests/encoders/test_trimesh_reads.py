@@ -25,7 +25,7 @@ def test_quads_are_kept(name: str) -> None:
     mesh = replace(silo(SIDES, ROWS, "quads"), uvs=None)
     assert len(mesh.quads)
     assert len(mesh.triangles)
-    file = BytesIO(BY_NAME[name].encode(mesh, EncodeOptions()))
+    file = BytesIO(bytes(BY_NAME[name].encode(mesh, EncodeOptions())))
     scene = trimesh.load_scene(file, file_type=name, process=True, merge_norm=True, merge_tex=True)
     (loaded,) = scene.geometry.values()
     assert isinstance(loaded, trimesh.Trimesh)

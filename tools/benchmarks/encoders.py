@@ -9,6 +9,7 @@ import trimesh
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.gridded import gridded
+from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import build_mesh
 from service.surface.bezier import BezierSurface
@@ -74,8 +75,9 @@ def compact(title: str, model: PatchModel, options: MeshOptions) -> None:
     mesh = build_mesh(model, options, GLB)
 
     def write(form: EncodeOptions) -> bytes:
-        made = GLB.write(gridded(mesh, model, options) if form.quantize else mesh, form)
-        return bytes(made)
+        placed = gridded(mesh, model, options) if form.quantize else mesh
+        assert isinstance(placed, Mesh)
+        return bytes(GLB.encode(placed, form))
 
     writers = {name: partial(write, form) for name, form in FORMS.items()}
     files = {name: writer() for name, writer in writers.items()}

@@ -12,7 +12,8 @@ Khronos, glTF 2.0 Specification: 3.7.2.1 mesh primitives. KHR_materials_unlit.
 from service.encoders.curves.format import CurveSize, in_space, report_object
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
 from service.encoders.gltf.columns import Column, single
-from service.encoders.gltf.document import GENERATOR, Z_UP_TO_Y_UP, File, binary, textual
+from service.encoders.gltf.document import GENERATOR, Z_UP_TO_Y_UP, File, textual
+from service.encoders.gltf.glb import binary
 from service.encoders.gltf.materials import LINE_MATERIAL, UNLIT
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 from service.engine.curves.polyline import Polyline

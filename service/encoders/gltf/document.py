@@ -1,12 +1,11 @@
-"""The document around nodes, meshes and arrays, and the two files that it can be: binary and JSON.
+"""The glTF document around nodes, meshes and arrays, and its form as one JSON text.
 
 References
 ----------
-Khronos, glTF 2.0 Specification: 3.2 asset, 3.6.1 buffers, 3.12 extensions, 4.4 GLB layout.
+Khronos, glTF 2.0 Specification: 3.2 asset, 3.6.1 buffers, 3.12 extensions.
 """
 
 import base64
-import struct
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeAlias
 
@@ -15,7 +14,6 @@ from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt, quantized
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject, Packed
 from service.encoders.gltf.materials import LINE_MATERIAL, UNLIT
-from service.encoders.pieces import Content, Pieces
 from service.encoders.text import json_text
 
 GENERATOR = "Surface Service"
@@ -24,17 +22,11 @@ GENERATOR = "Surface Service"
 Z_UP_TO_Y_UP = (-(0.5**0.5), 0.0, 0.0, 0.5**0.5)
 """Unit quaternion (x, y, z, w): a quarter turn about x that takes z to y, the axis that is up."""
 
-GLB_MAGIC, GLB_VERSION, CHUNK_JSON, CHUNK_BIN = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
-"""Header and chunk types of a GLB (4.4.2, 4.4.3): "glTF", 2, "JSON", "BIN" and a zero byte."""
-
 DATA_URI = "data:application/gltf-buffer;base64,"
 """A buffer inside the document (3.6.1.1)."""
 
 _QUOTED = b'"uri":"' + DATA_URI.encode() + b'"'
 """Where the buffer comes; in a name its quotation marks would have backslashes before them."""
-
-JOINED = 1 << 18
-"""Bytes up to which a file is joined: to send one more piece costs more than to copy it."""
 
 PIECE = 3 << 16
 """Bytes that become base64 at a time."""
@@ -75,24 +67,6 @@ def whole(
     }
     # An array that is present must not be empty (JSON schema of the specification, minItems 1).
     return {key: value for key, value in document.items() if value != []}, packed
-
-
-def binary(document: JsonObject, buffer: Packed) -> Content:
-    """The file of a document and its buffer, as header and chunks."""
-    length = buffer.length
-    if length:
-        document["buffers"] = [{"byteLength": length}, *buffer.others]
-    return assembled(json_text(document), buffer.chunks, length)
-
-
-def assembled(text: bytes, chunks: Iterable[memoryview | bytes], length: int) -> Content:
-    """The binary file of a document's text and of a buffer of `length` bytes (4.4)."""
-    text += b" " * (-len(text) % 4)
-    binary_head = struct.pack("<II", length, CHUNK_BIN) if length else b""
-    total = 12 + 8 + len(text) + len(binary_head) + length
-    head = struct.pack("<5I", GLB_MAGIC, GLB_VERSION, total, len(text), CHUNK_JSON)
-    pieces = (head + text + binary_head, *chunks)
-    return b"".join(pieces) if total <= JOINED else Pieces(pieces)
 
 
 def textual(document: JsonObject, buffer: Packed) -> bytes:

@@ -1,4 +1,4 @@
-"""A mesh as glTF 2.0, in one JSON document or in one binary file, written by us.
+"""A mesh as a glTF 2.0 document, and as one JSON text.
 
 One root node carries the name of the mesh and what turns z-up models upright; below it every part
 and every overlay is a named node with a mesh of its own, moved by the local origin. All buffer
@@ -12,35 +12,10 @@ Khronos, glTF 2.0 Specification: 3.5 nodes and transformations.
 from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
-from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, binary, textual, whole
+from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, textual, whole
 from service.encoders.gltf.primitives import pieces
 from service.encoders.gltf.quantized import grid_place
-from service.encoders.gltf.templates import planned_glb
-from service.encoders.pieces import Content
 from service.engine.mesh.mesh import Mesh
-
-
-def encode_glb(mesh: Mesh, options: EncodeOptions) -> bytes:
-    """The binary form.
-
-    Raises
-    ------
-    UnsupportedByFormat
-        If the mesh holds quads.
-    """
-    return bytes(glb_pieces(mesh, options))
-
-
-def glb_pieces(mesh: Mesh, options: EncodeOptions) -> Content:
-    """The binary form; a long one as pieces, the arrays of the mesh among them.
-
-    Raises
-    ------
-    UnsupportedByFormat
-        If the mesh holds quads.
-    """
-    planned = planned_glb(mesh, options, lambda: _document(mesh, options))
-    return planned or binary(*_document(mesh, options))
 
 
 def encode_gltf(mesh: Mesh, options: EncodeOptions) -> bytes:
@@ -51,7 +26,7 @@ def encode_gltf(mesh: Mesh, options: EncodeOptions) -> bytes:
     UnsupportedByFormat
         If the mesh holds quads.
     """
-    return textual(*_document(mesh, options))
+    return textual(*build_document(mesh, options))
 
 
 def node_place(mesh: Mesh) -> JsonObject:
@@ -61,7 +36,7 @@ def node_place(mesh: Mesh) -> JsonObject:
     return {"translation": mesh.origin.tolist()} if mesh.origin.any() else {}
 
 
-def _document(mesh: Mesh, options: EncodeOptions) -> File:
+def build_document(mesh: Mesh, options: EncodeOptions) -> File:
     """The document, and its buffer."""
     buffer = BufferBuilder()
     found = [(piece, piece.material()) for piece in pieces(mesh, buffer, options)]

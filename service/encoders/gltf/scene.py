@@ -20,7 +20,8 @@ from service.bases.arrays import FloatArray
 from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
-from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, binary, textual, whole
+from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, textual, whole
+from service.encoders.gltf.glb import binary
 from service.encoders.gltf.mesh import node_place
 from service.encoders.gltf.primitives import Piece, pieces
 from service.engine.scenes.scene import Scene, scene_parts

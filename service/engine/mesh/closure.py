@@ -52,6 +52,10 @@ class Closure:
     v: Continuity | None
 
 
+OPEN = Closure(None, None)
+"""Of a surface whose sides are all different edges."""
+
+
 def closure(model: PatchModel, connectivity: Connectivity | None = None) -> Closure | None:
     """How the surface closes; None for patches that are not pieces of one surface.
 
@@ -63,8 +67,6 @@ def closure(model: PatchModel, connectivity: Connectivity | None = None) -> Clos
     (batch,) = model.batches
     if not isinstance(batch, TensorPatches):
         return None
-    if connectivity is not None and not connectivity.is_joined:
-        return Closure(None, None)
     edge = None if connectivity is None else connectivity.edge
     (p, q), u, v = batch.degree, model.domain.u, model.domain.v
     number = np.arange(batch.count).reshape(len(u) - 1, len(v) - 1)

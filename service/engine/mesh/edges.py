@@ -13,6 +13,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import sampled
+from service.bases.cache import PLANS
 from service.bases.homogeneous import homogeneous
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.options import Method
@@ -121,13 +122,16 @@ def _sample_by(
 def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> FloatArray:
     """Samples (R+1, E, 3) of all edges, over long contiguous rows."""
     count, terms = points.shape[:2]
-    basis = sampled(terms - 1, divisions).T[:, :, np.newaxis]
-    rows = points.transpose(1, 0, 2).reshape(terms, -1)
+    basis = PLANS.array(
+        ("edges", terms, divisions), lambda: sampled(terms - 1, divisions).T[:, :, np.newaxis]
+    )
+    rows = points.transpose(1, 0, 2).reshape(terms, 1, -1)
     if weights is None:
-        return _sum_pairs([*map(np.multiply, basis, rows)]).reshape(divisions + 1, count, 3)
-    shares = [*map(np.multiply, basis, weights.T)]
-    terms_of = [np.repeat(share, 3, axis=1) * row for share, row in zip(shares, rows, strict=True)]
-    samples = _sum_pairs(terms_of).reshape(divisions + 1, count, 3)
+        return _sum_pairs(basis * rows).reshape(divisions + 1, count, 3)
+    shares = basis * weights.T[:, np.newaxis]
+    scaled = shares.repeat(3, axis=2)
+    scaled *= rows
+    samples = _sum_pairs(scaled).reshape(divisions + 1, count, 3)
     total = _sum_pairs(shares)
     total[:, _plain(weights)] = 1.0
     samples /= total[:, :, np.newaxis]
@@ -135,12 +139,14 @@ def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> F
     return samples
 
 
-def _sum_pairs(terms: list[FloatArray]) -> FloatArray:
-    """The sum of terms, the same to the last bit in the opposite order; written over them."""
+def _sum_pairs(terms: FloatArray) -> FloatArray:
+    """The sum of n+1 terms, shape (n+1, ...), written over them.
+
+    It is the same to the last bit for the terms in opposite order.
+    """
     half = len(terms) // 2
-    for one, other in zip(terms[:half], terms[::-1], strict=False):
-        np.add(one, other, out=one)
-    total = terms[0]
+    terms[:half] += terms[: -half - 1 : -1]
+    total: FloatArray = terms[0]
     for pair in terms[1 : len(terms) - half]:
         total += pair
     return total

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from service.encoders.format import EncodeOptions
-from service.encoders.gltf import mesh as gltf
 from service.encoders.gltf.buffer import BufferBuilder
+from service.encoders.gltf.glb import encode_glb
 from service.engine.mesh.mesh import Mesh
 from tests.encoders.gltf.reader import Gltf, read_glb
 from tests.meshes import carrying, silo, single, with_overlays
@@ -16,7 +16,7 @@ OPTIONS = EncodeOptions()
 
 
 def glb(mesh: Mesh) -> Gltf:
-    return read_glb(gltf.encode_glb(mesh, OPTIONS))
+    return read_glb(bytes(encode_glb(mesh, OPTIONS)))
 
 
 def test_vertices_of_a_part_may_lie_anywhere() -> None:

@@ -28,12 +28,12 @@ MESHES = {
 @pytest.mark.parametrize("suffix", ["glb", "gltf"])
 @pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES.keys())
 def test_valid(mesh: Mesh, suffix: str, tmp_path: Path) -> None:
-    content = BY_NAME[suffix].encode(mesh, EncodeOptions())
+    content = bytes(BY_NAME[suffix].encode(mesh, EncodeOptions()))
     assert issues(content, tmp_path / f"model.{suffix}") == []
 
 
 def test_the_validator_is_awake(tmp_path: Path) -> None:
-    content = BY_NAME["gltf"].encode(single(sheet(1)), EncodeOptions())
+    content = bytes(BY_NAME["gltf"].encode(single(sheet(1)), EncodeOptions()))
     path = tmp_path / "model.gltf"
     path.write_bytes(content.replace(b'"max":[1.0,', b'"max":[2.0,'))
     assert validate(path)["issues"]["numErrors"] > 0

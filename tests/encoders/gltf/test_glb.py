@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from service.encoders.format import EncodeOptions
-from service.encoders.gltf.document import JOINED
-from service.encoders.gltf.mesh import encode_glb, glb_pieces
-from service.encoders.gltf.templates import PLACE
+from service.encoders.gltf.glb import JOINED, PLACE, encode_glb
 from service.encoders.pieces import Pieces
 from service.engine.build import build
 from service.engine.mesh.mesh import Mesh
@@ -24,20 +22,24 @@ def built(name: str, resolution: int = 4) -> Mesh:
     return build(EXAMPLES[name].surface().lower(), options, single=True)
 
 
+def file_of(mesh: Mesh) -> bytes:
+    return bytes(encode_glb(mesh, OPTIONS))
+
+
 def anew(mesh: Mesh) -> bytes:
     """The file of the mesh with faces that no plan has."""
-    return encode_glb(replace(mesh, triangles=mesh.triangles.copy()), OPTIONS)
+    return file_of(replace(mesh, triangles=mesh.triangles.copy()))
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_kept_text_gives_the_same_file(name: str) -> None:
     mesh = built(name)
-    assert encode_glb(mesh, OPTIONS) == encode_glb(mesh, OPTIONS) == anew(mesh)
+    assert file_of(mesh) == file_of(mesh) == anew(mesh)
 
 
 def test_numbers_names_and_places_are_those_of_the_mesh() -> None:
     mesh = built("utah-teapot")
-    encode_glb(mesh, OPTIONS)
+    file_of(mesh)
     parts = tuple(replace(part, name=f"{part.name} é", deviation_bound=None) for part in mesh.parts)
     red = tuple(replace(part, color=(1.0, 0.0, 0.0, 0.5)) for part in mesh.parts)
     others = (
@@ -50,19 +52,19 @@ def test_numbers_names_and_places_are_those_of_the_mesh() -> None:
         replace(mesh, report=replace(mesh.report, watertight=False, boundary_edges=7)),
     )
     for other in others:
-        assert encode_glb(other, OPTIONS) == encode_glb(other, OPTIONS) == anew(other)
+        assert file_of(other) == file_of(other) == anew(other)
 
 
 @pytest.mark.parametrize("key", ["report", "origin", "low0", "high7"])
 def test_a_name_may_look_like_the_place_of_a_value(key: str) -> None:
     mesh = replace(built("saddle"), name=PLACE.format(key))
-    assert encode_glb(mesh, OPTIONS) == encode_glb(mesh, OPTIONS) == anew(mesh)
+    assert file_of(mesh) == file_of(mesh) == anew(mesh)
 
 
 def test_a_long_file_is_pieces_which_nothing_was_copied_to() -> None:
     mesh = built("saddle", 128)
-    content = glb_pieces(mesh, OPTIONS)
+    content = encode_glb(mesh, OPTIONS)
     assert isinstance(content, Pieces)
     assert len(content) == len(bytes(content)) > JOINED
-    assert bytes(content) == encode_glb(mesh, OPTIONS) == anew(mesh)
+    assert bytes(content) == file_of(mesh) == anew(mesh)
     assert any(np.shares_memory(np.frombuffer(p, np.uint8), mesh.positions) for p in content if p)

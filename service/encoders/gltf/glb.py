@@ -1,11 +1,17 @@
-"""Binary glTF of a planned mesh: what its faces, names and attributes determine is kept.
+"""The binary form of glTF: its layout, and the text that planned meshes have in common.
 
-Of such a file only the vertices, their bounds, the report and the local origin differ from one mesh
-to the next. A template keeps the text of the document around these, and the bytes of the indices.
+Of the file of a planned mesh only the vertices, their bounds, the report and the local origin
+differ from one mesh to the next: its faces, names and attributes determine the rest. A template
+keeps the text of the document around these values, and the bytes of the indices.
+
+References
+----------
+Khronos, glTF 2.0 Specification: 4.4 GLB layout.
 """
 
 import re
-from collections.abc import Callable, Iterator
+import struct
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
@@ -18,18 +24,54 @@ from service.bases.cache import derived
 from service.encoders.colors import translucent
 from service.encoders.content import drawn, report_object
 from service.encoders.format import EncodeOptions
+from service.encoders.gltf.buffer import JsonObject, Packed
 from service.encoders.gltf.columns import Columns, plain_columns
-from service.encoders.gltf.document import File, assembled
+from service.encoders.gltf.mesh import build_document
 from service.encoders.gltf.primitives import split_parts
-from service.encoders.pieces import Content
+from service.encoders.pieces import Content, Pieces
 from service.encoders.text import json_text
 from service.engine.extent import is_moved
 from service.engine.mesh.mesh import Mesh
+
+GLB_MAGIC, GLB_VERSION, CHUNK_JSON, CHUNK_BIN = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
+"""Header and chunk types of a GLB (4.4.2, 4.4.3): "glTF", 2, "JSON", "BIN" and a zero byte."""
+
+JOINED = 1 << 18
+"""Bytes up to which a file is joined: to send one more piece costs more than to copy it."""
 
 PLACE = "\ue000{}\ue000"
 """Stands in the text of a template where a value comes; the letters are of no script."""
 
 _PLACE = re.compile(f'"{PLACE.format("([a-z0-9]+)")}"'.encode())
+
+
+def encode_glb(mesh: Mesh, options: EncodeOptions) -> Content:
+    """The binary form of a mesh; a long one as pieces, the arrays of the mesh among them.
+
+    Raises
+    ------
+    UnsupportedByFormat
+        If the mesh holds quads.
+    """
+    return _planned_glb(mesh, options) or binary(*build_document(mesh, options))
+
+
+def binary(document: JsonObject, buffer: Packed) -> Content:
+    """The file of a document and its buffer, as header and chunks."""
+    length = buffer.length
+    if length:
+        document["buffers"] = [{"byteLength": length}, *buffer.others]
+    return _assemble(json_text(document), buffer.chunks, length)
+
+
+def _assemble(text: bytes, chunks: Iterable[memoryview | bytes], length: int) -> Content:
+    """The binary file of a document's text and of a buffer of `length` bytes (4.4)."""
+    text += b" " * (-len(text) % 4)
+    binary_head = struct.pack("<II", length, CHUNK_BIN) if length else b""
+    total = 12 + 8 + len(text) + len(binary_head) + length
+    head = struct.pack("<5I", GLB_MAGIC, GLB_VERSION, total, len(text), CHUNK_JSON)
+    pieces = (head + text + binary_head, *chunks)
+    return b"".join(pieces) if total <= JOINED else Pieces(pieces)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -77,7 +119,7 @@ class Template:
             chunks += indices
         text = list(self.text)
         text[1::2] = map(values.__getitem__, text[1::2])
-        return assembled(b"".join(text), chunks, self.length)
+        return _assemble(b"".join(text), chunks, self.length)
 
     def _bounds(self, mesh: Mesh, positions: NDArray[Any]) -> Iterator[tuple[Any, Any]]:
         """Least and greatest coordinates of the vertices of each primitive."""
@@ -91,11 +133,8 @@ class Template:
         return zip(lows, highs, strict=True)
 
 
-def planned_glb(mesh: Mesh, options: EncodeOptions, document: Callable[[], File]) -> Content | None:
-    """The binary form of a mesh whose faces are those of a plan; None of any other mesh.
-
-    `document` makes the document and the buffer of the mesh, for a template that is not there yet.
-    """
+def _planned_glb(mesh: Mesh, options: EncodeOptions) -> Content | None:
+    """The binary form of a mesh whose faces are those of a plan; None of any other mesh."""
     plain = options.compression == "none" and not mesh.step and not drawn(mesh.overlays)
     if mesh.triangles.flags.writeable or not plain or len(mesh.quads):
         return None
@@ -110,13 +149,13 @@ def planned_glb(mesh: Mesh, options: EncodeOptions, document: Callable[[], File]
         tuple((part.name, part.triangles, part.color) for part in mesh.parts),
         tuple((name, column.values.shape[1]) for name, column in columns.items()),
     )
-    template = derived((mesh.triangles,), key, lambda: _template(mesh, len(columns), document()))
+    template = derived((mesh.triangles,), key, lambda: _template(mesh, options, len(columns)))
     return template.fill(mesh, columns) if template.indices else None
 
 
-def _template(mesh: Mesh, columns: int, file: File) -> Template:
-    """The template of a file; without primitives if a name in it looks like a value's place."""
-    document, buffer = file
+def _template(mesh: Mesh, options: EncodeOptions, columns: int) -> Template:
+    """The template of a mesh's file; without primitives if a name looks like a value's place."""
+    document, buffer = build_document(mesh, options)
     document["asset"]["extras"]["report"] = PLACE.format("report")
     for node in document.get("nodes", ()):
         if "translation" in node:
