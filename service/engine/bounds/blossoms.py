@@ -87,16 +87,6 @@ def rows(degree: int, arguments: FloatArray) -> FloatArray:
     return np.ascontiguousarray(made.transpose(2, 0, 1))
 
 
-def both_rows(
-    degree: tuple[int, int], u: FloatArray, v: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """The rows along u and along v, at arguments (k, m) each."""
-    if degree[0] != degree[1]:
-        return rows(degree[0], u), rows(degree[1], v)
-    made = rows(degree[0], np.concatenate([u, v], axis=1))
-    return made[: u.shape[1]], made[u.shape[1] :]
-
-
 def box_nets(nets: FloatArray, along_u: FloatArray, along_v: FloatArray) -> FloatArray:
     """Nets times matrices: over boxes, if these are rows of two arguments.
 
@@ -124,16 +114,12 @@ def triangle_nets(nets: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
     u, v : ndarray of float64, shape (3, m)
     """
     p, q = nets.shape[2] - 1, nets.shape[3] - 1
-    both = box_nets(nets, *both_rows((p, q), u, v))
+    if p == q:  # rows of both directions in one go
+        along = rows(p, np.concatenate([u, v], axis=1))
+        both = box_nets(nets, along[: u.shape[1]], along[u.shape[1] :])
+    else:
+        both = box_nets(nets, rows(p, u), rows(q, v))
     made: FloatArray = both.reshape(*both.shape[:2], -1) @ _dealt(p, q)
-    return made
-
-
-def half_nets(nets: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
-    """Nets (m, D, N) over the triangles (u_0, v_0), (u_1, v_0), (u_0, v_1); u, v are (2, m)."""
-    p, q = nets.shape[2] - 1, nets.shape[3] - 1
-    both = box_nets(nets, *both_rows((p, q), u, v))
-    made: FloatArray = both.reshape(*both.shape[:2], -1) @ _halved(p, q)
     return made
 
 
@@ -155,27 +141,5 @@ def _dealt(p: int, q: int) -> FloatArray:
             ways = prod(comb(n, k) for n, k in zip(both, a, strict=True))
             shares[i, j, place[both]] = ways / comb(p + q, p)
     matrix = shares.reshape(-1, len(place))
-    matrix.flags.writeable = False
-    return matrix
-
-
-@lru_cache(maxsize=64)
-def _halved(p: int, q: int) -> FloatArray:
-    """Shares of the points (b, c) of a box in the points of its half: shape ((p+1) (q+1), N).
-
-        b_ijk = Σ_bc C(i, p−b−k+c) C(j, b) C(k, c) / C(p+q, p) P_bc
-
-    Of the j copies of the corner (1, 0) b give their u, of the k of (0, 1) c give their v.
-    """
-    keys = exponents(p + q)
-    shares = np.zeros((p + 1, q + 1, len(keys)))
-    for row, (i, j, k) in enumerate(keys):
-        for b in range(min(j, p) + 1):
-            for c in range(min(k, q) + 1):
-                rest = p - b - (k - c)
-                if 0 <= rest <= i:
-                    ways = comb(i, rest) * comb(j, b) * comb(k, c)
-                    shares[b, c, row] = ways / comb(p + q, p)
-    matrix = shares.reshape(-1, len(keys))
     matrix.flags.writeable = False
     return matrix

@@ -40,10 +40,10 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.chunks import chunks
 from service.engine.bounds.clip import clipped, images
-from service.engine.bounds.degree_reduction import DIRECT
+from service.engine.bounds.degree_reduction import DIRECT, box_order
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.local_frames import Local, box_order, local, scaled, unit_of
+from service.engine.bounds.local_frames import local_frames
 from service.engine.bounds.patch_nets import Nets, PatchNets
 
 CHUNK = 1 << 17
@@ -151,33 +151,33 @@ def _measured(
     """
     corners = parts.corners.transpose(1, 2, 0)
     pieces = clipped(faces, parts.face, corners)
-    right, order = _right_angles(pieces.corners)
     shares = images(pieces, corners) if goal.two_sided else None
-    away, near, astray = found = np.zeros((3, len(pieces.part)))
+    deviation, near, mesh = found = np.zeros((3, len(pieces.part)))
     for nets, rows in ground.by_group(pieces.patch):
-        here, high = rows, sum(nets.degree) > DIRECT
-        if high:
+        here, is_high = rows, sum(nets.degree) > DIRECT
+        if is_high:
             here = rows[box_order(pieces.patch[rows], pieces.places[..., rows])]
         for chunk in chunks(len(here), _room(nets), CHUNK):
             some = here[chunk]
-            patch, turn = pieces.patch[some], order[:, np.newaxis, some]
-            seen = _seen(ground, nets, (patch, pieces.part[some]), parts, columns)
-            places = np.take_along_axis(pieces.places[..., some], turn, axis=0)
-            if high:
-                row, which = np.unique(patch, return_inverse=True)
-                sizes = ground.sizes[row]
-                own = scaled(nets.items[ground.row[row]], 1.0 / unit_of(sizes))
-                piece = seen.near(own, which, sizes[which], places)
+            patch, places, part = pieces.patch[some], pieces.places[..., some], pieces.part[some]
+            beyond = parts.across[part].T
+            vertices, across = (
+                columns.take(ids, axis=1).swapaxes(0, 1) for ids in (parts.host[part].T, beyond)
+            )
+            frames = local_frames(ground, nets, patch, vertices, (across, beyond >= 0))
+            if is_high:
+                patches, which = np.unique(patch, return_inverse=True)
+                own = nets.items[ground.row[patches]]
+                piece = frames.near(own, which, ground.sizes[patches], places)
             else:
-                piece = seen.over(nets.items[ground.row[patch]], places, right[some])
-            away[some] = seen.restored(piece.deviation(seen.hosts))
+                piece = frames.over(nets.items[ground.row[patch]], places)
+            deviation[some] = frames.restored(piece.deviation)
             if goal.view is not None:
-                near[some] = seen.distances(piece, goal.view.eye)
+                near[some] = frames.distances_to_eye(piece, goal.view.eye)
             if shares is not None:
-                turned = np.take_along_axis(shares[..., some], turn, axis=0)
-                astray[some] = seen.restored(piece.straying(seen.hosts.at(turned)))
+                mesh[some] = frames.restored(frames.reverse_distances(piece, shares[..., some]))
     if parts.own is not None:
-        astray[~parts.own[pieces.part]] = 0.0
+        mesh[~parts.own[pieces.part]] = 0.0
     choices = np.maximum, np.minimum, np.maximum
     return np.array(
         [
@@ -185,34 +185,6 @@ def _measured(
             for choose, values in zip(choices, found, strict=True)
         ]
     )
-
-
-def _seen(
-    ground: PatchNets, nets: Nets, which: tuple[Ints, Ints], parts: Parts, columns: FloatArray
-) -> Local:
-    """Pieces, given by their patches and parts, seen from their hosts; positions are (3, V)."""
-    patch, part = which
-    host, beyond = (ids[part].T for ids in (parts.host, parts.across))
-    vertices, across = (columns.take(ids, axis=1).swapaxes(0, 1) for ids in (host, beyond))
-    return local(ground, nets, patch, vertices, (across, beyond >= 0))
-
-
-def _right_angles(corners: Ints) -> tuple[Bools, Ints]:
-    """Which triangles (3, 2, M) are halves of boxes, and their corners in order (3, M).
-
-    First the corner at the right angle, then the one along u, then the one along v.
-    """
-    u, v = corners[:, 0], corners[:, 1]
-    # Whether edge k runs along u, and along v.
-    along_u, along_v = v == v[[1, 2, 0]], u == u[[1, 2, 0]]
-    # Along u comes into corner k, or goes out of it, and along v the other way.
-    one, two = along_u[[2, 0, 1]] & along_v, along_u & along_v[[2, 0, 1]]
-    right = (one | two).any(axis=0)
-    case = np.concatenate([one, two]).argmax(axis=0)
-    corner, swapped = case % 3, case < 3
-    order = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [1, 0, 2], [2, 1, 0]])
-    chosen = np.where(right, corner + 3 * swapped, 0)
-    return right, np.ascontiguousarray(order[chosen].T)
 
 
 def _room(nets: Nets) -> int:

@@ -23,11 +23,11 @@ A sum of k products is right to k u times the sum of their sizes in whatever ord
 fused operations or without (Higham, Accuracy and stability of numerical algorithms, section 3.1).
 The order of such sums is the library's own; it is the same for every item of stacked matrices.
 
-**Distances.** `reach` and `highest` do a few operations more with such coordinates: at most 16 in a
-row, and one a point of an edge where values half-way are added up, p + q + 1. The greatest value of
-Q has a factor 4/3, and what is taken off for R has at most 8/3 in one row, for
-4 Σ i_k i_{k+1} ≤ 4 n²/3 and n ≥ 2: together 4 · 4 (n + 1) u and less than 60 u more, which is below
-16 (16 + p + q) u. Tents are right to 8 u times the length of an edge: see `reference_triangles`.
+**Distances.** `distances` and `highest` do a few operations more with such coordinates: at most 16
+in a row, and one a point of an edge where values half-way are added up, p + q + 1. The greatest
+value of Q has a factor 4/3, and what is taken off for R has at most 8/3 in one row, for 4 Σ i_k
+i_{k+1} ≤ 4 n²/3 and n ≥ 2: together 4 · 4 (n + 1) u and less than 60 u more, which is below 16 (16
++ p + q) u. Wedges are right to 8 u times the length of an edge: see `reference_triangles`.
 
 **Vertices.** X − M is rounded, relative to 1. A position that is stored about an origin, and told
 here as one number, may be off by u |X| in each coordinate; so may the middle of the patch added to

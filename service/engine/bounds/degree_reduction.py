@@ -13,18 +13,15 @@ V is what least squares give in the Bernstein basis, keeping the ends of every l
 corners. It need not be the best; only the difference has to be right. Its error is of fourth order
 in the size of the box.
 
-Triangles that share a box share all of this, and boxes that share an interval of u what is done
-along u: therefore the triangles are handled in the order of their boxes.
+Triangles that share a box share all of this, so they are handled in the order of their boxes.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein, elevation
 from service.bases.cache import PLANS
-from service.engine.bounds.blossoms import rows
+from service.engine.bounds.blossoms import box_nets, rows
 
 DIRECT = 8
 """Degree p + q up to which the nets of triangles are computed as such, and nothing is reduced."""
@@ -38,34 +35,15 @@ more, and to parameters within a box, at 2^-53 of which a cubic surface goes 2^-
 coordinate is above 4. Where weights differ, in proportion to what they do."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Reduced:
-    """What there is of B different boxes, m triangles being in them.
-
-    Attributes
-    ----------
-    box : ndarray of int, shape (m,)
-    whole : ndarray of float64, shape (B, D, p+1, q+1)
-        The nets.
-    low : ndarray of float64, shape (B, D, min(p, 3)+1, min(q, 3)+1)
-        Nets near them.
-    gap : ndarray of float64, shape (B,)
-        No point of one surface is further than this from that of the other, at any parameters.
-    """
-
-    box: Ints
-    whole: FloatArray
-    low: FloatArray
-    gap: FloatArray
+def box_order(patch: Ints, places: FloatArray) -> Ints:
+    """An order of triangles (3, 2, m) of patches (m,) that keeps those in equal boxes together."""
+    return np.lexsort((*places.max(axis=0), *places.min(axis=0), patch))
 
 
-def order_of(patch: Ints, u: FloatArray, v: FloatArray) -> Ints:
-    """An order that keeps equal boxes together, and equal intervals of u; sides (2, m)."""
-    return np.lexsort((v[1], v[0], u[1], u[0], patch))
-
-
-def over_boxes(nets: FloatArray, patch: Ints, u: FloatArray, v: FloatArray) -> Reduced:
-    """Nets of boxes of patches, in the order above.
+def reduced_boxes(
+    nets: FloatArray, patch: Ints, places: FloatArray
+) -> tuple[Ints, FloatArray, FloatArray, FloatArray]:
+    """Nets over the B different boxes about triangles that are in the order above.
 
     Parameters
     ----------
@@ -73,34 +51,31 @@ def over_boxes(nets: FloatArray, patch: Ints, u: FloatArray, v: FloatArray) -> R
         Of the patches that there are, no coordinate above 1.
     patch : ndarray of int, shape (m,)
         Which of these it is, rising.
-    u, v : ndarray of float64, shape (2, m)
-        Sides of the boxes.
+    places : ndarray of float64, shape (3, 2, m)
+
+    Returns
+    -------
+    box : ndarray of int, shape (m,)
+    whole : ndarray of float64, shape (B, D, p+1, q+1)
+        The nets over the boxes.
+    low : ndarray of float64, shape (B, D, min(p, 3)+1, min(q, 3)+1)
+        Nets near them.
+    gap : ndarray of float64, shape (B,)
+        No point of one surface is further than this from that of the other, at any parameters.
     """
-    size, p, q = nets.shape[1], nets.shape[2] - 1, nets.shape[3] - 1
-    new_u = _changes(patch, *u)
-    new = new_u | _changes(*v)
-    first_u, first = new_u.nonzero()[0], new.nonzero()[0]
-    strip = (np.cumsum(new_u) - 1)[first]
-    strips = _between(p, u[:, first_u])[:, np.newaxis] @ nets[patch[first_u]]
-    lines = strips[strip].reshape(-1, size * (p + 1), q + 1)
-    boxes = (lines @ _between(q, v[:, first]).swapaxes(1, 2)).reshape(-1, *nets.shape[1:])
-    return Reduced(np.cumsum(new) - 1, boxes, *_near(boxes))
-
-
-def _changes(*keys: FloatArray | Ints) -> Bools:
-    """Where any of these is another than before, shape (m,); the first always."""
-    new = np.zeros(len(keys[0]), dtype=bool)
-    new[:1] = True
-    for key in keys:
-        new[1:] |= key[1:] != key[:-1]
-    return new
+    sides = np.array([places.min(axis=0), places.max(axis=0)])
+    new = np.ones(len(patch), dtype=bool)
+    new[1:] = (patch[1:] != patch[:-1]) | (sides[..., 1:] != sides[..., :-1]).any(axis=(0, 1))
+    first = new.nonzero()[0]
+    along_u, along_v = (
+        _between(degree - 1, sides[:, axis, first]) for axis, degree in enumerate(nets.shape[2:])
+    )
+    whole = box_nets(nets[patch[first]], along_u, along_v)
+    return np.cumsum(new) - 1, whole, *_near(whole)
 
 
 def _between(degree: int, sides: FloatArray) -> FloatArray:
-    """Matrices (m, n+1, n+1) from nets of curves to those over intervals (2, m).
-
-    Each row is a blossom of the Bernstein polynomials: nothing is negative, and it adds up to one.
-    """
+    """Matrices (m, n+1, n+1) from nets of curves to those over intervals (2, m)."""
     different, which = np.unique(sides, axis=1, return_inverse=True)
     return rows(degree, different)[which]
 
@@ -129,7 +104,7 @@ def _near(boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
     if not homogeneous:
         return low, points + SHIFT
     weights = np.sqrt(away[:, 3].max(axis=1))
-    least, most = (choose(low[:, 3], axis=(1, 2)) for choose in (np.min, np.max))
+    least, most = low[:, 3].min(axis=(1, 2)), low[:, 3].max(axis=(1, 2))
     positive = least > 0
     least = np.where(positive, least, 1.0)
     low[:, 3] = np.where(positive[:, np.newaxis, np.newaxis], low[:, 3], 1.0)

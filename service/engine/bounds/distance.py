@@ -1,8 +1,8 @@
 """How far a surface may be from a triangle of a mesh, told from its net in the triangle's frame.
 
 Let c_i = (x_i, h_i) be the points of a net that has the hull property, h_i their heights over the
-plane of the host T, x_i their places in it; a point of the surface is S = Σ_i β_i c_i with β_i ≥ 0
-and Σ β_i = 1.
+plane of the reference triangle T, x_i their places in it; a point of the surface is S = Σ_i β_i c_i
+with β_i ≥ 0 and Σ β_i = 1.
 
 **Distance to T.** The distance to a convex set is a convex function, so its maximum over the hull
 of the c_i is attained at one of them: d(S, T) ≤ max_i √(h_i² + d(x_i, T)²).
@@ -10,22 +10,22 @@ of the c_i is attained at one of them: d(S, T) ≤ max_i √(h_i² + d(x_i, T)²
 **Height apart.** In the same way d(x, T) ≤ max_i d(x_i, T) for the place x of S. If H ≥ |h(S)| is
 known otherwise, then d(S, T) ≤ √(H² + max_i d(x_i, T)²). H comes from `heights`.
 
-**Lens.** Let K be T with its tents (`reference_triangles`), and k_i any point of K: then k = Σ β_i
-k_i is in K, which is convex, and both bounds hold for |S − k|, with |x_i − k_i| for d(x_i, T). If k
-is in tent e, its height over the edge is at most δ_e, the greatest height over edge e of any k_i,
-for that height is affine; folded back it moves by 2 δ_e sin(θ_e/2) at most. A point is in one tent
-at most. So max_e 2 δ_e sin(θ_e/2) is added once.
+**Lens.** Let K be T with its wedges (`reference_triangles`), and k_i any point of K: then
+k = Σ β_i k_i is in K, which is convex, and both bounds hold for |S − k|, with |x_i − k_i| for
+d(x_i, T). If k is in wedge e, its height over the edge is at most δ_e, the greatest height over
+edge e of any k_i, for that height is affine; folded back it moves by 2 δ_e sin(θ_e/2) at most. A
+point is in one wedge at most. So max_e 2 δ_e sin(θ_e/2) is added once.
 
     d(S, mesh) ≤ min(own, lens + fold), each the lesser of two bounds.
 
 **Few points.** What is inside T is at no distance from it, and so is most of a net. Every other
-point is measured to all three edges, and to the tents on them.
+point is measured to all three edges, and to the wedges on them.
 
 A flat patch is at no distance from two triangles, whatever its parameters do, as long as its net
 stays above them: θ = 0.
-"""
 
-from dataclasses import dataclass
+Rounding is in `certificate_rounding`.
+"""
 
 import numpy as np
 
@@ -37,111 +37,97 @@ INSIDE = 2.0**-46
 1. All others are measured to the edges."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Reach:
-    """What is largest among the points of each net; all of shape (m,).
+def distances(
+    points: FloatArray, triangles: ReferenceTriangles, rise: FloatArray | float = np.inf
+) -> FloatArray:
+    """Bounds (m,) of the distances between surfaces and the mesh.
 
-    `whole` and `whole_lens` are squares of distances to T and to K, `flat` and `flat_lens` of those
-    in the plane alone; `height` is max |h_i|, `fold` what folding back adds.
+    Parameters
+    ----------
+    points : ndarray of float64, shape (m, 3, N)
+        Their nets: x, y and h in the frames of the triangles.
+    rise : ndarray of float64, shape (m,)
+        What their heights are known to be at most.
     """
-
-    whole: FloatArray
-    whole_lens: FloatArray
-    flat: FloatArray
-    flat_lens: FloatArray
-    height: FloatArray
-    fold: FloatArray
-
-    def bound(self, height: FloatArray) -> FloatArray:
-        """The bound above, if heights are known to be at most so much."""
-        known = np.minimum(self.height, height)
-        squared = known * known
-        own = np.sqrt(squared + self.flat)
-        lens = np.sqrt(squared + self.flat_lens)
-        own = np.minimum(own, np.sqrt(self.whole))
-        lens = np.minimum(lens, np.sqrt(self.whole_lens))
-        bound: FloatArray = np.minimum(own, lens + self.fold)
-        return bound
-
-
-def reach(points: FloatArray, hosts: ReferenceTriangles) -> Reach:
-    """The largest distances of net points (m, 3, N), x, y and h in the frames of their hosts."""
     count, _, many = points.shape
-    x, y = points[:, 0], points[:, 1]
     squared = points[:, 2] * points[:, 2]
-    height = squared.max(axis=1)
-    (_, _), (one_x, one_y), (two_x, two_y) = tangents = hosts.tangents
-    start = hosts.corners
-    # Outwards from each edge: − n · (P − A), with t × A once a piece.
-    begin = start[:, 0] * tangents[:, 1] - start[:, 1] * tangents[:, 0]
-    out = np.empty((3, count, many))
-    np.negative(y, out=out[0])
-    for edge, (along_x, along_y) in ((1, (one_x, one_y)), (2, (two_x, two_y))):
-        np.multiply(x, along_y[:, np.newaxis], out=out[edge])
-        out[edge] -= y * along_x[:, np.newaxis]
-        out[edge] -= begin[edge, :, np.newaxis]
+    highest = squared.max(axis=1)
+    out = _outside(points[:, 0], points[:, 1], triangles)
     worst = np.maximum(np.maximum(out[0], out[1]), out[2])
     # Where edges are points there is no inside.
-    point = hosts.lengths.min(axis=0) == 0
+    point = triangles.lengths.min(axis=0) == 0
     if point.any():
         worst[point] = np.maximum(worst[point], 0.0)
+    # Of each net, the largest squares of distances in the plane to T and to K; the same in space;
+    # and what folding back adds.
+    largest = np.zeros((5, count))
     beyond = (worst > -INSIDE).ravel().nonzero()[0]
-    found = np.zeros((5, count))
     if len(beyond):
-        piece = beyond // many
+        net = beyond // many
         flat = points.reshape(-1)
-        place = beyond + 2 * many * piece
+        place = beyond + 2 * many * net
         x, y = flat.take(place), flat.take(place + many)
-        values = _beside(x, y, out.reshape(3, -1).take(beyond, axis=1), hosts, piece)
+        values = _beside(x, y, out.reshape(3, -1).take(beyond, axis=1), triangles, net)
         np.add(squared.reshape(-1).take(beyond), values[:2], out=values[2:4])
-        first = np.diff(piece, prepend=-1).nonzero()[0]
-        found[:, piece[first]] = np.maximum.reduceat(values, first, axis=1)
-    return Reach(
-        np.maximum(found[2], height),
-        np.maximum(found[3], height),
-        found[0],
-        found[1],
-        np.sqrt(height),
-        found[4],
-    )
+        first = np.diff(net, prepend=-1).nonzero()[0]
+        largest[:, net[first]] = np.maximum.reduceat(values, first, axis=1)
+    height = np.minimum(np.sqrt(highest), rise)
+    whole = np.maximum(largest[2:4], highest)
+    own, lens = np.sqrt(np.minimum(height * height + largest[:2], whole))
+    bound: FloatArray = np.minimum(own, lens + largest[4])
+    return bound
+
+
+def _outside(x: FloatArray, y: FloatArray, triangles: ReferenceTriangles) -> FloatArray:
+    """How far places (m, N) are outside of each edge, − n · (P − A): (3, m, N)."""
+    corners, tangents = triangles.corners, triangles.tangents
+    # t × A once a triangle.
+    begin = corners[:, 0] * tangents[:, 1] - corners[:, 1] * tangents[:, 0]
+    out = np.empty((3, *x.shape))
+    np.negative(y, out=out[0])
+    for edge in (1, 2):
+        np.multiply(x, tangents[edge, 1, :, np.newaxis], out=out[edge])
+        out[edge] -= y * tangents[edge, 0, :, np.newaxis]
+        out[edge] -= begin[edge, :, np.newaxis]
+    return out
 
 
 def _beside(
-    x: FloatArray, y: FloatArray, out: FloatArray, hosts: ReferenceTriangles, piece: Ints
+    x: FloatArray, y: FloatArray, out: FloatArray, triangles: ReferenceTriangles, which: Ints
 ) -> FloatArray:
-    """Squared distances of K places from edges, and from tents; two free rows; folds: (5, K).
+    """Squared distances of K places from edges, and from wedges; two free rows; folds: (5, K).
 
     Parameters
     ----------
     x, y : ndarray of float64, shape (K,)
-        Places in the frames of hosts, `piece` (K,).
+        Places in the frames of triangles, `which` (K,).
     out : ndarray of float64, shape (3, K)
         How far they are outside of each edge.
     """
-    corners, tangents = hosts.corners, hosts.tangents
+    corners, tangents = triangles.corners, triangles.tangents
     begin = corners[:, 0] * tangents[:, 0] + corners[:, 1] * tangents[:, 1]
-    along = x * tangents[:, 0].take(piece, axis=1)
-    along += y * tangents[:, 1].take(piece, axis=1)
-    along -= begin.take(piece, axis=1)
-    length = hosts.lengths.take(piece, axis=1)
-    # The nearest point of the edge, and the height of the tent there.
+    along = x * tangents[:, 0].take(which, axis=1)
+    along += y * tangents[:, 1].take(which, axis=1)
+    along -= begin.take(which, axis=1)
+    length = triangles.lengths.take(which, axis=1)
+    # The nearest point of the edge, and the height of the wedge there.
     foot = np.maximum(along, 0.0)
     np.minimum(foot, length, out=foot)
     along -= foot
     along *= along
-    tent = foot * hosts.begins.take(piece, axis=1)
+    wedge = foot * triangles.begins.take(which, axis=1)
     np.subtract(length, foot, out=foot)
-    foot *= hosts.ends.take(piece, axis=1)
-    np.minimum(tent, foot, out=tent)
-    # In the tent as high as the place is, if it is so high.
-    np.minimum(tent, out, out=tent)
-    np.maximum(tent, 0.0, out=tent)
-    values = np.empty((5, len(piece)))
-    (hosts.folds.take(piece, axis=1) * tent).max(axis=0, out=values[4])
-    np.subtract(out, tent, out=tent)
-    tent *= tent
-    tent += along
-    tent.min(axis=0, out=values[1])
+    foot *= triangles.ends.take(which, axis=1)
+    np.minimum(wedge, foot, out=wedge)
+    # In the wedge as high as the place is, if it is so high.
+    np.minimum(wedge, out, out=wedge)
+    np.maximum(wedge, 0.0, out=wedge)
+    values = np.empty((5, len(which)))
+    (triangles.folds.take(which, axis=1) * wedge).max(axis=0, out=values[4])
+    np.subtract(out, wedge, out=wedge)
+    wedge *= wedge
+    wedge += along
+    wedge.min(axis=0, out=values[1])
     out *= out
     out += along
     out.min(axis=0, out=values[0])

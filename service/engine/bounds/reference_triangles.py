@@ -1,46 +1,46 @@
-"""The triangles that parts of the surface are measured against, each in a frame of its own.
+"""The triangles of the mesh that the surface is measured against, each in a frame of its own.
 
-In the frame of a host its vertices are A = (0, 0), B = (b, 0), C = (x, y) with b, y ≥ 0, all at
-height 0 but for rounding; what rounding leaves there is the host's `tilt`. Edge k runs from vertex
-k to the next, the host on its left.
+In its frame a triangle T has the vertices A = (0, 0), B = (b, 0), C = (x, y) with b, y ≥ 0, all at
+height 0 but for rounding; what rounding leaves there is its `tilt`. Edge k runs from vertex k to
+the next, T on its left.
 
-The **lens**. A mesh goes on beyond the edges of a triangle. Over edge k, beyond which there is a
-known neighbour N, let the flat tent be the triangle in the host's plane with angles α and β at the
+**Edge wedges.** A mesh goes on beyond the edges of a triangle. Over edge k, beyond which there is a
+known neighbour N, let the wedge be the flat triangle in the plane of T with angles α and β at the
 ends of the edge. Folded about the edge by the dihedral angle θ it lies in the plane of N, and, if
-α and β are no larger than the angles of N there, in N itself: a point of the tent at height δ over
-the edge is 2 δ sin(θ/2) away from the mesh. If the tents that meet at a vertex have, together with
-the host's own angle, at most π there, the host and its tents are one convex set K.
+α and β are no larger than the angles of N there, in N itself: a point of the wedge at height δ over
+the edge is 2 δ sin(θ/2) away from the mesh. If the wedges that meet at a vertex have, together with
+the angle of T, at most π there, T and its wedges are one convex set K.
 
 Angles are handled as directions (cos, sin), up to a factor: no arcs, no tangents.
+
+**Rounding.** Coordinates are at most 1 (`local_frames`), so vertices are right to a few u = 2^-53,
+and wedges to 8 u times the length of their edge; they are made lower by 2^-40 of it.
 """
 
 from dataclasses import dataclass, fields
-from typing import TypeAlias
 
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.bounds.vectors import Vectors, cross, dot, length
 
-Direction: TypeAlias = tuple[FloatArray, FloatArray]
-
 SHRUNK = 1.0 - 2.0**-40
-"""Tents are made lower by this, more than their angles may be wrong by."""
+"""Wedges are made lower by this, more than their angles may be wrong by."""
 
 STEEPEST = 16.0
-"""Slope of a tent at the most."""
+"""Slope of a wedge at the most."""
 
 NEXT, BEFORE = [1, 2, 0], [2, 0, 1]
 """The edge after each edge, and the one before it."""
 
 THIN = 2.0**-20
-"""Triangles that are thinner than this share of their length have no tents: all they could gain is
+"""Triangles that are thinner than this share of their length have no wedges: all they could gain is
 less than their height."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ReferenceTriangles:
-    """m triangles and their tents.
+    """m triangles and their wedges.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class ReferenceTriangles:
     tilt : ndarray of float64, shape (m,)
         No vertex is further than this from its place in the plane.
     begins, ends : ndarray of float64, shape (3, m)
-        Slopes of the tent over each edge; 0 where there is none.
+        Slopes of the wedge over each edge; 0 where there is none.
     folds : ndarray of float64, shape (3, m)
         2 sin(θ/2).
     """
@@ -72,30 +72,30 @@ class ReferenceTriangles:
     folds: FloatArray
 
     def take(self, rows: Ints) -> "ReferenceTriangles":
-        """Some of the hosts."""
+        """Some of the triangles."""
         return ReferenceTriangles(*(getattr(self, field.name)[..., rows] for field in fields(self)))
 
-    def at(self, shares: FloatArray) -> FloatArray:
-        """Places in the plane with these barycentric coordinates (k, 3, m): shape (k, 2, m)."""
-        a, b, c = self.corners
-        places: FloatArray = shares[:, :1] * a + shares[:, 1:2] * b + shares[:, 2:] * c
-        return places
+    def framed(self, nets: FloatArray, scale: FloatArray) -> FloatArray:
+        """Nets (m, 3, …), or (m, 4, …) times their weights, in the frames; weights remain.
 
-    def framed(self, nets: FloatArray) -> FloatArray:
-        """Nets (m, 3, …), or (m, 4, …) times their weights, in the frames; weights remain."""
+        Coordinates are multiplied by powers of two (m,) first.
+        """
         flat = nets.reshape(*nets.shape[:2], -1)
         origin, turn = self.origin.T[..., np.newaxis], self.axes.transpose(2, 0, 1)
+        points, weights = flat[:, :3] * scale[:, np.newaxis, np.newaxis], flat[:, 3:]
         if nets.shape[1] == 4:
-            turned = turn @ (flat[:, :3] - flat[:, 3:] * origin)
-            turned = np.concatenate([turned, flat[:, 3:]], axis=1)
+            turned = np.concatenate([turn @ (points - weights * origin), weights], axis=1)
         else:
-            turned = turn @ (flat - origin)
+            points -= origin
+            turned = turn @ points
         made: FloatArray = turned.reshape(nets.shape)
         return made
 
 
-def hosts_of(vertices: FloatArray, across: FloatArray, joined: Bools) -> ReferenceTriangles:
-    """The hosts with these vertices (3, 3, m), axis 1 their coordinates.
+def reference_triangles(
+    vertices: FloatArray, across: FloatArray, joined: Bools
+) -> ReferenceTriangles:
+    """The triangles with these vertices (3, 3, m), axis 1 their coordinates.
 
     Parameters
     ----------
@@ -103,9 +103,11 @@ def hosts_of(vertices: FloatArray, across: FloatArray, joined: Bools) -> Referen
         The vertex opposite each edge in the triangle beyond it, if it is `joined`, shape (3, m).
     """
     origin = vertices[0]
-    sides = vertices[1:] - origin
-    axes = _frame(sides[0], sides[1])
-    seen = in_frame(np.concatenate([sides, across - origin]), axes)
+    axes = _frame(vertices[1] - origin, vertices[2] - origin)
+    away = np.concatenate([vertices[1:], across]) - origin
+    seen = away[:, :1] * axes[:, 0]
+    seen += away[:, 1:2] * axes[:, 1]
+    seen += away[:, 2:] * axes[:, 2]
     (b, low, up_b), (_, y, up_c) = seen[:2]
     tilt = np.maximum(np.abs(up_b), np.abs(up_c)) + np.abs(low)
     corners = np.zeros((3, 2, len(b)))
@@ -116,16 +118,8 @@ def hosts_of(vertices: FloatArray, across: FloatArray, joined: Bools) -> Referen
     tangents = along / np.where(point, 1.0, lengths)[:, np.newaxis]
     tangents[:, 0][point] = 1.0
     joined = joined & (y > THIN * lengths.max(axis=0))
-    begins, ends, folds = _tents(corners, tangents, lengths, seen[2:], joined)
-    return ReferenceTriangles(origin, axes, corners, tangents, lengths, tilt, begins, ends, folds)
-
-
-def in_frame(vectors: FloatArray, axes: FloatArray) -> FloatArray:
-    """Coordinates (k, 3, m) of vectors (k, 3, m) along axes (3, 3, m)."""
-    made = vectors[:, :1] * axes[:, 0]
-    made += vectors[:, 1:2] * axes[:, 1]
-    made += vectors[:, 2:] * axes[:, 2]
-    return made
+    wedges = _wedges(corners, tangents, lengths, seen[2:], joined)
+    return ReferenceTriangles(origin, axes, corners, tangents, lengths, tilt, *wedges)
 
 
 def _frame(first: Vectors, second: Vectors) -> FloatArray:
@@ -141,24 +135,27 @@ def _frame(first: Vectors, second: Vectors) -> FloatArray:
         first, size = np.where(point, second, first), np.where(point, other, size)
     one = first / np.where(size > 0, size, 1.0)
     one[0][size == 0] = 1.0
-    two = second
-    for _ in range(2):
-        two = two - dot(two, one) * one
+    two = _orthogonal(second, one)
     size = length(two)
     # A second side along the first gives no direction; a coordinate axis does.
     lost = size <= 2.0**-48 * other
     if lost.any():
         least = np.abs(one).argmin(axis=0)
-        any_other = (np.arange(3)[:, np.newaxis] == least).astype(np.float64)
-        for _ in range(2):
-            any_other = any_other - dot(any_other, one) * one
-        two = np.where(lost, any_other, two)
+        axis = (np.arange(3)[:, np.newaxis] == least).astype(np.float64)
+        two = np.where(lost, _orthogonal(axis, one), two)
         size = length(two)
     two = two / size
     return np.array([one, two, cross(one, two)])
 
 
-def _tents(
+def _orthogonal(vectors: Vectors, unit: Vectors) -> Vectors:
+    """What vectors have across unit vectors."""
+    for _ in range(2):
+        vectors = vectors - dot(vectors, unit) * unit
+    return vectors
+
+
+def _wedges(
     corners: FloatArray,
     tangents: FloatArray,
     lengths: FloatArray,
@@ -175,40 +172,26 @@ def _tents(
     reach = np.where(joined, reach, 0.0)
     unit = np.where(joined, reach, 1.0)
     folds = np.sqrt((out / unit - 1.0) ** 2 + (high / unit) ** 2)
-    # The neighbour's angles at the beginning of edge k, and at the end of the edge before it.
+    # Directions (2, 2, 3, m): the neighbour's angles at the beginning of edge k, and at the end of
+    # the edge before it.
     cosines = np.array([np.where(joined, s, 1.0), np.where(joined, lengths - s, 1.0)[BEFORE]])
-    angle = cosines, np.array([reach, reach[BEFORE]])
+    angle = np.array([cosines, [reach, reach[BEFORE]]])
     before = tangents[BEFORE]
-    rest = (
-        before[:, 0] * tangents[:, 0] + before[:, 1] * tangents[:, 1],
-        np.maximum(before[:, 0] * tangents[:, 1] - before[:, 1] * tangents[:, 0], 0.0),
+    rest = np.array(
+        [
+            before[:, 0] * tangents[:, 0] + before[:, 1] * tangents[:, 1],
+            np.maximum(before[:, 0] * tangents[:, 1] - before[:, 1] * tangents[:, 0], 0.0),
+        ]
     )
-    half = 1.0 + rest[0], rest[1]
-    # What the other tent at the vertex leaves, or half of what there is.
-    other = angle[0][::-1], angle[1][::-1]
-    begins, ends = _slope(_smaller(angle, _larger(half, _difference(rest, other))))
-    return begins, ends[NEXT], folds
-
-
-def _slope(angle: Direction) -> FloatArray:
-    """The tangent of an angle of at most π, up to the steepest that there is."""
+    # What the other wedge at the vertex leaves, or half of what there is.
+    other = angle[:, ::-1]
+    left = np.array(
+        [rest[0] * other[0] + rest[1] * other[1], rest[1] * other[0] - rest[0] * other[1]]
+    )
+    half = np.array([1.0 + rest[0], rest[1]])[:, np.newaxis]
+    left = np.where(half[0] * left[1] <= left[0] * half[1], half, left)
+    angle = np.where(angle[0] * left[1] >= left[0] * angle[1], angle, left)
+    # Tangents of angles of at most π.
     steep = angle[0] * STEEPEST <= angle[1]
-    slope: FloatArray = np.where(steep, STEEPEST, angle[1] / np.where(steep, 1.0, angle[0]))
-    return slope * SHRUNK
-
-
-def _difference(first: Direction, second: Direction) -> Direction:
-    return (
-        first[0] * second[0] + first[1] * second[1],
-        first[1] * second[0] - first[0] * second[1],
-    )
-
-
-def _smaller(first: Direction, second: Direction) -> Direction:
-    chosen = first[0] * second[1] >= first[1] * second[0]
-    return np.where(chosen, first[0], second[0]), np.where(chosen, first[1], second[1])
-
-
-def _larger(first: Direction, second: Direction) -> Direction:
-    chosen = first[0] * second[1] <= first[1] * second[0]
-    return np.where(chosen, first[0], second[0]), np.where(chosen, first[1], second[1])
+    slope = np.where(steep, STEEPEST, angle[1] / np.where(steep, 1.0, angle[0])) * SHRUNK
+    return slope[0], slope[1][NEXT], folds

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from service.engine.bounds.blossoms import half_nets, triangle_nets
+from service.engine.bounds.blossoms import triangle_nets
 from service.engine.bounds.certificate import certify
 from service.engine.bounds.certificate_rounding import UNIT, check_goal, floor, roundings
 from service.engine.bounds.goal import Goal, View
@@ -38,32 +38,21 @@ def errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
     weights = None if batch.weights is None else batch.weights[0]
     middle = [Fraction(float(x)) for x in ground.middles[:, 0]]
     worst = 0.0
-    for half in (False, True):
-        if half:
-            made, corners = (
-                half_nets(nets.items, u[:2], v[::2]),
-                ([u[0], u[1], u[0]], [v[0], v[0], v[2]]),
-            )
+    found = triangles.exact_triangle(triangle_nets(nets.items, u, v)[0].T)
+    for place in triangles.places(3):
+        a, b = (
+            sum((s * Fraction(float(t[0])) for s, t in zip(place, axis, strict=True)), Fraction(0))
+            for axis in (u, v)
+        )
+        if isinstance(batch, TensorPatches):
+            wanted = exact.surface_point(exact.exact_net(batch.points[0], weights), a, b)
         else:
-            made, corners = triangle_nets(nets.items, u, v), ([*u], [*v])
-        found = triangles.exact_triangle(made[0].T)
-        for place in triangles.places(3):
-            a, b = (
-                sum(
-                    (s * Fraction(float(t[0])) for s, t in zip(place, axis, strict=True)),
-                    Fraction(0),
-                )
-                for axis in corners
-            )
-            if isinstance(batch, TensorPatches):
-                wanted = exact.surface_point(exact.exact_net(batch.points[0], weights), a, b)
-            else:
-                s, t = a * (1 - b), b
-                net = triangles.exact_triangle(batch.points[0], weights)
-                wanted = triangles.value(net, (1 - s - t, s, t))
-            point = exact_point(triangles.value(found, place))
-            gap = [x + m - y for x, m, y in zip(point, middle, exact_point(wanted), strict=True)]
-            worst = max(worst, float(sum(x * x for x in gap)) ** 0.5)
+            s, t = a * (1 - b), b
+            net = triangles.exact_triangle(batch.points[0], weights)
+            wanted = triangles.value(net, (1 - s - t, s, t))
+        point = exact_point(triangles.value(found, place))
+        gap = [x + m - y for x, m, y in zip(point, middle, exact_point(wanted), strict=True)]
+        worst = max(worst, float(sum(x * x for x in gap)) ** 0.5)
     return worst / (UNIT * roundings(p, q) * float(ground.sizes[0]))
 
 
