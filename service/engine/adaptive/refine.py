@@ -1,6 +1,6 @@
 """Triangulations that are near enough, proved triangle by triangle.
 
-    cells → outlines → triangles → certificate, a closer look → cut what fails, and again
+    cells → outlines → triangles → certificate, refined bounds → cut what fails, and again
 
 Only what a round changed is looked at again in the next (`draft`).
 
@@ -33,7 +33,7 @@ from service.engine.adaptive.cutting.cells import divided
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.draft import Draft, Store
 from service.engine.adaptive.limits import Budget, Effort
-from service.engine.adaptive.refined_bound import candidates, looked_closer
+from service.engine.adaptive.refined_bound import CLOSE, refine_bounds
 from service.engine.adaptive.triangulation import Triangulation
 from service.engine.bounds.certificate import Parts, certify
 from service.engine.bounds.faces import Faces
@@ -98,7 +98,7 @@ class Proofs:
     deviation, mesh : ndarray of float64, shape (T,)
     passed : ndarray of bool, shape (T,)
     close : ndarray of bool, shape (T,)
-        What was measured against other triangles than its own and those beside it.
+        What was measured in quarters, also against the triangles beside its own.
     """
 
     def __init__(self) -> None:
@@ -116,10 +116,9 @@ class Proofs:
             for values in (self.passed, self.close)
         )
         todo = dirty | dirty[draft.host] | ((draft.base >= 0) & dirty[draft.base])
-        near = (self.close & ~todo & draft.alive).nonzero()[0]
-        if len(near):
-            others = candidates(draft, draft.host[near], draft.base[near])
-            todo[near[dirty[others].any(axis=0)]] = True
+        close = (self.close & ~todo & draft.alive).nonzero()[0]
+        beside = draft.beside[draft.host[close]]
+        todo[close[(dirty[beside] & (beside >= 0)).any(axis=1)]] = True
         todo &= draft.alive & (draft.host >= 0)
         these = todo.nonzero()[0]
         self.close[these] = False
@@ -127,7 +126,7 @@ class Proofs:
             self._prove(draft, these[first:last])
 
     def _prove(self, draft: Draft, these: Ints) -> None:
-        """Bounds of some triangles: against their hosts, the bases of strips, and what is near."""
+        """Bounds of some triangles: against their hosts, the bases of strips, those beside."""
         task, count = draft.task, len(these)
         other = ((draft.base[these] >= 0) & (draft.base[these] != these)).nonzero()[0]
         rows = np.concatenate([these, these[other]])
@@ -146,9 +145,10 @@ class Proofs:
             better &= mesh[other] <= 2.0 * allowed[count:]
             chosen = other[better]
             deviation[chosen], passed[chosen] = found.deviation[count:][better], True
-        wide = (~passed & (mesh <= 2.0 * allowed[:count])).nonzero()[0]
+        tried = ~passed & (mesh <= 2.0 * allowed[:count]) & (deviation <= CLOSE * allowed[:count])
+        wide = tried.nonzero()[0]
         if len(wide):
-            bound, near = looked_closer(draft, these[wide])
+            bound, near = refine_bounds(draft, these[wide])
             deviation[wide[near]], passed[wide[near]] = bound[near], True
             self.close[these[wide[near]]] = True
         self.deviation[these], self.mesh[these], self.passed[these] = deviation, mesh, passed

@@ -28,9 +28,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from service.bases.arrays import FloatArray, Ints
+from service.bases.arrays import Bools, FloatArray, Ints
 
 Exponents: TypeAlias = tuple[int, ...]
+
+NEXT, BEFORE = [1, 2, 0], [2, 0, 1]
+"""The corner, or edge, after each of a triangle, and the one before it."""
 
 
 @lru_cache(maxsize=256)
@@ -105,22 +108,52 @@ def box_nets(nets: FloatArray, along_u: FloatArray, along_v: FloatArray) -> Floa
     return made
 
 
-def triangle_nets(nets: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
-    """Nets (m, D, N) over the triangles with corners (u_k, v_k), in the order of `exponents`.
+def triangle_nets(nets: FloatArray, places: FloatArray, *, ordered: bool = True) -> FloatArray:
+    """Nets (m, D, N) over triangles of parameters, in the order of `exponents`.
 
     Parameters
     ----------
     nets : ndarray of float64, shape (m, D, p+1, q+1)
-    u, v : ndarray of float64, shape (3, m)
+    places : ndarray of float64, shape (3, 2, m)
+        The corners (u_k, v_k).
+    ordered : bool
+        Whether the corners of a net are in that order. If they need not be, nets of triangles that
+        are halves of boxes are made of those of the boxes, which have fewer points.
     """
     p, q = nets.shape[2] - 1, nets.shape[3] - 1
-    if p == q:  # rows of both directions in one go
-        along = rows(p, np.concatenate([u, v], axis=1))
-        both = box_nets(nets, along[: u.shape[1]], along[u.shape[1] :])
-    else:
-        both = box_nets(nets, rows(p, u), rows(q, v))
-    made: FloatArray = both.reshape(*both.shape[:2], -1) @ _dealt(p, q)
+    if ordered:
+        return _combined(nets, places, _dealt(p, q))
+    right, sides = _right_angles(places)
+    if right.all():
+        return _combined(nets, sides, _halved(p, q))
+    made = np.empty((*nets.shape[:2], _dealt(p, q).shape[1]))
+    for some, at, shares in ((right, sides, _halved(p, q)), (~right, places, _dealt(p, q))):
+        if some.any():
+            made[some] = _combined(nets[some], at[..., some], shares)
     return made
+
+
+def _combined(nets: FloatArray, places: FloatArray, shares: FloatArray) -> FloatArray:
+    """Shares of the blossoms of nets at arguments (k, 2, m): shape (m, D, N)."""
+    p, q, count = nets.shape[2] - 1, nets.shape[3] - 1, places.shape[2]
+    if p == q:  # both directions in one go
+        along = rows(p, np.concatenate([places[:, 0], places[:, 1]], axis=1))
+        both = box_nets(nets, along[:count], along[count:])
+    else:
+        both = box_nets(nets, rows(p, places[:, 0]), rows(q, places[:, 1]))
+    made: FloatArray = both.reshape(*both.shape[:2], -1) @ shares
+    return made
+
+
+def _right_angles(places: FloatArray) -> tuple[Bools, FloatArray]:
+    """Which triangles (3, 2, m) are halves of boxes, and the sides (2, 2, m) of these.
+
+    The right angle is at (u_0, v_0), the other corners are (u_1, v_0) and (u_0, v_1).
+    """
+    u, v = (places[:, axis] == places[NEXT, axis] for axis in (0, 1))
+    right = (u & v[BEFORE]) | (v & u[BEFORE])
+    corner = np.take_along_axis(places, right.argmax(axis=0)[np.newaxis, np.newaxis], axis=0)[0]
+    return right.any(axis=0), np.array([corner, places.min(axis=0) + places.max(axis=0) - corner])
 
 
 @lru_cache(maxsize=256)
@@ -141,5 +174,17 @@ def _dealt(p: int, q: int) -> FloatArray:
             ways = prod(comb(n, k) for n, k in zip(both, a, strict=True))
             shares[i, j, place[both]] = ways / comb(p + q, p)
     matrix = shares.reshape(-1, len(place))
+    matrix.flags.writeable = False
+    return matrix
+
+
+@lru_cache(maxsize=64)
+def _halved(p: int, q: int) -> FloatArray:
+    """Shares of the points of a box in those of its half, ((p+1) (q+1), N).
+
+    The corners (0, 0), (1, 0), (0, 1) of the unit square make blossoms of its own points.
+    """
+    along_u, along_v = rows(p, np.array([[0.0], [1], [0]])), rows(q, np.array([[0.0], [0], [1]]))
+    matrix: FloatArray = np.kron(along_u[0], along_v[0]).T @ _dealt(p, q)
     matrix.flags.writeable = False
     return matrix

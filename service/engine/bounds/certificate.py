@@ -164,7 +164,8 @@ def _measured(
             vertices, across = (
                 columns.take(ids, axis=1).swapaxes(0, 1) for ids in (parts.host[part].T, beyond)
             )
-            frames = local_frames(ground, nets, patch, vertices, (across, beyond >= 0))
+            beside = across, beyond >= 0
+            frames = local_frames(ground, nets, patch, vertices, beside, ordered=goal.two_sided)
             if is_high:
                 patches, which = np.unique(patch, return_inverse=True)
                 own = nets.items[ground.row[patches]]

@@ -60,6 +60,8 @@ class LocalFrames:
         What the roundings of positions and of patches may do. Model units.
     rounding : float
         What rounding may do to a point, and to distances, in local units.
+    ordered : bool
+        Whether the corners of nets have to be in the order of the places.
     """
 
     triangles: ReferenceTriangles
@@ -67,11 +69,12 @@ class LocalFrames:
     unit: FloatArray
     slack: FloatArray
     rounding: float
+    ordered: bool
 
     def over(self, nets: FloatArray, places: FloatArray) -> Piece:
         """The surface of patches (m, D, p+1, q+1), in model units, over triangles (3, 2, m)."""
         framed = self.triangles.framed(nets, 1.0 / self.unit)
-        net = triangle_nets(framed, places[:, 0], places[:, 1])
+        net = triangle_nets(framed, places, ordered=self.ordered)
         return Piece(net, 0.0, self._deviation(net))
 
     def near(self, nets: FloatArray, patch: Ints, sizes: FloatArray, places: FloatArray) -> Piece:
@@ -94,7 +97,8 @@ class LocalFrames:
         begin, end = places.min(axis=0), places.max(axis=0)
         wide = end > begin
         inner = np.where(wide, (places - begin) / np.where(wide, end - begin, 1.0), 0.0)
-        net = triangle_nets(self.triangles.framed(low[box], share), inner[:, 0], inner[:, 1])
+        framed = self.triangles.framed(low[box], share)
+        net = triangle_nets(framed, inner, ordered=self.ordered)
         gap = gaps[box] * share
         bound = self._deviation(net) + gap
         # What hardly bends has all of its net near the triangle, though not near a cubic one.
@@ -200,6 +204,8 @@ def local_frames(
     patch: Ints,
     vertices: FloatArray,
     beyond: tuple[FloatArray, Bools],
+    *,
+    ordered: bool,
 ) -> LocalFrames:
     """The frames of pieces over these patches, of one degree.
 
@@ -223,4 +229,5 @@ def local_frames(
         unit,
         slack,
         UNIT * roundings(*nets.degree),
+        ordered,
     )

@@ -22,6 +22,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.bounds.blossoms import BEFORE, NEXT
 from service.engine.bounds.vectors import Vectors, cross, dot, length
 
 SHRUNK = 1.0 - 2.0**-40
@@ -29,9 +30,6 @@ SHRUNK = 1.0 - 2.0**-40
 
 STEEPEST = 16.0
 """Slope of a wedge at the most."""
-
-NEXT, BEFORE = [1, 2, 0], [2, 0, 1]
-"""The edge after each edge, and the one before it."""
 
 THIN = 2.0**-20
 """Triangles that are thinner than this share of their length have no wedges: all they could gain is

@@ -38,7 +38,7 @@ def errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
     weights = None if batch.weights is None else batch.weights[0]
     middle = [Fraction(float(x)) for x in ground.middles[:, 0]]
     worst = 0.0
-    found = triangles.exact_triangle(triangle_nets(nets.items, u, v)[0].T)
+    found = triangles.exact_triangle(triangle_nets(nets.items, np.stack([u, v], axis=1))[0].T)
     for place in triangles.places(3):
         a, b = (
             sum((s * Fraction(float(t[0])) for s, t in zip(place, axis, strict=True)), Fraction(0))
