@@ -36,7 +36,7 @@ SWAGGER := service/api/static/swagger-ui
 THREE   := service/api/static/three
 
 .DEFAULT_GOAL := help
-.PHONY: help serve test pytest check format openapi types bench bench-occ test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify judge memory mutants web picture lock image image-test sbom audit licences release-check clean
+.PHONY: help serve test pytest check format openapi types generated bench bench-occ test-disk test-s3 test-api test-attack fuzz test-rolling lint-deploy certify judge memory mutants web picture lock image image-test sbom audit licences release-check clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  make %-13s  %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -66,6 +66,9 @@ format: $(VENV)/.dev ## Format the code
 openapi: $(VENV)/.runtime ## Write openapi/openapi.json anew
 	$(BIN)/surface openapi --all > openapi/openapi.json.new
 	mv openapi/openapi.json.new openapi/openapi.json
+
+generated: types ## Write all that the code says once more: openapi/, tables of documents, flags
+	$(BIN)/python -m tools.pages
 
 types: openapi tests/web/node_modules/.package-lock.json ## Write openapi/ and its TypeScript types anew
 	$(NODE) tests/web/types.js > openapi/surface-service.d.ts.new

@@ -1903,44 +1903,44 @@ export interface components {
             ];
             /**
              * Tolerance
-             * @description Instead of a resolution: a distance in model units. No point of the surface is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`).
+             * @description How far the surface may be from the mesh, in model units. No point of it is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. It takes the place of a resolution. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`).
              * @example 0.001
              */
             tolerance?: number;
             /**
              * Relative Tolerance
-             * @description The tolerance as a share of the diagonal of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`.
+             * @description The tolerance as a share of the model's diagonal. The diagonal is that of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`.
              * @example 0.001
              */
             relative_tolerance?: number;
             /**
              * Angle Tolerance
-             * @description Radians: how far apart the normals at two vertices of one edge of the mesh may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance.
+             * @description How many radians apart the normals at the two ends of an edge may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance.
              * @example 0.2
              */
             angle_tolerance?: number;
             /**
              * Max Triangles
-             * @description Alone: the mesh of the least proved deviation with at most this many triangles; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
+             * @description The most triangles: alone, the mesh with the least deviation that they allow. Fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
              * @example 2000
              */
             max_triangles?: number;
             /**
              * Max Bytes
-             * @description The same for the bytes of the answer in its format.
+             * @description The most bytes of the answer in its format; alone and beside a tolerance as `max_triangles` is for triangles.
              * @example 100000
              */
             max_bytes?: number;
             /**
              * Two Sided
-             * @description Whether the other distance is bounded, too: no point of the mesh is further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget.
+             * @description Whether the distance from the mesh to the surface is bounded, too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget.
              * @default false
              * @example true
              */
             two_sided?: boolean;
             /**
              * Faces
-             * @description Kind of faces. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is.
+             * @description Kind of faces: `triangles`, `quads` or `none`. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is.
              * @default triangles
              * @example quads
              * @enum {string}
@@ -1954,13 +1954,13 @@ export interface components {
             normals?: boolean;
             /**
              * Uvs
-             * @description Whether vertices carry their parameters (u, v): those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here.
+             * @description Whether vertices carry their parameters (u, v). They are those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here.
              * @default false
              */
             uvs?: boolean;
             /**
              * Curvatures
-             * @description Whether vertices carry the Gaussian and the mean curvature of the surface itself, as attributes `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons.
+             * @description Whether vertices carry the surface's Gaussian and mean curvature. They are attributes, `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes, and those of the surface itself, not of the mesh. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons.
              * @default false
              * @example true
              */
@@ -1973,7 +1973,7 @@ export interface components {
             weld?: boolean;
             /**
              * Crease Angle
-             * @description Radians. Where patches meet at a larger angle their normals stay apart.
+             * @description Angle in radians above which the normals of neighbouring patches stay apart.
              * @default 0.017453292519943295
              * @example 0.5
              */
@@ -2007,7 +2007,7 @@ export interface components {
             ];
             /**
              * Wires
-             * @description What isoparametric curves are drawn as: `lines` where the format has lines, `tubes`, or `ribbons` that lie flat on the surface, a twentieth of their width above its faces.
+             * @description What isoparametric curves are drawn as: `lines`, `tubes` or `ribbons`. Lines only where the format has them; ribbons lie flat on the surface, a twentieth of their width above its faces.
              * @default lines
              * @example tubes
              * @enum {string}
@@ -2015,7 +2015,7 @@ export interface components {
             wires?: "lines" | "tubes" | "ribbons";
             /**
              * Wire Width
-             * @description Diameter of the tubes, width of the ribbons, in model units; a 300th of the diagonal of the control points if left out.
+             * @description Diameter of the tubes or width of the ribbons, in model units. A 300th of the diagonal of the control points if left out.
              * @example 0.02
              */
             wire_width?: number;
@@ -2028,7 +2028,7 @@ export interface components {
             wire_sides?: number;
             /**
              * Method
-             * @description How samples are computed. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures.
+             * @description How samples are computed: by one of three algorithms. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures.
              * @default matrix
              * @example de_casteljau
              * @enum {string}
@@ -2036,21 +2036,21 @@ export interface components {
             method?: "matrix" | "de_casteljau" | "forward_difference";
             /**
              * Oogl
-             * @description Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` (the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side in a point). Other formats do not read it.
+             * @description Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one side in a point). Other formats do not read it.
              * @example bez
              * @enum {string}
              */
             oogl?: "cquad" | "mesh" | "off" | "bez";
             /**
              * Quantize
-             * @description glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
+             * @description Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
              * @default false
              * @example true
              */
             quantize?: boolean;
             /**
              * Compression
-             * @description `meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, vertices and triangles in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells).
+             * @description How the arrays of a glTF are compressed: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells).
              * @default none
              * @example meshopt
              * @enum {string}
@@ -3659,29 +3659,29 @@ export interface operations {
                     number,
                     number
                 ];
-                /** @description Beside a file: Instead of a resolution: a distance in model units. No point of the surface is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`). */
+                /** @description Beside a file: How far the surface may be from the mesh, in model units. No point of it is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. It takes the place of a resolution. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`). */
                 tolerance?: number;
-                /** @description Beside a file: The tolerance as a share of the diagonal of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`. */
+                /** @description Beside a file: The tolerance as a share of the model's diagonal. The diagonal is that of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`. */
                 relative_tolerance?: number;
-                /** @description Beside a file: Radians: how far apart the normals at two vertices of one edge of the mesh may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance. */
+                /** @description Beside a file: How many radians apart the normals at the two ends of an edge may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance. */
                 angle_tolerance?: number;
-                /** @description Beside a file: Alone: the mesh of the least proved deviation with at most this many triangles; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
+                /** @description Beside a file: The most triangles: alone, the mesh with the least deviation that they allow. Fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
                 max_triangles?: number;
-                /** @description Beside a file: The same for the bytes of the answer in its format. */
+                /** @description Beside a file: The most bytes of the answer in its format; alone and beside a tolerance as `max_triangles` is for triangles. */
                 max_bytes?: number;
-                /** @description Beside a file: Whether the other distance is bounded, too: no point of the mesh is further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Left out: false. */
+                /** @description Beside a file: Whether the distance from the mesh to the surface is bounded, too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Left out: false. */
                 two_sided?: boolean;
-                /** @description Beside a file: Kind of faces. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. Left out: "triangles". */
+                /** @description Beside a file: Kind of faces: `triangles`, `quads` or `none`. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. Left out: "triangles". */
                 faces?: "triangles" | "quads" | "none";
                 /** @description Beside a file: Whether vertices carry analytic unit normals. Left out: true. */
                 normals?: boolean;
-                /** @description Beside a file: Whether vertices carry their parameters (u, v): those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. Left out: false. */
+                /** @description Beside a file: Whether vertices carry their parameters (u, v). They are those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. Left out: false. */
                 uvs?: boolean;
-                /** @description Beside a file: Whether vertices carry the Gaussian and the mean curvature of the surface itself, as attributes `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. Left out: false. */
+                /** @description Beside a file: Whether vertices carry the surface's Gaussian and mean curvature. They are attributes, `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes, and those of the surface itself, not of the mesh. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. Left out: false. */
                 curvatures?: boolean;
                 /** @description Beside a file: Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. Left out: true. */
                 weld?: boolean;
-                /** @description Beside a file: Radians. Where patches meet at a larger angle their normals stay apart. Left out: 0.017453292519943295. */
+                /** @description Beside a file: Angle in radians above which the normals of neighbouring patches stay apart. Left out: 0.017453292519943295. */
                 crease_angle?: number;
                 /** @description Beside a file: Lines to draw beside the faces, where the format has lines. Left out: []. */
                 overlays?: ("control_net" | "boundary")[];
@@ -3690,19 +3690,19 @@ export interface operations {
                     number,
                     number
                 ];
-                /** @description Beside a file: What isoparametric curves are drawn as: `lines` where the format has lines, `tubes`, or `ribbons` that lie flat on the surface, a twentieth of their width above its faces. Left out: "lines". */
+                /** @description Beside a file: What isoparametric curves are drawn as: `lines`, `tubes` or `ribbons`. Lines only where the format has them; ribbons lie flat on the surface, a twentieth of their width above its faces. Left out: "lines". */
                 wires?: "lines" | "tubes" | "ribbons";
-                /** @description Beside a file: Diameter of the tubes, width of the ribbons, in model units; a 300th of the diagonal of the control points if left out. */
+                /** @description Beside a file: Diameter of the tubes or width of the ribbons, in model units. A 300th of the diagonal of the control points if left out. */
                 wire_width?: number;
                 /** @description Beside a file: Sides of a tube. Left out: 8. */
                 wire_sides?: number;
-                /** @description Beside a file: How samples are computed. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. Left out: "matrix". */
+                /** @description Beside a file: How samples are computed: by one of three algorithms. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. Left out: "matrix". */
                 method?: "matrix" | "de_casteljau" | "forward_difference";
-                /** @description Beside a file: Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` (the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
+                /** @description Beside a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description Beside a file: glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Left out: false. */
+                /** @description Beside a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Left out: false. */
                 quantize?: boolean;
-                /** @description Beside a file: `meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, vertices and triangles in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Left out: "none". */
+                /** @description Beside a file: How the arrays of a glTF are compressed: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Left out: "none". */
                 compression?: "none" | "meshopt";
             };
             header?: never;
@@ -3799,29 +3799,29 @@ export interface operations {
                     number,
                     number
                 ];
-                /** @description Beside a file: Instead of a resolution: a distance in model units. No point of the surface is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`). */
+                /** @description Beside a file: How far the surface may be from the mesh, in model units. No point of it is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. It takes the place of a resolution. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`). */
                 tolerance?: number;
-                /** @description Beside a file: The tolerance as a share of the diagonal of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`. */
+                /** @description Beside a file: The tolerance as a share of the model's diagonal. The diagonal is that of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`. */
                 relative_tolerance?: number;
-                /** @description Beside a file: Radians: how far apart the normals at two vertices of one edge of the mesh may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance. */
+                /** @description Beside a file: How many radians apart the normals at the two ends of an edge may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance. */
                 angle_tolerance?: number;
-                /** @description Beside a file: Alone: the mesh of the least proved deviation with at most this many triangles; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
+                /** @description Beside a file: The most triangles: alone, the mesh with the least deviation that they allow. Fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
                 max_triangles?: number;
-                /** @description Beside a file: The same for the bytes of the answer in its format. */
+                /** @description Beside a file: The most bytes of the answer in its format; alone and beside a tolerance as `max_triangles` is for triangles. */
                 max_bytes?: number;
-                /** @description Beside a file: Whether the other distance is bounded, too: no point of the mesh is further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Left out: false. */
+                /** @description Beside a file: Whether the distance from the mesh to the surface is bounded, too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Left out: false. */
                 two_sided?: boolean;
-                /** @description Beside a file: Kind of faces. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. Left out: "triangles". */
+                /** @description Beside a file: Kind of faces: `triangles`, `quads` or `none`. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is. Left out: "triangles". */
                 faces?: "triangles" | "quads" | "none";
                 /** @description Beside a file: Whether vertices carry analytic unit normals. Left out: true. */
                 normals?: boolean;
-                /** @description Beside a file: Whether vertices carry their parameters (u, v): those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. Left out: false. */
+                /** @description Beside a file: Whether vertices carry their parameters (u, v). They are those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. Left out: false. */
                 uvs?: boolean;
-                /** @description Beside a file: Whether vertices carry the Gaussian and the mean curvature of the surface itself, as attributes `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. Left out: false. */
+                /** @description Beside a file: Whether vertices carry the surface's Gaussian and mean curvature. They are attributes, `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes, and those of the surface itself, not of the mesh. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons. Left out: false. */
                 curvatures?: boolean;
                 /** @description Beside a file: Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. Left out: true. */
                 weld?: boolean;
-                /** @description Beside a file: Radians. Where patches meet at a larger angle their normals stay apart. Left out: 0.017453292519943295. */
+                /** @description Beside a file: Angle in radians above which the normals of neighbouring patches stay apart. Left out: 0.017453292519943295. */
                 crease_angle?: number;
                 /** @description Beside a file: Lines to draw beside the faces, where the format has lines. Left out: []. */
                 overlays?: ("control_net" | "boundary")[];
@@ -3830,19 +3830,19 @@ export interface operations {
                     number,
                     number
                 ];
-                /** @description Beside a file: What isoparametric curves are drawn as: `lines` where the format has lines, `tubes`, or `ribbons` that lie flat on the surface, a twentieth of their width above its faces. Left out: "lines". */
+                /** @description Beside a file: What isoparametric curves are drawn as: `lines`, `tubes` or `ribbons`. Lines only where the format has them; ribbons lie flat on the surface, a twentieth of their width above its faces. Left out: "lines". */
                 wires?: "lines" | "tubes" | "ribbons";
-                /** @description Beside a file: Diameter of the tubes, width of the ribbons, in model units; a 300th of the diagonal of the control points if left out. */
+                /** @description Beside a file: Diameter of the tubes or width of the ribbons, in model units. A 300th of the diagonal of the control points if left out. */
                 wire_width?: number;
                 /** @description Beside a file: Sides of a tube. Left out: 8. */
                 wire_sides?: number;
-                /** @description Beside a file: How samples are computed. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. Left out: "matrix". */
+                /** @description Beside a file: How samples are computed: by one of three algorithms. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures. Left out: "matrix". */
                 method?: "matrix" | "de_casteljau" | "forward_difference";
-                /** @description Beside a file: Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` (the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
+                /** @description Beside a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one side in a point). Other formats do not read it. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description Beside a file: glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Left out: false. */
+                /** @description Beside a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`). Left out: false. */
                 quantize?: boolean;
-                /** @description Beside a file: `meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, vertices and triangles in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Left out: "none". */
+                /** @description Beside a file: How the arrays of a glTF are compressed: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells). Left out: "none". */
                 compression?: "none" | "meshopt";
             };
             header?: never;
@@ -4258,53 +4258,53 @@ export interface operations {
                     number
                 ];
                 /**
-                 * @description Instead of a resolution: a distance in model units. No point of the surface is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`).
+                 * @description How far the surface may be from the mesh, in model units. No point of it is further than this from the mesh as it is written, which is proved and not sampled: the report has the bound. It takes the place of a resolution. Patches are divided where the surface bends and in the direction in which it bends; shared edges by rules that depend on the edge alone. Below what the rounding of the written vertices allows it is refused (`tolerance_too_small`).
                  * @example 0.001
                  */
                 tolerance?: number;
                 /**
-                 * @description The tolerance as a share of the diagonal of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`.
+                 * @description The tolerance as a share of the model's diagonal. The diagonal is that of the box about all control points; of a group, those of all members in their places. Not beside `tolerance`.
                  * @example 0.001
                  */
                 relative_tolerance?: number;
                 /**
-                 * @description Radians: how far apart the normals at two vertices of one edge of the mesh may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance.
+                 * @description How many radians apart the normals at the two ends of an edge may point. Sought and not proved: the report has the largest measured, `normal_angle`. Alone, or beside a tolerance.
                  * @example 0.2
                  */
                 angle_tolerance?: number;
                 /**
-                 * @description Alone: the mesh of the least proved deviation with at most this many triangles; fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
+                 * @description The most triangles: alone, the mesh with the least deviation that they allow. Fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
                  * @example 2000
                  */
                 max_triangles?: number;
                 /**
-                 * @description The same for the bytes of the answer in its format.
+                 * @description The most bytes of the answer in its format; alone and beside a tolerance as `max_triangles` is for triangles.
                  * @example 100000
                  */
                 max_bytes?: number;
                 /**
-                 * @description Whether the other distance is bounded, too: no point of the mesh is further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget.
+                 * @description Whether the distance from the mesh to the surface is bounded, too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget.
                  * @example true
                  */
                 two_sided?: boolean;
                 /**
-                 * @description Kind of faces. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is.
+                 * @description Kind of faces: `triangles`, `quads` or `none`. `quads` only where the format has them; `none` leaves the surface out, so that its isoparametric curves or its overlays are all there is.
                  * @example quads
                  */
                 faces?: "triangles" | "quads" | "none";
                 /** @description Whether vertices carry analytic unit normals. */
                 normals?: boolean;
-                /** @description Whether vertices carry their parameters (u, v): those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. */
+                /** @description Whether vertices carry their parameters (u, v). They are those of the surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is said here. */
                 uvs?: boolean;
                 /**
-                 * @description Whether vertices carry the Gaussian and the mean curvature of the surface itself, as attributes `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons.
+                 * @description Whether vertices carry the surface's Gaussian and mean curvature. They are attributes, `gaussian_curvature` and `mean_curvature`, where the format has a place for attributes, and those of the surface itself, not of the mesh. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so that a sphere of radius r whose normals point outwards has −1/r. In a group they are those of the surfaces as they are placed. Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so it is on wires. The report has the least and the greatest. Not for tubes and ribbons.
                  * @example true
                  */
                 curvatures?: boolean;
                 /** @description Whether patches share the vertices of the edges that they share. `false` keeps every sample of every patch as a vertex of its own, patch after patch, sample (i, j) → i (Rv + 1) + j with Rv the divisions along v; also the samples at a pole that no face uses. */
                 weld?: boolean;
                 /**
-                 * @description Radians. Where patches meet at a larger angle their normals stay apart.
+                 * @description Angle in radians above which the normals of neighbouring patches stay apart.
                  * @example 0.5
                  */
                 crease_angle?: number;
@@ -4325,12 +4325,12 @@ export interface operations {
                     number
                 ];
                 /**
-                 * @description What isoparametric curves are drawn as: `lines` where the format has lines, `tubes`, or `ribbons` that lie flat on the surface, a twentieth of their width above its faces.
+                 * @description What isoparametric curves are drawn as: `lines`, `tubes` or `ribbons`. Lines only where the format has them; ribbons lie flat on the surface, a twentieth of their width above its faces.
                  * @example tubes
                  */
                 wires?: "lines" | "tubes" | "ribbons";
                 /**
-                 * @description Diameter of the tubes, width of the ribbons, in model units; a 300th of the diagonal of the control points if left out.
+                 * @description Diameter of the tubes or width of the ribbons, in model units. A 300th of the diagonal of the control points if left out.
                  * @example 0.02
                  */
                 wire_width?: number;
@@ -4340,22 +4340,22 @@ export interface operations {
                  */
                 wire_sides?: number;
                 /**
-                 * @description How samples are computed. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures.
+                 * @description How samples are computed: by one of three algorithms. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the stablest and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the format stores float64), with an error that grows with the resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures.
                  * @example de_casteljau
                  */
                 method?: "matrix" | "de_casteljau" | "forward_difference";
                 /**
-                 * @description Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` (the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side in a point). Other formats do not read it.
+                 * @description Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one side in a point). Other formats do not read it.
                  * @example bez
                  */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
                 /**
-                 * @description glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
+                 * @description Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a 32 766th of the longest side of the box about the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a tolerance holds for what is written. All parts of a surface have one grid, and so have members of a group that meet in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).
                  * @example true
                  */
                 quantize?: boolean;
                 /**
-                 * @description `meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, vertices and triangles in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells).
+                 * @description How the arrays of a glTF are compressed: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. No number changes; beside `quantize` the normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`; `GET /v1/formats` tells).
                  * @example meshopt
                  */
                 compression?: "none" | "meshopt";

@@ -1,29 +1,42 @@
-"""Files that say what the code says: `python -m tools.pages` writes them anew.
+"""Files that say what the code says: `make generated` writes them anew.
 
-These are the tables of docs/settings.md and docs/observability.md, and the alerts as the Prometheus
-Operator wants them. What stands around a table is written by hand, and kept.
+These are the reference (docs/reference.md), the tables of docs/settings.md, of
+docs/observability.md and of the formats in the README, the alerts as the Prometheus Operator wants
+them, the flags of `surface mesh`, and the list of all names that clients use. What stands around a
+table is written by hand, and kept.
 """
 
+import json
 from bisect import bisect_left
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import Any, get_args
 
 import yaml
 from pydantic.fields import FieldInfo
 
 from service.api.app import create_app
+from service.decoders.registry import DECODERS
+from service.encoders.curves.registry import CURVE_FORMATS
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions
 from service.errors import TooLarge
 from service.pipeline.mesh import plan_mesh
+from service.schemas.accuracy import ACCURACY
+from service.schemas.convert import OPERATIONS
+from service.schemas.options import MeshOptionFields
+from service.schemas.surfaces import KINDS, SurfaceDefinition
 from service.settings.environment import values, variable
 from service.settings.values import Settings, result_limits
-from service.surface.examples import find
+from service.surface.examples import EXAMPLES, find
 from service.surface.sizes import SurfaceKind
 from tools.processes import ROOT
 
 ALERTS = ROOT / "deploy" / "prometheus" / "alerts.yaml"
+
+CHANNELS = {"colors": "colours", "uvs": "uvs", "attribute": "attributes"}
+"""What documents call the channels of a format."""
 
 
 def settings_page(text: str) -> str:
@@ -70,10 +83,67 @@ def rules_page(_: str) -> str:
     return f"# Made of deploy/prometheus/alerts.yaml by `python -m tools.pages`.\n{made}"
 
 
+def readme(text: str) -> str:
+    """The README with the table of all formats."""
+    rows = [(f.title, f"`.{f.suffix}`", f"`{f.media_type}`", ", ".join(_holds(f))) for f in FORMATS]
+    return _with_table(text, ("format", "suffix", "media type", "holds"), rows)
+
+
+def reference_page(_: str) -> str:
+    """Every kind of surface with its fields, and every option of a mesh, as OpenAPI has them."""
+    lines = ["# Reference", "", "Written by `make generated` from the models of the interface."]
+    lines += ["", "## Options of a mesh", "", *_fields(MeshOptionFields.model_json_schema())]
+    models = {
+        get_args(member)[1].tag: get_args(member)[0]
+        for member in get_args(get_args(SurfaceDefinition.__value__)[0])
+    }
+    for kind in KINDS:
+        summary = (models[kind].__doc__ or "").strip()
+        told = ["\n".join(map(str.strip, part.splitlines())) for part in summary.split("\n\n")]
+        lines += ["", f"## `{kind}`", "", "\n\n".join(told), ""]
+        lines += _fields(models[kind].model_json_schema())
+    return "\n".join([*lines, ""])
+
+
+def flags(_: str) -> str:
+    """The flags of `surface mesh`, which has no time to import the models: one option a line."""
+    options = MeshOptionFields.model_json_schema()["properties"]
+    rows = [
+        json.dumps(
+            {
+                "name": name,
+                "value": _value(field),
+                "text": _summary(field["description"]).replace("`", ""),
+                "is_accuracy": name in ACCURACY,
+            }
+        )
+        for name, field in options.items()
+    ]
+    return "[\n" + ",\n".join(rows) + "\n]\n"
+
+
+def names(_: str) -> str:
+    """Every name that a client may use: what is lost or new shows in the history of this file."""
+    registries: dict[str, Iterable[str]] = {
+        "formats": (fmt.name for fmt in FORMATS),
+        "curve formats": (fmt.name for fmt in CURVE_FORMATS),
+        "files": (decoder.name for decoder in DECODERS),
+        "kinds": KINDS,
+        "operations": OPERATIONS,
+        "options": MeshOptionFields.model_fields,
+        "examples": EXAMPLES,
+    }
+    return json.dumps({title: list(names) for title, names in registries.items()}, indent=1) + "\n"
+
+
 PAGES: dict[Path, Callable[[str], str]] = {
+    ROOT / "README.md": readme,
+    ROOT / "docs" / "reference.md": reference_page,
     ROOT / "docs" / "settings.md": settings_page,
     ROOT / "docs" / "observability.md": metrics_page,
     ROOT / "deploy" / "kubernetes" / "monitoring" / "rules.yaml": rules_page,
+    ROOT / "service" / "cli" / "flags.json": flags,
+    ROOT / "tests" / "golden" / "names.json": names,
 }
 """Files, and functions that return what must stand in them from what stands in them."""
 
@@ -86,6 +156,47 @@ def _with_table(text: str, head: tuple[str, ...], rows: Iterable[tuple[str, ...]
     end = next((i for i, line in enumerate(lines) if not line.startswith("|")), len(lines))
     table = "".join(f"| {' | '.join(row)} |\n" for row in rows)
     return before + start + table + "".join(lines[end:])
+
+
+def _holds(fmt: Format) -> Iterable[str]:
+    """What a format has a place for, in words."""
+    yield "triangles"
+    yield from ["quads"] * fmt.quads + ["lines"] * fmt.overlays
+    yield from (word for kind, word in CHANNELS.items() if kind in fmt.carries)
+
+
+def _fields(schema: Mapping[str, Any]) -> list[str]:
+    """The table of the fields of a model."""
+    required = schema.get("required", ())
+    rows = [
+        f"| `{name}` | {'required' if name in required else _told(field)} | "
+        f"{' '.join(field.get('description', '').split()).replace('|', '&#124;')} |"
+        for name, field in schema["properties"].items()
+    ]
+    return ["| field | default | what it is |", "| --- | --- | --- |", *rows]
+
+
+def _told(field: Mapping[str, Any]) -> str:
+    """The default of a field as JSON; nothing where leaving it out says nothing."""
+    value = field.get("default")
+    return "" if value in (None, [], {}) else f"`{json.dumps(value)}`"
+
+
+def _summary(description: str) -> str:
+    """The first sentence of a description, without its full stop."""
+    return description.split(". ", maxsplit=1)[0].rstrip(".")
+
+
+def _value(field: Mapping[str, Any]) -> str | None:
+    """What stands behind the flag of an option; None for one that is said or denied."""
+    kind = field.get("type")
+    if kind == "boolean":
+        return None
+    if "oneOf" in field:
+        return "N|U,V"
+    return (
+        "A,B" if kind == "array" else {"integer": "N", "number": "NUMBER"}.get(kind or "", "NAME")
+    )
 
 
 def _largest(surface: SurfaceKind, fmt: Format) -> int:
@@ -112,4 +223,5 @@ def _default(field: FieldInfo) -> str:
 
 if __name__ == "__main__":
     for file, page in PAGES.items():
-        file.write_text(page(file.read_text(encoding="utf-8")), encoding="utf-8")
+        known = file.read_text(encoding="utf-8") if file.exists() else ""
+        file.write_text(page(known), encoding="utf-8")

@@ -1,7 +1,9 @@
 """`surface mesh`: writes the mesh of a surface."""
 
 import argparse
+import json
 from collections.abc import Mapping
+from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -21,39 +23,13 @@ from service.cli.source import (
 if TYPE_CHECKING:
     from service.encoders.format import Format
 
-_SHAPE: tuple[tuple[str, str | None, str], ...] = (
-    ("resolution", "N|U,V", "divisions of every patch (16)"),
-    ("faces", "KIND", "triangles (default), quads or none"),
-    ("normals", None, "unit normals (yes)"),
-    ("uvs", None, "parameters (u, v) where the surface has no uvs of its own (no)"),
-    ("curvatures", None, "Gaussian and mean curvature as attributes (no)"),
-    ("weld", None, "vertices shared along shared edges (yes)"),
-    ("crease_angle", "RADIANS", "keep normals apart beyond (1°)"),
-    ("overlays", "A,B", "lines: control_net, boundary"),
-    ("isocurves", "N|U,V", "curves across every patch (0)"),
-    ("wires", "KIND", "these as lines (default), tubes or ribbons"),
-    ("wire_width", "LENGTH", "width of these (diagonal / 300)"),
-    ("wire_sides", "N", "sides of a tube (8)"),
-    ("method", "NAME", "matrix (default), de_casteljau, forward_difference"),
-    ("oogl", "FORM", "form of OOGL: cquad, mesh, off, bez"),
-    ("quantize", None, "glTF in whole numbers, 16 bits a coordinate (no)"),
-    ("compression", "NAME", "of glTF: none (default), meshopt"),
-)
-"""Options of a mesh: name, what stands behind the flag (None for yes or no), and text. Their models
-would take too long to import for `--help`; a test compares the names."""
+_FLAGS = json.loads(Path(__file__).with_name("flags.json").read_bytes())
+"""The options of a mesh, written by `make generated`: to import their models takes too long."""
 
-_ACCURACY: tuple[tuple[str, str | None, str], ...] = (
-    ("tolerance", "LENGTH", "how far the mesh may be"),
-    ("relative_tolerance", "SHARE", "the same, of the diagonal"),
-    ("angle_tolerance", "RADIANS", "between neighbouring normals"),
-    ("max_triangles", "N", "the best that so many allow"),
-    ("max_bytes", "N", "the best that so many allow"),
-    ("two_sided", None, "bound the distance from the mesh to the surface as well (no)"),
-)
+OPTIONS = tuple(flag["name"] for flag in _FLAGS)
+
+ACCURACY = tuple(flag["name"] for flag in _FLAGS if flag["is_accuracy"])
 """Options that take the place of a resolution."""
-
-ACCURACY = tuple(name for name, _, _ in _ACCURACY)
-OPTIONS = (*ACCURACY, *(name for name, _, _ in _SHAPE))
 
 SEEN = ("camera", "pixel_tolerance")
 """Options that take the place of a resolution, and that only files have."""
@@ -71,17 +47,15 @@ def add(commands: Commands) -> None:
 
 def add_options(mesh: argparse.ArgumentParser) -> None:
     """The options of a mesh; each overrides the same one in the file."""
-    for title, flags in (
-        ("options of the mesh", _SHAPE),
-        ("instead of a resolution: accuracy, proved", _ACCURACY),
-    ):
-        group = mesh.add_argument_group(title)
-        for name, metavar, text in flags:
-            flag = f"--{name.replace('_', '-')}"
-            if metavar is None:
-                group.add_argument(flag, action=argparse.BooleanOptionalAction, help=text)
-            else:
-                group.add_argument(flag, metavar=metavar, help=text)
+    shape = mesh.add_argument_group("options of the mesh")
+    accuracy = mesh.add_argument_group("instead of a resolution: accuracy, proved")
+    for option in _FLAGS:
+        flag = f"--{option['name'].replace('_', '-')}"
+        group = accuracy if option["is_accuracy"] else shape
+        if option["value"] is None:
+            group.add_argument(flag, action=argparse.BooleanOptionalAction, help=option["text"])
+        else:
+            group.add_argument(flag, metavar=option["value"], help=option["text"])
 
 
 def overridden(source: dict[str, Any], chosen: Mapping[str, str]) -> dict[str, Any]:

@@ -34,44 +34,49 @@ class MeshOptionFields(StrictModel):
         examples=[16, [16, 32]],
     )
     tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = optional(
-        "Instead of a resolution: a distance in model units. No point of the surface "
-        "is further than this from the mesh as it is written, which is proved and not sampled: the "
-        "report has the bound. Patches are divided where the surface bends and in the direction "
-        "in which it bends; shared edges by rules that depend on the edge alone. Below what the "
-        "rounding of the written vertices allows it is refused (`tolerance_too_small`).",
+        "How far the surface may be from the mesh, in model units. No point of it is further than "
+        "this from the mesh as it is written, which is proved and not sampled: the report has the "
+        "bound. It takes the place of a resolution. Patches are divided where the surface bends "
+        "and in the direction in which it bends; shared edges by rules that depend on the edge "
+        "alone. Below what the rounding of the written vertices allows it is refused "
+        "(`tolerance_too_small`).",
         0.001,
     )
     relative_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=1)] = optional(
-        "The tolerance as a share of the diagonal of the box about all control points; "
-        "of a group, those of all members in their places. Not beside `tolerance`.",
+        "The tolerance as a share of the model's diagonal. The diagonal is that of the box about "
+        "all control points; of a group, those of all members in their places. Not beside "
+        "`tolerance`.",
         0.001,
     )
     angle_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=pi)] = optional(
-        "Radians: how far apart the normals at two vertices of one edge of the mesh "
-        "may point. Sought and not proved: the report has the largest measured, `normal_angle`. "
-        "Alone, or beside a tolerance.",
+        "How many radians apart the normals at the two ends of an edge may point. Sought and not "
+        "proved: the report has the largest measured, `normal_angle`. Alone, or beside a "
+        "tolerance.",
         0.2,
     )
     max_triangles: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = optional(
-        "Alone: the mesh of the least proved deviation with at most this many triangles; "
-        "fewer than the surface needs at all are refused (`budget_too_small`). Beside a tolerance "
+        "The most triangles: alone, the mesh with the least deviation that they allow. Fewer than "
+        "the surface needs at all are refused (`budget_too_small`). Beside a tolerance "
         "it is a limit, and a mesh that needs more is refused (`too_many_triangles`).",
         2000,
     )
     max_bytes: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = optional(
-        "The same for the bytes of the answer in its format.", 100_000
+        "The most bytes of the answer in its format; alone and beside a tolerance as "
+        "`max_triangles` is for triangles.",
+        100_000,
     )
     two_sided: bool = Field(
         default=False,
-        description="Whether the other distance is bounded, too: no point of the mesh is further "
-        "from the surface than twice the tolerance. The report has the bound, "
-        "`mesh_deviation_bound`. Needs a tolerance or a budget.",
+        description="Whether the distance from the mesh to the surface is bounded, too. No point "
+        "of the mesh is then further from the surface than twice the tolerance. The report has "
+        "the bound, `mesh_deviation_bound`. Needs a tolerance or a budget.",
         examples=[True],
     )
     faces: Literal["triangles", "quads", "none"] = Field(
         default=_DEFAULTS.faces,
-        description="Kind of faces. `quads` only where the format has them; `none` leaves the "
-        "surface out, so that its isoparametric curves or its overlays are all there is.",
+        description="Kind of faces: `triangles`, `quads` or `none`. `quads` only where the format "
+        "has them; `none` leaves the surface out, so that its isoparametric curves or its "
+        "overlays are all there is.",
         examples=["quads"],
     )
     normals: bool = Field(
@@ -79,20 +84,22 @@ class MeshOptionFields(StrictModel):
     )
     uvs: bool = Field(
         default=_DEFAULTS.uvs,
-        description="Whether vertices carry their parameters (u, v): those of the surface's own "
-        "domain, the knots of a B-spline; of `patches`, those of each patch, from 0 to 1. A "
+        description="Whether vertices carry their parameters (u, v). They are those of the "
+        "surface's own domain, the knots of a B-spline; of `patches`, those of each patch, from 0 "
+        "to 1. A "
         "surface that has texture coordinates of its own (`uvs`) comes out with those, whatever is "
         "said here.",
     )
     curvatures: bool = Field(
         default=_DEFAULTS.curvatures,
-        description="Whether vertices carry the Gaussian and the mean curvature of the surface "
-        "itself, as attributes `gaussian_curvature` and `mean_curvature`, where the format has a "
-        "place for attributes. Signs are those of `POST /v1/points`: mean curvature is positive "
-        "where the surface bends towards its normal, so that a sphere of radius r whose normals "
-        "point outwards has −1/r. In a group they are those of the surfaces as they are placed. "
-        "Where a curvature is infinite or has no limit, as at the apex of a cone, it is 0, and so "
-        "it is on wires. The report has the least and the greatest. Not for tubes and ribbons.",
+        description="Whether vertices carry the surface's Gaussian and mean curvature. They are "
+        "attributes, `gaussian_curvature` and `mean_curvature`, where the format has a place for "
+        "attributes, and those of the surface itself, not of the mesh. Signs are those of `POST "
+        "/v1/points`: mean curvature is positive where the surface bends towards its normal, so "
+        "that a sphere of radius r whose normals point outwards has −1/r. In a group they are "
+        "those of the surfaces as they are placed. Where a curvature is infinite or has no limit, "
+        "as at the apex of a cone, it is 0, and so it is on wires. The report has the least and "
+        "the greatest. Not for tubes and ribbons.",
         examples=[True],
     )
     weld: bool = Field(
@@ -104,7 +111,7 @@ class MeshOptionFields(StrictModel):
     )
     crease_angle: Annotated[float, Field(ge=0, le=pi)] = Field(
         default=_DEFAULTS.crease_angle,
-        description="Radians. Where patches meet at a larger angle their normals stay apart.",
+        description="Angle in radians above which the normals of neighbouring patches stay apart.",
         examples=[0.5],
     )
     overlays: Overlays = Field(
@@ -121,14 +128,14 @@ class MeshOptionFields(StrictModel):
     )
     wires: WireForm = Field(
         default=_DEFAULTS.wires,
-        description="What isoparametric curves are drawn as: `lines` where the format has lines, "
-        "`tubes`, or `ribbons` that lie flat on the surface, a twentieth of their width above its "
-        "faces.",
+        description="What isoparametric curves are drawn as: `lines`, `tubes` or `ribbons`. Lines "
+        "only where the format has them; ribbons lie flat on the surface, a twentieth of their "
+        "width above its faces.",
         examples=["tubes"],
     )
     wire_width: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = optional(
-        "Diameter of the tubes, width of the ribbons, in model units; a 300th of the "
-        "diagonal of the control points if left out.",
+        "Diameter of the tubes or width of the ribbons, in model units. A 300th of the diagonal of "
+        "the control points if left out.",
         0.02,
     )
     wire_sides: Annotated[int, Field(ge=MIN_SIDES, le=MAX_SIDES)] = Field(
@@ -136,34 +143,35 @@ class MeshOptionFields(StrictModel):
     )
     method: Method = Field(
         default=_DEFAULTS.method,
-        description="How samples are computed. `matrix`: products with Bernstein bases. "
-        "`de_casteljau`: repeated interpolation of control points, the stablest and by far the "
-        "slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 where the "
-        "format stores float64), with an error that grows with the resolution. They agree to the "
-        "accuracy that each can have; `docs/methods.md` has figures.",
+        description="How samples are computed: by one of three algorithms. `matrix`: products "
+        "with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the "
+        "stablest and by far the slowest. `forward_difference`: additions along rows, for degrees "
+        "up to 8 (16 where the format stores float64), with an error that grows with the "
+        "resolution. They agree to the accuracy that each can have; `docs/methods.md` has figures.",
         examples=["de_casteljau"],
     )
     oogl: Annotated[OoglForm | None, Omittable()] = optional(
-        "Form of an OOGL file: `cquad` (the default for grids of quads), `mesh`, `off` "
-        "(the default elsewhere) or `bez`, the exact patches (a triangle as a square with one side "
-        "in a point). Other formats do not read it.",
+        "Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. `cquad` is the default for grids "
+        "of quads, `off` elsewhere; `bez` holds the exact patches (a triangle as a square with one "
+        "side in a point). Other formats do not read it.",
         "bez",
     )
     quantize: bool = Field(
         default=False,
-        description="glTF in whole numbers (`KHR_mesh_quantization`): positions as multiples of a "
-        "step, a power of two, at most a 32 766th of the longest side of the box about the control "
-        "points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. "
-        "Every vertex moves by 0.87 steps at most, which the certified deviation counts, and a "
-        "tolerance holds for what is written. All parts of a surface have one grid, and so have "
-        "members of a group that meet in the same place: seams stay closed. Other formats refuse "
-        "it (`unsupported_by_format`).",
+        description="Whether glTF is written in whole numbers of 16 bits "
+        "(`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most a "
+        "32 766th of the longest side of the box about the control points; normals within 0.002°; "
+        "texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by 0.87 "
+        "steps at most, which the certified deviation counts, and a tolerance holds for what is "
+        "written. All parts of a surface have one grid, and so have members of a group that meet "
+        "in the same place: seams stay closed. Other formats refuse it (`unsupported_by_format`).",
         examples=[True],
     )
     compression: Compression = Field(
         default="none",
-        description="`meshopt`: the arrays of a glTF compressed by `EXT_meshopt_compression`, "
-        "vertices and triangles in another order. No number changes; beside `quantize` the "
+        description="How the arrays of a glTF are compressed: `none` or `meshopt`. "
+        "With `meshopt` (`EXT_meshopt_compression`) vertices and triangles come in another order. "
+        "No number changes; beside `quantize` the "
         "normals do, by 0.1° at most. Readers need a decoder (three.js and Babylon.js have one). "
         "Other formats refuse it, and so does a service without the library "
         "(`compression_unavailable`; `GET /v1/formats` tells).",

@@ -43,7 +43,7 @@ def test_best_format(header: str | None, name: str) -> None:
     "header",
     [
         "image/png",
-        "text/*",
+        "video/*",
         "*/*;q=0",
         "model/stl;q=0",
         "json",
