@@ -1648,7 +1648,7 @@ export interface components {
             ];
         };
         /** @description A surface in a group: any but a group. */
-        MemberSurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"];
+        MemberSurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["MultipatchDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"];
         /**
          * Mesh
          * @description A mesh as JSON.
@@ -2078,6 +2078,103 @@ export interface components {
              */
             pixel_tolerance?: number;
         };
+        /**
+         * MultipatchDefinition
+         * @description Bézier patches, B-splines and triangles that are one surface, as G+Smo lists them.
+         *
+         *     Each is a part, with its own degrees, knots and parameters, and its `name` is that of the part.
+         *     Where the borders of two are equal they share the vertices; nothing else says what meets.
+         */
+        MultipatchDefinition: {
+            /**
+             * Type
+             * @description The kind of surface.
+             * @constant
+             */
+            type: "multipatch";
+            /**
+             * Surfaces
+             * @description The patches and splines. All carry the same `colors`, `uvs` and `attributes`, if any; the `up` of the whole counts. Their control points count together.
+             * @example [
+             *       {
+             *         "control_net": [
+             *           [
+             *             [
+             *               0,
+             *               0,
+             *               0
+             *             ],
+             *             [
+             *               0,
+             *               1,
+             *               0
+             *             ]
+             *           ],
+             *           [
+             *             [
+             *               1,
+             *               0,
+             *               0
+             *             ],
+             *             [
+             *               1,
+             *               1,
+             *               1
+             *             ]
+             *           ]
+             *         ],
+             *         "name": "left"
+             *       },
+             *       {
+             *         "control_net": [
+             *           [
+             *             [
+             *               1,
+             *               0,
+             *               0
+             *             ],
+             *             [
+             *               1,
+             *               1,
+             *               1
+             *             ]
+             *           ],
+             *           [
+             *             [
+             *               2,
+             *               0,
+             *               1
+             *             ],
+             *             [
+             *               2,
+             *               1,
+             *               0
+             *             ]
+             *           ]
+             *         ],
+             *         "degree": 1,
+             *         "name": "right",
+             *         "type": "bspline"
+             *       }
+             *     ]
+             */
+            surfaces: (components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["TriangleDefinition"])[];
+            /**
+             * Up
+             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @default y
+             * @example z
+             * @enum {string}
+             */
+            up?: "y" | "z";
+            /**
+             * Name
+             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @default surface
+             * @example sail
+             */
+            name?: string;
+        };
         /** @description A step of a conversion: `op` tells the kind. */
         OperationDefinition: components["schemas"]["ElevateDefinition"] | components["schemas"]["SplitDefinition"] | components["schemas"]["RestrictDefinition"] | components["schemas"]["TransposeDefinition"] | components["schemas"]["ReverseDefinition"] | components["schemas"]["BezierConversion"] | components["schemas"]["TriangleConversion"];
         /**
@@ -2483,7 +2580,7 @@ export interface components {
             ][];
             /**
              * Patch
-             * @description Where the surface is a list of patches, the number (from 0, in the order of the request) of the patch on which the points lie, or one number for every point. Needed where there are several patches, and only there.
+             * @description Where the surface is a list of patches, or of the surfaces of a `multipatch`, the number (from 0, in the order of the request) of that on which the points lie, or one number for every point. Needed where there are several, and only there.
              * @example 0
              */
             patch?: number | number[];
@@ -2820,7 +2917,7 @@ export interface components {
             links: components["schemas"]["StoredLinks"];
         };
         /** @description A surface: its `type` tells the kind, `bezier` if there is none. */
-        SurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"] | components["schemas"]["GroupDefinition"];
+        SurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["MultipatchDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"] | components["schemas"]["GroupDefinition"];
         /**
          * SurfaceDocument
          * @description A surface alone: a body for the other calls, to which options may be added.
@@ -3584,6 +3681,7 @@ export type MeshLines = components['schemas']['MeshLines'];
 export type MeshPart = components['schemas']['MeshPart'];
 export type MeshReport = components['schemas']['MeshReport'];
 export type MeshRequest = components['schemas']['MeshRequest'];
+export type MultipatchDefinition = components['schemas']['MultipatchDefinition'];
 export type OperationDefinition = components['schemas']['OperationDefinition'];
 export type PartReport = components['schemas']['PartReport'];
 export type PatchesDefinition = components['schemas']['PatchesDefinition'];

@@ -79,6 +79,16 @@ SURFACES: Mapping[str, Json] = MappingProxyType(
             "patches": [[[0, 2], [3, 5]], [[3, 4, 5], [6, 7, 8]], [[6, 8], [9, 10]]],
             "parts": {"middle": [1]},
         },
+        "multipatch": {
+            "type": "multipatch",
+            "surfaces": [
+                BSPLINE | {"knots": ["clamped", [2, 2, 2, 2, 3, 5, 5, 5, 5]], "name": "sheet"},
+                {"control_net": [[[3, j, 0] for j in (0, 4)], [[5, 0, 0], [5, 4, 1]]]},
+                TRIANGLE | {"weights": [[1, 2, 1], [3, 1], [1]]},
+                PATCH | {"name": "patch", "up": "z"},
+            ],
+            "up": "z",
+        },
         "tube": TUBE,
         "tube that closes": {
             "type": "tube",

@@ -23,6 +23,7 @@ DEFAULTS: Mapping[str, Json] = {
     "bspline": {"degree": [3, 3], "knots": ["clamped", "clamped"], "attributes": {}},
     "triangle": {"attributes": {}},
     "patches": {"attributes": {}, "parts": {}},
+    "multipatch": {},
     "tube": {"sides": 16, "caps": True},
     "ribbon": {"facing": [0, 0, 1]},
     "group": {},
@@ -51,6 +52,8 @@ def _surface(content: Json, random: Random) -> Json:
             said[key] = [said[key]]
     if "curve" in said:
         said["curve"] = _curve(said["curve"], random)
+    if "surfaces" in said:
+        said["surfaces"] = [_surface(single, random) for single in said["surfaces"]]
     if "members" in said:
         said["members"] = [_member(member, random) for member in said["members"]]
     return said

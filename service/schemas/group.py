@@ -1,6 +1,6 @@
 """A group of surfaces as a document says it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from math import prod
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
@@ -101,12 +101,7 @@ class GroupDefinition(StrictModel):
     @model_validator(mode="after")
     def _of_limited_size(self, info: ValidationInfo) -> "GroupDefinition":
         """Refuses members that are each small enough, but not all together."""
-        limits = limits_of(info)
-        total = sum(_control_points(member.surface) for member in self.members)
-        if total > limits.max_control_points:
-            message = "The group has more control points than this service takes."
-            got, needed = f"{total} control points", f"at most {limits.max_control_points}"
-            raise invalid(Issue("too_many_control_points", message, "/members", got, needed))
+        check_total([member.surface for member in self.members], "/members", info)
         return self
 
     def to_surface(self) -> GroupSurface:
@@ -131,8 +126,19 @@ def define(surface: GroupSurface, inner: Callable[["Surface"], dict[str, Any]]) 
     return {"type": "group", "members": members, "up": surface.up, "name": surface.name}
 
 
-def _control_points(definition: "MemberSurfaceDefinition") -> int:
-    """Control points of one surface or its curve, as its own arrays were counted."""
+def check_total(definitions: Iterable[StrictModel], where: str, info: ValidationInfo) -> None:
+    """Refuses surfaces that are each small enough, but not all together."""
+    total, most = sum(map(_control_points, definitions)), limits_of(info).max_control_points
+    if total > most:
+        message = "All surfaces together have more control points than this service takes."
+        got, needed = f"{total} control points", f"at most {most}"
+        raise invalid(Issue("too_many_control_points", message, where, got, needed))
+
+
+def _control_points(definition: StrictModel) -> int:
+    """Control points of one surface, its parts or its curve, as its own arrays were counted."""
+    if parts := getattr(definition, "surfaces", ()):
+        return sum(map(_control_points, parts))
     definition = getattr(definition, "curve", definition)
     return max(
         (

@@ -59,9 +59,9 @@ class PointsRequest(SurfaceRequest):
         [[0.5, 0.25, 0.25], [1, 0, 0]],
     )
     patch: PatchChoice = optional(
-        "Where the surface is a list of patches, the number (from 0, in the order of "
-        "the request) of the patch on which the points lie, or one number for every point. Needed "
-        "where there are several patches, and only there.",
+        "Where the surface is a list of patches, or of the surfaces of a `multipatch`, the number "
+        "(from 0, in the order of the request) of that on which the points lie, or one number for "
+        "every point. Needed where there are several, and only there.",
         0,
     )
     derivatives: Annotated[int, Field(ge=0, le=2)] = Field(

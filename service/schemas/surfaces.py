@@ -14,12 +14,13 @@ from pydantic import BeforeValidator, Tag
 from typing_extensions import TypeAliasType
 
 from service.errors import Issue
-from service.schemas import bezier, bspline, group, patches, sweeps, triangle
+from service.schemas import bezier, bspline, group, multipatch, patches, sweeps, triangle
 from service.schemas.fields import one_of_kinds
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface
+from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from service.surface.sweeps import RibbonSurface, TubeSurface
 from service.surface.triangle import TriangleSurface
@@ -34,14 +35,14 @@ DEFINE: Mapping[type[Surface], Callable[..., dict[str, Any]]] = MappingProxyType
         RibbonSurface: sweeps.define_ribbon,
     }
 )
-"""What writes each kind of surface but groups back in the language of requests."""
+"""What writes each kind of surface of no others back in the language of requests."""
 
 WITH_ROWS: Mapping[type[Surface], Callable[[dict[str, Any]], dict[str, Any]]] = MappingProxyType(
     {PatchSurface: patches.with_rows, TriangleSurface: triangle.with_rows}
 )
 """What turns nets over triangles, one array each, into the rows that documents have for them."""
 
-KINDS = ("bezier", "bspline", "triangle", "patches", "tube", "ribbon", "group")
+KINDS = ("bezier", "bspline", "triangle", "patches", "multipatch", "tube", "ribbon", "group")
 """Names of the kinds of surface; the first is meant where none is said."""
 
 _UNKNOWN = Issue("unknown_type", "There is no such kind of surface.")
@@ -51,6 +52,7 @@ _Single: TypeAlias = (
     | Annotated[bspline.BsplineDefinition, Tag("bspline")]
     | Annotated[patches.PatchesDefinition, Tag("patches")]
     | Annotated[triangle.TriangleDefinition, Tag("triangle")]
+    | Annotated[multipatch.MultipatchDefinition, Tag("multipatch")]
     | Annotated[sweeps.TubeDefinition, Tag("tube")]
     | Annotated[sweeps.RibbonDefinition, Tag("ribbon")]
 )
@@ -88,5 +90,7 @@ def definition(surface: Surface, *, flat: bool = False) -> dict[str, Any]:
     kind = type(surface)
     if isinstance(surface, GroupSurface):
         return group.define(surface, partial(definition, flat=flat))
+    if isinstance(surface, MultipatchSurface):
+        return multipatch.define(surface, partial(definition, flat=flat))
     content = DEFINE[kind](surface)
     return content if flat or kind not in WITH_ROWS else WITH_ROWS[kind](content)

@@ -20,8 +20,8 @@ UNIONS = frozenset({"surface", "curve"})
 """Fields that hold one of several models. Pydantic names the chosen one in its paths; the
 document has no such level."""
 
-LISTS_OF_UNIONS = frozenset({"operations"})
-"""Fields of a request that hold a list of such."""
+LISTS_OF_UNIONS = frozenset({"operations", "surfaces"})
+"""Fields that hold a list of such."""
 
 MAX_INDEX = 2**53
 """Whole numbers beyond it are no index of anything."""
@@ -201,15 +201,15 @@ def _translated(name: str, value: object, context: dict[str, Any]) -> Issue:
 
 def _pointer(path: Path) -> str:
     """JSON pointer of pydantic's path, without the names of union members."""
-    if len(path) > 2 and path[0] in LISTS_OF_UNIONS:
-        path = (*path[:2], *path[3:])
     parts: list[str | int] = []
+    before: str | int | None = None
     previous: str | int | None = None
     for part in path:
-        if previous in UNIONS and isinstance(part, str):
-            previous = None
+        is_named = previous in UNIONS or (before in LISTS_OF_UNIONS and isinstance(previous, int))
+        if is_named and isinstance(part, str):
+            before = previous = None
             continue
-        previous = part
+        before, previous = previous, part
         if part != "[key]":  # pydantic's mark for "the key itself"
             parts.append(part if isinstance(part, int) else shortened(part))
     return pointer(parts)

@@ -5,6 +5,7 @@ from typing import TypeAlias
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface
+from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from service.surface.sweeps import RibbonSurface, TubeSurface
 from service.surface.triangle import TriangleSurface
@@ -14,6 +15,7 @@ Surface: TypeAlias = (
     | BsplineSurface
     | TriangleSurface
     | PatchSurface
+    | MultipatchSurface
     | TubeSurface
     | RibbonSurface
     | GroupSurface

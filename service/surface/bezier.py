@@ -76,4 +76,4 @@ class BezierSurface(SurfaceKind):
         if self.channels is not NO_CHANNELS:
             channels = self.channels.lower(lambda net: net[np.newaxis])
         batch = TensorPatches(self.control_net[np.newaxis], weights, channels)
-        return PatchModel(self.name, (batch,), (Part(self.name, 0, 1),), self.up, UNIT_SQUARE)
+        return PatchModel(self.name, (batch,), (Part(self.name, 0, 1),), self.up, (UNIT_SQUARE,))

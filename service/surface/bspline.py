@@ -159,8 +159,8 @@ class BsplineSurface(SurfaceKind):
             (batch,),
             (part,),
             self.up,
-            domain,
-            control_net=self._wrapped(self.control_net, 1),
+            (domain,),
+            control_nets=(TensorPatches(self._wrapped(self.control_net, 1)[np.newaxis]),),
             merged_knots=sum(
                 count_merged(self.knots[k], self.control_net.shape[k], self.degree[k])
                 for k in range(2)

@@ -13,6 +13,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_COORDINATE, Up, check_up
 from service.surface.lowered import Color, GroupModel, PatchModel, PlacedModel
+from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from service.surface.placement import checked_matrix, placed_bounds, upright
 from service.surface.sizes import SurfaceKind, SurfaceSize, group_sizes
@@ -213,6 +214,9 @@ def _check_place(member: Member, up: Up, index: int) -> None:
 
 def _bounds(surface: "Surface") -> tuple[FloatArray, FloatArray]:
     """Least and greatest coordinates that a surface stays within; it need not be lowered."""
+    if isinstance(surface, MultipatchSurface):
+        lows, highs = zip(*map(_bounds, surface.surfaces), strict=True)
+        return np.min(lows, axis=0), np.max(highs, axis=0)
     if isinstance(surface, PatchSurface):
         points = surface.vertices
     elif isinstance(surface, BezierSurface | BsplineSurface | TriangleSurface):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray
-from service.surface.batches import Patches, TensorPatches
+from service.surface.batches import Patches
 from service.surface.checks import Up
 from service.surface.sweep_model import SweepModel
 
@@ -32,16 +32,24 @@ class Part:
 class Domain:
     """The rectangle of parameters that the patches of a surface divide among themselves.
 
-    Patch (k, l) covers [u_k, u_{k+1}] × [v_l, v_{l+1}] and has number k M_v + l.
+    Patch (k, l) covers [u_k, u_{k+1}] × [v_l, v_{l+1}] and has number `first` + k M_v + l.
 
     Attributes
     ----------
     u, v : ndarray of float64, shapes (M_u+1,) and (M_v+1,)
         Strictly increasing: the distinct knots of a B-spline's domain, (0, 1) for one patch.
+    first : int
+        Number of the first patch in the model.
     """
 
     u: FloatArray
     v: FloatArray
+    first: int = 0
+
+    @property
+    def patch_count(self) -> int:
+        """Number of its patches."""
+        return (len(self.u) - 1) * (len(self.v) - 1)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -50,32 +58,35 @@ class PatchModel:
 
     The parts cover the patches without gap or overlap, in order; if there is a `sequence`, in that
     order, which lists the patches by number. A surface without parts of its own is one part of the
-    surface's name. `up` is the model's vertical axis. `domain` is there if
-    the patches, all in one batch, are pieces of one parametric surface; else the parameters of
-    every patch are its own, in [0, 1]. Patch k was number `order[k]` of those that the request
-    lists, k itself where `order` is None. `control_net` (n, m, 3) is the surface's own, where that
-    is another than its patches have. `stretch`, affine, float64 of shape (4, 4), is what its place
-    does to it up to a turn: curvatures are those of the stretched surface. `merged_knots` differed
-    from the knot before by rounding alone, and were taken for equal.
+    surface's name. `up` is the model's vertical axis. `domains` are those of the parametric
+    surfaces of which the patches are pieces, in the order in which the request lists these. Without
+    them the parameters of every patch are its own, in [0, 1], and patch k was number `order[k]` of
+    those that the request lists, k itself where `order` is None. `control_nets` are those that were
+    given, where they are others than the patches have. `stretch`, affine, float64 of shape (4, 4),
+    is what its place does to it up to a turn: curvatures are those of the stretched surface.
+    `merged_knots` differed from the knot before by rounding alone, and were taken for equal.
     """
 
     name: str
     batches: tuple[Patches, ...]
     parts: tuple[Part, ...]
     up: Up = "y"
-    domain: Domain | None = None
+    domains: tuple[Domain, ...] = ()
     order: NDArray[np.intp] | None = None
     sequence: NDArray[np.intp] | None = None
-    control_net: FloatArray | None = None
+    control_nets: tuple[Patches, ...] = ()
     stretch: FloatArray | None = None
     merged_knots: int = 0
 
     @property
     def nets(self) -> tuple[Patches, ...]:
-        """The control nets that were given: those of the patches, or the surface's own."""
-        if self.control_net is None:
-            return self.batches
-        return (TensorPatches(self.control_net[np.newaxis]),)
+        """The control nets that were given: those of the patches, or others."""
+        return self.control_nets or self.batches
+
+    @property
+    def domain(self) -> Domain | None:
+        """The domain of the surface, if all patches are pieces of one parametric surface."""
+        return self.domains[0] if len(self.domains) == 1 else None
 
     @property
     def patch_count(self) -> int:

@@ -4,8 +4,8 @@ Every kind of surface answers for itself, so that a cost is known before anythin
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import zip_longest
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -147,6 +147,20 @@ def tensor_size(
     )
 
 
+_ADDED = (
+    "grids", "triangles", "control_points", "net_points", "net_segments", "net_cells", "parts",
+    "name_bytes", "own", "arrays", "peak", "sides", "curves", "stations", "rings",
+)  # fmt: skip
+
+
+def added_sizes(sizes: Sequence[SurfaceSize], *, name: str) -> SurfaceSize:
+    """The size of surfaces that carry the same, as parts of one surface."""
+    sums = {field: sum(getattr(size, field) for size in sizes) for field in _ADDED}
+    sums["name_bytes"] += 2 * len(name.encode())
+    degree = max(size.degree[0] for size in sizes), max(size.degree[1] for size in sizes)
+    return replace(sizes[0], degree=degree, **sums)
+
+
 def group_sizes(
     sizes: Sequence[SurfaceSize],
     numbers: Sequence[int],
@@ -170,36 +184,24 @@ def group_sizes(
     """
     copies = [sizes[number] for number in numbers]
     labels = [len(title.encode()) + 1 for title in names]
-    kept = sum(size.arrays for size in sizes)
-
-    def total(some: Iterable[SurfaceSize], field: str) -> int:
-        return sum(getattr(size, field) for size in some)
 
     def summed(some: Sequence[SurfaceSize], attributes: Attributes) -> SurfaceSize:
-        counts = {
-            field: total(some, field)
-            for field in (
-                "grids", "triangles", "control_points", "net_points", "net_segments", "net_cells",
-                "curves", "stations", "rings",
-            )
-        }  # fmt: skip
-        return SurfaceSize(
-            (max(size.degree[0] for size in sizes), max(size.degree[1] for size in sizes)),
+        whole, apart = added_sizes(copies, name=name), added_sizes(sizes, name=name)
+        named = sum((s.parts + 1) * label for s, label in zip(copies, labels, strict=True))
+        return replace(
+            added_sizes(some, name=name),
             # A node for every member, and below it one for everything that has a name.
-            parts=total(copies, "parts") + len(copies),
-            name_bytes=len(name.encode())
-            + total(copies, "name_bytes")
-            + sum((s.parts + 1) * label for s, label in zip(copies, labels, strict=True)),
+            parts=whole.parts + len(copies),
+            name_bytes=whole.name_bytes + named,
             members=len(copies),
             label_bytes=sum(labels),
             colors=4 if colored else max(size.colors for size in sizes),
             uvs=max(size.uvs for size in sizes),
             attributes=attributes,
-            own=total(sizes, "own"),
-            arrays=kept,
-            peak=kept + max(max(size.peak - size.arrays, size.own) for size in sizes),
-            sides=total(sizes, "sides"),
-            **counts,
+            own=apart.own,
+            arrays=apart.arrays,
+            peak=apart.arrays + max(max(size.peak - size.arrays, size.own) for size in sizes),
+            sides=apart.sides,
         )
 
     # In one mesh only those attributes are kept that all members have.

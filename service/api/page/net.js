@@ -107,7 +107,11 @@ function ones(net) {
 function addSurface(net, surface, base, frame) {
   const number = net.frames.push(frame) - 1;
   const add = { net, base, frame: number };
-  if (surface.type === 'patches') addPatches(add, surface);
+  if (surface.type === 'multipatch') {
+    list(surface.surfaces).forEach((single, index) => (
+      addSurface(net, single, [...base, 'surfaces', index], frame)
+    ));
+  } else if (surface.type === 'patches') addPatches(add, surface);
   else if (surface.type === 'tube' || surface.type === 'ribbon') addCurve(add, surface.curve ?? {});
   else addRows(add, surface);
 }

@@ -6,7 +6,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, Ints
 from service.engine.mesh.seams import Seams
-from service.surface.lowered import PatchModel
+from service.surface.lowered import Domain, PatchModel
 from service.surface.sides import along_sides
 
 DEPTH = 30
@@ -44,18 +44,35 @@ class Faces:
 
 
 def find_faces(model: PatchModel, seams: Seams) -> Faces:
-    """The pieces of one parametric surface as few faces as can be, other patches as they are.
+    """The pieces of each parametric surface as few faces as can be, other patches as they are.
 
     A face ends at a knot line of which an edge is a point or belongs to others than the two patches
     beside it, as where a surface touches itself; and it ends where a side that was a line becomes
     a point. So a side of a face is a point as a whole or none of its edges is one.
     """
-    if model.domain is None:
-        ones = np.ones((model.patch_count, 2), dtype=np.intp)
-        return Faces(np.arange(model.patch_count), ones[:, 0], ones)
-    columns = len(model.domain.v) - 1
+    divided = [domain for domain in model.domains if domain.patch_count > 1]
+    alone = np.ones(model.patch_count, bool)
+    for domain in divided:
+        alone[domain.first : domain.first + domain.patch_count] = False
+    single = alone.nonzero()[0]
+    ones = np.ones((len(single), 2), dtype=np.intp)
+    found = [Faces(single, ones[:, 0], ones), *(_faces_of(domain, seams) for domain in divided)]
+    first = np.concatenate([faces.first for faces in found])
+    order = np.argsort(first)
+    stride, spans = (
+        np.concatenate(rows)[order]
+        for rows in zip(*((faces.stride, faces.spans) for faces in found), strict=True)
+    )
+    return Faces(first[order], stride, spans)
+
+
+def _faces_of(domain: Domain, seams: Seams) -> Faces:
+    """The faces of one parametric surface."""
+    columns = len(domain.v) - 1
+    here = slice(domain.first, domain.first + domain.patch_count)
     edge, backward, collapsed = (
-        values.reshape(-1, columns, 4) for values in (seams.edge, seams.backward, seams.collapsed)
+        values[here].reshape(-1, columns, 4)
+        for values in (seams.edge, seams.backward, seams.collapsed)
     )
     inner = (seams.users[edge] == 2) & ~collapsed
     one_u = inner[1:, :, 0] & (edge[:-1, :, 1] == edge[1:, :, 0])
@@ -65,7 +82,7 @@ def find_faces(model: PatchModel, seams: Seams) -> Faces:
     one_v &= backward[:, :-1, 3] == backward[:, 1:, 2]
     one_v &= (collapsed[:, :-1, :2] == collapsed[:, 1:, :2]).all(axis=2)
     u, v = _ends(one_u.all(axis=1)), _ends(one_v.all(axis=0))
-    first = u[:-1, None] * columns + v[:-1]
+    first = domain.first + u[:-1, None] * columns + v[:-1]
     spans = np.meshgrid(np.diff(u), np.diff(v), indexing="ij")
     return Faces(
         first.ravel(), np.full(first.size, columns), np.stack([n.ravel() for n in spans], axis=1)

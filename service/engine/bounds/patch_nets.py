@@ -165,9 +165,9 @@ def _lowering(model: PatchModel) -> float:
     (`SAME_SHARE`). Two directions, numerator and denominator: 2^-38 of the extent of the control
     points. Adding M rounds once a direction, relative to the coordinate.
     """
-    if model.control_net is None:
+    if not model.control_nets:
         return 0.0
-    points = model.control_net.reshape(-1, 3)
+    points = np.concatenate([net.points.reshape(-1, 3) for net in model.control_nets])
     extent = float((points.max(axis=0) - points.min(axis=0)).max())
     return 2.0**-38 * extent + 2.0**-50 * float(np.abs(points).max())
 

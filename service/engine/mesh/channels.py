@@ -7,6 +7,7 @@ alone, they get the same value, bit for bit: welding need only ask whether value
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +68,7 @@ def sample_channels(
         for number, channel in enumerate(carried)
     ]
     if uvs and not any(channel.kind == "uvs" for channel in carried):
-        found.append(ChannelRows("uvs", "uvs", _parameter_rows(layout, model.domain, dtype)))
+        found.append(ChannelRows("uvs", "uvs", _parameter_rows(layout, model.domains, dtype)))
     return tuple(found)
 
 
@@ -171,14 +172,14 @@ def _write_triangles(channel: Channel, block: Block, out: RealArray) -> None:
         out[rows] = evaluate_triangles(nets, block.resolution[0])
 
 
-def _parameter_rows(layout: Layout, domain: Domain | None, dtype: Real) -> RealArray:
+def _parameter_rows(layout: Layout, domains: tuple[Domain, ...], dtype: Real) -> RealArray:
     """Parameters (N, 2) of every sample: in the surface's own domain, or in its patch."""
     rows = np.empty((layout.size, 2), dtype=dtype)
     for block in layout.blocks:
         if block.triangular:
             _write_triangle_parameters(block, rows)
             continue
-        ends = limits_of(block.first + block.patches, domain)
+        ends = limits_of(block.first + block.patches, domains)
         u, v = (
             _between(limits, parameters(r))
             for limits, r in zip(ends, block.resolution, strict=True)
@@ -188,7 +189,7 @@ def _parameter_rows(layout: Layout, domain: Domain | None, dtype: Real) -> RealA
         grid[..., 0] = u[:, :, np.newaxis]
         grid[..., 1] = v[:, np.newaxis]
         for side, patches, along, samples in layout.extras_of(block):
-            limits = limits_of(block.first + patches, domain)
+            limits = limits_of(block.first + patches, domains)
             axis = 1 if side < 2 else 0
             low, high = limits[axis].T
             rows[samples, axis] = (1.0 - along) * low + along * high
@@ -206,13 +207,23 @@ def _write_triangle_parameters(block: Block, rows: RealArray) -> None:
         out[:, first:last, 1] = row / divisions
 
 
-def limits_of(patches: Ints, domain: Domain | None) -> tuple[FloatArray, FloatArray]:
+def limits_of(patches: Ints, domains: tuple[Domain, ...]) -> tuple[FloatArray, FloatArray]:
     """First and last u, and v, of patches by their numbers in the model: (m, 2) each."""
-    if domain is None:
+    if not domains:
         unit = np.tile([0.0, 1.0], (len(patches), 1))
         return unit, unit
-    row, column = np.divmod(patches, len(domain.v) - 1)
-    return _ends(domain.u, row), _ends(domain.v, column)
+    domains = tuple(sorted(domains, key=attrgetter("first")))
+    first, rows, columns = (
+        np.array(numbers)
+        for numbers in zip(*((d.first, len(d.u), len(d.v)) for d in domains), strict=True)
+    )
+    owner = np.searchsorted(first, patches, side="right") - 1
+    row, column = np.divmod(patches - first[owner], columns[owner] - 1)
+    # The knots of all domains stand one after the other.
+    row += (np.cumsum(rows) - rows)[owner]
+    column += (np.cumsum(columns) - columns)[owner]
+    u, v = (np.concatenate(knots) for knots in zip(*((d.u, d.v) for d in domains), strict=True))
+    return _ends(u, row), _ends(v, column)
 
 
 def _ends(knots: FloatArray, span: NDArray[np.intp]) -> FloatArray:

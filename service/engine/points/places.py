@@ -69,17 +69,7 @@ def locate(model: PatchModel, query: Query) -> Places:
         `outside_domain` and whatever is wrong with the numbers of patches, pointing into the
         request.
     """
-    if model.domain is None:
-        numbers = _numbers(model, query)
-        _check_form(model, numbers, query)
-        if query.field == "barycentric":
-            local = _unit_sums(query.places)[:, 1:]
-        else:
-            local = query.places
-            unit = np.array([0.0, 1.0])
-            _check_inside(local, (unit, unit))
-        return Places(numbers, local, np.ones(local.shape))
-    if query.patch is not None:
+    if model.domain is not None and query.patch is not None:
         raise InvalidRequest(
             Issue(
                 "unexpected_patch",
@@ -89,13 +79,36 @@ def locate(model: PatchModel, query: Query) -> Places:
                 "none for this kind of surface",
             )
         )
-    _check_form(model, np.zeros(1, dtype=np.intp), query)
-    uv = query.places
-    knots = model.domain.u, model.domain.v
-    _check_inside(uv, knots)
-    (k, u, wu), (m, v, wv) = (_span(uv[:, axis], line) for axis, line in enumerate(knots))
-    patch = k * (len(knots[1]) - 1) + m
-    return Places(patch, np.stack([u, v], axis=1), np.stack([wu, wv], axis=1))
+    numbers = _numbers(len(model.domains) or model.patch_count, query)
+    patch = _first_patches(model)[numbers]
+    _check_form(model, patch, query)
+    if query.field == "barycentric":
+        local = _unit_sums(query.places)[:, 1:]
+        return Places(patch, local, np.ones(local.shape))
+    if not model.domains:
+        unit = np.array([0.0, 1.0])
+        _check_inside(query.places, (unit, unit))
+        return Places(patch, query.places, np.ones(query.places.shape))
+    local, widths = np.empty(query.places.shape), np.empty(query.places.shape)
+    for number in np.unique(numbers).tolist():
+        rows, domain = np.flatnonzero(numbers == number), model.domains[number]
+        knots, uv = (domain.u, domain.v), query.places[rows]
+        _check_inside(uv, knots, rows)
+        (k, u, wu), (m, v, wv) = (_span(uv[:, axis], line) for axis, line in enumerate(knots))
+        patch[rows] += k * (len(domain.v) - 1) + m
+        local[rows], widths[rows] = np.stack([u, v], axis=1), np.stack([wu, wv], axis=1)
+    return Places(patch, local, widths)
+
+
+def _first_patches(model: PatchModel) -> Ints:
+    """The first patch, in the numbering of the model, of each that the request lists."""
+    if model.domains:
+        return np.array([domain.first for domain in model.domains])
+    if model.order is None:
+        return np.arange(model.patch_count)
+    row = np.empty(model.patch_count, dtype=np.intp)
+    row[model.order] = np.arange(model.patch_count)
+    return row
 
 
 def _unit_sums(places: FloatArray) -> FloatArray:
@@ -144,7 +157,10 @@ def _span(t: FloatArray, knots: FloatArray) -> tuple[Ints, FloatArray, FloatArra
     return span, (t - knots[span]) / widths, widths
 
 
-def _check_inside(uv: FloatArray, knots: tuple[FloatArray, FloatArray]) -> None:
+def _check_inside(
+    uv: FloatArray, knots: tuple[FloatArray, FloatArray], rows: Ints | None = None
+) -> None:
+    """Refuses parameters outside of the knots; they are those of some `rows` of the request."""
     low, high = (np.array([line[end] for line in knots]) for end in (0, -1))
     places = np.argwhere(~((uv >= low) & (uv <= high)))[:MAX_ISSUES]
     if len(places):
@@ -153,7 +169,7 @@ def _check_inside(uv: FloatArray, knots: tuple[FloatArray, FloatArray]) -> None:
                 Issue(
                     "outside_domain",
                     "The parameter lies outside the surface.",
-                    "/uv" + pointer(place),
+                    "/uv" + pointer((place[0] if rows is None else int(rows[place[0]]), place[1])),
                     f"{uv[tuple(place)]:.6g}",
                     f"{low[place[1]]:.6g} to {high[place[1]]:.6g}",
                 )
@@ -162,11 +178,11 @@ def _check_inside(uv: FloatArray, knots: tuple[FloatArray, FloatArray]) -> None:
         )
 
 
-def _numbers(model: PatchModel, query: Query) -> Ints:
-    """The patch of each place, in the numbering of the model."""
+def _numbers(most: int, query: Query) -> Ints:
+    """For each place the number of its patch among the `most` that the request lists."""
     count, patch = len(query.places), query.patch
     if patch is None:
-        if model.patch_count > 1:
+        if most > 1:
             raise InvalidRequest(
                 Issue(
                     "missing_field",
@@ -187,7 +203,7 @@ def _numbers(model: PatchModel, query: Query) -> Ints:
                 f"{count}, or a single number",
             )
         )
-    places = np.argwhere((patch < 0) | (patch >= model.patch_count))[:MAX_ISSUES]
+    places = np.argwhere((patch < 0) | (patch >= most))[:MAX_ISSUES]
     if len(places):
         raise InvalidRequest(
             *(
@@ -196,14 +212,9 @@ def _numbers(model: PatchModel, query: Query) -> Ints:
                     "Patches are numbered from 0, in the order of the request.",
                     "/patch" + pointer(place),
                     str(patch[tuple(place)]),
-                    f"0 to {model.patch_count - 1}",
+                    f"0 to {most - 1}",
                 )
                 for place in places.tolist()
             )
         )
-    asked = np.broadcast_to(patch, count).astype(np.intp)
-    if model.order is None:
-        return asked
-    row = np.empty(model.patch_count, dtype=np.intp)
-    row[model.order] = np.arange(model.patch_count)
-    return row[asked]
+    return np.broadcast_to(patch, count).astype(np.intp)

@@ -1,8 +1,9 @@
 """Which conversion is done by which function, and one after the other."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 from service.errors import InvalidRequest, Issue, SurfaceError, pointer
 from service.surface import Surface
@@ -17,7 +18,7 @@ from service.surface.convert.cut import (
     triangle_of_patch,
 )
 from service.surface.convert.elevate import elevate_bezier, elevate_patches, elevate_triangle
-from service.surface.convert.nets import Allowed
+from service.surface.convert.nets import Allowed, check_count
 from service.surface.convert.operations import (
     Elevate,
     Operation,
@@ -44,6 +45,7 @@ from service.surface.convert.turn import (
     transpose_patches,
     transpose_triangle,
 )
+from service.surface.multipatch import MultipatchSurface, Single
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 
@@ -59,10 +61,23 @@ def unchanged(surface: Surface, _operation: ToBezier, _allowed: Allowed) -> Surf
     return surface
 
 
+def each_surface(surface: MultipatchSurface, operation: Operation, allowed: Allowed) -> Surface:
+    """Every surface of a multipatch for itself; together they may have the points of one."""
+    surfaces: list[Single] = []
+    for single in surface.surfaces:
+        conversion = CONVERSIONS[type(operation)][type(single)]
+        surfaces.append(cast(Single, conversion(single, operation, allowed)))
+        used = surfaces[-1].size().net_points
+        check_count(used, allowed)
+        allowed = replace(allowed, control_points=allowed.control_points - used)
+    return replace(surface, surfaces=tuple(surfaces))
+
+
 NAMES: Mapping[type[Surface], str] = MappingProxyType(
     {
         BezierSurface: "bezier",
         PatchSurface: "patches",
+        MultipatchSurface: "multipatch",
         BsplineSurface: "bspline",
         TriangleSurface: "triangle",
     }
@@ -74,6 +89,7 @@ CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = Mapp
         Elevate: {
             BezierSurface: elevate_bezier,
             PatchSurface: elevate_patches,
+            MultipatchSurface: each_surface,
             BsplineSurface: elevate_spline,
             TriangleSurface: elevate_triangle,
         },
@@ -91,12 +107,14 @@ CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = Mapp
         Transpose: {
             BezierSurface: transpose_bezier,
             PatchSurface: transpose_patches,
+            MultipatchSurface: each_surface,
             BsplineSurface: transpose_spline,
             TriangleSurface: transpose_triangle,
         },
         Reverse: {
             BezierSurface: reverse_bezier,
             PatchSurface: reverse_patches,
+            MultipatchSurface: each_surface,
             BsplineSurface: reverse_spline,
             TriangleSurface: reverse_triangle,
         },

@@ -30,7 +30,8 @@ def check(model: PatchModel, query: Query) -> None:
 
 
 def one(batch: Patches, domain: Domain | None = None) -> PatchModel:
-    return PatchModel("model", (batch,), (Part("model", 0, 1),), "y", domain)
+    domains = () if domain is None else (domain,)
+    return PatchModel("model", (batch,), (Part("model", 0, 1),), "y", domains)
 
 
 def scaled(net: Array, scale: float) -> Array:

@@ -22,7 +22,9 @@ def pieces() -> tuple[Array, PatchModel]:
     net = np.arange(36.0).reshape(4, 3, 3) ** 1.5
     halves = np.stack(split(net, 0.3))
     domain = Domain(KNOTS_U, KNOTS_V)
-    return net, PatchModel("model", (TensorPatches(halves),), (Part("model", 0, 2),), "y", domain)
+    return net, PatchModel(
+        "model", (TensorPatches(halves),), (Part("model", 0, 2),), "y", (domain,)
+    )
 
 
 def test_knots_belong_to_the_span_that_begins_there_and_the_end_to_the_last() -> None:
@@ -38,7 +40,7 @@ def test_knots_belong_to_the_span_that_begins_there_and_the_end_to_the_last() ->
 def test_spans_are_counted_along_u_first() -> None:
     net = np.zeros((6, 2, 2, 3))
     domain = Domain(np.array([0.0, 1, 2]), np.array([0.0, 1, 2, 3]))
-    model = PatchModel("model", (TensorPatches(net),), (Part("model", 0, 6),), "y", domain)
+    model = PatchModel("model", (TensorPatches(net),), (Part("model", 0, 6),), "y", (domain,))
     uv = np.array([[u + 0.5, v + 0.5] for u in range(2) for v in range(3)])
     np.testing.assert_array_equal(locate(model, Query(uv, None, 0)).patch, np.arange(6))
 

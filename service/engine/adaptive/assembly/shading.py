@@ -76,8 +76,8 @@ def _parameters(model: PatchModel, samples: Samples) -> FloatArray:
     for batch, _, here in by_batch(model.batches, samples.patch):
         if isinstance(batch, TrianglePatches):
             rows[here, 0] *= 1.0 - rows[here, 1]
-    if model.domain is not None:
-        for axis, limits in enumerate(limits_of(samples.patch, model.domain)):
+    if model.domains:
+        for axis, limits in enumerate(limits_of(samples.patch, model.domains)):
             low, high = limits.T
             rows[:, axis] = (1.0 - rows[:, axis]) * low + rows[:, axis] * high
     return rows

@@ -170,7 +170,7 @@ def test_patches_in_a_sequence_are_written_in_it() -> None:
     both = replace(
         model,
         batches=(*model.batches, *flat.batches),
-        domain=None,
+        domains=(),
         sequence=np.array([1, 0]),
         parts=(replace(model.parts[0], name="second", first=0, last=1),
                replace(model.parts[0], name="first", first=1, last=2)),

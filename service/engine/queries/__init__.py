@@ -1,1 +1,0 @@
-"""Questions to a surface whose answers are proved: closest points, rays."""

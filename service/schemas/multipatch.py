@@ -1,0 +1,74 @@
+"""One surface of several patches and splines as a document says it."""
+
+from collections.abc import Callable
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import Field, Tag, ValidationInfo, model_validator
+
+from service.errors import InvalidRequest, Issue, pointer
+from service.schemas import bezier, bspline, triangle
+from service.schemas.fields import NameField, StrictModel, UpField, one_of_kinds
+from service.schemas.group import check_total
+from service.stopping import checkpoint
+from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
+
+_UNKNOWN = Issue("unknown_type", "No such surface is part of a multipatch.")
+
+PieceDefinition: TypeAlias = Annotated[
+    Annotated[bezier.BezierDefinition, Tag("bezier")]
+    | Annotated[bspline.BsplineDefinition, Tag("bspline")]
+    | Annotated[triangle.TriangleDefinition, Tag("triangle")],
+    *one_of_kinds(("bezier", "bspline", "triangle"), _UNKNOWN, "A part of a multipatch."),
+]
+
+
+class MultipatchDefinition(StrictModel):
+    """Bézier patches, B-splines and triangles that are one surface, as G+Smo lists them.
+
+    Each is a part, with its own degrees, knots and parameters, and its `name` is that of the part.
+    Where the borders of two are equal they share the vertices; nothing else says what meets.
+    """
+
+    type: Literal["multipatch"] = Field(description="The kind of surface.")
+    surfaces: Annotated[
+        tuple[PieceDefinition, ...],
+        Field(strict=False, min_length=1, max_length=MAX_SURFACES, fail_fast=True),
+    ] = Field(
+        description="The patches and splines. All carry the same `colors`, `uvs` and `attributes`, "
+        "if any; the `up` of the whole counts. Their control points count together.",
+        examples=[
+            [
+                {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]], "name": "left"},
+                {
+                    "type": "bspline",
+                    "control_net": [[[1, 0, 0], [1, 1, 1]], [[2, 0, 1], [2, 1, 0]]],
+                    "degree": 1,
+                    "name": "right",
+                },
+            ]
+        ],
+    )
+    up: UpField = "y"
+    name: NameField = "surface"
+
+    @model_validator(mode="after")
+    def _of_limited_size(self, info: ValidationInfo) -> "MultipatchDefinition":
+        check_total(self.surfaces, "/surfaces", info)
+        return self
+
+    def to_surface(self) -> MultipatchSurface:
+        """The surface itself; raises `InvalidRequest` with pointers relative to it."""
+        surfaces: list[Single] = []
+        for index, definition in enumerate(self.surfaces):
+            checkpoint()
+            try:
+                surfaces.append(definition.to_surface())
+            except InvalidRequest as error:
+                raise error.within(pointer(("surfaces", index))) from None
+        return MultipatchSurface(tuple(surfaces), self.up, self.name)
+
+
+def define(surface: MultipatchSurface, inner: Callable[[Single], dict[str, Any]]) -> dict[str, Any]:
+    """The surface in the language of requests; `inner` writes its parts."""
+    surfaces = [inner(single) for single in surface.surfaces]
+    return {"type": "multipatch", "surfaces": surfaces, "up": surface.up, "name": surface.name}

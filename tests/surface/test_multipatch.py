@@ -1,0 +1,117 @@
+"""Several patches and splines as one surface: seams, parts, parameters, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.build import build
+from service.engine.options import MeshOptions
+from service.engine.points.answer import points
+from service.engine.points.places import Query, locate
+from service.errors import InvalidRequest
+from service.surface.bezier import BezierSurface
+from service.surface.bspline import BsplineSurface
+from service.surface.channels import Channels
+from service.surface.convert.operations import Elevate, Reverse, Split, Transpose
+from service.surface.convert.table import convert
+from service.surface.examples import find
+from service.surface.group import GroupSurface, Member
+from service.surface.multipatch import MultipatchSurface, Single
+from service.surface.patches import PatchSurface
+
+OPTIONS = (
+    MeshOptions(resolution=(4, 4)),
+    MeshOptions(resolution=(2, 3), faces="quads"),
+    MeshOptions(accuracy=Accuracy(relative_tolerance=0.01)),
+)
+
+
+def pieces_of(surface: object) -> tuple[Single, ...]:
+    """The members of a group, or the patches of a surface, each a surface of its own."""
+    if isinstance(surface, GroupSurface):
+        return tuple(m.surface for m in surface.members)  # type: ignore[misc]
+    assert isinstance(surface, PatchSurface)
+    assert surface.weights is not None
+    grids = np.asarray(surface.patches)
+    return tuple(BezierSurface(surface.vertices[g], surface.weights[g]) for g in grids)
+
+
+@pytest.mark.parametrize("options", OPTIONS)
+@pytest.mark.parametrize("name", ["sphere", "torus"])
+def test_nets_without_indices_close_as_patches_with_them(name: str, options: MeshOptions) -> None:
+    surface = find(name).surface()
+    mesh, other = (
+        build(s.lower(), options)
+        for s in (surface, MultipatchSurface(pieces_of(surface), surface.up, name))
+    )
+    np.testing.assert_array_equal(mesh.positions, other.positions)
+    np.testing.assert_array_equal(mesh.triangles, other.triangles)
+    assert other.report.watertight
+    assert other.report.deviation_bound == mesh.report.deviation_bound
+    assert len(other.parts) == mesh.report.patches
+
+
+@pytest.mark.parametrize("options", OPTIONS)
+def test_splines_that_close_as_one(options: MeshOptions) -> None:
+    """A ring of splines cut at knots, in any order, transposed, raised: one surface without gap."""
+    ring = find("bspline-ring").surface()
+    pieces = pieces_of(convert(ring, [Split(u=3.0, v=2.0)]))
+    for some in (pieces, pieces[::-1]):
+        multipatch = MultipatchSurface(some, "z", "ring")
+        for surface in (
+            multipatch,
+            convert(multipatch, [Transpose(), Reverse("v")]),
+            convert(multipatch, [Elevate((4, 5))]),
+        ):
+            mesh = build(surface.lower(), options)
+            assert mesh.report.watertight
+            assert [part.name for part in mesh.parts] == [s.name for s in some]
+        grouped = GroupSurface(
+            (Member(multipatch), Member(multipatch, matrix=np.diag([2, 1, 1, 1.0])))
+        )
+        assert build(grouped.lower(), options).report.watertight
+
+
+def test_parameters_are_those_of_each_surface() -> None:
+    """At a patch number in the order of the list, in that surface's own knots."""
+    hills, goblet, saddle = (find(n).surface() for n in ("bspline-hills", "nurbs-goblet", "saddle"))
+    assert isinstance(hills, BsplineSurface)
+    assert isinstance(goblet, BsplineSurface)
+    assert isinstance(saddle, BezierSurface)
+    some = (goblet, saddle, hills)
+    model, models = MultipatchSurface(some).lower(), [single.lower() for single in some]
+    uv = np.array([[1.25, 2.5], [0.5, 0.25], [3, 3.75], [4, 11], [2, 2]])
+    number = np.array([0, 1, 2, 0, 2])
+    found = points(model, locate(model, Query(uv, number, 2)), 2)
+    for k, own in enumerate(models):
+        here = number == k
+        alone = points(own, locate(own, Query(uv[here], None, 2)), 2)
+        for name, column in alone.items():
+            np.testing.assert_array_equal(found[name][here], column)
+    mesh = build(model, MeshOptions(resolution=(2, 2), uvs=True, weld=False))
+    assert mesh.uvs is not None
+    for part, own in zip(mesh.parts, models, strict=True):
+        (domain,) = own.domains
+        rows = mesh.uvs[np.unique(mesh.triangles[slice(*part.triangles)])]
+        ends = [domain.u[0], domain.v[0]], [domain.u[-1], domain.v[-1]]
+        np.testing.assert_array_equal((rows.min(axis=0), rows.max(axis=0)), ends)
+    for wrong, where in (([[9, 0]], "/uv/0/0"), ([[1, 1], [0.5, 11.5]], "/uv/1/1")):
+        with pytest.raises(InvalidRequest) as caught:
+            locate(model, Query(np.array(wrong, float), np.array([1, 0])[-len(wrong) :], 0))
+        assert caught.value.issues[0].pointer == where
+
+
+def test_refuses_nothing_too_many_and_what_carries_other_values() -> None:
+    saddle = find("saddle").surface()
+    assert isinstance(saddle, BezierSurface)
+    painted = replace(saddle, channels=Channels(uvs=np.zeros((1, 1, 2))))
+    for surfaces, code, where in (
+        ((), "wrong_length", "/surfaces"),
+        ((saddle,) * 4097, "wrong_length", "/surfaces"),
+        ((saddle, painted), "channel_shape", "/surfaces/1"),
+    ):
+        with pytest.raises(InvalidRequest) as caught:
+            MultipatchSurface(surfaces)
+        assert [(i.code, i.pointer) for i in caught.value.issues] == [(code, where)]
