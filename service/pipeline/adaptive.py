@@ -12,7 +12,7 @@ from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.adaptive.tolerances import diagonal_of, goal_of, stated
+from service.engine.adaptive.tolerances import diagonal_of, goal_of
 from service.engine.mesh.mesh import Mesh
 from service.engine.models import NOT_PATCHES
 from service.engine.options import MeshOptions
@@ -80,7 +80,7 @@ class AdaptiveMesher:
             With pointers to the option that asked for it.
         """
         work = self._work
-        most, limit = adaptive_triangles(Accuracy(), work.limits), stated(accuracy)
+        most, limit = adaptive_triangles(Accuracy(), work.limits), accuracy.pointer
         if accuracy.max_triangles is not None and accuracy.max_triangles < most:
             most, limit = accuracy.max_triangles, "/max_triangles"
         stated_first = work.options.accuracy or accuracy
@@ -97,7 +97,7 @@ class AdaptiveMesher:
             issues = (_explain(issue, limit, most, accuracy, memory) for issue in error.issues)
             raise TooLarge(*issues) from None
         except InvalidRequest as error:
-            invalid = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
+            invalid = (replace(issue, pointer=accuracy.pointer) for issue in error.issues)
             raise InvalidRequest(*invalid) from None
         self._effort.spent += TRIANGLE * mesh.report.triangles
         check_mesh(mesh, work, accuracy)
@@ -163,7 +163,7 @@ def search_budget(
 
 def check_mesh(mesh: AnyMesh, work: "MeshWork", accuracy: Accuracy) -> None:
     """Refuses a mesh that came out too large for an answer."""
-    where = stated(accuracy)
+    where = accuracy.pointer
     copies = [mesh] if isinstance(mesh, Mesh) else [mesh.meshes[n.model] for n in mesh.nodes]
     vertices = sum(len(own.positions) for own in copies)
     size = counted(mesh, work.stored)

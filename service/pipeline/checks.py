@@ -10,7 +10,6 @@ import numpy as np
 
 from service.encoders.compression import compressions
 from service.encoders.format import EncodeOptions, Format
-from service.engine.adaptive.tolerances import stated
 from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.mesh.counts import Counts
@@ -52,7 +51,7 @@ def check_options(
     if size.curves:
         _check_swept(options, fmt, encode)
     if options.accuracy is not None:
-        _check_accuracy(options, stated(options.accuracy), fmt, encode)
+        _check_accuracy(options, options.accuracy.pointer, fmt, encode)
     _check_format(options, fmt, encode)
     degree = max(size.degree)
     most = forward_difference.MAX_DEGREE[np.float32 if fmt.single else np.float64]
@@ -68,7 +67,7 @@ def _check_swept(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> No
     if encode.exact and fmt.encode_exact is not None:
         where = "/surface"
     elif options.accuracy is not None:
-        where = stated(options.accuracy)
+        where = options.accuracy.pointer
     elif options.wired or not options.surface:
         message = "Tubes and ribbons have no isoparametric curves; they are made of their faces."
         where = "/isocurves" if options.wired else "/faces"

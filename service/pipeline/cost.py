@@ -12,7 +12,6 @@ from service.bases import triangle
 from service.encoders import json_points
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.adaptive.tolerances import stated
 from service.engine.curvatures.ranges import NAMES as CURVATURES
 from service.engine.mesh.counts import Counts
 from service.engine.options import MeshOptions
@@ -213,7 +212,7 @@ def adaptive_cost(
     files = 4 if accuracy.budgeted else 2
     lines = LINE * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
     fixed = lowering_memory(size) + CELLS + files * least + lines
-    limits.check_memory(fixed, "The mesh", stated(accuracy), "a smaller surface")
+    limits.check_memory(fixed, "The mesh", accuracy.pointer, "a smaller surface")
     one = CERTIFIED + 8 * size.width + files * each
     most = adaptive_triangles(accuracy, limits, mesh.patches)
     most = min(most, max(0, limits.max_memory // SHARE - fixed) // one)

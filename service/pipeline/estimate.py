@@ -15,7 +15,6 @@ from service.engine.adaptive.tolerances import (
     each_alone,
     goal_of,
     goals_of_models,
-    stated,
     without,
 )
 from service.engine.curvatures.care import surely_affordable
@@ -206,7 +205,7 @@ class EstimateWork:
         try:
             once, copies = _most_of(model, options, accuracy, moved)
         except InvalidRequest as error:
-            issues = (replace(issue, pointer=stated(accuracy)) for issue in error.issues)
+            issues = (replace(issue, pointer=accuracy.pointer) for issue in error.issues)
             raise InvalidRequest(*issues) from None
         if not (options.surface or options.wired):
             return _Prediction(Counts(0, 0, 0), Counts(0, 0, 0), True, pieces=copies.points)

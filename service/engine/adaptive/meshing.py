@@ -28,7 +28,6 @@ from service.engine.adaptive.tolerances import (
     for_border,
     goals_of_models,
     in_place,
-    nearest_to_eye,
     within_reach,
 )
 from service.engine.bounds.certificate_rounding import check_goal, floor
@@ -90,8 +89,7 @@ class Meshing:
         goal = in_place(goal, None, model.bounds, slack(origin, *model.bounds))
         goal = within_reach(goal, diagonal_of(model))
         rounding = storage.rounding(origin, *model.bounds)
-        nearest = nearest_to_eye(goal.view, model.bounds)
-        check_goal(goal, floor(self._ground, rounding), nearest)
+        check_goal(goal, floor(self._ground, rounding), goal.nearest(*model.bounds))
         if goal.angle < pi:
             # What cannot be is refused at once, not after all the work that is allowed.
             Budget(most).count(int(least_by_angle(model, goal.angle)))

@@ -19,7 +19,6 @@ import numpy as np
 
 from service.bases.chunks import chunks
 from service.engine.adaptive.assembly.isocurves import goal_divisions
-from service.engine.adaptive.tolerances import nearest_to_eye
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.second_derivatives import grid_bends
 from service.engine.evaluation.evaluate import evaluate
@@ -88,7 +87,7 @@ def least_by_angle(model: PatchModel, angle: float) -> float:
 
 def _cells(model: PatchModel, goal: Goal) -> tuple[int, int]:
     """Upper bounds of the cells, and of the pieces of the borders of patches."""
-    nearest = np.array([nearest_to_eye(goal.view, model.bounds)])
+    nearest = np.array([goal.nearest(*model.bounds)])
     part = max(float(goal.allowed(nearest)[0]) / PARTS, float(np.finfo(np.float64).tiny))
     cells = pieces = 0
     for batch in model.batches:

@@ -1,10 +1,17 @@
 """How near a mesh must be to its surface: what a user states, checked at birth."""
 
 from dataclasses import dataclass
-from math import inf, isfinite, pi
+from math import pi
+from sys import float_info
 
 from service.errors import InvalidRequest, Issue
 from service.surface.checks import MAX_COORDINATE
+
+TOLERANCES = ("tolerance", "relative_tolerance", "pixel_tolerance")
+BUDGETS = ("max_triangles", "max_bytes")
+
+STATED = (*TOLERANCES, "angle_tolerance", *BUDGETS)
+"""Options by which a mesh can be asked for, the first of them first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,22 +33,23 @@ class Camera:
     height: int
 
     def __post_init__(self) -> None:
-        if not all(isfinite(x) and abs(x) <= MAX_COORDINATE for x in self.position):
-            raise _out_of_range(
+        # NaN is within no bounds.
+        if not all(abs(x) <= MAX_COORDINATE for x in self.position):
+            raise _refusal(
                 "/camera/position",
                 "The camera stands at a point of the model's space.",
                 "a coordinate beyond it",
                 f"coordinates up to {MAX_COORDINATE:.7g}",
             )
         if not 0 < self.field_of_view < pi:
-            raise _out_of_range(
+            raise _refusal(
                 "/camera/field_of_view",
                 "The field of view is the angle between its upper and its lower border.",
                 f"{self.field_of_view:.6g}",
                 "an angle between 0 and π radians",
             )
         if self.height < 1:
-            raise _out_of_range(
+            raise _refusal(
                 "/camera/height",
                 "The height of the picture is counted in pixels.",
                 str(self.height),
@@ -58,7 +66,7 @@ class Accuracy:
     tolerance : float or None
         Model units. No point of the surface is further than this from the mesh.
     relative_tolerance : float or None
-        The same as a share of the diagonal of the box about the control points.
+        The tolerance as a share of the diagonal of the box about the control points.
     angle_tolerance : float or None
         Radians between the normals of neighbouring vertices; sought, not certified.
     max_triangles, max_bytes : int or None
@@ -81,75 +89,62 @@ class Accuracy:
     pixel_tolerance: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("tolerance", "relative_tolerance", "pixel_tolerance"):
-            value = getattr(self, name)
-            if value is not None and not 0 < value < inf:
-                raise _out_of_range(
-                    f"/{name}", "A tolerance is a distance.", f"{value:.6g}", "a number above 0"
-                )
-        if self.angle_tolerance is not None and not 0 < self.angle_tolerance <= pi:
-            raise _out_of_range(
-                "/angle_tolerance",
+        for names, most, message, needed in (
+            (TOLERANCES, float_info.max, "A tolerance is a distance.", "a number above 0"),
+            (
+                ("angle_tolerance",),
+                pi,
                 "The angle is one between two normals.",
-                f"{self.angle_tolerance:.6g}",
                 "above 0, at most π radians",
-            )
-        for name in ("max_triangles", "max_bytes"):
-            value = getattr(self, name)
-            if value is not None and value < 1:
-                raise _out_of_range(f"/{name}", "A budget is a count.", str(value), "at least 1")
+            ),
+            (BUDGETS, float_info.max, "A budget is a count.", "at least 1"),
+        ):
+            for name in names:
+                value = getattr(self, name)
+                if value is not None and not 0 < value <= most:
+                    raise _refusal(f"/{name}", message, f"{value:.6g}", needed)
         if self.tolerance is not None and self.relative_tolerance is not None:
-            raise InvalidRequest(
-                Issue(
-                    "conflicting_options",
-                    "The tolerance is given in model units, or relative to the model's size.",
-                    "/relative_tolerance",
-                    "both",
-                    "one of the two",
-                )
+            raise _refusal(
+                "/relative_tolerance",
+                "The tolerance is given in model units, or relative to the model's size.",
+                "both",
+                "one of the two",
+                "conflicting_options",
             )
-        if self.two_sided and not self._bounded:
-            raise InvalidRequest(
-                Issue(
-                    "missing_field",
-                    "The distance from the mesh to the surface is bounded beside the other one.",
-                    "/tolerance",
-                    "two_sided alone",
-                    "a tolerance or a budget as well",
-                )
+        # An angle alone bounds no distance.
+        if self.two_sided and not self._states(*TOLERANCES, *BUDGETS):
+            raise _refusal(
+                "/tolerance",
+                "The distance from the mesh to the surface is bounded beside the other one.",
+                "two_sided alone",
+                "a tolerance or a budget as well",
+                "missing_field",
             )
         if (self.camera is None) != (self.pixel_tolerance is None):
-            raise InvalidRequest(
-                Issue(
-                    "missing_field",
-                    "A camera tells what is seen, and a tolerance how much of it matters.",
-                    "/camera" if self.camera is None else "/pixel_tolerance",
-                    "nothing",
-                    "both of camera and pixel_tolerance, or neither",
-                )
+            raise _refusal(
+                "/camera" if self.camera is None else "/pixel_tolerance",
+                "A camera tells what is seen, and a tolerance how much of it matters.",
+                "nothing",
+                "both of camera and pixel_tolerance, or neither",
+                "missing_field",
             )
 
-    @property
-    def _bounded(self) -> bool:
-        """Whether a distance is asked for: angles alone bound none."""
-        given = (
-            self.tolerance,
-            self.relative_tolerance,
-            self.pixel_tolerance,
-            self.max_triangles,
-            self.max_bytes,
-        )
-        return any(value is not None for value in given)
+    def _states(self, *names: str) -> bool:
+        """Whether any of these options is given."""
+        return any(getattr(self, name) is not None for name in names)
 
     @property
     def budgeted(self) -> bool:
         """Whether nothing but a budget says how near the mesh must be."""
-        demands = (
-            self.tolerance, self.relative_tolerance, self.angle_tolerance, self.pixel_tolerance
-        )  # fmt: skip
-        budgets = self.max_triangles, self.max_bytes
-        return any(b is not None for b in budgets) and all(d is None for d in demands)
+        return self._states(*BUDGETS) and not self._states(*TOLERANCES, "angle_tolerance")
+
+    @property
+    def pointer(self) -> str:
+        """JSON pointer to the option by which a mesh was asked for."""
+        return f"/{next((name for name in STATED if self._states(name)), 'tolerance')}"
 
 
-def _out_of_range(where: str, message: str, got: str, needed: str) -> InvalidRequest:
-    return InvalidRequest(Issue("out_of_range", message, where, got, needed))
+def _refusal(
+    where: str, message: str, got: str, needed: str, code: str = "out_of_range"
+) -> InvalidRequest:
+    return InvalidRequest(Issue(code, message, where, got, needed))

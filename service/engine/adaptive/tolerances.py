@@ -7,23 +7,20 @@ is asked for the least (ε − δ)/S of them.
 
 from dataclasses import replace
 from math import hypot, inf, tan
+from typing import TypeAlias
 
 import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.bounds.goal import Goal, View
+from service.engine.bounds.goal import Goal, View, too_small
 from service.engine.scenes.placing import placing_error, scalings
-from service.errors import InvalidRequest, Issue
 from service.surface.lowered import GroupModel, Model
 from service.surface.placement import placed_bounds
 from service.surface.sweep_model import SweepModel
 
-STATED = (
-    "tolerance", "relative_tolerance", "pixel_tolerance", "angle_tolerance", "max_triangles",
-    "max_bytes",
-)  # fmt: skip
-"""Options by which a mesh can be asked for, the first of them first."""
+Bounds: TypeAlias = tuple[FloatArray, FloatArray]
+"""Least and greatest coordinates, shape (3,) each."""
 
 ANYTHING = 4.0
 """Where no distance is asked for, it is this part of the diagonal: nothing is so far from anything
@@ -46,13 +43,7 @@ LESS = 1 - 2.0**-40
 """What is divided by a stretch and multiplied by it again must not come out larger."""
 
 
-def stated(accuracy: Accuracy) -> str:
-    """Pointer to the option by which a mesh was asked for."""
-    given = [name for name in STATED if getattr(accuracy, name) is not None]
-    return f"/{given[0]}" if given else "/tolerance"
-
-
-def box(model: Model) -> tuple[FloatArray, FloatArray]:
+def box(model: Model) -> Bounds:
     """Bounds of the control points of all copies, in the coordinates of the whole."""
     if not isinstance(model, GroupModel):
         return model.bounds
@@ -107,21 +98,16 @@ def goals_of_models(goal: Goal, group: GroupModel, error: float) -> tuple[Goal, 
     InvalidRequest
         `tolerance_too_small` if rounding takes most of it; without a pointer.
     """
-    found: list[Goal | None] = [None] * len(group.models)
+    goals: dict[int, Goal] = {}
     for member in group.members:
         own = in_place(goal, member.matrix, group.models[member.model].bounds, error)
-        known = found[member.model]
-        if known is None or own.tolerance < known.tolerance:
-            found[member.model] = own
-    return tuple(own for own in found if own is not None)
+        before = goals.setdefault(member.model, own)
+        if own.tolerance < before.tolerance:
+            goals[member.model] = own
+    return tuple(goals[number] for number in sorted(goals))
 
 
-def in_place(
-    goal: Goal,
-    matrix: FloatArray | None,
-    bounds: tuple[FloatArray, FloatArray],
-    error: float,
-) -> Goal:
+def in_place(goal: Goal, matrix: FloatArray | None, bounds: Bounds, error: float) -> Goal:
     """What is asked of a model between these bounds, so that its copy meets the goal.
 
     What is d away from the eye in the model is at least s d away in its place, where a rate r
@@ -138,7 +124,7 @@ def in_place(
     return replace(goal, tolerance=goal.tolerance / most * LESS, view=view)
 
 
-def without(goal: Goal, taken: float, bounds: tuple[FloatArray, FloatArray]) -> Goal:
+def without(goal: Goal, taken: float, bounds: Bounds) -> Goal:
     """The goal for what lies between these bounds, without what rounding takes of it.
 
     Raises
@@ -148,33 +134,32 @@ def without(goal: Goal, taken: float, bounds: tuple[FloatArray, FloatArray]) -> 
     """
     if not taken:
         return goal
-    tolerance, view = lessened(goal.tolerance, taken), goal.view
+    tolerance, view = _left(goal.tolerance, taken), goal.view
     if view is not None:
-        nearest = view.rate * max(view.near, nearest_to_eye(view, bounds))
-        view = replace(view, rate=view.rate * (lessened(nearest, taken) / nearest))
+        nearest = view.rate * max(view.near, goal.nearest(*bounds))
+        view = replace(view, rate=view.rate * (_left(nearest, taken) / nearest))
     return replace(goal, tolerance=tolerance, view=view)
 
 
-def for_border(goal: Goal, taken: float, bounds: tuple[FloatArray, FloatArray]) -> Goal:
+def _left(tolerance: float, taken: float) -> float:
+    """The tolerance without what rounding takes of it."""
+    if tolerance < SHARE * taken:
+        raise too_small(f"a distance of {tolerance:.6g}", SHARE * taken)
+    return tolerance - taken
+
+
+def for_border(goal: Goal, taken: float, bounds: Bounds) -> Goal:
     """The goal by which edges are divided, if vertices are rounded by so much when they are stored.
 
     Edges are divided until they are within 0.95 of the tolerance of their chords. Rounding moves
     the chords; where it may move them by more than is left, edges must be nearer to theirs.
     Elsewhere they are divided by what they are themselves, whatever they are part of.
     """
-    lessened_goal = without(goal, taken, bounds)
-    tight = lessened_goal.tolerance < ENOUGH * goal.tolerance
-    if goal.view is not None and lessened_goal.view is not None:
-        tight |= lessened_goal.view.rate < ENOUGH * goal.view.rate
-    return lessened_goal if tight else goal
-
-
-def nearest_to_eye(view: View | None, bounds: tuple[FloatArray, FloatArray]) -> float:
-    """Distance from the eye to a box; 0 without an eye."""
-    if view is None:
-        return 0.0
-    outside = np.maximum(np.maximum(bounds[0] - view.eye, view.eye - bounds[1]), 0.0)
-    return hypot(*outside.tolist())
+    less = without(goal, taken, bounds)
+    tight = less.tolerance < ENOUGH * goal.tolerance
+    if goal.view is not None and less.view is not None:
+        tight |= less.view.rate < ENOUGH * goal.view.rate
+    return less if tight else goal
 
 
 def within_reach(goal: Goal, diagonal: float) -> Goal:
@@ -183,21 +168,6 @@ def within_reach(goal: Goal, diagonal: float) -> Goal:
     All edges are nearer to their chords than this, so that they are divided as before.
     """
     return replace(goal, tolerance=min(goal.tolerance, ANYTHING * diagonal or inf))
-
-
-def lessened(tolerance: float, taken: float) -> float:
-    """The tolerance without what rounding takes of it."""
-    if tolerance < SHARE * taken:
-        raise InvalidRequest(
-            Issue(
-                "tolerance_too_small",
-                "The numbers of the answer are not so precise.",
-                "",
-                f"a distance of {tolerance:.6g}",
-                f"at least {SHARE * taken:.3g} for this surface in this format",
-            )
-        )
-    return tolerance - taken
 
 
 def each_alone(group: GroupModel) -> GroupModel:

@@ -38,9 +38,8 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.engine.bounds.degree_reduction import DIRECT, SHIFT
-from service.engine.bounds.goal import Goal
+from service.engine.bounds.goal import Goal, too_small
 from service.engine.bounds.patch_nets import PatchNets
-from service.errors import InvalidRequest, Issue
 
 UNIT = 2.0**-53
 """Half the distance from 1 to the next number: what one rounding may do."""
@@ -88,12 +87,5 @@ def check_goal(goal: Goal, least: float, nearest: float = 0.0) -> None:
     """
     asked = float(goal.allowed(np.array([nearest]))[0])
     if asked < least:
-        raise InvalidRequest(
-            Issue(
-                "tolerance_too_small",
-                "The numbers of the answer are not so precise.",
-                "/tolerance" if goal.view is None else "/pixel_tolerance",
-                f"{asked:.6g}",
-                f"at least {least:.3g} for this surface in this format",
-            )
-        )
+        pointer = "/tolerance" if goal.view is None else "/pixel_tolerance"
+        raise too_small(f"{asked:.6g}", least, pointer)

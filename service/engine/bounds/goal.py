@@ -6,6 +6,7 @@ from math import inf
 import numpy as np
 
 from service.bases.arrays import FloatArray
+from service.errors import InvalidRequest, Issue
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,3 +53,28 @@ class Goal:
             return np.full(distance.shape, self.tolerance)
         seen = self.view.rate * np.maximum(distance, self.view.near)
         return np.minimum(seen, self.tolerance)
+
+    def distances_to_eye(self, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Distances from the eye to boxes, corners (m, 3): shape (m,); 0 without a view."""
+        if self.view is None:
+            return np.zeros(len(low))
+        outside = np.maximum(np.maximum(low - self.view.eye, self.view.eye - high), 0.0)
+        distances: FloatArray = np.sqrt(np.square(outside).sum(axis=1))
+        return distances
+
+    def nearest(self, low: FloatArray, high: FloatArray) -> float:
+        """Distance from the eye to a box; 0 without a view."""
+        return float(self.distances_to_eye(low[np.newaxis], high[np.newaxis])[0])
+
+
+def too_small(got: str, least: float, pointer: str = "") -> InvalidRequest:
+    """The refusal of a goal that rounding leaves no room for."""
+    return InvalidRequest(
+        Issue(
+            "tolerance_too_small",
+            "The numbers of the answer are not so precise.",
+            pointer,
+            got,
+            f"at least {least:.3g} for this surface in this format",
+        )
+    )

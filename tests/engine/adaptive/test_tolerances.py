@@ -16,7 +16,6 @@ from service.engine.adaptive.tolerances import (
     goals_of_models,
     has_sweeps,
     in_place,
-    stated,
 )
 from service.engine.bounds.goal import Goal, View
 from service.engine.scenes.placing import placing_error, scalings
@@ -146,4 +145,4 @@ def test_tubes_are_found_in_groups() -> None:
     ],
 )
 def test_the_option_that_asked_is_named(accuracy: Accuracy, where: str) -> None:
-    assert stated(accuracy) == where
+    assert accuracy.pointer == where

@@ -73,7 +73,8 @@ def _of_edges(group: EdgeCurves, goal: Goal) -> Ints:
 
 def _across(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
     """Divisions along u and along v of the patches of a batch, (P,) each."""
-    allowed = SHARE * goal.allowed(_distance_to_eye(batch, goal))
+    points = batch.points.reshape(batch.count, -1, 3)
+    allowed = SHARE * goal.allowed(goal.distances_to_eye(points.min(axis=1), points.max(axis=1)))
     if isinstance(batch, TrianglePatches):
         bound = triangle_deviations(batch, MAX_RESOLUTION) * MAX_RESOLUTION**2
         pieces = _pieces(8 * bound, allowed)
@@ -116,13 +117,3 @@ def _turns(points: FloatArray) -> FloatArray:
     angle = np.where(still, 0.0, np.arccos(np.clip(cosine, -1.0, 1.0)))
     turns: FloatArray = angle.sum(axis=1).max(axis=1, initial=0.0)
     return turns
-
-
-def _distance_to_eye(batch: Patches, goal: Goal) -> FloatArray:
-    """Distances from the eye to the boxes about the patches; 0 without a camera."""
-    if goal.view is None:
-        return np.zeros(batch.count)
-    points = batch.points.reshape(batch.count, -1, 3)
-    outside = np.maximum(points.min(axis=1) - goal.view.eye, goal.view.eye - points.max(axis=1))
-    distance: FloatArray = np.sqrt(np.square(np.maximum(outside, 0.0)).sum(axis=1))
-    return distance
