@@ -1,0 +1,1 @@
+"""Questions to a surface whose answers are proved: closest points, rays."""

@@ -1,0 +1,189 @@
+"""Closest points of a surface to points, each with an interval that holds the distance.
+
+All points and all patches together, level by level: each pair of a point and a cell of a patch
+(`cells`) is looked at once. A pair ends where the cell is farther than a point of the surface that
+was found already, where it has no minimum of its patch, or where its minimum is settled
+(`distance_bounds`); otherwise its cell is halved. In settled cells Newton's method finds the
+minimum, and Theorem 2 proves how near it is: a distance that Newton's method did not reach only
+makes an interval wider, and then the cell is halved again.
+
+The interval of a point begins with the least lower bound of all its pairs that were not proved to
+be farther, and ends with the distance of the point that was found. Its work has a budget: a pair
+that is left when it is used up is part of the interval, as it is.
+"""
+
+from collections.abc import Iterator
+from dataclasses import fields
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.queries import cell_models as columns
+from service.engine.queries.cell_models import UNIT
+from service.engine.queries.cells import CellTree
+from service.engine.queries.distance_bounds import (
+    CellBounds,
+    cell_bounds,
+    least_change,
+    sphere_bounds,
+)
+from service.engine.queries.nearest import ClosestPoints, Nearest
+from service.engine.queries.nets import QueryNets
+from service.engine.queries.newton import measure
+from service.engine.queries.patch_tree import PatchTree
+from service.stopping import checkpoint
+
+CHUNK, FEWEST = 1024, 16
+"""Points that are looked at together: what is computed of them stays in a processor's cache. Fewer
+where their cells take much memory."""
+
+MOST_PAIRS = 1000
+"""Cells of one point that are open at a time: its budget."""
+
+STEPS = 8
+"""Of Newton's method, before a cell is halved instead."""
+
+ENOUGH = 1 / 2
+"""Width of an interval at which a cell is not halved any more, in units of the tolerance."""
+
+EXACT = 64
+"""Width of an interval, in errors of rounding, at which Newton's method ends."""
+
+
+class ClosestSearch:
+    """Finds closest points of one surface.
+
+    Parameters
+    ----------
+    nets : QueryNets
+    tolerance : float
+        How wide intervals may be, in the coordinates of the nets.
+    """
+
+    def __init__(self, nets: QueryNets, tolerance: float) -> None:
+        self.tolerance = tolerance
+        self.cells = CellTree(nets)
+        self.patches = PatchTree(self.cells)
+
+    def find(self, points: FloatArray) -> ClosestPoints:
+        """Closest points to `points` (m, 3), in the coordinates of the nets."""
+        found = list(self._chunks(points))
+        names = [field.name for field in fields(ClosestPoints)]
+        return ClosestPoints(*(np.concatenate([getattr(f, name) for f in found]) for name in names))
+
+    def _chunks(self, points: FloatArray) -> Iterator[ClosestPoints]:
+        first, size = 0, CHUNK
+        while first < len(points):
+            checkpoint()
+            some = _Chunk(self, points[first : first + size]).search()
+            if self.cells.is_full and size > FEWEST:
+                size //= 4  # the cells of fewer points find room
+            else:
+                yield some
+                first += size
+            self.cells.forget_much()
+
+
+class _Chunk:
+    """The search for the closest points to some points."""
+
+    def __init__(self, search: ClosestSearch, points: FloatArray) -> None:
+        self.cells, self.patches = search.cells, search.patches
+        self.enough = ENOUGH * search.tolerance
+        self.x = np.ascontiguousarray(points.T)
+        self.nearest = Nearest(self.cells, self.x, search.tolerance)
+        self.settled: list[tuple[Ints, Ints, CellBounds]] = []
+
+    def search(self) -> ClosestPoints:
+        """All levels, until no pair is left."""
+        point, cell = self.patches.candidates(self.x)
+        while len(point):
+            while len(point):
+                checkpoint()
+                point, cell = self.step(point, cell)
+            point, cell = self.polish()
+        return self.nearest.answer()
+
+    def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
+        """The pairs of the next level; those that are settled in this one are put aside."""
+        low, upper = sphere_bounds(
+            self.cells.models[:5].take(cell, axis=1), self.x.take(point, axis=1)
+        )
+        self.nearest.add_centers(point, cell, upper)
+        rows = np.flatnonzero(low <= self.nearest.limit(point))
+        point, cell = point[rows], cell[rows]
+        bounds = cell_bounds(
+            self.cells.models.take(cell, axis=1),
+            self.cells.place.take(cell, axis=1),
+            self.cells.point_sides.take(cell, axis=1),
+            self.x.take(point, axis=1),
+        )
+        low = np.maximum(bounds.low, low[rows])
+        keep = ~bounds.empty & (low <= self.nearest.limit(point))
+        rows = np.flatnonzero(keep & bounds.settled)
+        if len(rows):
+            self.settled.append((point[rows], cell[rows], bounds.take(rows)))
+        rows = np.flatnonzero(keep & ~bounds.settled)
+        return self.halve(point[rows], cell[rows], low[rows])
+
+    def halve(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
+        """The children of open pairs; those beyond the budget end."""
+        best = np.sqrt(self.nearest.best)
+        stop = best[point] - np.sqrt(np.maximum(low, 0.0)) <= self.enough
+        stop |= np.bincount(point, minlength=len(best))[point] > MOST_PAIRS
+        stop |= ~self.cells.can_halve(cell)
+        if stop.any():
+            self.nearest.end_cells(point[stop], cell[stop], low[stop])
+            point, cell = point[~stop], cell[~stop]
+        if not len(point):
+            return point, cell
+        children, parents = self.cells.children(cell)
+        return point[parents], children
+
+    def polish(self) -> tuple[Ints, Ints]:
+        """Newton's method in settled cells, the nearest first; the pairs that it did not end."""
+        if not self.settled:
+            return np.zeros(0, np.intp), np.zeros(0, np.intp)
+        point = np.concatenate([point for point, _, _ in self.settled])
+        cell = np.concatenate([cell for _, cell, _ in self.settled])
+        bounds = CellBounds.joined([bounds for _, _, bounds in self.settled])
+        self.settled = []
+        order = np.lexsort((cell, bounds.low, point))
+        is_first = np.diff(point[order], prepend=-1) > 0
+        left = []
+        for some in (order[is_first], order[~is_first]):
+            rows = some[bounds.low[some] <= self.nearest.limit(point[some])]
+            if len(rows):
+                left.append(rows[~self.descend(point[rows], cell[rows], bounds.take(rows))])
+        rows = np.concatenate(left) if left else np.zeros(0, np.intp)
+        rows = rows[np.lexsort((cell[rows], point[rows]))]
+        return self.halve(point[rows], cell[rows], bounds.low[rows])
+
+    def descend(self, point: Ints, cell: Ints, bounds: CellBounds) -> Bools:
+        """Looks for the minima of settled pairs; which of them ended with a good bound."""
+        ended = np.zeros(len(point), bool)
+        model = self.cells.models
+        rows, at = np.arange(len(point)), bounds.start
+        net, place = self.cells.net[cell], self.cells.place[:, cell]
+        slope = model[columns.SLOPE_A : columns.SLOPE_B + 1, cell]
+        least = model[columns.LEAST_A : columns.LEAST_B + 1, cell]
+        for left in range(STEPS, 0, -1):
+            found = measure(self.cells, net[rows], place[:, rows], at, self.x[:, point[rows]])
+            wrong = slope[:, rows] * found.distance + least[:, rows]
+            change = least_change(found.gradient, wrong, bounds.convexity[:, rows], at)
+            low = found.low * found.low + 2 * change
+            self.nearest.add_places(point[rows], net[rows], found)
+            # Newton's method goes on until it is as exact as it can be: that is one step more.
+            exact = EXACT * (self.cells.errors[net[rows]] + UNIT * found.distance)
+            enough = np.minimum(exact, self.enough) if left > 1 else self.enough
+            good = found.high - np.sqrt(np.maximum(low, 0.0)) <= enough
+            good |= low > self.nearest.limit(point[rows])
+            if good.any():
+                done = rows[good]
+                ended[done] = True
+                self.nearest.end_minima(point[done], net[done], found.take(good), low[good])
+            rows = rows[~good]
+            if not len(rows):
+                break
+            at = found.take(~good).next(at[:, ~good], bounds.sides[:, rows])
+        return ended

@@ -1,0 +1,80 @@
+"""Points and partials up to the second of nets, at one place each."""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.bases.bernstein import bernstein
+from service.engine.queries.nets import QueryNets
+
+ROOM = 1 << 20
+"""Numbers of control nets that are gathered at a time."""
+
+
+def net_partials(nets: QueryNets, net: Ints, place: FloatArray) -> FloatArray:
+    """S, S_u, S_v, S_uu, S_uv, S_vv of nets at places of their own.
+
+    Parameters
+    ----------
+    nets : QueryNets
+    net : ndarray of int, shape (m,)
+    place : ndarray of float64, shape (2, m)
+        In [0, 1].
+
+    Returns
+    -------
+    ndarray of float64, shape (6, 3, m)
+
+    Notes
+    -----
+    S is wrong by at most 4 (p + q + 2) u M: bases are sums of products that are not negative. A
+    partial of order i, j is wrong by p^i q^j times as much, of rational nets in each net's ratio of
+    weights.
+    """
+    found = np.empty((6, 3, len(net)))
+    for group in nets.groups:
+        k = len(group.nets)
+        rows = np.arange(len(net))
+        if len(nets.groups) > 1:
+            rows = np.flatnonzero((net >= group.first) & (net < group.first + k))
+        step = max(1, ROOM // group.nets[0].size)
+        for first in range(0, len(rows), step):
+            some = rows[first : first + step]
+            u, v = place[:, some]
+            found[:, :, some] = _of_group(group.nets[net[some] - group.first], u, v)
+    return found
+
+
+def _of_group(nets: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
+    m, rows, columns, width = nets.shape
+    basis_u, basis_v = _bases(rows - 1, u), _bases(columns - 1, v)
+    lines = np.matmul(basis_u, nets.reshape(m, rows, -1)).reshape(m, 3, columns, width)
+    x = np.matmul(basis_v[:, np.newaxis], lines)
+    # x[:, i, j] is the partial of order i in u and j in v.
+    chosen = np.ascontiguousarray(x[:, [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]].transpose(1, 2, 0))
+    if width == 3:
+        return chosen
+    w = chosen[:, 3]
+    s = chosen[:, :3]
+    s[0] /= w[0]
+    s[1] = (s[1] - w[1] * s[0]) / w[0]
+    s[2] = (s[2] - w[2] * s[0]) / w[0]
+    s[3] = (s[3] - w[3] * s[0] - 2 * w[1] * s[1]) / w[0]
+    s[4] = (s[4] - w[4] * s[0] - w[1] * s[2] - w[2] * s[1]) / w[0]
+    s[5] = (s[5] - w[5] * s[0] - 2 * w[2] * s[2]) / w[0]
+    return s
+
+
+def _bases(degree: int, t: FloatArray) -> FloatArray:
+    """Bernstein polynomials and their first and second derivatives, (m, 3, n+1)."""
+    found = np.zeros((len(t), 3, degree + 1))
+    found[:, 0] = bernstein(degree, t)
+    if degree > 0:
+        low = degree * bernstein(degree - 1, t)
+        found[:, 1, 1:] = low
+        found[:, 1, :-1] -= low
+    if degree > 1:
+        low = degree * (degree - 1) * bernstein(degree - 2, t)
+        found[:, 2, 2:] = low
+        found[:, 2, 1:-1] -= 2 * low
+        found[:, 2, :-2] += low
+    return found

@@ -1,0 +1,195 @@
+"""The patches of a model as tensor-product nets about a local origin, in a scale of their own.
+
+Every query works on tensor-product Bézier nets over [0, 1]² whose coordinates are about 1:
+
+    net = (P − origin) / scale,   scale a power of two, so that dividing is exact
+
+A rational net is homogeneous: (w x, w y, w z, w). A triangular patch becomes three nets without a
+singular point. The quadrilateral of a corner, the middles of its two sides and the centroid is
+s(a, b) = (1 − a)(1 − b) A + a (1 − b) B + b (1 − a) D + a b C, and S(s(a, b)) is a polynomial of
+degree (n, n): one argument of the blossom after the other is replaced by s(a, b), which multiplies
+by the Bernstein polynomials of degree (1, 1),
+
+    G_{m+1}[i, j] = Σ_{α, β ∈ {0, 1}} c_iα c_jβ G_m[i − α, j − β](corner αβ),
+    c_i1 = i / (m + 1),  c_i0 = 1 − c_i1
+
+where G_m[i, j] are triangular nets of degree n − m. All factors are between 0 and 1. A curve is a
+net of degree (n, 0).
+
+References
+----------
+DeRose, Goldman, Hagen and Mann, Functional composition algorithms via blossoming, ACM Transactions
+on Graphics 12 (1993).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import frexp, ldexp
+
+import numpy as np
+
+from service.bases import triangle
+from service.bases.arrays import FloatArray, Ints
+from service.bases.homogeneous import homogeneous
+from service.bases.triangle_polynomials import tensor_net
+from service.surface.batches import Patches, TrianglePatches
+from service.surface.curve_pieces import CurvePieces
+
+_A, _B, _C = np.eye(3)
+_MIDDLE = (_A + _B + _C) / 3
+_QUADRILATERALS = tuple(
+    np.stack([one, (one + right) / 2, (one + left) / 2, _MIDDLE])
+    for one, right, left in ((_A, _B, _C), (_B, _C, _A), (_C, _A, _B))
+)
+"""Corners at (a, b) = (0, 0), (1, 0), (0, 1), (1, 1), barycentric (r, s, t)."""
+
+_CHOICES = ((0, 0), (1, 0), (0, 1), (1, 1))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class NetGroup:
+    """K nets of one degree (p, q), all polynomial or all rational.
+
+    Attributes
+    ----------
+    nets : ndarray of float64, shape (K, p+1, q+1, 3 or 4)
+    first : int
+        Number of the first of them among all nets of a model.
+    """
+
+    nets: FloatArray
+    first: int
+
+    @property
+    def degree(self) -> tuple[int, int]:
+        """Degree (p, q)."""
+        return self.nets.shape[1] - 1, self.nets.shape[2] - 1
+
+    @property
+    def is_rational(self) -> bool:
+        """Whether the nets have weights."""
+        return bool(self.nets.shape[3] == 4)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class QueryNets:
+    """All nets of a model, N in number.
+
+    Attributes
+    ----------
+    groups : tuple of NetGroup
+    origin : ndarray of float64, shape (3,)
+    scale : float
+        Coordinates of the model are origin + scale · coordinates of the nets.
+    patch : ndarray of int, shape (N,)
+        Number of the patch in the model.
+    corners : ndarray of float64, shape (N, 4, 2)
+        Parameters (u, v) of the patch at (a, b) = (0, 0), (1, 0), (0, 1), (1, 1).
+    diagonal : float
+        Of the box of all control points, in model units.
+    """
+
+    groups: tuple[NetGroup, ...]
+    origin: FloatArray
+    scale: float
+    patch: Ints
+    corners: FloatArray
+    diagonal: float
+
+    def local(self, points: FloatArray) -> FloatArray:
+        """Points (m, 3) of the model in the coordinates of the nets."""
+        return np.asarray((points - self.origin) / self.scale)
+
+    def parameters(self, net: Ints, place: FloatArray) -> FloatArray:
+        """Parameters (m, 2) of the patches at places (m, 2) of their nets.
+
+        Those of a tensor-product patch are the place itself, bit for bit.
+        """
+        a, b = place.T[:, :, np.newaxis]
+        lowest, right, left, far = self.corners[net].transpose(1, 0, 2)
+        # Both sums are exact where the corners are those of the unit square.
+        along = lowest + a * (right - lowest)
+        parameters = along + b * (left - lowest) + a * b * (far - right - left + lowest)
+        return np.asarray(np.clip(parameters, 0.0, 1.0))
+
+
+UNIT_CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+COLLAPSED_CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
+HIGHEST = 16
+"""Degree up to which triangles become quadrilaterals, which takes time as its fifth power; above,
+a triangle is one net of which the side b = 1 is a point."""
+
+
+def surface_nets(batches: Sequence[Patches]) -> QueryNets:
+    """The nets of batches of patches."""
+    low = np.min([batch.bounds[0] for batch in batches], axis=0)
+    high = np.max([batch.bounds[1] for batch in batches], axis=0)
+    origin, scale, diagonal = _frame(low, high)
+    groups: list[NetGroup] = []
+    patches, corners, first, net = [], [], 0, 0
+    for batch in batches:
+        points = homogeneous((batch.points - origin) / scale, batch.weights)
+        numbers = np.arange(first, first + batch.count)
+        if isinstance(batch, TrianglePatches):
+            if batch.degree <= HIGHEST:
+                points = _quadrilateral_nets(points, batch.degree)
+                numbers = np.tile(numbers, 3)
+                places = np.repeat([each[:, 1:] for each in _QUADRILATERALS], batch.count, axis=0)
+            else:
+                points = tensor_net(points)
+                places = np.broadcast_to(COLLAPSED_CORNERS, (batch.count, 4, 2))
+        else:
+            places = np.broadcast_to(UNIT_CORNERS, (batch.count, 4, 2))
+        groups.append(NetGroup(np.ascontiguousarray(points), net))
+        patches.append(numbers)
+        corners.append(places)
+        first, net = first + batch.count, net + len(points)
+    return QueryNets(
+        tuple(groups), origin, scale, np.concatenate(patches), np.concatenate(corners), diagonal
+    )
+
+
+def curve_nets(pieces: CurvePieces) -> QueryNets:
+    """The nets of the pieces of a curve, of degree (n, 0); a place is (t, 0)."""
+    points = pieces.solid
+    flat = points.reshape(-1, 3)
+    origin, scale, diagonal = _frame(flat.min(axis=0), flat.max(axis=0))
+    nets = homogeneous((points - origin) / scale, pieces.weights)[:, :, np.newaxis]
+    corners = np.broadcast_to(UNIT_CORNERS, (pieces.count, 4, 2))
+    group = NetGroup(np.ascontiguousarray(nets), 0)
+    return QueryNets((group,), origin, scale, np.arange(pieces.count), corners, diagonal)
+
+
+def _frame(low: FloatArray, high: FloatArray) -> tuple[FloatArray, float, float]:
+    """The middle of a box, a power of two near its longest side, and its diagonal."""
+    sides = high - low
+    longest = float(sides.max())
+    scale = ldexp(1.0, frexp(longest)[1]) if longest > 0 else 1.0
+    return low + sides / 2, scale, scale * float(np.linalg.norm(sides / scale))
+
+
+def _quadrilateral_nets(nets: FloatArray, degree: int) -> FloatArray:
+    """Tensor nets (3 K, n+1, n+1, D) of the quadrilaterals of triangular nets (K, points, D)."""
+    found = []
+    for corners in _QUADRILATERALS:
+        # (m+1, m+1, K, points of degree n − m, D)
+        step = nets[np.newaxis, np.newaxis]
+        for m in range(degree):
+            starts = triangle.row_starts(degree - m)
+            ends = np.arange(degree - m + 1)
+            inner = np.delete(np.arange(starts[-1]), starts[1:] - 1)
+            row = np.searchsorted(starts, inner, side="right") - 1
+            above = inner + len(ends) - row
+            rising = np.arange(1, m + 2) / (m + 1)
+            falling = rising[::-1]
+            size = (m + 2, m + 2, len(nets), len(inner), nets.shape[-1])
+            raised = np.zeros(size)
+            for (r, s, t), (alpha, beta) in zip(corners, _CHOICES, strict=True):
+                value = r * step[:, :, :, inner] + s * step[:, :, :, inner + 1]
+                value += t * step[:, :, :, above]
+                value *= (rising if alpha else falling)[:, None, None, None, None]
+                value *= (rising if beta else falling)[:, None, None, None]
+                raised[alpha : alpha + m + 1, beta : beta + m + 1] += value
+            step = raised
+        found.append(step[:, :, :, 0].transpose(2, 0, 1, 3))
+    return np.concatenate(found)

@@ -1,0 +1,86 @@
+"""A tree of spheres over the patches, so that a point need not look at all of 10,000 patches.
+
+Patches are put in the order of a space-filling curve through their centres (Morton), and every
+eight neighbours get one sphere, every eight of these another. The centre of a sphere is the centre
+of a patch in it, a point of the surface, so that one distance gives both bounds:
+
+    d(x, c) − R ≤ d(x, S) ≤ d(x, c)
+
+References
+----------
+Lauterbach, Garland, Sengupta, Luebke and Manocha, Fast BVH construction on GPUs, Computer Graphics
+Forum 28 (2009).
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.queries.cells import CellTree
+from service.engine.queries.distance_bounds import sphere_bounds
+
+FANOUT, FEW = 8, 24
+"""Members of a sphere; patches at which each point looks at once."""
+
+
+class PatchTree:
+    """Spheres over the first cells of a `CellTree`, level over level.
+
+    Attributes
+    ----------
+    order : ndarray of int, shape (N,)
+        The nets along the curve.
+    levels : list of ndarray of float64, shape (5, n)
+        Centre, radius and error of the spheres, the coarsest first. Sphere k of a level holds
+        spheres 8 k … 8 k + 7 of the next, those of the last level nets of the `order`.
+    """
+
+    def __init__(self, cells: CellTree) -> None:
+        spheres = cells.models[:5, : cells.roots]
+        self.order = np.argsort(_morton(spheres[:3]), kind="stable")
+        level = spheres[:, self.order]
+        self.levels = [level]
+        while level.shape[1] > FEW:
+            level = _over(level)
+            self.levels.insert(0, level)
+
+    def candidates(self, x: FloatArray) -> tuple[Ints, Ints]:
+        """Pairs of a point (of x, (3, m)) and a net that may be nearest, in the order of points."""
+        m, first = x.shape[1], self.levels[0].shape[1]
+        point = np.repeat(np.arange(m), first)
+        sphere = np.tile(np.arange(first), m)
+        best = np.full(m, np.inf)
+        for level, finer in zip(self.levels[:-1], self.levels[1:], strict=True):
+            low, upper = sphere_bounds(level.take(sphere, axis=1), x.take(point, axis=1))
+            starts = np.flatnonzero(np.diff(point, prepend=-1))
+            who = point[starts]
+            best[who] = np.minimum(best[who], np.minimum.reduceat(upper, starts))
+            keep = low <= best[point]
+            point, sphere = point[keep], sphere[keep]
+            sphere = (FANOUT * sphere[:, np.newaxis] + np.arange(FANOUT)).ravel()
+            point = np.repeat(point, FANOUT)
+            inside = sphere < finer.shape[1]
+            point, sphere = point[inside], sphere[inside]
+        return point, self.order[sphere]
+
+
+def _over(level: FloatArray) -> FloatArray:
+    """The spheres over eight spheres each, around the centre of one in their middle."""
+    count = level.shape[1]
+    starts = np.arange(0, count, FANOUT)
+    middle = level[:, np.minimum(starts + FANOUT // 2, count - 1)].copy()
+    away = level[:3] - np.repeat(middle[:3], FANOUT, axis=1)[:, :count]
+    reach = np.sqrt((away * away).sum(axis=0)) + level[3]
+    middle[3] = np.maximum.reduceat(reach, starts) * (1 + 1e-12)
+    return middle
+
+
+def _morton(centers: FloatArray) -> Ints:
+    """Numbers along a Morton curve of points (3, N) in their box."""
+    low = centers.min(axis=1, keepdims=True)
+    side = float((centers - low).max(initial=0.0)) or 1.0
+    grid = ((centers - low) / side * 1023).astype(np.intp)
+    code = np.zeros(centers.shape[1], np.intp)
+    for bit in range(10):
+        for axis in range(3):
+            code |= ((grid[axis] >> bit) & 1) << (3 * bit + axis)
+    return code

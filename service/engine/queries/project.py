@@ -1,0 +1,147 @@
+"""Closest points of surfaces and curves as columns: a row for every point that was asked about."""
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.engine.curves.evaluation import Samples, tangents
+from service.engine.evaluation.scattered import scattered_normals
+from service.engine.mesh.connect import connect
+from service.engine.mesh.connectivity import triangular_patches
+from service.engine.queries.closest import ClosestSearch
+from service.engine.queries.nearest import ClosestPoints
+from service.engine.queries.net_partials import net_partials
+from service.engine.queries.nets import QueryNets, curve_nets, surface_nets
+from service.engine.vectors import cross, dot
+from service.surface.curve_pieces import CurvePieces, raised
+from service.surface.lowered import PatchModel
+
+Columns: TypeAlias = dict[str, NDArray[Any]]
+
+SMALL = 1e-4
+"""Sine of the angle of S_u and S_v below which the normal is computed as a limit."""
+
+ON_SIDE = 1e-12
+"""How far a parameter may be from the end of its patch for a place on the side of it."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ProjectQuery:
+    """What is asked.
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (m, 3), or (m, 2) beside a curve in the plane
+        Model units.
+    relative_tolerance : float
+        How wide the intervals of distances may be, in diagonals of the box of control points.
+    """
+
+    points: FloatArray
+    relative_tolerance: float = 1e-9
+
+
+def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
+    """The closest points of all patches together.
+
+    Returns
+    -------
+    dict of ndarray
+        positions (m, 3); distances (m,); distance_bounds (m, 2), which hold the least distance;
+        reached (m,), whether they are as narrow as asked; tied (m,), whether another place may be
+        as near; patch (m,), in the numbering of the request; uv (m, 2), of the surface where it has
+        a domain, else of the patch, (s, t) on triangles; normals (m, 3); on_boundary (m,).
+    """
+    nets = surface_nets(model.batches)
+    found, columns = _closest(nets, query)
+    patch = nets.patch[found.net]
+    local = nets.parameters(found.net, found.place)
+    columns |= surface_columns(model, patch, local, net_normals(nets, found.net, found.place))
+    columns["on_boundary"] = _on_boundary(model, patch, local)
+    return columns
+
+
+def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
+    """The closest points of a curve.
+
+    Returns
+    -------
+    dict of ndarray
+        As of a surface, but parameters (m,) in the domain of the curve, and unit tangents (m, d).
+    """
+    nets = curve_nets(pieces)
+    found, columns = _closest(nets, ProjectQuery(raised(query.points), query.relative_tolerance))
+    columns["positions"] = columns["positions"][:, : pieces.dimension]
+    places = Samples(found.net, found.place[:, 0])
+    columns["parameters"] = places.parameters(pieces.breaks)
+    columns["tangents"] = tangents(pieces, places)
+    return columns
+
+
+def net_normals(nets: QueryNets, net: Ints, place: FloatArray) -> tuple[FloatArray, Bools]:
+    """Unit normals (m, 3) at places (m, 2) of nets, and where these are to be trusted (m,)."""
+    _, du, dv, *_ = net_partials(nets, net, place.T)
+    normals = cross(du.T, dv.T)
+    with np.errstate(all="ignore"):
+        length = np.sqrt(dot(normals, normals))
+        most = np.sqrt(dot(du.T, du.T) * dot(dv.T, dv.T))
+        return normals / length[:, np.newaxis], (length > SMALL * most) & (length > SMALL**2)
+
+
+def surface_columns(
+    model: PatchModel, patch: Ints, local: FloatArray, regular: tuple[FloatArray, Bools]
+) -> Columns:
+    """Number of the patch as the request has it, parameters of the surface, and unit normals.
+
+    `regular` are the normals where S_u × S_v is large enough, and where it is.
+    """
+    normals, is_regular = regular
+    uv = local
+    if (domain := model.domain) is not None:
+        spans = np.divmod(patch, len(domain.v) - 1)
+        ends = [(k[span], k[span + 1]) for k, span in zip((domain.u, domain.v), spans, strict=True)]
+        uv = np.stack(
+            [
+                np.where(t == 1, high, low + t * (high - low))
+                for t, (low, high) in zip(local.T, ends, strict=True)
+            ],
+            axis=1,
+        )
+    u, v = local.T
+    if triangular_patches(model.batches).any():
+        is_triangle = triangular_patches(model.batches)[patch]
+        rest = np.where(is_triangle & (v < 1), 1 - v, 1.0)
+        u = np.minimum(u / rest, 1.0)
+    if len(rows := np.flatnonzero(~is_regular)):
+        normals[rows], _ = scattered_normals(model.batches, patch[rows], u[rows], v[rows])
+    numbers = patch if model.order is None else model.order[patch]
+    return {"patch": numbers, "uv": uv, "normals": normals}
+
+
+def _closest(nets: QueryNets, query: ProjectQuery) -> tuple[ClosestPoints, Columns]:
+    """Where the closest points are, and what is said of them on surfaces and curves alike."""
+    width = query.relative_tolerance * nets.diagonal
+    found = ClosestSearch(nets, width / nets.scale).find(nets.local(query.points))
+    bounds = np.stack([found.low, found.high], axis=1) * nets.scale
+    return found, {
+        "positions": nets.origin + found.position * nets.scale,
+        "distances": found.distance * nets.scale,
+        "distance_bounds": bounds,
+        "reached": bounds[:, 1] - bounds[:, 0] <= width,
+        "tied": found.tied,
+    }
+
+
+def _on_boundary(model: PatchModel, patch: Ints, local: FloatArray) -> Bools:
+    """Whether places lie on a side of their patch that is no other side's edge."""
+    seams = connect(model)
+    is_open = (seams.users[seams.edge] == 1) & ~seams.collapsed
+    u, v = local.T
+    gaps = np.stack([u, 1 - u, v, 1 - v], axis=1)
+    is_triangle = triangular_patches(model.batches)[patch]
+    gaps[is_triangle, 1] = (1 - u - v)[is_triangle]
+    gaps[is_triangle, 3] = 1.0
+    return np.asarray(((gaps <= ON_SIDE) & is_open[patch]).any(axis=1))

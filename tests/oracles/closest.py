@@ -1,0 +1,122 @@
+"""Closest points by looking everywhere, with none of the engine's code.
+
+Upper bounds: samples of every sheet, and from the nearest ones a search that only ever takes nearer
+points, with steps that become smaller. Interval bounds: rectangles of parameters over which the
+control points of a net, restricted by exact fractions, enclose the patch in a box.
+"""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from heapq import heappop, heappush
+from itertools import pairwise
+from math import sqrt
+
+import numpy as np
+
+from tests.oracles.exact import Net
+from tests.oracles.sheets import Array, Sheet
+
+NEIGHBOURS = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)], dtype=np.float64)
+
+
+def nearest(
+    sheets: Sequence[Sheet], points: Array, samples: int = 20_000, starts: int = 3, steps: int = 60
+) -> Array:
+    """Distances (m,) of points of the sheets to `points` (m, 3), about the least."""
+    best = np.full(len(points), np.inf)
+    each = max(200, samples // len(sheets))
+    for sheet in sheets:
+        places = sheet.samples(each)
+        at = sheet.at(places)
+        x = points - sheet.origin
+        step = sheet.step(each)
+        for first in range(0, len(x), 500):
+            some = x[first : first + 500]
+            squares = (
+                ((some[:, None] - at) ** 2).sum(axis=2)
+                if len(at) < 500
+                else ((some**2).sum(axis=1)[:, None] - 2 * some @ at.T + (at**2).sum(axis=1))
+            )
+            rows = np.argpartition(squares, starts - 1, axis=1)[:, :starts]
+            found = _zoomed(sheet, some, places[rows], step, steps)
+            best[first : first + 500] = np.minimum(best[first : first + 500], found)
+    return best
+
+
+def _zoomed(sheet: Sheet, x: Array, places: Array, step: Array, steps: int) -> Array:
+    """The least distance that is found from places (m, k, 2) on."""
+    m, k, _ = places.shape
+    x = np.repeat(x, k, axis=0)
+    places = places.reshape(-1, 2)
+    steps_left = np.full(len(places), 2.0)
+    distance = np.linalg.norm(sheet.at(places) - x, axis=1)
+    for _ in range(steps):
+        around = places[:, None] + steps_left[:, None, None] * step * NEIGHBOURS
+        around = sheet.inside(around.reshape(-1, 2))
+        far = np.linalg.norm(sheet.at(around).reshape(-1, 9, 3) - x[:, None], axis=2)
+        chosen = far.argmin(axis=1)
+        rows = np.arange(len(places))
+        better = far[rows, chosen] < distance
+        steps_left = np.where(better, 1.2 * steps_left, 0.45 * steps_left)
+        places = np.where(better[:, None], around.reshape(-1, 9, 2)[rows, chosen], places)
+        distance = np.minimum(distance, far[rows, chosen])
+    least: Array = distance.reshape(m, k).min(axis=1)
+    return least
+
+
+def least_distance(
+    nets: Sequence[Net], point: Sequence[float], width: float
+) -> tuple[float, float]:
+    """An interval, `width` wide, that holds the least distance of a point to polynomial nets.
+
+    The nearest boxes are halved first. In exact fractions; only roots are rounded, by 1e-15.
+    """
+    x = [Fraction(value) for value in point]
+    heap: list[tuple[float, int, Net]] = []
+    high, number = float("inf"), 0
+
+    def enter(net: Net) -> None:
+        nonlocal number, high
+        number += 1
+        flat = [p for row in net for p in row]
+        for corner in (net[0][0], net[0][-1], net[-1][0], net[-1][-1]):
+            there = sqrt(sum((a - b) ** 2 for a, b in zip(corner, x, strict=True)))
+            high = min(high, there * (1 + 1e-15))
+        square = Fraction(0)
+        for axis in range(3):
+            values = [p[axis] for p in flat]
+            square += max(min(values) - x[axis], x[axis] - max(values), Fraction(0)) ** 2
+        heappush(heap, (sqrt(square) * (1 - 1e-15), number, net))
+
+    for net in nets:
+        enter(net)
+    while True:
+        low, _, net = heappop(heap)
+        if high - low <= width:
+            return min(low, high), high
+        for half in _halves(net):
+            enter(half)
+
+
+def _halves(net: Net) -> list[Net]:
+    """A net over the four quarters of its domain."""
+    return [_transposed(part) for half in _halved(net) for part in _halved(_transposed(half))]
+
+
+def _transposed(net: Net) -> Net:
+    return [list(row) for row in zip(*net, strict=True)]
+
+
+def _halved(net: Net) -> list[Net]:
+    low, high, rows = [net[0]], [net[-1]], net
+    while len(rows) > 1:
+        rows = [
+            [
+                tuple((a + b) / 2 for a, b in zip(p, q, strict=True))
+                for p, q in zip(*two, strict=True)
+            ]
+            for two in pairwise(rows)
+        ]
+        low.append(rows[0])
+        high.append(rows[-1])
+    return [low, high[::-1]]
