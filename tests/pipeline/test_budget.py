@@ -122,6 +122,6 @@ def test_a_search_takes_no_more_than_a_request_may() -> None:
     work = plan_mesh(EXAMPLES["saddle"].surface(), MeshOptions(accuracy=accuracy), fmt)
     build = AdaptiveMesher(work, *work.lower(), effort).build
     made, _ = search_budget(build, work.encode_mesh, accuracy, 1e-12, effort)
-    assert 300 < made.report.triangles < 3000
+    assert 300 < made.report.triangles < 5000
     # What is in hand when it runs out is finished; nothing is begun.
     assert 3e7 < effort.spent < 1.2e8

@@ -9,7 +9,6 @@ direction, number by number: hence the same places and the same points, bit for 
 chain turns up, whatever else is divided with it.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -17,8 +16,14 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.chunks import runs as runs_of
-from service.bases.homogeneous import homogeneous
 from service.engine.adaptive.borders.chains import Chains
+from service.engine.adaptive.borders.curves import (
+    Curves,
+    all_halves,
+    curves_of,
+    halvings,
+    runs,
+)
 from service.engine.adaptive.borders.side_normals import SideNormals
 from service.engine.adaptive.borders.straightness import (
     CORNERS,
@@ -26,13 +31,12 @@ from service.engine.adaptive.borders.straightness import (
     Verdict,
     judged,
     refuse,
-    rounding,
     shapes,
     tangents_of,
 )
 from service.engine.adaptive.cutting.turning import FALLING, chord_of
 from service.engine.adaptive.limits import Budget
-from service.engine.bounds.chords import halves, projected
+from service.engine.bounds.chords import projected
 from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal
 from service.engine.mesh.seams import Seams
@@ -44,8 +48,8 @@ ROUGH = 5
 """An edge may be halved this often for its normals, whether that helps or not: nothing that is only
 narrow is taken for a crease."""
 
-AHEAD, LEVELS = 1 << 11, 4
-"""Up to 2^11 coordinates of nets, 4 levels of halves are judged in one call."""
+AHEAD = 1 << 11
+"""Coordinates of nets up to which pieces, their halves, halves of these … are judged at once."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -67,109 +71,6 @@ class Division:
     at: Ints
     corner: Ints
     points: FloatArray
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Curves:
-    """Chains of edges of one degree: nets about the first point of the chain, in its direction.
-
-    Attributes
-    ----------
-    chain, uses : ndarray of int, shape (C,)
-        Their numbers among all chains, and how many sides run along each.
-    start : ndarray of int, shape (C+1,)
-        Chain c is the edges (rows of `nets`) `start[c]` to `start[c+1]`.
-    owner : ndarray of int, shape (N,)
-        Which of the chains each edge belongs to.
-    nets : ndarray of float64, shape (N, n+1, 3), or (N, n+1, 4) if homogeneous
-    origin, slack : ndarray of float64, shapes (C, 3) and (C,)
-        The first points, and what rounding may do to the nets.
-    edge, backward : ndarray of int and of bool, shape (N,)
-        The number of each edge, and whether the chain runs against it.
-    normals : SideNormals or None
-        Those of the patches on both sides, where they count.
-    """
-
-    chain: Ints
-    uses: Ints
-    start: Ints
-    owner: Ints
-    nets: FloatArray
-    origin: FloatArray
-    slack: FloatArray
-    edge: Ints
-    backward: Bools
-    normals: SideNormals | None
-
-    def turns(
-        self, rows: Ints, begin: FloatArray, end: FloatArray
-    ) -> tuple[FloatArray, FloatArray] | None:
-        """How far normals turn along parts of edges (`SideNormals.turns`); None without angle."""
-        if self.normals is None:
-            return None
-        return self.normals.turns(self.edge[rows], self.backward[rows], begin, end)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Runs:
-    """Edges `first` to `last`, the one not included, that `cuts` led to.
-
-    `again` says that they must be cut, whatever they are.
-    """
-
-    first: Ints
-    last: Ints
-    cuts: Ints
-    again: Bools
-
-    def where(self, mask: Bools) -> "_Runs":
-        """Some of them."""
-        return _Runs(self.first[mask], self.last[mask], self.cuts[mask], self.again[mask])
-
-    def halves(self, closed: Bools) -> "_Runs":
-        """All first halves and all second ones, cut at the knot in the middle."""
-        middle = (self.first + self.last) // 2
-        return _Runs(
-            np.concatenate([self.first, middle]),
-            np.concatenate([middle, self.last]),
-            np.tile(self.cuts + 1, 2),
-            np.tile(closed, 2),
-        )
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Parts:
-    """Parts of edges (rows) that begin at `at`, all halved `depth` times, with their nets."""
-
-    row: Ints
-    at: Ints
-    cuts: Ints
-    again: Bools
-    depth: int
-    nets: FloatArray
-
-    def take(self, index: Ints) -> "_Parts":
-        """Some of them."""
-        return _Parts(
-            self.row[index],
-            self.at[index],
-            self.cuts[index],
-            self.again[index],
-            self.depth,
-            self.nets[index],
-        )
-
-    def halves(self, closed: Bools | None = None) -> "_Parts":
-        """All first halves and all second ones."""
-        again = np.zeros(2 * len(self.row), dtype=bool) if closed is None else np.tile(closed, 2)
-        return _Parts(
-            np.tile(self.row, 2),
-            np.concatenate([self.at, self.at + (SPAN >> (self.depth + 1))]),
-            np.tile(self.cuts + 1, 2),
-            again,
-            self.depth + 1,
-            np.concatenate(halves(self.nets)),
-        )
 
 
 class _Pieces:
@@ -219,7 +120,7 @@ def divide(
     length = chains.length
     every = np.arange(len(length))
     parts = [(every, length * SPAN, np.zeros((len(every), 3)))]
-    parts += [_divided(curves, goal, pieces) for curves in _curves(chains, seams, normals)]
+    parts += [_divided(curves, goal, pieces) for curves in curves_of(chains, seams, normals)]
     chain, at, points = (np.concatenate(found) for found in zip(*parts, strict=True))
     order = np.lexsort((at, chain))
     chain, at = chain[order], at[order]
@@ -229,181 +130,168 @@ def divide(
     return Division(start.astype(np.intp), at, corner, points[order])
 
 
-def _divided(curves: _Curves, goal: Goal, pieces: _Pieces) -> tuple[Ints, Ints, FloatArray]:
+def _divided(curves: Curves, goal: Goal, pieces: _Pieces) -> tuple[Ints, Ints, FloatArray]:
     """Chains, places and points of all pieces, in any order."""
-    rows, single = _cut_at_knots(curves, goal, pieces)
-    found = [(rows, np.zeros_like(rows), curves.nets[rows, 0])]
-    found += _halved(curves, single, goal, pieces)
-    row, at, nets = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    several = np.diff(curves.start) > 1
+    row = curves.start[:-1][~several]
+    cuts, again = np.zeros_like(row), np.zeros(len(row), dtype=bool)
+    found: list[tuple[Ints, Ints, FloatArray]] = []
+    if several.any():
+        straight, *more = _cut_at_knots(curves, several.nonzero()[0], goal, pieces)
+        row, cuts, again = map(np.concatenate, zip((row, cuts, again), more, strict=True))
+        found.append((straight, np.zeros_like(straight), curves.nets[straight, 0]))
+    found += _halved(curves, (row, cuts, again), goal, pieces)
+    row, at, nets = (np.concatenate(columns) for columns in zip(*found, strict=True))
     owner = curves.owner[row]
     points = projected(nets[:, None], 3)[:, 0] + curves.origin[owner]
     return curves.chain[owner], at + (row - curves.start[owner]) * SPAN, points
 
 
-def _cut_at_knots(curves: _Curves, goal: Goal, pieces: _Pieces) -> tuple[Ints, _Runs]:
-    """Chains cut at knots until they may be straight or are single edges.
+def _cut_at_knots(
+    curves: Curves, chains: Ints, goal: Goal, pieces: _Pieces
+) -> tuple[Ints, Ints, Ints, Bools]:
+    """Chains of several edges cut at the knot in the middle until they may be straight.
 
     Returns
     -------
-    rows : ndarray of int
+    straight : ndarray of int
         Edges at which straight pieces of several begin.
-    single : _Runs
-        Single edges that are still to be judged.
+    row, cuts, again : ndarrays of int, int and bool
+        Single edges that are still to be judged, the cuts that led to them, and whether they must
+        be cut, whatever they are.
     """
-    zero = np.zeros(len(curves.chain), dtype=np.intp)
-    runs = _Runs(curves.start[:-1], curves.start[1:], zero, zero > 0)
-    straight, single = [], []
-    while True:
-        several = runs.last - runs.first > 1
-        single.append(runs.where(~several))
-        runs = runs.where(several)
-        if not len(runs.first):
-            break
-        verdict = _judged_runs(curves, runs, goal)
-        cut = verdict.cut | runs.again
-        straight.append(runs.first[~cut])
-        runs = runs.where(cut)
-        pieces.add(curves.uses[curves.owner[runs.first]])
-        runs = runs.halves(verdict.closed[cut])
-    return (
-        np.concatenate([zero[:0], *straight]),
-        _Runs(
-            np.concatenate([run.first for run in single]),
-            np.concatenate([run.last for run in single]),
-            np.concatenate([run.cuts for run in single]),
-            np.concatenate([run.again for run in single]),
-        ),
-    )
+    first, last = curves.start[chains], curves.start[chains + 1]
+    cuts, again = np.zeros_like(first), np.zeros(len(first), dtype=bool)
+    found: list[tuple[Ints, Ints, Ints, Bools]] = []
+    while len(first):
+        tree, first, last, cuts = runs(first, last, cuts, AHEAD // curves.nets[0].size)
+        several = last - first > 1
+        cut, closed = np.zeros((2, len(several)), dtype=bool)
+        verdict, slack = _judged_runs(curves, first[several], last[several], cuts[several], goal)
+        cut[several], closed[several] = verdict.cut, verdict.closed
+        real, cut, must = tree.walk(cut, closed, again)
+        refuse(verdict, real[several], slack, goal)
+        straight, single = (real & several & ~cut).nonzero()[0], (real & ~several).nonzero()[0]
+        found.append((first[straight], first[single], cuts[single], must[single]))
+        cut &= several
+        pieces.add(curves.uses[curves.owner[first[cut]]])
+        end = tree.level[-1]
+        rest = end.start + cut[end].nonzero()[0]
+        middle = (first[rest] + last[rest]) // 2
+        first, last = np.append(first[rest], middle), np.append(middle, last[rest])
+        cuts, again = np.tile(cuts[rest] + 1, 2), np.tile(closed[rest], 2)
+    straight, row, cuts, again = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return straight, row, cuts, again
 
 
-def _judged_runs(curves: _Curves, runs: _Runs, goal: Goal) -> Verdict:
-    """Whether runs of edges may be straight: the nets of all their edges against the one chord."""
-    count = runs.last - runs.first
+def _judged_runs(
+    curves: Curves, first: Ints, last: Ints, cuts: Ints, goal: Goal
+) -> tuple[Verdict, FloatArray]:
+    """Whether runs of edges may be straight: the nets of all their edges against the one chord.
+
+    And what rounding may have done to them.
+    """
+    count = last - first
     begin = np.cumsum(count) - count
     run = np.repeat(np.arange(len(count)), count)
-    rows = np.arange(len(run)) + (runs.first - begin)[run]
-    owner = curves.owner[runs.first]
+    rows = np.arange(len(run)) + (first - begin)[run]
+    owner = curves.owner[first]
     slack = curves.slack[owner]
-    ends = np.stack([curves.nets[runs.first, 0], curves.nets[runs.last - 1, -1]], axis=1)
+    ends = np.stack([curves.nets[first, 0], curves.nets[last - 1, -1]], axis=1)
     tangents = None
     if goal.angle < inf:
-        first, _ = tangents_of(curves.nets[runs.first], slack)
-        _, last = tangents_of(curves.nets[runs.last - 1], slack)
-        tangents = first[run], last[run]
+        into, _ = tangents_of(curves.nets[first], slack)
+        _, out = tangents_of(curves.nets[last - 1], slack)
+        tangents = into[run], out[run]
     chords = projected(ends, 3)
     shares = None
     if goal.two_sided:
         # Spans are of one length: to each its share of the chord.
         step = (chords[:, 1] - chords[:, 0]) / count[:, None]
         number = (np.arange(len(run)) - begin[run])[:, None]
-        first = chords[run, 0] + number * step[run]
-        shares = np.stack([first, first + step[run]], axis=1)
+        low = chords[run, 0] + number * step[run]
+        shares = np.stack([low, low + step[run]], axis=1)
     found = shapes(curves.nets[rows], chords[run], shares=shares, tangents=tangents)
-    found = found.together(begin)
-    verdict = judged(found, goal, Place(curves.origin[owner], slack), runs.cuts)
-    refuse(verdict, slack, goal)
+    verdict = judged(found.together(begin), goal, Place(curves.origin[owner], slack), cuts)
     turns = curves.turns(rows, np.zeros(len(rows)), np.ones(len(rows)))
-    if turns is None:
-        return verdict
-    far = np.add.reduceat(turns[1], begin) > chord_of(goal.angle)
-    return replace(verdict, cut=verdict.cut | far)
+    if turns is not None:
+        far = np.add.reduceat(turns[1], begin) > chord_of(goal.angle)
+        verdict = replace(verdict, cut=verdict.cut | far)
+    return verdict, slack
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Parts:
+    """Parts of edges (rows) that begin at `at`, all halved `depth` times, with their nets.
+
+    `cuts` led to each, and those must be cut that are to be cut `again`; all (M,).
+    """
+
+    row: Ints
+    at: Ints
+    cuts: Ints
+    again: Bools
+    depth: int
+    nets: FloatArray
 
 
 def _halved(
-    curves: _Curves, single: _Runs, goal: Goal, pieces: _Pieces
+    curves: Curves, single: tuple[Ints, Ints, Bools], goal: Goal, pieces: _Pieces
 ) -> list[tuple[Ints, Ints, FloatArray]]:
     """Single edges halved until the parts may be straight: rows, places and first points of these.
 
-    One block of parts after the other, the last ones first, so that few wait at a time.
+    One block of parts after the other, the last ones first, so that few wait at a time. Given are
+    rows, the cuts that led to them, and whether they must be cut, whatever they are.
     """
-    block = max(1, CHUNK // curves.nets[0].size) if len(curves.nets) else 1
+    block = max(1, CHUNK // curves.nets[0].size)
     found: list[tuple[Ints, Ints, FloatArray]] = []
-    waiting = []
-    for begin, end in runs_of(len(single.first), block):
-        row = single.first[begin:end]
-        cuts, again = single.cuts[begin:end], single.again[begin:end]
+    waiting: list[_Parts] = []
+    for begin, end in runs_of(len(single[0]), block):
+        row, cuts, again = single[0][begin:end], single[1][begin:end], single[2][begin:end]
         waiting.append(_Parts(row, np.zeros_like(row), cuts, again, 0, curves.nets[row]))
     while waiting:
-        levels = [waiting.pop()]
-        while len(levels) < LEVELS and 2 * levels[-1].nets.size <= AHEAD:
-            levels.append(levels[-1].halves())
-        verdict = _judged_parts(curves, levels, goal)
-        # Of every level those are real whose wholes were cut.
-        real, closed, begin = np.ones(len(levels[0].row), dtype=bool), np.zeros(1, dtype=bool), 0
-        for parts in levels:
-            rows = slice(begin, begin + len(parts.row))
-            begin = rows.stop
-            own = verdict.take(rows, real)
-            refuse(own, curves.slack[curves.owner[parts.row]], goal)
-            cut = (own.cut | parts.again | closed) & real
-            done = (real & ~cut).nonzero()[0]
-            found.append((parts.row[done], parts.at[done], parts.nets[done, 0]))
-            pieces.add(curves.uses[curves.owner[parts.row[cut]]])
-            last = parts, cut, own.closed
-            real, closed = np.tile(cut, 2), np.tile(own.closed, 2)
-        parts, cut, closed = last
-        left = cut.nonzero()[0]
-        for first, end in runs_of(len(left), max(1, block // 2)):
-            some = left[first:end]
-            waiting.append(parts.take(some).halves(closed[some]))
+        parts = waiting.pop()
+        tree = halvings(len(parts.row), (AHEAD // parts.nets.size + 1).bit_length() - 1)
+        at, nets = all_halves(tree, parts.at, parts.depth, parts.nets)
+        number = np.arange(len(at)) % len(parts.row)
+        row, cuts = parts.row[number], parts.cuts[number] + tree.depth
+        own = _Parts(row, at, cuts, parts.again, parts.depth, nets)
+        verdict, slack = _judged_parts(curves, own, tree.depth, goal)
+        real, cut, _ = tree.walk(verdict.cut, verdict.closed, parts.again)
+        refuse(verdict, real, slack, goal)
+        pieces.add(curves.uses[curves.owner[row[cut]]])
+        done = (real & ~cut).nonzero()[0]
+        found.append((row[done], at[done], nets[done, 0]))
+        last = tree.level[-1]
+        left = last.start + cut[last].nonzero()[0]
+        depth = parts.depth + len(tree.level)
+        for begin, end in runs_of(len(left), max(1, block // 2)):
+            some = left[begin:end]
+            at_both, both = all_halves(halvings(len(some), 2), at[some], depth - 1, nets[some])
+            half = slice(len(some), None)
+            twice = (np.tile(column[some], 2) for column in (row, cuts + 1, verdict.closed))
+            again_row, again_cuts, again = twice
+            waiting.append(_Parts(again_row, at_both[half], again_cuts, again, depth, both[half]))
     return found
 
 
-def _judged_parts(curves: _Curves, levels: list[_Parts], goal: Goal) -> Verdict:
-    """Whether parts of edges, of several levels, may be straight."""
-    if len(levels) == 1:
-        nets, row, cuts = levels[0].nets, levels[0].row, levels[0].cuts
-    else:
-        columns = [(parts.nets, parts.row, parts.cuts) for parts in levels]
-        nets, row, cuts = (np.concatenate(column) for column in zip(*columns, strict=True))
-    depth = np.repeat([parts.depth for parts in levels], [len(parts.row) for parts in levels])
-    owner = curves.owner[row]
+def _judged_parts(
+    curves: Curves, parts: _Parts, further: Ints, goal: Goal
+) -> tuple[Verdict, FloatArray]:
+    """Whether parts of edges, that were halved some times more, may be straight.
+
+    And what rounding may have done to them.
+    """
+    owner, nets, depth = curves.owner[parts.row], parts.nets, parts.depth + further
     slack = curves.slack[owner]
     ends = projected(nets[:, [0, -1]], 3)
     tangents = tangents_of(nets, slack) if goal.angle < inf else None
     found = shapes(nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
-    verdict = judged(found, goal, Place(curves.origin[owner], slack), cuts, depth)
-    first = np.concatenate([parts.at for parts in levels]) / SPAN
-    turns = curves.turns(row, first, first + 0.5**depth)
+    verdict = judged(found, goal, Place(curves.origin[owner], slack), parts.cuts, depth)
+    begin = parts.at / SPAN
+    turns = curves.turns(parts.row, begin, begin + 0.5**depth)
     if turns is None:
-        return verdict
+        return verdict, slack
     half, whole = turns
     far = (whole > chord_of(goal.angle)) & ((depth < ROUGH) | (half <= FALLING * whole))
-    return replace(verdict, cut=verdict.cut | (far & (depth < CORNERS)))
-
-
-def _curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> Iterator[_Curves]:
-    """All chains, those of one degree together."""
-    kind, place = (np.empty(len(seams.users), dtype=np.intp) for _ in range(2))
-    for number, group in enumerate(seams.curves):
-        kind[group.ids], place[group.ids] = number, np.arange(len(group.ids))
-    kinds = kind[chains.edge]
-    uses, length = chains.uses, chains.length
-    for number, group in enumerate(seams.curves):
-        rows = (kinds == number).nonzero()[0]
-        chain = (kinds[chains.start[:-1]] == number).nonzero()[0]
-        owner = np.repeat(np.arange(len(chain)), length[chain])
-        origin = seams.corner_points[chains.corner[chains.start[chain] + chain]]
-        chosen, turned = place[chains.edge[rows]], chains.backward[rows]
-        points = group.points[chosen]
-        points[turned] = points[turned, ::-1]
-        points -= origin[owner, None]
-        weights = None
-        if group.weights is not None:
-            weights = group.weights[chosen]
-            weights[turned] = weights[turned, ::-1]
-        size = np.zeros(len(chain))
-        np.maximum.at(size, owner, np.abs(points).max(axis=(1, 2)))
-        far = np.abs(origin).max(axis=1) + size
-        yield _Curves(
-            chain,
-            uses[chain],
-            np.concatenate([[0], np.cumsum(length[chain])]).astype(np.intp),
-            owner,
-            homogeneous(points, weights),
-            origin,
-            rounding(size, far, points.shape[1] - 1),
-            chains.edge[rows],
-            chains.backward[rows],
-            normals,
-        )
+    return replace(verdict, cut=verdict.cut | (far & (depth < CORNERS))), slack

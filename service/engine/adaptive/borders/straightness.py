@@ -99,11 +99,6 @@ class Verdict:
     hopeless: Bools
     allowed: FloatArray
 
-    def take(self, rows: slice, real: Bools) -> "Verdict":
-        """What is known of a run of pieces; those that are not real are not hopeless."""
-        hopeless = self.hopeless[rows] & real
-        return Verdict(self.cut[rows], self.closed[rows], hopeless, self.allowed[rows])
-
 
 def shapes(
     nets: FloatArray,
@@ -174,15 +169,15 @@ def judged(
     return Verdict(cut, closed, hopeless, allowed)
 
 
-def refuse(verdict: Verdict, slack: FloatArray, goal: Goal) -> None:
-    """Ends where a piece is hopeless.
+def refuse(verdict: Verdict, real: Bools, slack: FloatArray, goal: Goal) -> None:
+    """Ends where a piece that is real, shape (M,), is hopeless.
 
     Raises
     ------
     InvalidRequest
         `tolerance_too_small` if rounding leaves no room for it, or `DEPTH` halvings do not do.
     """
-    hopeless = verdict.hopeless
+    hopeless = verdict.hopeless & real
     if hopeless.any():
         least = float(verdict.allowed[hopeless].min())
         raise _too_small(least, float(slack[hopeless].max()), goal)

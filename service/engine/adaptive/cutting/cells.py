@@ -12,7 +12,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.boxes import SHORTEST, Cells, Leaves
-from service.engine.adaptive.cutting.estimate import judged
+from service.engine.adaptive.cutting.estimate import Verdict, judged
 from service.engine.adaptive.cutting.halving import halve, over
 from service.engine.adaptive.cutting.spans import flattened
 from service.engine.adaptive.cutting.task import Task
@@ -27,7 +27,7 @@ OVERHEAD = 20
 """Multiplications for every number of a net, beside those that halving takes."""
 
 AHEAD = 1 << 13
-"""Numbers of cells and their halves up to which both are judged in one step."""
+"""Numbers of cells and of their halves up to which these are judged in one step."""
 
 TURNS = 2500
 """Those that comparing the normals of a cell takes."""
@@ -73,7 +73,7 @@ def _divided(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
     while waiting:
         cells, patch, net = waiting.pop()
         if net is None:
-            net = over(nets.take(task.ground.row[patch]), cells)
+            net = over(nets, task.ground.row[patch], cells)
         parts = [(cells, patch, net)]
         total = len(cells)
         while waiting and (more := waiting[-1][2]) is not None and total + more.shape[3] <= block:
@@ -83,21 +83,12 @@ def _divided(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
             cells = Cells.joined([part[0] for part in parts])
             patch = np.concatenate([part[1] for part in parts])
             net = np.concatenate([part[2] for part in parts], axis=3)
-        known = len(cells)
-        ahead = 5 * net.size <= AHEAD and _is_long(cells)
-        if ahead:
-            cells, patch, net = _with_halves(cells, patch, net)
+        cells, patch, net, sizes = _with_halves(cells, patch, net)
         turns = TURNS * len(cells) if angles else 0
         task.budget.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
         size = scale(cells.box / SPAN, task.ground.sizes[patch]) if angles else None
         verdict = judged(net, task.goal, task.eye_of(patch), size)
-        done, cut = (~verdict.fails[:known]).nonzero()[0], verdict.fails[:known].nonzero()[0]
-        if ahead and len(cut):
-            # Halves are known as well: those across u, and those across v.
-            half = known + cut + 2 * known * verdict.along_v[cut]
-            half = np.concatenate([half, half + known])
-            done = np.concatenate([done, half[~verdict.fails[half]]])
-            cut = half[verdict.fails[half]]
+        done, cut = _chosen(verdict, sizes)
         if len(done):
             yield Leaves(cells, verdict.along_v, verdict.rising, verdict.form).take(done)
             leaves += len(done)
@@ -109,6 +100,21 @@ def _divided(task: Task, start: Cells, nets: Nets) -> Iterator[Leaves]:
             (halves.take(rows), twice[rows], made[..., rows])
             for rows in (slice(k, k + block) for k in range(0, len(halves), block))
         ]
+
+
+def _chosen(verdict: Verdict, sizes: list[int]) -> tuple[Ints, Ints]:
+    """Leaves among cells and their halves of several levels, and what is still to be cut."""
+    found, begin = [], 0
+    level = np.arange(sizes[0])
+    for size in sizes:
+        fails = verdict.fails[level]
+        found.append(level[~fails])
+        cut = level[fails]
+        # Behind a level come its halves across u, first ones and second ones, and those across v.
+        half = cut + size * (1 + 2 * verdict.along_v[cut])
+        level = np.concatenate([half, half + size])
+        begin += size
+    return np.concatenate(found), cut
 
 
 def _halved(
@@ -126,25 +132,36 @@ def _halved(
     return Cells.joined([*cells.take(cut).halved(along_v)]), np.tile(patch[cut], 2), made
 
 
-def _is_long(cells: Cells) -> bool:
-    """Whether all cells may be halved at least twice either way."""
-    return bool((cells.box[1::2] - cells.box[::2]).min(initial=SPAN) >= 4 * SHORTEST)
+def _with_halves(
+    cells: Cells, patch: Ints, net: FloatArray
+) -> tuple[Cells, Ints, FloatArray, list[int]]:
+    """Few cells, then level by level all halves: across u, first and second ones, and across v.
 
-
-def _with_halves(cells: Cells, patch: Ints, net: FloatArray) -> tuple[Cells, Ints, FloatArray]:
-    """Few cells, then their halves across u, first ones and second ones, and those across v.
-
-    A step takes as long for five as for one of them, so two levels are judged at once.
+    A step takes as long for a hundred cells as for one, so several levels are judged at once. The
+    sizes of the levels come last.
     """
-    count = len(cells)
-    made = np.empty((*net.shape[:3], 5 * count))
-    made[..., :count] = net
-    parts = [cells]
-    for axis in (0, 1):
-        begin = (1 + 2 * axis) * count
-        halve(net, axis, made[..., begin : begin + 2 * count].reshape(*net.shape[:3], 2, count))
-        parts += cells.halved(np.full(count, axis == 1))
-    return Cells.joined(parts), np.tile(patch, 5), made
+    sizes, box, total = [len(cells)], cells.box, len(cells)
+    short = int((box[1::2] - box[::2]).min(initial=SPAN))
+    while (total + 4 * sizes[-1]) * net[..., 0].size <= AHEAD and short >> len(sizes) >= SHORTEST:
+        sizes.append(4 * sizes[-1])
+        total += sizes[-1]
+    if len(sizes) == 1:
+        return cells, patch, net, sizes
+    made, boxes = np.empty((*net.shape[:3], total)), np.empty((4, total), dtype=np.intp)
+    made[..., : sizes[0]], boxes[:, : sizes[0]] = net, box
+    end = 0
+    for size in sizes[:-1]:
+        begin, end = end, end + size
+        low, high = boxes[::2, begin:end], boxes[1::2, begin:end]
+        halves = boxes[:, end : end + 4 * size].reshape(4, 4, size)
+        halves[::2], halves[1::2] = low[:, np.newaxis], high[:, np.newaxis]
+        halves[1, 0] = halves[0, 1] = (low[0] + high[0]) // 2
+        halves[3, 2] = halves[2, 3] = (low[1] + high[1]) // 2
+        nets = made[..., end : end + 4 * size].reshape(*net.shape[:3], 2, 2, size)
+        for axis in (0, 1):
+            halve(made[..., begin:end], axis, nets[..., axis, :, :])
+    repeats = total // sizes[0]
+    return Cells(np.tile(cells.face, repeats), boxes), np.tile(patch, repeats), made, sizes
 
 
 _Level: TypeAlias = tuple[Cells, Ints, FloatArray | None]

@@ -13,6 +13,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.halving import nine, points, quadratic
 from service.engine.adaptive.cutting.turning import Scale, level, turning
 from service.engine.bounds.goal import Goal
+from service.engine.bounds.heights import greatest
 from service.engine.bounds.vectors import Vectors, dot, dots, length
 
 THIN = 1e-9
@@ -27,23 +28,34 @@ TWIST = 0.1
 SKEW = 0.25
 """Share of a cell's skewness that its longer side gains when the direction of a cut is chosen."""
 
-CORNERS = [0, 2, 2, 0], [0, 0, 2, 2]
-"""Places of the corners a, b, c, d among nine, counter-clockwise from (0, 0),"""
+# Nine points of a cell are counted 3 i + j for S(i/2, j/2): the corners are a, b, c, d =
+# 0, 6, 8, 2, counter-clockwise, the middles of the sides after them 3, 7, 5, 1, the cell's is 4.
+STEPS = np.array([[6, 8, 2, 0, 8, 2], [0, 6, 8, 2, 0, 6]])
+"""Ends and beginnings of ab, bc, cd, da, ac, bd."""
 
-SIDES = [1, 2, 1, 0], [0, 1, 2, 1]
-"""and of the middles of the sides after them."""
+FACTORS = 3 * np.array([[0, 3, 3, 1, 4], [4, 4, 0, 5, 5]])[..., np.newaxis]
+"""Of the normals of abc, acd, abd, bcd, and of the cell: the products of which two steps,"""
 
-OF = [[0, 1, 4], [2, 3, 4], [0, 3, 5], [1, 2, 5]]
-"""Sides of the triangles abc, acd, abd, bcd among ab, bc, cd, da, ac, bd."""
+CYCLES = FACTORS + np.array([1, 2, 0]), FACTORS + np.array([2, 0, 1])
+"""coordinate by coordinate."""
 
-FROM = [[0], [0], [1], [1]]
-"""Corners from which their heights are measured: a, a, b, b;"""
+OF = np.array([[0, 1, 4], [2, 3, 4], [0, 3, 5], [1, 2, 5]])
+"""Which steps are the sides of abc, acd, abd, bcd,"""
 
-HALFWAY = [[0, 1, 2], [2, 3, 4], [0, 2, 4], [1, 3, 2]]
-"""middles of their sides, in order, among those of ab, bc, ac or bd, cd, da."""
+HALFWAY = np.array([[3, 4, 3, 7], [7, 5, 4, 5], [4, 1, 1, 4]])
+"""the middles of these sides, first ones, second ones, third ones,"""
+
+FROM = np.array([0, 0, 6, 6])
+"""and a corner from which their heights are measured."""
+
+BENDS = np.array([[3, 7, 5, 1, 4, 4], [0, 6, 8, 2, 1, 3], [6, 8, 2, 0, 7, 5]])
+"""Middles of ab, bc, cd, da, and twice of the cell; and the ends of the lines they are in."""
 
 LENGTH = 1e-3
 """Of the allowed deviation, how much a direction gains by its length: it breaks ties."""
+
+
+NEITHER = np.zeros(1, dtype=np.intp)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,23 +95,20 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | Non
         What is too small is not cut for the sake of its normals; None if these do not matter.
     """
     at = nine(nets)
-    corner = at[CORNERS]
-    a, b, c, d = corner
-    planes, normal, diagonals = two_planes(corner)
+    nine_points = at.reshape(9, *at.shape[2:])
+    planes, normal, steps, squares = two_planes(nine_points)
     flat = planes.flat
-    size = np.sqrt(np.maximum(diagonals[0], diagonals[1]))
     allowed = allowed_at(nets, goal, eye)
     if scale is not None:
+        size = np.sqrt(np.maximum(squares[4], squares[5]))
         allowed = np.minimum(allowed, level(goal.angle, size, scale))
-    shape = _heights(at, corner, planes, normal, goal.two_sided)
-    (up, down), signed, told, heights = shape.over, shape.signed, shape.told, np.abs(shape.told)
-    is_rising = up < down * NEARLY
+    over, signed, told = _heights(nine_points, planes, normal, goal.two_sided)
+    is_rising = over[0] < over[1] * NEARLY
     if planes.worse.any():
         is_rising = np.where(planes.worse == 0, is_rising, planes.worse < 0)
-    twists = np.abs(told[:2] - told[2:4]).max(axis=0)
-    best = np.where(is_rising, up, down) + TWIST * twists
-    bend_u, bend_v = heights[[0, 2, 4]].max(axis=0), heights[[1, 3, 5]].max(axis=0)
-    along = np.array([b - a + c - d, d - a + c - b]) * 0.5
+    twist_u, twist_v = np.abs(told[:2] - told[2:4])
+    best = np.where(is_rising, over[0], over[1]) + TWIST * np.maximum(twist_u, twist_v)
+    bends = np.maximum.reduce(np.abs(told).reshape(3, 2, -1), axis=0)
     fails = best > allowed
     rest = (~fails).nonzero()[0]
     if len(rest):
@@ -108,33 +117,30 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | Non
         normals = np.where(is_rising, planes.normals[:2], planes.normals[2:])[..., some]
         net, bare = points(nets[..., some]), flat[some]
         more = remainder(net, at[..., some], normals, bare, goal.two_sided)
-        over = (best[some] + more > allowed[some]).nonzero()[0]
-        if len(over):
-            chosen = rest[over]
+        above = (best[some] + more > allowed[some]).nonzero()[0]
+        if len(above):
+            chosen = rest[above]
             fails[chosen] = True
-            bend_u[chosen], bend_v[chosen] = sagging(
-                net[..., over], normals[..., over], bare[over], goal.two_sided
+            bends[:, chosen] = sagging(
+                net[..., above], normals[..., above], bare[above], goal.two_sided
             )
-    skew = dot(a - b + c - d, normal)
-    squares = dots(along[[0, 0, 1]], along[[0, 1, 1]])
-    lengths = np.sqrt(squares[::2])
-    v_first = across_v((bend_u, bend_v), (lengths[0], lengths[1]), skew, allowed)
+    skew = -dot(steps[0] + steps[2], normal)
+    along = (steps[:2] - steps[2:4]) * 0.5
+    form = np.empty((7, len(fails)))
+    form[:2], form[2] = dots(along[0], along), dot(along[1], along[1])
+    form[3], form[4], form[5], form[6] = -signed[4], skew * 0.125, -signed[5], allowed
+    lengths = np.sqrt(form[:3:2])
+    v_first = across_v(bends, lengths, skew, allowed)
     if scale is not None:
         turn = turning(at, goal.angle, scale, nets)
         here = turn.exceeds & ~fails
         fails |= here
         v_first = np.where(here, turn.along_v, v_first)
-    form = np.empty((7, len(fails)))
-    form[:3], form[3], form[4], form[5] = squares, -signed[4], skew * 0.125, -signed[5]
-    form[6] = allowed
     return Verdict(fails, v_first, is_rising, form)
 
 
 def across_v(
-    bends: tuple[FloatArray, FloatArray],
-    lengths: tuple[FloatArray, FloatArray],
-    skew: FloatArray,
-    allowed: FloatArray,
+    bends: FloatArray, lengths: FloatArray, skew: FloatArray, allowed: FloatArray
 ) -> Bools:
     """Whether cells are to be cut across v, not across u: in the direction that bends more.
 
@@ -143,7 +149,7 @@ def across_v(
 
     Parameters
     ----------
-    bends, lengths : tuple of ndarray of float64, shape (m,)
+    bends, lengths : ndarray of float64, shape (2, m)
         Along u and along v.
     skew : ndarray of float64, shape (m,)
         (S_00 − S_10 + S_11 − S_01) · n.
@@ -166,7 +172,7 @@ class Planes:
         of the other: its part falls to that.
     flat : ndarray of bool, shape (m,)
         Cells of which no triangle has a plane.
-    worse : ndarray of int, shape (m,)
+    worse : ndarray of int, shape (m,) or (1,)
         How many more triangles without area the rising diagonal has.
     """
 
@@ -175,103 +181,69 @@ class Planes:
     worse: Ints
 
 
-def two_planes(corner: FloatArray) -> tuple[Planes, Vectors, FloatArray]:
-    """Planes of cells with corners (4, 3, m) at (0, 0), (1, 0), (1, 1), (0, 1).
+def two_planes(at: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatArray]:
+    """Planes of cells of which nine points (9, 3, m) are known.
 
-    And unit normals of the cells, across both diagonals, or zero; and the squares (2, m) of these.
+    And unit normals of the cells, across both diagonals, or zero; `STEPS` (6, 3, m) and the squares
+    of their lengths (6, m).
     """
-    # Sides ab, bc, cd, da, and the diagonals ac, bd.
-    vectors = np.concatenate([corner[[1, 2, 3, 0]] - corner, corner[2:] - corner[:2]])
-    squares = dots(vectors, vectors)
-    crossed = _crosses(vectors[[0, 3, 3, 1, 4]], vectors[[4, 4, 0, 5, 5]])
+    steps = at.take(STEPS[0], axis=0)
+    steps -= at.take(STEPS[1], axis=0)
+    squares = dots(steps, steps)
+    lines = steps.reshape(-1, steps.shape[2])
+    crossed = lines.take(CYCLES[0][0], axis=0) * lines.take(CYCLES[1][1], axis=0)
+    crossed -= lines.take(CYCLES[1][0], axis=0) * lines.take(CYCLES[0][1], axis=0)
     size = np.sqrt(dots(crossed, crossed))
-    none = size[:4] <= THIN * squares[OF].max(axis=1)
-    some = none.any()
+    none = size[:4] <= THIN * np.maximum.reduce(squares.take(OF, axis=0), axis=1)
     size[4] = np.maximum(size[4], np.finfo(float).tiny)
-    if some:
-        size[:4] = np.where(none, 1.0, size[:4])
+    if not none.any():
+        crossed /= size[:, np.newaxis]
+        return Planes(crossed[:4], none[0], NEITHER), crossed[4], steps, squares
+    size[:4] = np.where(none, 1.0, size[:4])
     crossed /= size[:, np.newaxis]
-    normals, flat = crossed[:4], np.zeros(none.shape[1], dtype=bool)
-    worse = np.zeros(len(flat), dtype=np.intp)
-    if some:
-        normals = np.where(none[:, np.newaxis], normals[[1, 0, 3, 2]], normals)
-        flat = none.all(axis=0)
-        worse = none[:2].sum(axis=0) - none[2:].sum(axis=0)
-    return Planes(normals, flat, worse), crossed[4], squares[4:]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Heights:
-    """How high m cells are.
-
-    Attributes
-    ----------
-    over : ndarray of float64, shape (2, m)
-        Over the triangles of the rising diagonal, and of the falling one.
-    signed : ndarray of float64, shape (6, m)
-        Middles of ab, bc, cd, da over the middles of the ends; the cell's middle over that of
-        da and bc, and over that of ab and cd.
-    told : ndarray of float64, shape (6, m)
-        The same, but what matters of them: lengths where there is no plane.
-    """
-
-    over: FloatArray
-    signed: FloatArray
-    told: FloatArray
+    normals = np.where(none[:, np.newaxis], crossed[[1, 0, 3, 2]], crossed[:4])
+    worse = none[:2].sum(axis=0) - none[2:].sum(axis=0)
+    return Planes(normals, none.all(axis=0), worse), crossed[4], steps, squares
 
 
 def _heights(
-    at: FloatArray, corner: FloatArray, planes: Planes, normal: Vectors, two_sided: bool
-) -> _Heights:
-    """Heights of nine points, the unit normals of the cells being known."""
-    side, middle = at[SIDES], at[1, 1]
-    # Half-way along the edges of the four triangles, each from one of its corners.
-    away = np.array([side[0], side[1], middle, side[2], side[3]]) - corner[:2, np.newaxis]
-    above = dots(away[FROM, HALFWAY], planes.normals[:, np.newaxis])
-    highs = highest(above[:, 0], above[:, 1], above[:, 2])
+    at: FloatArray, planes: Planes, normal: Vectors, two_sided: bool
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """How high nine points (9, 3, m) of cells are, whose unit normals are known.
+
+    Returns
+    -------
+    over : ndarray of float64, shape (2, m)
+        Over the triangles of the rising diagonal, and of the falling one.
+    signed : ndarray of float64, shape (6, m)
+        Of `BENDS`, over the middles of their lines.
+    told : ndarray of float64, shape (6, m)
+        As before, but what matters of them: lengths where there is no plane.
+    """
+    away = at.take(HALFWAY, axis=0)
+    away -= at.take(FROM, axis=0)
+    highs = highest(dots(away, planes.normals))
     over = np.maximum(highs[::2], highs[1::2])
-    bends = np.empty((6, *middle.shape))
-    np.subtract(side, (corner + corner[[1, 2, 3, 0]]) * 0.5, out=bends[:4])
-    np.subtract(middle, (side[[3, 0]] + side[[1, 2]]) * 0.5, out=bends[4:])
+    bends = at.take(BENDS[1], axis=0)
+    bends += at.take(BENDS[2], axis=0)
+    bends *= -0.5
+    bends += at.take(BENDS[0], axis=0)
     signed = told = dots(bends, normal)
     if two_sided or planes.flat.any():
         stray = np.sqrt(dots(bends, bends))
-        across = middle - (corner[:2] + corner[2:]) * 0.5
+        across = at[4] - (at[[0, 6]] + at[[8, 2]]) * 0.5
         wide = np.maximum(stray[:4].max(axis=0), np.sqrt(dots(across, across)))
         over, told = np.where(planes.flat, wide, over), np.where(planes.flat, stray, told)
         if two_sided:
             over = np.maximum(over, wide * 0.5)
             told = np.maximum(np.abs(told), stray * 0.5)
-    return _Heights(over, signed, told)
+    return over, signed, told
 
 
-def _crosses(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Products of vectors (k, 3, m)."""
-    product = a[:, [1, 2, 0]] * b[:, [2, 0, 1]]
-    product -= a[:, [2, 0, 1]] * b[:, [1, 2, 0]]
-    return product
-
-
-def unit(vectors: Vectors) -> Vectors:
-    """Vectors of length one; what has no length keeps none."""
-    return vectors / np.maximum(length(vectors), np.finfo(float).tiny)
-
-
-def highest(m0: FloatArray, m1: FloatArray, m2: FloatArray) -> FloatArray:
-    """Largest |4 (m0 λ0 λ1 + m1 λ1 λ2 + m2 λ2 λ0)| on a triangle, λ its barycentric coordinates.
-
-    The heights of a quadratic that is 0 at the vertices are m0, m1, m2 above the middles of the
-    edges, and on an edge largest there. Inside, with s = m0 + m1 + m2, its one critical point has
-    λ proportional to m1 (s − 2 m1), m2 (s − 2 m2), m0 (s − 2 m0), with the value
-    4 m0 m1 m2 / Σ m_k (s − 2 m_k).
-    """
-    s = m0 + m1 + m2
-    a, b, c = m0 * (s - 2.0 * m0), m1 * (s - 2.0 * m1), m2 * (s - 2.0 * m2)
-    total = a + b + c
-    inside = (a * total > 0.0) & (b * total > 0.0) & (c * total > 0.0)
-    edges = np.maximum(np.maximum(np.abs(m0), np.abs(m1)), np.abs(m2))
-    deepest = np.abs(4.0 * m0 * m1 * m2 / np.where(inside, total, 1.0))
-    return np.where(inside, np.maximum(edges, deepest), edges)
+def highest(m: FloatArray) -> FloatArray:
+    """Largest |4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0)| on a triangle; m is (3, …)."""
+    highs: FloatArray = greatest(np.stack([m, -m], axis=1)).max(axis=0)
+    return highs
 
 
 def remainder(
@@ -291,7 +263,9 @@ def remainder(
     """
     normals = normals[:, np.newaxis, np.newaxis]
     heights: FloatArray
-    heights = np.abs(_left(dots(net, normals), dots(at, normals))).max(axis=(0, 1, 2))
+    heights = np.maximum.reduce(
+        np.abs(_left(dots(net, normals), dots(at, normals))), axis=(0, 1, 2)
+    )
     if flat.any() or two_sided:
         left = _left(net.swapaxes(0, 2).swapaxes(1, 2), at.swapaxes(0, 2).swapaxes(1, 2))
         stray = np.sqrt(np.add.reduce(left * left, axis=0).max(axis=(0, 1)))

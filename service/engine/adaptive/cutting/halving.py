@@ -10,9 +10,12 @@ from math import comb
 
 import numpy as np
 
-from service.bases.arrays import FloatArray
+from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.cutting.boxes import Cells
+from service.engine.bounds.blossoms import box_nets
+from service.engine.bounds.blossoms import rows as blossoms
 from service.engine.bounds.faces import SPAN
+from service.engine.bounds.patch_nets import Nets
 
 
 def halve(nets: FloatArray, axis: int, made: FloatArray) -> None:
@@ -34,27 +37,6 @@ def halve(nets: FloatArray, axis: int, made: FloatArray) -> None:
         rest = rest[:-1] + rest[1:]
         rest *= 0.5
         both[k, ..., 0, :], both[degree - k, ..., 1, :] = rest[0], rest[-1]
-
-
-def restricted(nets: FloatArray, low: FloatArray, high: FloatArray, axis: int) -> FloatArray:
-    """Nets over the intervals [low, high] (m,) of parameters, along u (axis 0) or v (axis 1).
-
-    de Casteljau's algorithm cuts off what is above `high`, then, of what is left, what is below
-    `low`, at (low / high).
-    """
-    rest = nets.swapaxes(0, axis)
-    degree = len(rest) - 1
-    below = np.empty_like(rest)
-    for k in range(degree + 1):
-        below[k] = rest[0]
-        rest = rest[:-1] * (1.0 - high) + rest[1:] * high
-    begin = low / high
-    cut = np.empty_like(rest, shape=below.shape)
-    rest = below
-    for k in range(degree + 1):
-        cut[degree - k] = rest[-1]
-        rest = rest[:-1] * (1.0 - begin) + rest[1:] * begin
-    return cut.swapaxes(0, axis)
 
 
 def raised(nets: FloatArray) -> FloatArray:
@@ -124,12 +106,13 @@ def quadratic(degree: int) -> FloatArray:
     return net
 
 
-def over(nets: FloatArray, cells: Cells) -> FloatArray:
-    """Nets of patches, restricted to cells of one span each; both degrees at least 2."""
-    nets = raised(nets)
-    for axis in (0, 1):
-        low, high = cells.box[2 * axis], cells.box[2 * axis + 1]
-        first = low // SPAN * SPAN
-        if ((low > first) | (high < first + SPAN)).any():
-            nets = restricted(nets, (low - first) / SPAN, (high - first) / SPAN, axis)
-    return nets
+def over(nets: Nets, rows: Ints, cells: Cells) -> FloatArray:
+    """Nets of patches, given by their rows, over cells of one span; both degrees at least 2."""
+    low, high = cells.box[::2], cells.box[1::2]
+    first = low // SPAN * SPAN
+    if (high - low == SPAN).all():
+        return raised(nets.take(rows))
+    places = np.array([low - first, high - first]) / SPAN
+    along = (blossoms(degree, places[:, k]) for k, degree in enumerate(nets.degree))
+    made = box_nets(nets.items.take(rows, axis=0), *along)
+    return raised(np.ascontiguousarray(made.transpose(2, 3, 1, 0)))

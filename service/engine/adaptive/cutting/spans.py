@@ -157,7 +157,7 @@ def _nets(task: Task, pieces: _Pieces, wanted: Ints) -> Iterator[tuple[FloatArra
         block = max(16, BLOCK * 16 // nets.values[..., 0].size)
         for k in range(0, len(here), block):
             some = wanted[here[k : k + block]]
-            net = over(nets.take(task.ground.row[patch[some]]), pieces.own.take(some))
+            net = over(nets, task.ground.row[patch[some]], pieces.own.take(some))
             task.budget.spend(net.size)
             yield net, some
 
@@ -210,7 +210,9 @@ def _looked_at(task: Task, cells: Cells, known: _Known) -> _Look:
             points[0, 2][:, pieces.start + pieces.width - 1],
         ]
     )
-    planes, normal, _ = two_planes(corner)
+    nine_points = np.zeros((9, *corner.shape[1:]))
+    nine_points[[0, 6, 8, 2]] = corner
+    planes, normal, _, _ = two_planes(nine_points)
     x, y = (_shares(cells.box[k : k + 2, pieces.cell], pieces.own.box[k : k + 2]) for k in (0, 2))
     stray = np.where(planes.flat[pieces.cell], 1.0, 0.5 if task.goal.two_sided else 0.0)
     return _Look(pieces, about, points, x, y, corner, planes, normal, stray)
@@ -241,10 +243,10 @@ def _examined(task: Task, cells: Cells, known: _Known) -> tuple[Leaves, tuple[Ce
     worse = ~fails & (best + rest[0] > allowed)
     fails |= worse
     bends = np.where(worse, rest[1:], bends)
-    lengths = tuple(look.pieces.worst(length(_chord(look, axis)[1])) for axis in (0, 1))
+    lengths = np.array([look.pieces.worst(length(_chord(look, axis)[1])) for axis in (0, 1)])
     step_u, step_v = (b - a + c - d) * 0.5, (d - a + c - b) * 0.5
     skew = dot(a - b + c - d, look.normal)
-    along_v = across_v((bends[0], bends[1]), (lengths[0], lengths[1]), skew, allowed)
+    along_v = across_v(bends, lengths, skew, allowed)
     form = np.array(
         [
             dot(step_u, step_u),

@@ -1,19 +1,27 @@
-"""Convex polygons cut into triangles, all of one number of corners at once.
+"""Convex polygons cut into triangles in the best way, many at a time.
 
-A polygon of few corners is cut in the best of all its ways; one of more loses its best ear, again
-and again. Best is what keeps the triangles near the surface, then well shaped. The surface over a
-leaf is thought of as quadratic (`Verdict.form`), which says how far it is from a triangle without
-looking at it again. No triangle has three places in a line.
+Best is what keeps the triangles near the surface, then well shaped. The surface over a leaf is
+thought of as quadratic (`Verdict.form`), which says how far it is from a triangle without looking
+at it again. No triangle has three places in a line.
+
+Of a polygon of few corners all ways to cut it are compared. Of more corners the best way is put
+together from those of smaller polygons: with the cost w_ijk of a triangle, corners i and k are
+joined at best at the cost
+
+    c_ik = min_j (c_ij + w_ijk + c_jk) for i < j < k,   c_i,i+1 = 0.
+
+Klincsek, Minimal triangulations of polygonal domains, Annals of Discrete Mathematics 9 (1980).
 """
 
+from collections.abc import Iterator
 from functools import lru_cache
-from itertools import pairwise
-from typing import TypeAlias
+from math import comb
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.cutting.estimate import NEARLY, highest
+from service.engine.bounds.vectors import dots
 
 ALL = 7
 """Up to so many corners all ways are tried: 42 with seven."""
@@ -24,25 +32,30 @@ SHAPE = 0.02
 WORST = 1e9
 """What a triangle costs that has no area."""
 
+SOME = 1 << 15
+"""Triangles that are compared at a time, unless a single polygon has more."""
+
+NEXT = [1, 2, 0]
+
+
+@lru_cache(maxsize=64)
+def triples(corners: int) -> Ints:
+    """All triangles i < j < k of a convex polygon, (3, K): first k = i + 2, and so on."""
+    found = [
+        (i, j, i + gap)
+        for gap in range(2, corners)
+        for i in range(corners - gap)
+        for j in range(i + 1, i + gap)
+    ]
+    table = np.array(found).T
+    table.flags.writeable = False
+    return table
+
 
 @lru_cache(maxsize=ALL)
-def ways(corners: int) -> tuple[Ints, Ints]:
-    """All triangles of a convex polygon, and all ways to cut it into some of them.
-
-    Returns
-    -------
-    triangles : ndarray of int, shape (K, 3)
-        Corners, rising: i < j < k.
-    ways : ndarray of int, shape (W, corners − 2)
-        Rows of the first; W is a Catalan number.
-    """
-    triangles = [
-        (i, j, k)
-        for i in range(corners)
-        for j in range(i + 1, corners)
-        for k in range(j + 1, corners)
-    ]
-    number = {triangle: row for row, triangle in enumerate(triangles)}
+def ways(corners: int) -> Ints:
+    """All ways to cut a convex polygon: rows of n − 2 columns of `triples`; a Catalan number."""
+    number = {tuple(triple): row for row, triple in enumerate(triples(corners).T.tolist())}
 
     def between(i: int, k: int) -> list[list[int]]:
         if k - i < 2:
@@ -54,106 +67,134 @@ def ways(corners: int) -> tuple[Ints, Ints]:
             for right in between(j, k)
         ]
 
-    found = np.array(triangles), np.array(between(0, corners - 1))
-    for table in found:
-        table.flags.writeable = False
-    return found
+    table = np.array(between(0, corners - 1))
+    table.flags.writeable = False
+    return table
 
 
 def cut(
-    corners: Ints, x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArray
+    size: Ints, x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArray
 ) -> tuple[Ints, Ints]:
-    """Triangles of m convex polygons of n corners each.
+    """Triangles of m convex polygons.
 
     Parameters
     ----------
-    corners : ndarray of int, shape (n, m)
-        Counter-clockwise. Their numbers are what comes out again.
-    x, y : ndarray of float64, shape (n, m)
-        Their places, the leaf being [0, 1]²: equal where places are.
-    points : ndarray of float64, shape (n, 3, m)
+    size : ndarray of int, shape (m,)
+        How many corners each has. All corners stand in one list, n long.
+    x, y : ndarray of float64, shape (n,)
+        Their places, counter-clockwise, the leaf being [0, 1]²: equal where places are.
+    points : ndarray of float64, shape (3, n)
     form : ndarray of float64, shape (7, m)
         See `Verdict`.
 
     Returns
     -------
-    triangles : ndarray of int, shape (m (n−2), 3)
-    polygon : ndarray of int, shape (m (n−2),)
-        Which polygon they are of, rising.
+    triangles : ndarray of int, shape (T, 3)
+        Corners.
+    polygon : ndarray of int, shape (T,)
+        Which polygon they are of.
     """
-    count, many = corners.shape
-    if count > ALL:
-        return _ears(corners, x, y, points, form)
-    triangles, found = ways(count)
-    first, second, third = triangles.T
-    tips = [(x[k], y[k], points[k]) for k in (first, second, third)]
-    costs = _costs(tips, form)
-    total = costs[found[:, 0]]
-    for column in found.T[1:]:
-        total += costs[column]
-    best = np.argmax(total * NEARLY <= total.min(axis=0), axis=0)
-    chosen = triangles[found[best]].reshape(-1, 3)
-    polygon = np.repeat(np.arange(many), count - 2)
-    return corners[chosen, polygon[:, np.newaxis]], polygon
+    start = np.cumsum(size) - size
+    triangles, polygon = [np.empty((0, 3), dtype=np.intp)], [start[:0]]
+    for batch in _batches(size):
+        corners = [start[rows] + triples(n)[:, :, np.newaxis] for n, rows in batch]
+        owner = [np.tile(rows, comb(n, 3)) for n, rows in batch]
+        every = np.concatenate([own.reshape(3, -1) for own in corners], axis=1)
+        costs = _costs(x[every], y[every], points[:, every], form[:, np.concatenate(owner)])
+        first = 0
+        for (n, rows), own in zip(batch, corners, strict=True):
+            mine = costs[first : first + own[0].size].reshape(own.shape[1:])
+            first += mine.size
+            chosen = _best_of_all(mine, n) if n <= ALL else _best(mine, n)
+            triangles.append(own[:, chosen, np.arange(len(rows))].reshape(3, -1).T)
+            polygon.append(np.tile(rows, n - 2))
+    return np.concatenate(triangles), np.concatenate(polygon)
 
 
-_Tip: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
-"""Places x and y (K, m), and positions (K, 3, m)."""
+def _batches(size: Ints) -> Iterator[list[tuple[int, Ints]]]:
+    """Polygons of equal numbers of corners, and their numbers; not too many at a time."""
+    batch: list[tuple[int, Ints]] = []
+    total = 0
+    for n in np.bincount(size).nonzero()[0].tolist():
+        rows = (size == n).nonzero()[0]
+        step = max(1, SOME // comb(n, 3))
+        for begin in range(0, len(rows), step):
+            some = rows[begin : begin + step]
+            total += len(some) * comb(n, 3)
+            if total > SOME and batch:
+                yield batch
+                batch, total = [], len(some) * comb(n, 3)
+            batch.append((n, some))
+    if batch:
+        yield batch
 
 
-def _costs(tips: list[_Tip], form: FloatArray) -> FloatArray:
-    """What triangles cost, (K, m): r⁴ + a share of how much worse than the best their shape is.
+def _best_of_all(costs: FloatArray, corners: int) -> Ints:
+    """The cheapest way to cut each polygon, (n − 2, m), given the costs of `triples` (K, m)."""
+    found = ways(corners)
+    total = costs[found].sum(axis=1)
+    chosen: Ints = found[(total * NEARLY <= total.min(axis=0)).argmax(axis=0)].T
+    return chosen
+
+
+def _best(costs: FloatArray, corners: int) -> Ints:
+    """As `_best_of_all`, from smaller polygons to larger ones."""
+    many = costs.shape[1]
+    least = np.zeros((corners, corners, many))
+    middle = np.empty((corners, corners, many), dtype=np.intp)
+    begin = 0
+    for gap in range(2, corners):
+        i, step = np.arange(corners - gap), np.arange(1, gap)
+        j = i[:, np.newaxis] + step
+        end = begin + j.size
+        total = costs[begin:end].reshape(*j.shape, many) + least[i[:, np.newaxis], j]
+        total += least[j, i[:, np.newaxis] + gap]
+        lowest = total.min(axis=1)
+        chosen = (total * NEARLY <= lowest[:, np.newaxis]).argmax(axis=1)
+        least[i, i + gap] = lowest
+        middle[i, i + gap] = begin + i[:, np.newaxis] * (gap - 1) + chosen
+        begin = end
+    here = np.arange(many)
+    number, (_, between, _) = np.empty((corners - 2, many), dtype=np.intp), triples(corners)
+    # Joined corners that are still to be cut off; the first of a list of n − 2 at most.
+    open_ = np.zeros((corners, 2, many), dtype=np.intp)
+    open_[0, 1] = corners - 1
+    height = np.ones(many, dtype=np.intp)
+    for row in range(corners - 2):
+        height -= 1
+        low, high = open_[height, :, here].T
+        number[row] = middle[low, high, here]
+        j = between[number[row]]
+        for one, other in ((low, j), (j, high)):
+            wide = (other - one > 1).nonzero()[0]
+            open_[height[wide], :, wide] = np.stack([one[wide], other[wide]], axis=1)
+            height[wide] += 1
+    return number
+
+
+def _costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArray) -> FloatArray:
+    """What triangles cost, (K,): r⁴ + a share of how much worse than the best their shape is.
 
     r is the deviation over what is allowed; the shape of a triangle is Σ e² / (4 √3 A), with its
     sides e and its area A, and 1 at best. By Heron's formula
     16 A² = 4 e_0² e_1² − (e_0² + e_1² − e_2²)².
+
+    Parameters
+    ----------
+    x, y : ndarray of float64, shape (3, K)
+    points : ndarray of float64, shape (3, 3, K)
+        Coordinates first.
+    form : ndarray of float64, shape (7, K)
     """
-    steps = [(q[0] - p[0], q[1] - p[1]) for p, q in pairwise([*tips, tips[0]])]
-    heights = [form[3] * dx * dx + 2.0 * form[4] * dx * dy + form[5] * dy * dy for dx, dy in steps]
-    one, two, three = (_squared(q[2] - p[2]) for p, q in pairwise([*tips, tips[0]]))
-    ratio = highest(*heights) / form[6]
+    dx, dy = x[NEXT] - x, y[NEXT] - y
+    ratio = highest((form[3] * dx + 2.0 * form[4] * dy) * dx + form[5] * dy * dy) / form[6]
     ratio *= ratio
-    total, short = one + two + three, one + two - three
-    area = np.sqrt(np.maximum(0.75 * (4.0 * one * two - short * short), 0.0)) * 2.0
+    steps = (points[:, NEXT] - points).swapaxes(0, 1)
+    squares = dots(steps, steps)
+    total = squares.sum(axis=0)
+    short = total - 2.0 * squares[2]
+    area = np.sqrt(np.maximum(0.75 * (4.0 * squares[0] * squares[1] - short * short), 0.0)) * 2.0
     shape = total / np.maximum(area, total / WORST + np.finfo(float).tiny)
-    return np.where(_turn(steps), ratio * ratio + SHAPE * shape, WORST * WORST)
-
-
-def _turn(steps: list[tuple[FloatArray, FloatArray]]) -> Bools:
-    """Whether triangles with these steps turn to the left: they are no line."""
-    left: Bools = steps[0][0] * steps[1][1] > steps[1][0] * steps[0][1]
-    return left
-
-
-def _squared(steps: FloatArray) -> FloatArray:
-    """Squared lengths (K, m) of steps (K, 3, m)."""
-    squared: FloatArray = steps[:, 0] ** 2 + steps[:, 1] ** 2 + steps[:, 2] ** 2
-    return squared
-
-
-def _ears(
-    corners: Ints, x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArray
-) -> tuple[Ints, Ints]:
-    """Triangles of polygons that lose one corner after another."""
-    count, many = corners.shape
-    here = np.arange(many)
-    left = np.tile(np.arange(count)[:, np.newaxis], (1, many))
-    found = []
-    while len(left) > 3:
-        size = len(left)
-        rows = np.roll(left, 1, axis=0), left, np.roll(left, -1, axis=0)
-        tips = [(x[k, here], y[k, here], np.moveaxis(points[k, :, here], -1, 1)) for k in rows]
-        costs = _costs(tips, form)
-        strict = costs < WORST * WORST
-        # A triangle with more corners on its sides keeps the three that make it one.
-        lonely = (
-            (strict.sum(axis=0) == 3) & np.roll(strict, 1, axis=0) & np.roll(strict, -1, axis=0)
-        )
-        costs[lonely | ~strict] = np.inf
-        best = np.argmax(costs * NEARLY <= costs.min(axis=0), axis=0)
-        found.append(np.array([corners[k[best, here], here] for k in rows]))
-        keep = np.arange(size)[:, np.newaxis] != best
-        left = left.T[keep.T].reshape(many, size - 1).T
-    found.append(corners[left, here])
-    triangles = np.stack(found)  # (n−2, 3, m)
-    return triangles.transpose(2, 0, 1).reshape(-1, 3), np.repeat(here, count - 2)
+    # Triangles turn to the left, or they are lines.
+    turns = dx[0] * dy[1] > dx[1] * dy[0]
+    return np.where(turns, ratio * ratio + SHAPE * shape, WORST * WORST)

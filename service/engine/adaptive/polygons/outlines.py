@@ -23,19 +23,10 @@ from service.engine.bounds.faces import SPAN, Faces
 LIFT = 4
 """A corner is lifted by the least height over this."""
 
-FIXED = (0, 1, 2, 3)
-"""Row of a box that is constant along each side,"""
-
-ALONG = ((2, 3), (2, 3), (0, 1), (0, 1))
-"""the rows that say where it begins and ends,"""
-
-HEIGHT = ((0, 1), (0, 1), (2, 3), (2, 3))
-"""and those that say how high the box is above it."""
-
-CORNERS = ((0, 3), (1, 2), (0, 1), (3, 2))
+CORNERS = np.array([[0, 3], [1, 2], [0, 1], [3, 2]])
 """Corners at both ends of each side; corners are counted (0, 0), (1, 0), (1, 1), (0, 1)."""
 
-CORNER_U, CORNER_V = np.array([0, 1, 1, 0]), np.array([2, 2, 3, 3])
+CORNER_ROWS = np.array([[0, 1, 1, 0], [2, 2, 3, 3]])
 """Rows of a box in which the corners' places are."""
 
 
@@ -97,16 +88,12 @@ def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Out
         How often the strip over the segment after each entry of the border was halved.
     """
     count = len(cells)
-    u, v = cells.box[CORNER_U].copy(), cells.box[CORNER_V].copy()
-    vertex = np.full((4, count), -1)
-    corner, number, segment, touching = _lift(
-        faces, border, cells, flattened=flattened, places=(u, v), vertex=vertex
-    )
+    places, vertex = cells.box[CORNER_ROWS], np.full((4, count), -1)
+    corner, number, segment, touching = _lift(faces, border, cells, flattened, (places, vertex))
     side = np.repeat(np.arange(len(border.start) - 1), np.diff(border.start))
     at_u, at_v = _places(faces, side, border.at)
     face = np.concatenate([np.tile(cells.face, 4), side // 4])
-    u = np.concatenate([u.ravel(), at_u])
-    v = np.concatenate([v.ravel(), at_v])
+    u, v = np.concatenate([places[0].ravel(), at_u]), np.concatenate([places[1].ravel(), at_v])
     # Whole numbers that tell lines of all faces apart, and then small ones, in the same order.
     low_u, low_v = (np.cumsum(n * SPAN + 1) - (n * SPAN + 1) for n in faces.spans.T)
     lines_u, rank_u = np.unique(low_u[face] + u, return_inverse=True)
@@ -120,27 +107,25 @@ def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Out
     own[sample[known >= 0]] = known[known >= 0]
     fresh = (own < 0).nonzero()[0]
     own[fresh] = len(border.points) + np.arange(len(fresh))
-    rows = rank_u[first], rank_v[first]
-    by_v = rows[1] * many_u + rows[0]
+    by_v = rank_v[first] * many_u + rank_u[first]
     order = np.argsort(by_v)
     by_v = by_v[order]
-    begin_u, end_u = (np.searchsorted(lines_u, low_u[cells.face] + cells.box[k]) for k in (0, 1))
-    begin_v, end_v = (np.searchsorted(lines_v, low_v[cells.face] + cells.box[k]) for k in (2, 3))
+    begin_u, end_u = np.searchsorted(lines_u, low_u[cells.face] + cells.box[:2])
+    begin_v, end_v = np.searchsorted(lines_v, low_v[cells.face] + cells.box[2:])
+    below, above = begin_v * many_u, end_v * many_u
+    before, after = begin_u * many_v, end_u * many_v
     runs = [
-        _run(by_v, begin_v * many_u, begin_u, end_u, "both"),
-        _run(by_u, end_u * many_v, begin_v, end_v, "right"),
-        _run(by_v, end_v * many_u, begin_u, end_u, "left"),
-        _run(by_u, begin_u * many_v, begin_v, end_v, "none"),
+        (by_v.searchsorted(below + begin_u), by_v.searchsorted(below + end_u, "right")),
+        (by_u.searchsorted(after + begin_v, "right"), by_u.searchsorted(after + end_v, "right")),
+        (by_v.searchsorted(above + begin_u), by_v.searchsorted(above + end_u)),
+        (by_u.searchsorted(before + begin_v, "right"), by_u.searchsorted(before + end_v)),
     ]
-    start, corners = _chained(runs, order)
-    lifted = np.zeros(count, dtype=bool)
-    lifted[number] = True
-    plain = (np.diff(start) == 4) & ~lifted
+    start, corners = _chained(np.array(runs), order)
+    plain = np.diff(start) == 4
+    plain[number] = False
     pairs = np.unique(segment * len(first) + sample[corner * count + number])
     segment, lift = pairs // len(first), pairs % len(first)
     entry = sample[4 * count :]
-    pole = np.zeros(len(border.points), dtype=bool)
-    pole[border.vertex[border.start[:-1][border.collapsed.ravel()]]] = True
     ends = np.array([segment, segment + 1])
     return Outline(
         face[first],
@@ -154,7 +139,7 @@ def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Out
         segment,
         lift,
         entry[ends],
-        pole[border.vertex[ends]],
+        np.isin(border.vertex[ends], border.vertex[border.start[:-1][border.collapsed.ravel()]]),
         np.isin(side[segment] % 4, (1, 2)),
         entry,
         touching,
@@ -162,15 +147,14 @@ def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Out
 
 
 def _lift(
-    faces: Faces,
-    border: Border,
-    cells: Cells,
-    *,
-    flattened: Ints,
-    places: tuple[Ints, Ints],
-    vertex: Ints,
+    faces: Faces, border: Border, cells: Cells, flattened: Ints, corners: tuple[Ints, Ints]
 ) -> tuple[Ints, Ints, Ints, Ints]:
     """Lift corners, in place, or tell which vertices of the border they are.
+
+    Parameters
+    ----------
+    corners : ndarrays of int, shapes (2, 4, L) and (4, L)
+        Their places u and v, and vertices.
 
     Returns
     -------
@@ -179,42 +163,41 @@ def _lift(
     touching : ndarray of int, shape (2, E)
         See `Outline`.
     """
-    sizes = (faces.spans * SPAN)[:, [1, 1, 0, 0]].ravel()
-    base = np.cumsum(sizes + 1) - (sizes + 1)
+    (places, vertex), box, spans = corners, cells.box, faces.spans * SPAN
+    limits = np.zeros((len(spans), 4), dtype=np.intp)
+    limits[:, 1::2] = spans
+    # Rows of a box are named as the sides of a face that they may be.
+    lying, leaf = (box == limits[cells.face].T).nonzero()
+    collapsed = border.collapsed[cells.face[leaf], lying]
+    if collapsed.any():
+        side, point = lying[collapsed], leaf[collapsed]
+        vertex[CORNERS[side].T, point] = border.vertex[border.start[4 * cells.face[point] + side]]
+        lying, leaf = lying[~collapsed], leaf[~collapsed]
+    sizes = spans[:, [1, 1, 0, 0]].ravel() + 1
+    base = np.cumsum(sizes) - sizes
     keys = np.repeat(base, np.diff(border.start)) + border.at
+    across = lying - lying % 2
+    along = np.array([2 - across, 3 - across])
+    wanted = base[4 * cells.face[leaf] + lying] + box[along, leaf]
+    entry = keys.searchsorted(wanted, "right") - 1
+    exact = keys[entry] == wanted
+    corner, both = CORNERS[lying].T, np.array([leaf, leaf])
+    vertex[corner[exact], both[exact]] = border.vertex[entry[exact]]
+    segment = entry.copy()
+    segment[1] -= exact[1]
+    touching = np.array([segment.ravel(), both.ravel()])
+    free = (~exact).nonzero()
+    if not len(free[0]):
+        return corner[free], both[free], entry[free], touching
     least = np.full(len(keys), np.iinfo(np.intp).max)
-    found: list[tuple[Ints, Ints, Ints]] = []
-    touching: list[Ints] = []
-    for side in range(4):
-        limit = faces.spans[cells.face, side // 2] * SPAN if side % 2 else 0
-        here = (cells.box[FIXED[side]] == limit).nonzero()[0]
-        collapsed = border.collapsed[cells.face[here], side]
-        for corner in CORNERS[side]:
-            point = here[collapsed]
-            vertex[corner, point] = border.vertex[border.start[4 * cells.face[point] + side]]
-        here = here[~collapsed]
-        begin, end = HEIGHT[side]
-        height = cells.box[end, here] - cells.box[begin, here]
-        for last, corner in enumerate(CORNERS[side]):
-            key = base[4 * cells.face[here] + side] + cells.box[ALONG[side][last], here]
-            entry = np.searchsorted(keys, key, side="right") - 1
-            exact = keys[entry] == key
-            vertex[corner, here[exact]] = border.vertex[entry[exact]]
-            segment = entry - exact if last else entry
-            np.minimum.at(least, segment, height)
-            touching.append(np.array([segment, here]))
-            free = ~exact
-            found.append((np.full(free.sum(), 4 * side + corner), here[free], entry[free]))
-    code, leaf, segment = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    lying, which = code // 4, code % 4
+    np.minimum.at(least, touching[0], np.tile(box[across + 1, leaf] - box[across, leaf], 2))
+    corner, found, segment = corner[free], both[free], entry[free]
     depth = (least[segment] // LIFT) >> flattened[segment]
-    if len(depth) and depth.min() < 1:
+    if depth.min() < 1:
         raise too_deep()
-    across = np.where(lying % 2 == 1, -depth, depth)
-    for axis in (0, 1):
-        mine = lying // 2 == axis
-        places[axis][which[mine], leaf[mine]] += across[mine]
-    return which, leaf, segment, np.concatenate(touching, axis=1)
+    side = lying[free[1]]
+    places[side // 2, corner, found] += np.where(side % 2 == 1, -depth, depth)
+    return corner, found, segment, touching
 
 
 def _places(faces: Faces, side: Ints, at: Ints) -> tuple[Ints, Ints]:
@@ -226,27 +209,20 @@ def _places(faces: Faces, side: Ints, at: Ints) -> tuple[Ints, Ints]:
     return u, v
 
 
-def _run(keys: Ints, line: Ints, begin: Ints, end: Ints, closed: str) -> tuple[Ints, Ints]:
-    """Where the points of lines, from begin to end, stand among sorted keys: first and count."""
-    first = np.searchsorted(
-        keys, line + begin, side="left" if closed in ("both", "left") else "right"
-    )
-    last = np.searchsorted(
-        keys, line + end, side="right" if closed in ("both", "right") else "left"
-    )
-    return first, last - first
+def _chained(runs: Ints, order: Ints) -> tuple[Ints, Ints]:
+    """Polygons from runs of sorted samples, (4, 2, L): where each begins and ends.
 
-
-def _chained(runs: list[tuple[Ints, Ints]], order: Ints) -> tuple[Ints, Ints]:
-    """Polygons: below and on the right upwards, above and on the left downwards."""
-    start = np.zeros(len(runs[0][0]) + 1, dtype=np.intp)
-    np.cumsum(np.sum([count for _, count in runs], axis=0), out=start[1:])
-    corner = np.empty(start[-1], dtype=np.intp)
-    put = start[:-1].copy()
-    for number, (first, count) in enumerate(runs):
-        leaf = np.repeat(np.arange(len(count)), count)
-        step = np.arange(len(leaf)) - (np.cumsum(count) - count)[leaf]
-        place = first[leaf] + (step if number < 2 else count[leaf] - 1 - step)
-        corner[put[leaf] + step] = order[place] if number % 2 == 0 else place
-        put += count
-    return start, corner
+    Below and above the samples are sorted by v, in `order`, on the right and on the left by u;
+    below and on the right they are taken upwards, above and on the left downwards.
+    """
+    # Leaf after leaf.
+    first, end = runs.transpose(1, 2, 0).reshape(2, -1)
+    count = end - first
+    stop = np.cumsum(count)
+    run = np.repeat(np.arange(len(count)), count)
+    step = np.arange(len(run)) - (stop - count)[run]
+    up = run % 4 < 2
+    place = np.where(up, first[run] + step, end[run] - 1 - step)
+    start = np.zeros(len(count) // 4 + 1, dtype=np.intp)
+    start[1:] = stop[3::4]
+    return start, np.where(run % 2 == 0, order[place], place)

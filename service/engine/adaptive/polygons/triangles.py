@@ -43,8 +43,7 @@ def triangulated(
     wanted : ndarray of bool, shape (L,)
     segments : ndarray of bool, shape (M,)
     """
-    parts = _of_leaves(outline, leaves, points, wanted)
-    corners, leaf = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    corners, leaf = _of_leaves(outline, leaves, points, wanted)
     none = np.full(len(leaf), -1)
     if not len(outline.segment):
         return Rows(corners, leaf, none, none)
@@ -59,26 +58,28 @@ def triangulated(
 
 def _of_leaves(
     outline: Outline, leaves: Leaves, points: FloatArray, wanted: Bools
-) -> list[tuple[Ints, Ints]]:
+) -> tuple[Ints, Ints]:
     """Corners and leaves of triangles."""
-    found: list[tuple[Ints, Ints]] = []
     plain = (outline.plain & wanted).nonzero()[0]
     four = outline.corner[outline.start[plain] + np.arange(4)[:, np.newaxis]]
     rising = leaves.rising[plain]
     third = np.where(rising, four[2], four[3])
     other = np.where(rising, four[0], four[1])
-    pair = np.stack([four[0], four[1], third, other, four[2], four[3]], axis=1)
-    found.append((pair.reshape(-1, 3), np.repeat(plain, 2)))
-    size = np.where(outline.plain | ~wanted, 0, np.diff(outline.start))
-    box, form = leaves.cells.box, leaves.form
-    for count in (np.bincount(size)[1:]).nonzero()[0] + 1:
-        these = (size == count).nonzero()[0]
-        corners = outline.corner[outline.start[these] + np.arange(count)[:, np.newaxis]]
-        u0, u1, v0, v1 = box[:, these]
-        x, y = (outline.u[corners] - u0) / (u1 - u0), (outline.v[corners] - v0) / (v1 - v0)
-        triangles, polygon = cut(corners, x, y, points[corners].transpose(0, 2, 1), form[:, these])
-        found.append((triangles, these[polygon]))
-    return found
+    pair = np.stack([four[0], four[1], third, other, four[2], four[3]], axis=1).reshape(-1, 3)
+    rest = (~outline.plain & wanted).nonzero()[0]
+    if not len(rest):
+        return pair, np.repeat(plain, 2)
+    start = outline.start[rest]
+    size = outline.start[rest + 1] - start
+    polygon = np.repeat(np.arange(len(rest)), size)
+    corners = outline.corner[np.arange(len(polygon)) + (start - np.cumsum(size) + size)[polygon]]
+    u0, u1, v0, v1 = leaves.cells.box[:, rest[polygon]]
+    x, y = (outline.u[corners] - u0) / (u1 - u0), (outline.v[corners] - v0) / (v1 - v0)
+    triangles, polygon = cut(size, x, y, points[corners].T, leaves.form[:, rest])
+    return (
+        np.concatenate([pair, corners[triangles]]),
+        np.concatenate([np.repeat(plain, 2), rest[polygon]]),
+    )
 
 
 def _of_strips(outline: Outline, rows: Ints) -> Rows:

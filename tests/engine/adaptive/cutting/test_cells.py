@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.engine.adaptive.cutting.boxes import Leaves, whole
+from service.engine.adaptive.cutting.boxes import Cells, Leaves, whole
 from service.engine.adaptive.cutting.cells import divided
-from service.engine.adaptive.cutting.halving import halve, nine, quadratic, raised, restricted
+from service.engine.adaptive.cutting.halving import halve, nine, over, quadratic, raised
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.limits import Budget
 from service.engine.bounds.faces import SPAN, find_faces
 from service.engine.bounds.goal import Goal
-from service.engine.bounds.patch_nets import PatchNets
+from service.engine.bounds.patch_nets import Nets, PatchNets
 from service.engine.mesh.seams import find_seams
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
@@ -41,15 +41,17 @@ def cuts(leaves: Leaves) -> tuple[int, int]:
 @settings(max_examples=20)
 def test_nets_of_pieces_are_the_same_surface(net: Array, axis: int, end: int, begin: int) -> None:
     """Halved, restricted, raised: against exact points."""
-    last = np.moveaxis(net[None], 0, -1)
+    last, zero = np.moveaxis(net[None], 0, -1), np.zeros(1, dtype=np.intp)
     low, high = min(begin, end - 1) / 8, (end + 1) / 8
     both = np.empty((*last.shape[:3], 2, last.shape[3]))
     halve(last, axis, both)
     pieces = [(0.0, 0.5, both[..., 0, :]), (0.5, 1.0, both[..., 1, :])]
-    pieces.append((low, high, restricted(last, np.array([low]), np.array([high]), axis)))
+    box = np.array([[0], [SPAN], [0], [SPAN]])
+    box[2 * axis : 2 * axis + 2] = [[int(low * SPAN)], [int(high * SPAN)]]
+    piece = over(Nets(zero, last), zero, Cells(zero, box))
+    pieces.append((low, high, piece))
     exact = exact_net(net)
     for start, stop, piece in pieces:
-        assert piece.shape == last.shape
         for i, row in enumerate(nine(raised(piece))):
             for j, place in enumerate(row):
                 at = [i / 2, j / 2]

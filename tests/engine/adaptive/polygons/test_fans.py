@@ -8,7 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.bases.arrays import Ints
-from service.engine.adaptive.polygons.fans import ALL, cut, ways
+from service.engine.adaptive.polygons.fans import (
+    ALL,
+    _best,
+    _best_of_all,
+    cut,
+    triples,
+    ways,
+)
 from tests.strategies import Array
 
 FLAT = np.array([1.0, 0, 1, 0, 0, 0, 1])
@@ -25,9 +32,7 @@ def around(below: int, right: int, above: int, left: int) -> tuple[Array, Array]
 
 def cut_one(x: Array, y: Array, z: Array, form: Array) -> tuple[Ints, Array]:
     """Triangles of one polygon, and twice their areas."""
-    points = np.stack([x, y, z], axis=1)[:, :, None]
-    corners = np.arange(len(x))[:, None]
-    triangles, polygon = cut(corners, x[:, None], y[:, None], points, form[:, None])
+    triangles, polygon = cut(np.array([len(x)]), x, y, np.stack([x, y, z]), form[:, None])
     assert (polygon == 0).all()
     a, b, c = triangles.T
     areas: Array = (x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a])
@@ -48,10 +53,19 @@ def test_polygons_are_covered(between: tuple[int, int, int, int]) -> None:
 def test_all_ways_are_known() -> None:
     """Catalan numbers, each way another one."""
     for corners in range(4, ALL + 1):
-        triangles, found = ways(corners)
-        assert len(triangles) == comb(corners, 3)
+        found = ways(corners)
+        assert triples(corners).shape == (3, comb(corners, 3))
         assert len(found) == comb(2 * corners - 4, corners - 2) // (corners - 1)
         assert len({tuple(sorted(way)) for way in found.tolist()}) == len(found)
+
+
+@given(st.integers(4, ALL), st.integers(0, 99))
+@settings(max_examples=30)
+def test_the_best_way_is_put_together_as_it_is_found_among_all(corners: int, seed: int) -> None:
+    """So what is true of few corners is true of many."""
+    costs = np.random.default_rng(seed).uniform(size=(comb(corners, 3), 5))
+    least = costs[_best_of_all(costs, corners), np.arange(5)].sum(axis=0)
+    assert costs[_best(costs, corners), np.arange(5)].sum(axis=0) == pytest.approx(least)
 
 
 @pytest.mark.parametrize("extra", [0, 6])
@@ -75,9 +89,8 @@ def test_edges_run_where_the_surface_does_not_bend(extra: int) -> None:
 def test_a_straight_corner_keeps_its_area() -> None:
     """Two sides of the square that are one line in space: the diagonal starts between them."""
     x, y = around(0, 0, 0, 0)
-    points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 0, 0]])[:, :, None]
-    corners = np.arange(4)[:, None]
-    triangles, _ = cut(corners, x[:, None], y[:, None], points, FLAT[:, None])
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 0, 0]]).T
+    triangles, _ = cut(np.array([4]), x, y, points, FLAT[:, None])
     assert {frozenset(t) for t in triangles.tolist()} == {
         frozenset({0, 1, 2}),
         frozenset({0, 2, 3}),
@@ -87,14 +100,13 @@ def test_a_straight_corner_keeps_its_area() -> None:
 def test_polygons_do_not_know_each_other() -> None:
     """Cut together or alone, the same triangles."""
     rng = np.random.default_rng(1)
-    for between in ((1, 0, 2, 0), (3, 3, 2, 2)):
-        x, y = around(*between)
-        count, many = len(x), 7
-        points = rng.uniform(-1, 1, (count, 3, many))
-        form = np.concatenate([rng.uniform(-1, 1, (6, many)), np.ones((1, many))])
-        corners = np.arange(count * many).reshape(many, count).T
-        wide = np.repeat(x[:, None], many, axis=1), np.repeat(y[:, None], many, axis=1)
-        together, polygon = cut(corners, *wide, points, form)
-        for k in range(many):
-            alone, _ = cut(corners[:, [k]], x[:, None], y[:, None], points[..., [k]], form[:, [k]])
-            assert np.array_equal(together[polygon == k], alone)
+    shapes = [around(*between) for between in [(1, 0, 2, 0), (3, 3, 2, 2), (1, 0, 2, 0)] * 3]
+    size = np.array([len(x) for x, _ in shapes])
+    x, y = (np.concatenate(places) for places in zip(*shapes, strict=True))
+    points = rng.uniform(-1, 1, (3, len(x)))
+    form = np.concatenate([rng.uniform(-1, 1, (6, len(size))), np.ones((1, len(size)))])
+    together, polygon = cut(size, x, y, points, form)
+    for k, end in enumerate(np.cumsum(size).tolist()):
+        own = slice(end - int(size[k]), end)
+        alone, _ = cut(size[k : k + 1], x[own], y[own], points[:, own], form[:, [k]])
+        assert np.array_equal(together[polygon == k], alone + own.start)
