@@ -1873,6 +1873,13 @@ export interface components {
              */
             merged_knots?: number;
             /**
+             * Moved
+             * @description Model units: control points that were equal up to rounding (`weld_tolerance`) were made
+             *     equal, and no point of the surface moved further than this, which is part of the bounds; left
+             *     out if none moved.
+             */
+            moved?: number;
+            /**
              * Parts
              * @description The bound of every part by itself, in the order of the parts.
              */
@@ -1978,6 +1985,13 @@ export interface components {
              * @example 0.5
              */
             crease_angle?: number;
+            /**
+             * Weld Tolerance
+             * @description The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. How far anything moved is `moved` in the report and part of every bound. 0: only what is equal bit for bit.
+             * @default 1e-12
+             * @example 1e-9
+             */
+            weld_tolerance?: number;
             /**
              * Overlays
              * @description Lines to draw beside the faces, where the format has lines.
@@ -3781,6 +3795,8 @@ export interface operations {
                 weld?: boolean;
                 /** @description Beside a file: Angle in radians above which the normals of neighbouring patches stay apart. Left out: 0.017453292519943295. */
                 crease_angle?: number;
+                /** @description Beside a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. How far anything moved is `moved` in the report and part of every bound. 0: only what is equal bit for bit. Left out: 1e-12. */
+                weld_tolerance?: number;
                 /** @description Beside a file: Lines to draw beside the faces, where the format has lines. Left out: []. */
                 overlays?: ("control_net" | "boundary")[];
                 /** @description Beside a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction. Left out: [0, 0]. */
@@ -3921,6 +3937,8 @@ export interface operations {
                 weld?: boolean;
                 /** @description Beside a file: Angle in radians above which the normals of neighbouring patches stay apart. Left out: 0.017453292519943295. */
                 crease_angle?: number;
+                /** @description Beside a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. How far anything moved is `moved` in the report and part of every bound. 0: only what is equal bit for bit. Left out: 1e-12. */
+                weld_tolerance?: number;
                 /** @description Beside a file: Lines to draw beside the faces, where the format has lines. Left out: []. */
                 overlays?: ("control_net" | "boundary")[];
                 /** @description Beside a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) shows its curves u = i/n_u and v = j/n_v, borders included, a shared one once; of a triangle r, s and t = i/n. 0 draws none in that direction. Left out: [0, 0]. */
@@ -4406,6 +4424,11 @@ export interface operations {
                  * @example 0.5
                  */
                 crease_angle?: number;
+                /**
+                 * @description The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding are one edge, surfaces close, and sides are poles. Points that are near, or have near points between them, are a group; a group wider than the tolerance is left as it is. An edge has the positions of the side whose control points come first in dictionary order, whatever the order of the patches. How far anything moved is `moved` in the report and part of every bound. 0: only what is equal bit for bit.
+                 * @example 1e-9
+                 */
+                weld_tolerance?: number;
                 /**
                  * @description Lines to draw beside the faces, where the format has lines.
                  * @example [

@@ -149,6 +149,7 @@ def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, ob
         **_accuracy(report, parts),
         **_curvature(report),
         **({"merged_knots": report.merged_knots} if report.merged_knots else {}),
+        **({"moved": report.moved} if report.moved else {}),
         "engine": report.engine,
     }
 

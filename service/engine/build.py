@@ -3,6 +3,7 @@
 from service.engine.adaptive.meshing import meshing
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerances import goal_of
+from service.engine.joining.snap import snap
 from service.engine.mesh.mesh import Mesh, Overlay
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene, arranged, flattened, in_single
@@ -35,6 +36,8 @@ def _alone(model: PatchModel | SweepModel, options: MeshOptions, *, single: bool
     if isinstance(model, SweepModel):
         with Measured("sweep"):
             return sweep(model, options, single=single)
+    if options.wired or not options.surface:
+        model = snap(model, options.weld_tolerance)
     mesh = (tessellate if options.surface else without_faces)(model, options, single=single)
     if options.wired:
         curves = isocurves(model, options.resolution, options.isocurves)

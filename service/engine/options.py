@@ -17,6 +17,10 @@ MAX_RESOLUTION = 1 << 16
 """Divisions in one direction beyond which a number is a mistake. What is affordable is decided by
 the vertices that would come out."""
 
+MAX_WELD_TOLERANCE = 1e-6
+"""Points that are further apart, in units of the diagonal, are different however they were rounded.
+"""
+
 MAX_ISOCURVES = 1024
 """Pieces that isoparametric curves cut a patch into, in one direction."""
 
@@ -40,6 +44,9 @@ class MeshOptions:
         Whether patches share the vertices of the edges they share.
     crease_angle : float
         Radians. Welded positions whose normals differ by more keep them apart.
+    weld_tolerance : float
+        Part of the diagonal: control points on borders that are nearer count as one
+        (`service.engine.joining`). 0: only points that are equal bit for bit.
     overlays : tuple of names
         Lines to draw beside the faces.
     isocurves : (n_u, n_v)
@@ -68,6 +75,7 @@ class MeshOptions:
     uvs: bool = False
     weld: bool = True
     crease_angle: float = radians(1.0)
+    weld_tolerance: float = 1e-12
     overlays: tuple[OverlayName, ...] = ()
     isocurves: tuple[int, int] = (0, 0)
     wires: WireForm = "lines"
@@ -104,6 +112,16 @@ class MeshOptions:
                     "/crease_angle",
                     f"{self.crease_angle:.6g}",
                     "0 to π radians",
+                )
+            )
+        if not 0 <= self.weld_tolerance <= MAX_WELD_TOLERANCE:
+            raise InvalidRequest(
+                Issue(
+                    "out_of_range",
+                    "The weld tolerance is a part of the diagonal that rounding may account for.",
+                    "/weld_tolerance",
+                    f"{self.weld_tolerance:.6g}",
+                    f"0 to {MAX_WELD_TOLERANCE:.0e}",
                 )
             )
         self._check_wires()

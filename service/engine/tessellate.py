@@ -16,9 +16,9 @@ from service.engine.bounds.mesh_deviation import bounds_of_parts, deviations, la
 from service.engine.curvatures.ranges import ranges
 from service.engine.curvatures.rows import layout_curvatures
 from service.engine.extent import AT_ZERO, local_origin, stored_bounds
+from service.engine.joining.snap import connected
 from service.engine.mesh.channels import agreeing, by_kind
 from service.engine.mesh.closure import OPEN, closure
-from service.engine.mesh.connect import connect
 from service.engine.mesh.connectivity import digest
 from service.engine.mesh.creases import Sharing, find_creases
 from service.engine.mesh.filling import SampleRows, fill, sample
@@ -46,7 +46,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         float32 positions about a local origin, for formats that store them so; else float64 in
         model coordinates.
     """
-    seams = connect(model)
+    model, seams = connected(model, options.weld_tolerance)
     layout = Layout.plan(seams.connectivity, options.resolution)
     dtype: Real = np.float32 if single else np.float64
     origin = local_origin(*model.bounds) if single else AT_ZERO
@@ -55,7 +55,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
         bent = layout_curvatures(model, layout, dtype)
         rows = replace(rows, channels=(*rows.channels, *bent))
     checkpoint()
-    bounds = deviations(model, seams, layout, options, rows, origin=origin)
+    bounds = deviations(model, seams, layout, options, rows, origin=origin) + model.moved
     checkpoint()
     plan = plan_faces(layout, options, _sharing(layout, rows, options), model.sequence)
     rows = fill(rows, plan)
@@ -91,6 +91,7 @@ def tessellate(model: PatchModel, options: MeshOptions, *, single: bool = False)
             deviation_bound=bound,
             curvature=ranges(attributes) if attributes else None,
             merged_knots=model.merged_knots,
+            moved=model.moved,
         ),
         colors=colors,
         attributes=attributes,
@@ -115,7 +116,8 @@ def predicted_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, i
     size = grids * (ru + 1) * (rv + 1) + triangles * triangle.size(max(ru, rv))
     framed = False
     if ru != rv:
-        layout = Layout.plan(connect(model).connectivity, options.resolution)
+        _, seams = connected(model, options.weld_tolerance)
+        layout = Layout.plan(seams.connectivity, options.resolution)
         size, framed = layout.size, layout.framed
         # A framed grid has at least two divisions each way.
         shapes = [(b.resolution, len(b.patches)) for b in layout.blocks if not b.triangular]

@@ -9,7 +9,14 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field, model_validator
 
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.options import MAX_SIDES, MIN_SIDES, MeshOptions, Method, WireForm
+from service.engine.options import (
+    MAX_SIDES,
+    MAX_WELD_TOLERANCE,
+    MIN_SIDES,
+    MeshOptions,
+    Method,
+    WireForm,
+)
 from service.schemas.accuracy import ACCURACY, MAX_COUNT, accuracy_of, refuse_conflict
 from service.schemas.fields import IsoCurves, Omittable, Overlays, Resolution, StrictModel, optional
 from service.surface.checks import MAX_COORDINATE
@@ -113,6 +120,17 @@ class MeshOptionFields(StrictModel):
         default=_DEFAULTS.crease_angle,
         description="Angle in radians above which the normals of neighbouring patches stay apart.",
         examples=[0.5],
+    )
+    weld_tolerance: Annotated[float, Field(ge=0, le=MAX_WELD_TOLERANCE)] = Field(
+        default=_DEFAULTS.weld_tolerance,
+        description="The share of the model's diagonal within which control points on borders of "
+        "patches count as one. So sides that are equal up to rounding are one edge, surfaces "
+        "close, and sides are poles. Points that are near, or have near points between them, are "
+        "a group; a group wider than the tolerance is left as it is. An edge has the positions of "
+        "the side whose control points come first in dictionary order, whatever the order of the "
+        "patches. How far anything moved is `moved` in the report and part of every bound. 0: only "
+        "what is equal bit for bit.",
+        examples=[1e-9],
     )
     overlays: Overlays = Field(
         default=_DEFAULTS.overlays,

@@ -5,6 +5,7 @@ What stands above (kinds of surface) and below (engine, encoders) meets only her
 """
 
 from dataclasses import dataclass
+from math import dist
 from typing import TypeAlias
 
 import numpy as np
@@ -65,6 +66,7 @@ class PatchModel:
     given, where they are others than the patches have. `stretch`, affine, float64 of shape (4, 4),
     is what its place does to it up to a turn: curvatures are those of the stretched surface.
     `merged_knots` differed from the knot before by rounding alone, and were taken for equal.
+    No patch is further than `moved`, in model units, from the one that was given.
     """
 
     name: str
@@ -77,6 +79,7 @@ class PatchModel:
     control_nets: tuple[Patches, ...] = ()
     stretch: FloatArray | None = None
     merged_knots: int = 0
+    moved: float = 0.0
 
     @property
     def nets(self) -> tuple[Patches, ...]:
@@ -100,6 +103,13 @@ class PatchModel:
             return self.batches[0].bounds
         lows, highs = zip(*(batch.bounds for batch in self.batches), strict=True)
         return np.min(lows, axis=0), np.max(highs, axis=0)
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of the box about the control points."""
+        if len(self.batches) == 1:
+            return self.batches[0].diagonal
+        return dist(*(bound.tolist() for bound in self.bounds))
 
 
 Color: TypeAlias = tuple[float, float, float, float]

@@ -497,6 +497,7 @@ CHOICES: dict[str, dict[str, str]] = {
         "null_value": "null",
         "wrong_type": 'true "1"',
     },
+    "weld_tolerance": {"out_of_range": "-1e-12 1.1e-6", "null_value": "null"},
     "isocurves": {
         "out_of_range": "-1 1025 [1,-1]@/1",
         "wrong_length": "[1]",

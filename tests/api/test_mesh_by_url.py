@@ -254,6 +254,7 @@ OPTIONS = {
     "uvs": ["true"],
     "weld": ["false"],
     "crease_angle": ["0", "-0.0", "0.50"],
+    "weld_tolerance": ["0", "1e-9"],
     "overlays": ["control_net", "boundary,control_net", "control_net,boundary"],
     "isocurves": ["2", "1,2"],
     "wires": ["tubes", "ribbons"],

@@ -37,6 +37,7 @@ def test_is_frozen() -> None:
         *(({"resolution": n}, "/resolution") for n in ((0, 1), (1, 0), (-3, 4))),
         ({"resolution": (4, MAX_RESOLUTION + 1)}, "/resolution"),
         *(({"crease_angle": angle}, "/crease_angle") for angle in (-0.1, 3.2, inf, nan)),
+        *(({"weld_tolerance": share}, "/weld_tolerance") for share in (-1e-20, 1.1e-6, nan)),
         ({"isocurves": (-1, 0)}, "/isocurves"),
         ({"isocurves": (0, 1025)}, "/isocurves"),
         ({"wire_width": 0.0}, "/wire_width"),

@@ -29,6 +29,7 @@ VALUES: dict[str, st.SearchStrategy[Any]] = {
     "max_triangles": st.integers(1, 2**53 - 1) | st.just(10**15),
     "max_bytes": st.integers(1, 2**53 - 1) | st.just(2**53 - 1),
     "crease_angle": st.floats(0, pi) | st.just(-0.0),
+    "weld_tolerance": st.floats(0, 1e-6) | st.just(1e-12),
     "overlays": st.permutations(["control_net", "boundary"]).flatmap(
         lambda names: st.integers(0, 2).map(lambda n: tuple(names[:n]))
     ),

@@ -21,6 +21,7 @@ from tools.certify import groups
 from tools.certify.groups import judge_group
 from tools.certify.judge import TOLERANCES, Case, Verdict, judge
 from tools.certify.models import BODIES
+from tools.certify.nearly import NEARLY, Near, judge_nearly
 from tools.certify.seams import Joint, judge_model
 from tools.certify.surfaces import FAMILIES
 from tools.certify.table import Finding, rows
@@ -58,6 +59,10 @@ def joints(share: float, names: list[str]) -> Iterator[tuple[str, int, float]]:
             continue
         for seed in range(max(1, round(share * count))):
             yield kind, seed, JOINT_TOLERANCES[seed % len(JOINT_TOLERANCES)]
+    for kind, (count, _) in NEARLY.items():
+        if not names or kind in names:
+            for seed in range(max(1, round(share * count))):
+                yield kind, seed, TOLERANCES[seed % 3]
     if not names or "groups" in names:
         for seed in range(max(1, round(share * groups.COUNT))):
             yield "groups", seed, TOLERANCES[1 + seed % 3]
@@ -76,6 +81,8 @@ def work(task: Task) -> Finding:
     try:
         if isinstance(task, Case):
             return judge(task)
+        if task[0] in NEARLY:
+            return judge_nearly(*task)
         return judge_group(*task[1:]) if task[0] == "groups" else judge_model(*task)
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
@@ -123,9 +130,10 @@ def main(arguments: list[str]) -> int:
 
 def report(found: list[Finding]) -> int:
     """Prints the tables and the complaints; 1 if there are any."""
-    order = {name: number for number, name in enumerate([*FAMILIES, *BODIES, "groups"])}
+    order = {name: number for number, name in enumerate([*FAMILIES, *BODIES, *NEARLY, "groups"])}
     found.sort(key=lambda each: (order[each.kind], each.seed, -each.tolerance))
     models = [each for each in found if isinstance(each, Joint)]
+    nearly = [each for each in found if isinstance(each, Near)]
     verdicts = [each for each in found if isinstance(each, Verdict)]
     by_tolerance = [v for v in verdicts if v.case.resolution is None]
     by_resolution = [v for v in verdicts if v.case.resolution is not None]
@@ -133,6 +141,7 @@ def report(found: list[Finding]) -> int:
         ("family", by_tolerance, ("missed", "bad", "excused")),
         ("by resolution", by_resolution, ()),
         ("models", models, ("seams", "boundary")),
+        ("equal up to rounding", nearly, ("closed",)),
     ):
         if some:
             print("\n".join([*rows(title, some, counts), ""]))

@@ -125,6 +125,10 @@ class MeshReport(Answer):
     merged_knots: Count | Missing = None
     """Number of knots that were taken for equal to the knot before, from which they differ by
     rounding alone; left out if there are none."""
+    moved: Length | Missing = None
+    """Model units: control points that were equal up to rounding (`weld_tolerance`) were made
+    equal, and no point of the surface moved further than this, which is part of the bounds; left
+    out if none moved."""
     parts: list[PartReport] | Missing = None
     """The bound of every part by itself, in the order of the parts."""
     engine: int

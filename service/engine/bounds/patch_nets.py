@@ -72,7 +72,8 @@ class PatchNets:
     sizes : ndarray of float64, shape (P,)
         No coordinate of a net is further from its middle.
     lowering : float
-        No patch is further than this from the surface that it was made of, for rounding.
+        No patch is further than this from the surface that it was made of, for rounding and for
+        points that were made equal.
     """
 
     groups: tuple[Nets, ...]
@@ -100,7 +101,7 @@ class PatchNets:
             patches = np.concatenate([ids for ids, _ in members])
             group[patches], row[patches] = number, np.arange(len(patches))
             groups.append(Nets(patches, np.concatenate([net for _, net in members], axis=3)))
-        return cls(tuple(groups), group, row, middles, sizes, _lowering(model))
+        return cls(tuple(groups), group, row, middles, sizes, _lowering(model) + model.moved)
 
     def by_group(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
         """The groups that patches (m,) belong to, each with which of the m are of it."""

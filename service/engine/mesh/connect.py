@@ -6,17 +6,20 @@ the coordinates each time.
 """
 
 from collections.abc import Hashable
+from math import dist
 
 import numpy as np
 
 from service.bases.arrays import FloatArray
 from service.bases.cache import MESH_PLANS
 from service.engine.mesh.connectivity import (
+    EQUAL_WEIGHT,
     FEW_POINTS,
     Connectivity,
     digest,
     equal_points,
     first_equals,
+    may_be_near,
 )
 from service.engine.mesh.edge_patterns import (
     EdgePattern,
@@ -37,22 +40,88 @@ def connect(model: PatchModel) -> Seams:
     As `find_seams` finds them; but numbered, and directed, by the patches that come first, so that
     nothing of the connectivity depends on coordinates.
     """
+    seams = connect_apart(model, 0.0)
+    assert seams is not None  # no points are nearer than that
+    return seams
+
+
+def connect_apart(model: PatchModel, tolerance: float) -> Seams | None:
+    """What `connect` finds; None if points or weights may be near though they are not equal.
+
+    Parameters
+    ----------
+    tolerance : float
+        Part of the diagonal within which points are near.
+    """
     batches = model.batches
     points = [border_points(batch) for batch in batches]
     border = points[0] if len(points) == 1 else np.concatenate(points)
     forms = tuple((isinstance(b, TrianglePatches), b.degree, b.count) for b in batches)
-    pattern = _pattern(model, border, forms)
+    reach = _reach(model, tolerance) if tolerance else 0.0
+    pattern, is_apart = _pattern(model, border, forms, reach)
+    if reach and not is_apart and _may_be_near(model, border, reach):
+        return None
     seams = None
     if pattern.is_certain:
         weights = None
         if any(batch.weights is not None for batch in batches):
             weights = np.concatenate([border_weights(batch) for batch in batches])
         seams = pattern.seams(border, weights)
+        if seams is None and weights is not None and _are_near(weights, tolerance):
+            return None
     return seams or _renumbered(find_seams(batches))
 
 
-def _pattern(model: PatchModel, border: FloatArray, forms: tuple[Hashable, ...]) -> EdgePattern:
-    """The pattern of the border points of a model: mostly that of the last model of its form."""
+def has_near(model: PatchModel, tolerance: float) -> bool:
+    """Whether points or weights on borders may be near, within a tolerance, and not equal."""
+    border = np.concatenate([border_points(batch) for batch in model.batches])
+    if _may_be_near(model, border, _reach(model, tolerance)):
+        return True
+    if all(batch.weights is None for batch in model.batches):
+        return False
+    return _are_near(np.concatenate([border_weights(b) for b in model.batches]), tolerance)
+
+
+def _reach(model: PatchModel, tolerance: float) -> float:
+    """How far apart projections of near points may be: as far as these, and their rounding."""
+    furthest = max([max(-min(low), *high) for low, high in (b.box for b in model.batches)])
+    return tolerance * model.diagonal + 2.0**-49 * furthest
+
+
+def _may_be_near(model: PatchModel, border: FloatArray, reach: float) -> bool:
+    """Whether any two points may be near and not equal, `border` being those on all borders.
+
+    A patch that is alone has no two sides, and no side that is a point, unless two corners are
+    near or equal. Pieces of one surface have equal points between them, unless the surface parts
+    there: their corners, and the border of the whole, tell.
+    """
+    batch, domain = model.batches[0], model.domain
+    if isinstance(batch, TensorPatches) and model.patch_count == 1:
+        p, q = batch.degree
+        (a, b), (c, d) = batch.points[0, ::p, ::q].tolist()
+        if min(map(dist, (a, a, a, b, b, c), (b, c, d, c, d, d))) > reach:
+            return False
+    elif isinstance(batch, TensorPatches) and domain is not None:
+        grid = batch.points.reshape(len(domain.u) - 1, len(domain.v) - 1, *batch.points.shape[1:])
+        lines = grid[0, :, 0], grid[-1, :, -1], grid[:, 0, :, 0], grid[:, -1, :, -1], batch.corners
+        border = np.concatenate([line.reshape(-1, 3) for line in lines])
+    return may_be_near(border, reach)
+
+
+def _are_near(weights: FloatArray, tolerance: float) -> bool:
+    """Whether two weights may be nearer than the tolerance, but further apart than by rounding."""
+    ordered = np.sort(weights)
+    gaps, size = ordered[1:] - ordered[:-1], ordered[1:]
+    return bool(((gaps > EQUAL_WEIGHT * size) & (gaps <= tolerance * size)).any())
+
+
+def _pattern(
+    model: PatchModel, border: FloatArray, forms: tuple[Hashable, ...], reach: float
+) -> tuple[EdgePattern, bool]:
+    """The pattern of the border points of a model: mostly that of the last model of its form.
+
+    And whether it is known that points that are not equal are further apart than `reach`.
+    """
     found: object
     if len(border) <= FEW_POINTS:
         few = first_equals(border)
@@ -60,11 +129,11 @@ def _pattern(model: PatchModel, border: FloatArray, forms: tuple[Hashable, ...])
             ("edges", forms, few), lambda: find_pattern(model.batches, np.array(few))
         )
         assert isinstance(found, EdgePattern)
-        return found
+        return found, False
     last = ("last edges", forms)
     found = MESH_PLANS.find(last)
-    if isinstance(found, EdgePattern) and found.equal.hold(border):
-        return found
+    if isinstance(found, EdgePattern) and found.equal.hold(border, reach):
+        return found, True
     columns = 0 if model.domain is None else _plain_columns(model.batches[0], model.domain)
     numbers = None if columns else equal_points(border)
     found = MESH_PLANS.get(
@@ -73,7 +142,7 @@ def _pattern(model: PatchModel, border: FloatArray, forms: tuple[Hashable, ...])
     )
     assert isinstance(found, EdgePattern)
     MESH_PLANS.put(last, found)
-    return found
+    return found, False
 
 
 def _plain_columns(batch: Patches, domain: Domain) -> int:

@@ -22,6 +22,9 @@ SAME_WEIGHT = 2.0**-44
 """How far the weights of one edge, their largest made 1, may differ on two sides of it: a common
 factor changes their last digits."""
 
+EQUAL_WEIGHT = 2.0**-50
+"""Up to here weights are taken for equal beside all others of their edge: a few roundings."""
+
 FEW_POINTS = 40
 """Up to here points are looked up one by one sooner than sorted."""
 
@@ -129,20 +132,36 @@ class EqualPoints:
         """The answer with its leaders."""
         return EqualPoints(number, np.flatnonzero(number == np.arange(len(number))))
 
-    def hold(self, points: FloatArray) -> bool:
-        """Whether this is the answer for `points` (N, 3), too; False where that is not certain.
+    def hold(self, points: FloatArray, reach: float) -> bool:
+        """Whether this is the answer for `points` (N, 3), too, and others are further apart.
 
-        All leaders differ if their projections on one direction do: equal points have equal ones.
+        False where that is not certain. All leaders are further apart than `reach` if their
+        projections on one direction are: equal points have equal ones.
         """
         equal = points.take(self.number, axis=0) == points
         if np.count_nonzero(equal) < equal.size:
             return False
-        x, y, z = points.take(self.leaders, axis=0).T
-        place = x * DIRECTION[0]
-        place += y * DIRECTION[1]
-        place += z * DIRECTION[2]
+        place = _projected(points.take(self.leaders, axis=0))
         place.sort()
-        return not np.count_nonzero(place[1:] == place[:-1])
+        return not np.count_nonzero(place[1:] - place[:-1] <= reach)
+
+
+def may_be_near(points: FloatArray, reach: float) -> bool:
+    """Whether two points (N, 3) that differ may be at most `reach` apart, told by projections."""
+    place = _projected(points)
+    order = place.argsort()
+    rows, place = points.take(order, axis=0), place.take(order)
+    differ = np.logical_or.reduce(rows[1:] != rows[:-1], axis=1)
+    return bool((differ & (place[1:] - place[:-1] <= reach)).any())
+
+
+def _projected(points: FloatArray) -> FloatArray:
+    """Places of points (N, 3) along one direction, (N,)."""
+    x, y, z = points.T
+    place: FloatArray = x * DIRECTION[0]
+    place += y * DIRECTION[1]
+    place += z * DIRECTION[2]
+    return place
 
 
 def digest(*arrays: NDArray[Any]) -> bytes:

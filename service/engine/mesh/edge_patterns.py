@@ -10,7 +10,7 @@ largest made 1, are equal to the last bit wherever the points are, the pattern t
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -90,6 +90,18 @@ def border_weights(batch: Patches) -> FloatArray:
     if batch.weights is None:
         return np.ones(batch.count * len(border))
     return batch.weights.reshape(batch.count, -1).take(border, axis=1).ravel()
+
+
+def with_border(batch: Patches, points: FloatArray, weights: FloatArray | None) -> Patches:
+    """The batch with other points (P b, 3) and weights (P b,) on the borders of its patches."""
+    border, _, _ = _border_rows(*_form(batch))
+    nets = batch.points.copy()
+    nets.reshape(batch.count, -1, 3)[:, border] = points.reshape(batch.count, -1, 3)
+    if batch.weights is None or weights is None:
+        return replace(batch, points=nets)
+    own = batch.weights.copy()
+    own.reshape(batch.count, -1)[:, border] = weights.reshape(batch.count, -1)
+    return replace(batch, points=nets, weights=own)
 
 
 @lru_cache(maxsize=256)

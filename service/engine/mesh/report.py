@@ -30,7 +30,9 @@ class MeshReport:
     the surface. `normal_angle`, in radians, where it was asked for: the largest measured between
     the normals at two vertices that an edge joins. `curvature`, where it was asked for: least and
     greatest Gaussian, then mean curvature of the vertices. `merged_knots` of a B-spline differed
-    from the knot before by rounding alone, and were taken for equal.
+    from the knot before by rounding alone, and were taken for equal. `moved`, in model units:
+    control points that were equal up to rounding were made equal, by which no point of the surface
+    moved further than this; it is part of the bounds.
     """
 
     vertices: int
@@ -48,4 +50,5 @@ class MeshReport:
     normal_angle: float | None = None
     curvature: Ranges | None = None
     merged_knots: int = 0
+    moved: float = 0.0
     engine: int = ENGINE

@@ -69,6 +69,7 @@ def added(reports: Sequence[MeshReport]) -> MeshReport:
         normal_angle=_largest(reports, "normal_angle"),
         curvature=together([report.curvature for report in reports]),
         merged_knots=sum(report.merged_knots for report in reports),
+        moved=max(report.moved for report in reports),
     )
 
 

@@ -185,6 +185,7 @@ def _spread_report(report: MeshReport, stretch: float, error: float) -> MeshRepo
         report,
         deviation_bound=_grown(report.deviation_bound, stretch, error),
         mesh_deviation_bound=_grown(report.mesh_deviation_bound, stretch, error),
+        moved=report.moved * stretch,
     )
 
 

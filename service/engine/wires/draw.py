@@ -80,6 +80,7 @@ def only_lines(
             boundary_edges=0,
             poles_repaired=0,
             merged_knots=model.merged_knots,
+            moved=model.moved,
         ),
     )
 
@@ -160,6 +161,7 @@ def _with_solids(
         normal_angle=known.normal_angle,
         curvature=known.curvature,
         merged_knots=known.merged_knots,
+        moved=known.moved,
     )
     return replace(together, report=report)
 

@@ -99,6 +99,7 @@ def assemble(divided: Divided, options: MeshOptions, overlays: tuple[Overlay, ..
             deviation_bound=_largest(bounds, adding),
             curvature=ranges(attributes),
             merged_knots=model.merged_knots,
+            moved=model.moved,
             mesh_deviation_bound=(
                 None if made.mesh_bounds is None else _largest(made.mesh_bounds, adding)
             ),

@@ -1,0 +1,92 @@
+"""Points that are equal up to rounding: groups of near points.
+
+Two points are near if their distance is at most `reach`. Points that are near, or have near points
+between them, are a component. A component whose points are all near one another is a group; a wider
+one is none, because no point could stand for all of it.
+"""
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.distinct import distinct_rows
+
+ROUNDS = 8
+"""How often points are told apart by gaps along x, y and z: few need more than one round."""
+
+MAX_CROWD = 16
+"""Points between which no gap lies along any axis, and that are wider than `reach`: of so few all
+pairs are compared; more of them are no group."""
+
+CHUNK = 1 << 12
+"""Crowds that are compared at a time."""
+
+
+def near_groups(points: FloatArray, reach: float) -> Ints:
+    """For each point (N, 3) the first one of its group; of equal points the first, at least.
+
+    Which points form a group does not depend on their order.
+    """
+    first, number = distinct_rows(points)
+    group = _gap_groups(points[first], reach)
+    order = np.argsort(group, kind="stable")
+    starts = run_starts(group[order])
+    sizes = np.diff(starts, append=len(order))
+    ordered = points[first[order]]
+    low, high = np.minimum.reduceat(ordered, starts), np.maximum.reduceat(ordered, starts)
+    wide = np.square(high - low).sum(axis=1) > reach**2
+    leader = np.arange(len(first))
+    whole = np.repeat(~wide, sizes)
+    leader[order[whole]] = np.repeat(order[starts], sizes)[whole]
+    for size in range(2, MAX_CROWD + 1):
+        crowds = starts[wide & (sizes == size), None] + np.arange(size)
+        for begin in range(0, len(crowds), CHUNK):
+            rows = order[crowds[begin : begin + CHUNK]]
+            leader[rows] = np.take_along_axis(rows, _cliques(points[first[rows]], reach), axis=1)
+    least = np.full(len(first), len(points))
+    np.minimum.at(least, leader, first)
+    return least[leader][number]
+
+
+def run_starts(ordered: Ints) -> Ints:
+    """Where runs of equal numbers begin, (R,)."""
+    begins = np.ones(len(ordered), dtype=bool)
+    np.not_equal(ordered[1:], ordered[:-1], out=begins[1:])
+    starts: Ints = begins.nonzero()[0]
+    return starts
+
+
+def _gap_groups(points: FloatArray, reach: float) -> Ints:
+    """Numbers (N,) of groups between which there are gaps along an axis, wider than `reach`."""
+    group = np.zeros(len(points), dtype=np.intp)
+    left = np.arange(len(points))
+    for _ in range(ROUNDS):
+        before = len(np.unique(group))
+        for axis in range(3):
+            own = points[left, axis]
+            order = np.lexsort((own, group[left]))
+            left, own = left[order], own[order]
+            begins = np.ones(len(left), dtype=bool)
+            begins[1:] = (group[left[1:]] != group[left[:-1]]) | (own[1:] - own[:-1] > reach)
+            # Groups that are not looked at any more keep numbers of their own, below zero.
+            group[left] = np.cumsum(begins) - 1
+            ends = np.append(begins[1:], True)
+            alone = begins & ends
+            group[left[alone]] = -1 - left[alone]
+            left = left[~alone]
+            if not len(left):
+                return group
+        if len(np.unique(group)) == before:
+            break
+    return group
+
+
+def _cliques(points: FloatArray, reach: float) -> Ints:
+    """The first of each point's component in crowds (G, m, 3), itself if that is wide: (G, m)."""
+    apart = points[:, :, None] - points[:, None]
+    near: Bools = np.square(apart).sum(axis=3) <= reach**2
+    joined = near
+    for _ in range(MAX_CROWD.bit_length() - 1):
+        joined = np.matmul(joined.astype(np.float32), joined.astype(np.float32)) > 0
+    has_far = np.logical_or.reduce(joined & ~near, axis=2)
+    is_wide = np.logical_or.reduce(joined & has_far[:, None], axis=2)
+    return np.where(is_wide, np.arange(points.shape[1]), joined.argmax(axis=2))

@@ -1,0 +1,134 @@
+"""Control points that are equal up to rounding, made equal bit for bit.
+
+Other systems write the last row of a closed surface, or the side of a neighbour, with other
+roundings than the first. Connectivity compares points bit for bit
+(`service.engine.mesh.connectivity`), so such points are made equal before anything is meshed:
+
+- near points on the borders of patches form groups (`near_points`);
+- sides whose points are of the same groups, in one direction or the other, are one edge, and get
+  the points of that side whose net comes first in dictionary order;
+- corners, and sides that are one group, get the first point of their group in that order.
+
+So positions depend on the nets that meet and not on their order; where all are equal already,
+nothing changes.
+
+No point of the surface moves further than its control points do, d, and than their weights make
+it: S = Σ b_i P_i with b_i = w_i B_i / Σ w_j B_j. If every ln w_i changes by at most h, each b_i
+changes by a factor between e^−2h and e^2h, and S − M = Σ b_i (P_i − M), M the middle of the box, by
+at most (e^2h − 1) D / 2 with D the diagonal.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import expm1
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.joining.near_points import near_groups, run_starts
+from service.engine.mesh.connect import connect, connect_apart, has_near
+from service.engine.mesh.connectivity import EQUAL_WEIGHT
+from service.engine.mesh.edge_patterns import (
+    border_points,
+    border_weights,
+    find_pattern,
+    with_border,
+)
+from service.engine.mesh.edges import directed
+from service.engine.mesh.seams import Seams
+from service.stopping import checkpoint
+from service.surface.batches import Patches
+from service.surface.lowered import GroupModel, PatchModel
+
+ROUNDED_UP = 1 + 2.0**-40
+"""Times this, what was computed is an upper bound."""
+
+
+def connected(model: PatchModel, tolerance: float) -> tuple[PatchModel, Seams]:
+    """The model with equal points where they are near, and its seams.
+
+    Parameters
+    ----------
+    tolerance : float
+        Part of the diagonal of the box about the control points; 0 changes nothing.
+    """
+    seams = connect_apart(model, tolerance)
+    if seams is not None:
+        return model, seams
+    model = _snapped(model, tolerance)
+    return model, connect(model)
+
+
+def snap(model: PatchModel, tolerance: float) -> PatchModel:
+    """The model with equal points where they are near; parameters as of `connected`."""
+    return _snapped(model, tolerance) if tolerance and has_near(model, tolerance) else model
+
+
+def snap_group(group: GroupModel, tolerance: float) -> GroupModel:
+    """The group with equal points where they are near, each of its models by itself."""
+    models = (snap(m, tolerance) if isinstance(m, PatchModel) else m for m in group.models)
+    return replace(group, models=tuple(models))
+
+
+def _snapped(model: PatchModel, tolerance: float) -> PatchModel:
+    """The model after all its border points were compared; itself if nothing moves."""
+    checkpoint()
+    runs = [border_points(batch) for batch in model.batches]
+    border = np.concatenate(runs)
+    group = near_groups(border, tolerance * model.diagonal)
+    checkpoint()
+    points = _equal_nets(model.batches, border, group)
+    weights, changed = None, 0.0
+    if any(batch.weights is not None for batch in model.batches):
+        weights = np.concatenate([border_weights(batch) for batch in model.batches])
+        weights, changed = _equal_weights(weights, group, tolerance)
+    moved = float(np.sqrt(np.square(points - border).sum(axis=1).max()))
+    moved = (moved + expm1(2 * changed) * model.diagonal / 2) * ROUNDED_UP
+    if not moved:
+        return model
+    batches, first = [], 0
+    for batch, run in zip(model.batches, runs, strict=True):
+        own = slice(first, first + len(run))
+        batches.append(with_border(batch, points[own], None if weights is None else weights[own]))
+        first += len(run)
+    return replace(model, batches=tuple(batches), moved=model.moved + moved)
+
+
+def _equal_nets(batches: Sequence[Patches], border: FloatArray, group: Ints) -> FloatArray:
+    """Border points (B, 3), those of one edge, corner or pole equal; `group` (B,) tells which."""
+    pattern = find_pattern(batches, group)
+    points = border.copy()
+    least = np.lexsort((border[:, 2], border[:, 1], border[:, 0], group))
+    least = least[run_starts(group[least])]
+    first = np.empty(len(border), dtype=np.intp)
+    first[group[least]] = least
+    for rows, edge in pattern.sides:
+        nets, _, _ = directed(border[rows], None)
+        order = np.lexsort((*nets.reshape(len(nets), -1).T[::-1], edge))
+        order = order[run_starts(edge[order])]
+        points[rows[:, 1:-1]] = border[rows[order, 1:-1]][edge]
+        own = group[rows]
+        is_point = (own == own[:, :1]).all(axis=1)
+        points[rows[is_point]] = border[first[own[is_point]]]
+        points[rows[:, [0, -1]]] = border[first[own[:, [0, -1]]]]
+    return points
+
+
+def _equal_weights(weights: FloatArray, group: Ints, tolerance: float) -> tuple[FloatArray, float]:
+    """Weights (B,), near ones at points of one group equal; and how far any logarithm changed.
+
+    A run of weights of which each is near the next one becomes the least of them, unless it is
+    wider than the tolerance. What differs by a few roundings stays: seams allow for that.
+    """
+    size = np.log(weights)
+    order = np.lexsort((size, group))
+    begins = np.ones(len(order), dtype=bool)
+    begins[1:] = (np.diff(group[order]) > 0) | (np.diff(size[order]) > tolerance)
+    starts = np.flatnonzero(begins)
+    counts = np.diff(starts, append=len(order))
+    width = size[order[starts + counts - 1]] - size[order[starts]]
+    width[(width > tolerance) | (width <= EQUAL_WEIGHT)] = 0.0
+    chosen = np.repeat(width > 0, counts)
+    equal = weights.copy()
+    equal[order[chosen]] = np.repeat(weights[order[starts]], counts)[chosen]
+    return equal, float(width.max())

@@ -1,0 +1,80 @@
+"""Groups of near points, against components found pair by pair."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial.distance import cdist
+
+from service.engine.joining.near_points import MAX_CROWD, near_groups
+from service.engine.mesh.connectivity import may_be_near
+
+Array = np.ndarray
+
+
+def groups_by_pairs(points: Array, reach: float) -> list[int]:
+    """First member of each point's component, of its equals where that is wider than `reach`."""
+    apart = cdist(points, points)
+    _, component = connected_components(apart <= reach, directed=False)
+    wide = {
+        c for c in component.tolist() if apart[np.ix_(component == c, component == c)].max() > reach
+    }
+    return [
+        int(np.flatnonzero(apart[k] == 0)[0] if c in wide else np.flatnonzero(component == c)[0])
+        for k, c in enumerate(component.tolist())
+    ]
+
+
+@given(
+    st.integers(0, 2**32 - 1),
+    st.integers(1, 60),
+    st.sampled_from([0.2, 1.0, 3.0]),
+    st.integers(1, 9),
+)
+def test_groups_are_the_components_that_are_not_wide(
+    seed: int, count: int, spread: float, clusters: int
+) -> None:
+    """Crowds about few middles, some points twice, on a lattice of quarters or anywhere."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(0, 2 + clusters, (clusters, 3))[rng.integers(0, clusters, count)]
+    points = points + spread * rng.uniform(-0.5, 0.5, points.shape)
+    points = np.round(points * 4) / 4 if seed % 2 else points
+    points = np.concatenate([points, points[: count // 3]])
+    found = near_groups(points, 1.0)
+    wanted = groups_by_pairs(points, 1.0)
+    if max(np.bincount(connected_components(cdist(points, points) <= 2.0)[1])) <= MAX_CROWD:
+        assert found.tolist() == wanted
+    # Larger crowds may be left as they are, and order never matters.
+    assert all(
+        f in (w, k) or (points[f] == points[k]).all()
+        for k, (f, w) in enumerate(zip(found, wanted, strict=True))
+    )
+    order = rng.permutation(len(points))
+    again = near_groups(points[order], 1.0)
+    for i, j in combinations(range(0, len(points), 3), 2):
+        assert (found[order[i]] == found[order[j]]) == (again[i] == again[j])
+
+
+@pytest.mark.parametrize("count", [3, 500, 20_000])
+def test_a_crowd_at_one_place_is_one_group_and_a_chain_is_none(count: int) -> None:
+    """However many they are: a pole, and a line finer than the tolerance."""
+    rng = np.random.default_rng(count)
+    crowd = rng.uniform(0, 1e-3, (count, 3))
+    chain = np.stack([np.arange(count) * 0.9, np.zeros(count), np.full(count, 5.0)], axis=1)
+    found = near_groups(np.concatenate([crowd, chain]), 1.0)
+    assert (found[:count] == 0).all()
+    assert found[count:].tolist() == list(range(count, 2 * count))
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1e6]))
+def test_what_is_near_is_never_missed(seed: int, far: float) -> None:
+    """Nor taken for near where all that is near is equal."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-1, 1, (20, 3)) + far
+    equal = np.concatenate([points, points[:5]])
+    assert not may_be_near(equal, 1e-12)
+    near = np.concatenate([equal, np.nextafter(points[:1], np.inf)])
+    assert may_be_near(near[rng.permutation(len(near))], 1e-12 + 2.0**-49 * far)

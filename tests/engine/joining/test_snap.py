@@ -1,0 +1,108 @@
+"""Control points that are equal up to rounding: closed where they should be, open elsewhere."""
+
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.encoders.registry import BY_NAME
+from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.joining.snap import snap
+from service.engine.options import MeshOptions
+from service.pipeline.mesh import plan_mesh, render
+from service.surface.bezier import BezierSurface
+from tests.engine.meshing import check_sound, mesh_of, shape_of
+from tests.oracles.deviation import surface_to_mesh
+from tests.oracles.sheets import sheets_of
+from tests.programs import run_python
+from tests.strategies import Array, cube, model_of
+from tools.certify.nearly import NEARLY, RESOLUTION, body, soup
+
+
+def shaken(nets: list[Array], amplitude: float) -> list[Array]:
+    """Nets whose points are moved at random, by at most so much in every coordinate."""
+    rng = np.random.default_rng(0)
+    return [net + rng.uniform(-amplitude, amplitude, net.shape) for net in nets]
+
+
+@pytest.mark.parametrize("seed", range(NEARLY["noise"][0]))
+def test_noise_within_the_tolerance_closes(seed: int) -> None:
+    """Balls and rings, rational and not, B-splines and soups, noise of 1e-17 to 1e-9."""
+    case = NEARLY["noise"][1](seed)
+    model = case.surface.lower()
+    mesh = mesh_of(model, resolution=RESOLUTION, weld_tolerance=case.weld_tolerance)
+    assert case.is_closed in (None, mesh.report.watertight)
+    check_sound(mesh)
+    if mesh.report.closure is not None and mesh.report.watertight:
+        assert mesh.report.closure.u is not None
+    strict = mesh_of(model, resolution=RESOLUTION, weld_tolerance=0.0)
+    assert strict.report.moved == 0
+    assert mesh.report.moved <= 3 * case.weld_tolerance * model.diagonal
+
+
+@pytest.mark.parametrize(
+    "options", [{"resolution": (2, 2)}, {"accuracy": Accuracy(tolerance=1e-5)}]
+)
+def test_the_bound_counts_what_moved(options: dict[str, Any]) -> None:
+    """A cube of flat faces, 4e-7 of its size off: nearly all of the deviation is the moving."""
+    model = model_of(shaken(cube(), 4e-7))
+    mesh = mesh_of(model, weld_tolerance=1e-6, **options)
+    assert (mesh.report.watertight, shape_of(mesh).euler) == (True, 2)
+    found = surface_to_mesh(sheets_of(model), mesh.positions[mesh.triangles].astype(float), 500)
+    bound = mesh.report.deviation_bound
+    assert bound is not None
+    assert 1e-7 < found.distance <= mesh.report.moved + 1e-15 <= bound
+    assert not mesh_of(model, **options).report.watertight
+
+
+def test_what_is_equal_keeps_its_bits_and_the_rest_moves_little() -> None:
+    """Nothing moves where no points are near; alone and together differ by what moved."""
+    exact = soup(body(np.random.default_rng(3), has_poles=False).lower().batches[0]).lower()
+    assert snap(exact, 1e-12) is exact
+    model = model_of(shaken(cube(), 1e-13))
+    options: dict[str, Any] = {"resolution": (3, 3), "weld": False}
+    together = mesh_of(model, **options)
+    alone = [mesh_of(model_of([net]), **options).positions for net in model.batches[0].points]
+    apart = np.linalg.norm(together.positions - np.concatenate(alone), axis=1)
+    assert 0 < apart.max() <= together.report.moved + 1e-16
+
+
+def test_an_edge_has_the_positions_of_its_first_net() -> None:
+    """Of the net that comes first in dictionary order, run along in either direction."""
+    rng = np.random.default_rng(5)
+    nets = rng.uniform(0, 1, (2, 4, 4, 3))
+    nets[1, -1] = nets[0, 0, ::-1] + rng.uniform(-1e-13, 1e-13, (4, 3))
+    lines = [nets[0, 0], nets[0, 0, ::-1], nets[1, -1], nets[1, -1, ::-1]]
+    first = min(lines, key=lambda line: line.ravel().tolist())
+    for order in ([0, 1], [1, 0]):
+        (batch,) = snap(model_of(list(nets[order])), 1e-12).batches
+        one, other = batch.points[order.index(0), 0], batch.points[order.index(1), -1, ::-1]
+        np.testing.assert_array_equal(one, other)
+        assert first[1:-1].tolist() in (one[1:-1].tolist(), one[-2:0:-1].tolist())
+        np.testing.assert_array_equal(
+            one[[0, -1]], [min(p.tolist() for p in (lines[0][k], lines[3][k])) for k in (0, -1)]
+        )
+
+
+def digest_of(seed: int) -> str:
+    """The bytes of a noisy surface by resolution and by tolerance."""
+    surface, found = NEARLY["noise"][1](seed).surface, sha256()
+    for options in MeshOptions(RESOLUTION), MeshOptions(accuracy=Accuracy(tolerance=0.1)):
+        found.update(render(surface, options, BY_NAME["glb"]))
+    return found.hexdigest()
+
+
+def test_another_process_gives_the_same_bytes() -> None:
+    code = "from tests.engine.joining.test_snap import digest_of; print(digest_of(4), digest_of(7))"
+    assert run_python("-c", code).stdout.split() == [digest_of(4), digest_of(7)]
+
+
+def test_a_tolerance_that_moving_takes_is_refused_and_a_single_patch_closes() -> None:
+    net = np.random.default_rng(1).uniform(0, 1, (5, 4, 3))
+    net[-1] = net[0] + 1e-13
+    (mesh,) = (plan_mesh(BezierSurface(net), MeshOptions((4, 4)), BY_NAME["json"]).run().report,)
+    assert mesh is not None
+    assert mesh.closure is not None
+    assert (mesh.closure.u, mesh.closure.v) == ("C0", None)
+    assert 0 < mesh.moved <= 2e-13
