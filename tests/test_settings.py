@@ -11,8 +11,8 @@ import pytest
 from threadpoolctl import threadpool_info
 
 from service.errors import InvalidSettings
-from service.settings.environment import from_environment, values, with_flags
-from service.settings.process import collect_rarely, collection_paused, half_of_memory, pin_blas
+from service.settings.environment import describe_values, from_environment, with_flags
+from service.settings.runtime import collect_rarely, half_of_memory, pause_collection, pin_blas
 from service.settings.values import Settings
 from tests.programs import run_python
 
@@ -159,7 +159,7 @@ def test_defaults_are_within_their_own_bounds() -> None:
     for name, field in Settings.model_fields.items():
         assert Settings(**{name: field.default}) == Settings(), name
         assert field.description, name
-        assert values(field), name
+        assert describe_values(field), name
 
 
 def test_blas_is_pinned() -> None:
@@ -172,7 +172,7 @@ def test_blas_is_pinned() -> None:
 RESIDENT = """
 import numpy as np
 from pathlib import Path
-from service.settings.process import give_back, share_heap
+from service.settings.runtime import trim_heap, share_heap
 
 share_heap()
 resident = lambda: int(Path("/proc/self/statm").read_text().split()[1]) * 4096
@@ -181,7 +181,7 @@ np.ones(1 << 21).sum()
 before = resident()
 kept = [np.ones(1 << (10 if k % 2 else 17)) for k in range(128)]
 kept = kept[1::2]
-give_back()
+trim_heap()
 print(resident() - before)
 """
 
@@ -194,7 +194,7 @@ def test_memory_of_large_arrays_comes_back() -> None:
 
 
 def test_garbage_is_not_sought_while_documents_are_parsed() -> None:
-    with collection_paused(), collection_paused():
+    with pause_collection(), pause_collection():
         assert not gc.isenabled()
     assert gc.isenabled()
 

@@ -21,7 +21,7 @@ from service.engine.options import MeshOptions, OverlayName
 from service.errors import SurfaceError
 from service.pipeline.cost import lowering_memory
 from service.pipeline.mesh import plan_mesh
-from service.settings.process import pin_blas, share_heap
+from service.settings.runtime import pin_blas, share_heap
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface

@@ -27,7 +27,7 @@ from service.schemas.accuracy import ACCURACY
 from service.schemas.convert import OPERATIONS
 from service.schemas.options import MeshOptionFields
 from service.schemas.surfaces import KINDS, SurfaceDefinition
-from service.settings.environment import values, variable
+from service.settings.environment import describe_values, variable
 from service.settings.values import Settings, result_limits
 from service.surface.examples import EXAMPLES, find
 from service.surface.sizes import SurfaceKind
@@ -42,7 +42,7 @@ CHANNELS = {"colors": "colours", "uvs": "uvs", "attribute": "attributes"}
 def settings_page(text: str) -> str:
     """The page of the settings, with the tables of all settings and of the largest meshes."""
     rows = [
-        (f"`{variable(name)}`", _default(field), values(field), field.description or "")
+        (f"`{variable(name)}`", _default(field), describe_values(field), field.description or "")
         for name, field in Settings.model_fields.items()
     ]
     text = _with_table(text, ("variable", "default", "values", "what it is"), rows)

@@ -35,7 +35,7 @@ from service.api.static_files import StaticFiles
 from service.api.workers import Workers
 from service.errors import InvalidSettings
 from service.settings.environment import from_environment
-from service.settings.process import bound_plans, collect_rarely, pin_blas, share_heap
+from service.settings.runtime import collect_rarely, limit_plans, pin_blas, share_heap
 from service.settings.values import Settings, document_limits, result_limits
 from service.storage.address import InvalidStore, open_store
 from service.storage.store import SurfaceStore
@@ -50,7 +50,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     share_heap()
     collect_rarely()
     settings = settings or from_environment()
-    bound_plans(settings.memory_bytes)
+    limit_plans(settings.memory_bytes)
     routes: list[Any] = [each for router in _routers(settings) for each in router.routes]
     app = Application(
         routes=routes,  # `include_router` would look for a request's route twice in every router
@@ -145,9 +145,9 @@ def _store(settings: Settings) -> SurfaceStore:
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     """Tends the store; says that the service is draining as soon as it is asked to stop."""
-    tending = asyncio.create_task(app.state.services.store.tend())
+    maintaining = asyncio.create_task(app.state.services.store.maintain())
     yield
     app.state.ready = False
-    tending.cancel()
+    maintaining.cancel()
     if app.state.tracing is not None:
         await app.state.tracing.close()

@@ -30,7 +30,7 @@ from service.schemas.document import Budget
 from service.schemas.fields import RequestModel
 from service.schemas.surface_query import document_from_query, with_fields
 from service.schemas.validation import parse_request, validate_document
-from service.settings.process import collection_paused
+from service.settings.runtime import pause_collection
 from service.settings.values import Settings
 
 INLINE_BYTES, INLINE_TEXT, INLINE_OBJECTS = 1 << 18, 1 << 14, 32
@@ -119,7 +119,7 @@ def _parse(
     """The checked model with its surface or curve built."""
     limits = services.documents
     if decoder is None:
-        with collection_paused() if len(body) > INLINE_TEXT else nullcontext():
+        with pause_collection() if len(body) > INLINE_TEXT else nullcontext():
             parsed = parse_request(model, body, limits)
     else:
         fields = beside["surface"]

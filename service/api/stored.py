@@ -8,7 +8,12 @@ from service.api.services import Services
 from service.api.workers import Job
 from service.errors import DamagedObject, InvalidRequest, Issue, UnknownSurface
 from service.schemas.document import DocumentLimits
-from service.storage.canonical import canonical, restored, restored_memory, surface_id
+from service.storage.canonical import (
+    canonical_content,
+    estimate_restore_memory,
+    restore_surface,
+    surface_id,
+)
 from service.storage.keys import is_id
 from service.storage.store import SurfaceStore
 from service.surface import Surface
@@ -85,7 +90,7 @@ def _unknown() -> UnknownSurface:
 
 @cache
 def _hash_of_example(name: str) -> str:
-    return surface_id(canonical(find(name).surface()))
+    return surface_id(canonical_content(find(name).surface()))
 
 
 async def _load(services: Services, id: str, job: Job) -> Stored:
@@ -94,7 +99,7 @@ async def _load(services: Services, id: str, job: Job) -> Stored:
         content = await services.store.get(id, job.hold_body)
     except UnknownSurface as error:
         raise error.within("/id") from None
-    job.hold_body(restored_memory(content))
+    job.hold_body(estimate_restore_memory(content))
     work = partial(_restored, id, content, services.documents)
     surface = await job.parse(work, is_long=len(content) > INLINE_BYTES)
     job.hold_body(len(content))
@@ -103,7 +108,7 @@ async def _load(services: Services, id: str, job: Job) -> Stored:
 
 def _restored(id: str, content: bytes, limits: DocumentLimits) -> Surface:
     try:
-        return restored(content, limits)
+        return restore_surface(content, limits)
     except DamagedObject:
         _log.error("%s has its hash, but is not the content of a surface", id)
         raise

@@ -27,7 +27,7 @@ from service.api.caching.answers import AnswerCache
 from service.api.observing.record import Timing
 from service.errors import Busy, Issue, TooLarge
 from service.pipeline.cost import Cost
-from service.settings.process import give_back
+from service.settings.runtime import trim_heap
 from service.settings.values import Settings
 from service.stopping import OutOfTime, Stop, Stopped, stopped_by
 
@@ -163,7 +163,7 @@ class Workers:
         async def trim_soon() -> None:
             await asyncio.sleep(TRIM_PAUSE)
             self._trimming = None  # for requests that end from now on this call may be too early
-            await to_thread.run_sync(give_back, limiter=self.limiter)
+            await to_thread.run_sync(trim_heap, limiter=self.limiter)
 
         self._trimming = self._trimming or asyncio.get_running_loop().create_task(trim_soon())
 

@@ -95,7 +95,7 @@ def _local(document: dict[str, Any]) -> bytes:
     from service.schemas.convert import ConvertRequest
     from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
-    from service.settings.process import pin_blas
+    from service.settings.runtime import pin_blas
     from service.settings.values import document_limits, result_limits
     from service.surface.convert.nets import Allowed
 

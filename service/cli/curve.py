@@ -74,7 +74,7 @@ def _local(source: dict[str, Any], chosen: Mapping[str, str], fmt: "CurveFormat"
     from service.schemas.query import values_from_text
     from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
-    from service.settings.process import pin_blas
+    from service.settings.runtime import pin_blas
     from service.settings.values import document_limits, result_limits
 
     pin_blas()

@@ -63,7 +63,7 @@ def _local(document: dict[str, Any], formats: "Sequence[Format]") -> bytes:
     from service.schemas.request import MeshRequest
     from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
-    from service.settings.process import pin_blas
+    from service.settings.runtime import pin_blas
     from service.settings.values import document_limits, result_limits
 
     pin_blas()

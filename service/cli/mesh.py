@@ -116,7 +116,7 @@ def _local(
     from service.schemas.request import MeshRequest
     from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
-    from service.settings.process import pin_blas
+    from service.settings.runtime import pin_blas
     from service.settings.values import document_limits, result_limits
     from service.surface import Surface
     from service.surface.examples import find

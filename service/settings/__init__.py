@@ -1,1 +1,1 @@
-"""What an operator may choose."""
+"""Settings of the service: `SURFACE_…` in the environment, and flags of `surface serve`."""

@@ -1,6 +1,6 @@
-"""Settings from the environment, SURFACE_*, and from the command line; and why not.
+"""Reads the settings: variables `SURFACE_…` of the environment, and flags of the command line.
 
-They are read once, by the service and by the command line.
+The service and the command line read them once, at the start.
 """
 
 import logging
@@ -18,35 +18,35 @@ from service.errors import InvalidSettings
 from service.settings.listening import PREFIX
 from service.settings.values import Settings
 
-EVERYTHING = 1 << 45
-"""More memory than a machine has."""
+ALL_MEMORY = 1 << 45
+"""Bytes: more memory than any machine has."""
 
 _log = logging.getLogger(__name__)
 
-_OF_CLIENTS = frozenset({f"{PREFIX}KEY"})
-"""Variables of the command line as a client: a machine that serves may have them too."""
+_CLIENT_VARIABLES = frozenset({f"{PREFIX}KEY"})
+"""Variables that the command line reads as a client. A machine that serves may have them too."""
 
 
 class _FromEnvironment(Settings, BaseSettings):
-    """Settings from arguments first, then from variables. Files are the shell's business."""
+    """Settings from arguments first, then from variables. `.env` files are left to the shell."""
 
     model_config = SettingsConfigDict(env_prefix=PREFIX)
 
 
 def from_environment() -> Settings:
-    """Settings from variables such as SURFACE_MAX_BODY_BYTES; the others keep their defaults.
+    """The settings, read from variables such as SURFACE_MAX_BODY_BYTES; others keep their defaults.
 
-    Lists are comma-separated. A variable of an unknown name is reported in the log, not refused:
+    Lists are comma-separated. The log names each unknown variable, but the service still starts:
     Kubernetes sets some of its own for a Service that is called "surface".
 
     Raises
     ------
     InvalidSettings
-        Naming every variable that makes no sense, what it holds, and what it may hold.
+        Names every invalid variable, its value and its valid values.
     """
     known = {variable(name) for name in Settings.model_fields}
     for name in sorted(os.environ):
-        if name.startswith(PREFIX) and name not in known | _OF_CLIENTS:
+        if name.startswith(PREFIX) and name not in known | _CLIENT_VARIABLES:
             _log.warning("%s is not a setting of this service", name)
     folder = {"store": str(user_data_path("surface-service", appauthor=False))}
     given: dict[str, Any] = {} if variable("store") in os.environ else folder
@@ -54,14 +54,14 @@ def from_environment() -> Settings:
     try:
         found = _FromEnvironment(**given)
     except ValidationError as error:
-        raise _refusal(error, texts, {name: variable(name) for name in texts}) from None
+        raise _error_of(error, texts, {name: variable(name) for name in texts}) from None
     return Settings(**found.model_dump())
 
 
 def for_one_command() -> Settings:
-    """Settings for a command that computes by itself, on a machine that it need not share.
+    """The settings of a command that computes in its own process, on a machine it need not share.
 
-    It takes as much memory as there is, unless the variable says how much.
+    The command may use all memory, unless SURFACE_MEMORY_BYTES sets a limit.
 
     Raises
     ------
@@ -70,21 +70,21 @@ def for_one_command() -> Settings:
     settings = from_environment()
     if variable("memory_bytes") in os.environ:
         return settings
-    return settings.model_copy(update={"memory_bytes": EVERYTHING})
+    return settings.model_copy(update={"memory_bytes": ALL_MEMORY})
 
 
 def with_flags(settings: Settings, flags: Mapping[str, str]) -> Settings:
-    """The settings with those that the command line gives: flags by their names, such as "port".
+    """The settings, some replaced by command-line flags; `flags` maps names such as "port".
 
     Raises
     ------
     InvalidSettings
-        Naming the flag, what it holds and what it may hold, as for a variable.
+        Names the invalid flag, its value and its valid values.
     """
     try:
         return Settings(**{**settings.model_dump(), **flags})
     except ValidationError as error:
-        raise _refusal(error, flags, {name: f"--{name}" for name in flags}) from None
+        raise _error_of(error, flags, {name: f"--{name}" for name in flags}) from None
 
 
 def variable(name: str) -> str:
@@ -96,13 +96,13 @@ _BYTES = "bytes, such as 1048576 or 64MiB,"
 _NUMBERS: dict[object, str] = {int: "a whole number", float: "seconds", ByteSize: _BYTES}
 
 
-def values(field: FieldInfo) -> str:
-    """What a setting may be, in words."""
+def describe_values(field: FieldInfo) -> str:
+    """The valid values of a setting, in words."""
     if field.annotation is bool:
         return "true or false"
     if kind := _NUMBERS.get(ByteSize if ByteSize in field.metadata else field.annotation):
         least = _bound(field, "ge")
-        # A length of time may be short, but not nothing.
+        # A time may be short, but not 0.
         begin = f"from {least}" if least is not None else "above 0"
         return f"{kind} {begin}{' ' if least is not None else ', '}to {_bound(field, 'le')}"
     if field.annotation is str:
@@ -115,14 +115,14 @@ def _bound(field: FieldInfo, name: str) -> object:
     return next((getattr(part, name) for part in field.metadata if hasattr(part, name)), None)
 
 
-def _refusal(
+def _error_of(
     error: ValidationError, texts: Mapping[str, str], places: Mapping[str, str]
 ) -> InvalidSettings:
-    """One line for each setting that makes no sense; what is secret is not repeated."""
+    """The error with one line for each invalid setting; it does not repeat secrets."""
     lines = []
     for name in dict.fromkeys(str(each["loc"][0]) for each in error.errors()):
         field = Settings.model_fields[name]
         secret = "SecretStr" in str(field.annotation)
         got = "something else" if secret else repr(texts[name]) if texts[name] else "nothing"
-        lines.append(f"{places[name]}: got {got}, needed {values(field)}.")
+        lines.append(f"{places[name]}: got {got}, needed {describe_values(field)}.")
     return InvalidSettings("\n".join(lines))

@@ -1,6 +1,6 @@
-"""Where a service listens, as its environment says, known without reading all the settings.
+"""The host and port of the service on this machine, read without the other settings.
 
-Whoever only asks it something need not wait for pydantic and NumPy.
+A command that only sends a request, such as `surface health`, need not import pydantic and NumPy.
 """
 
 import os
@@ -9,26 +9,26 @@ import re
 from service.errors import InvalidSettings
 
 PREFIX = "SURFACE_"
-"""What the environment variables of all settings begin with."""
+"""The first letters of every setting's environment variable."""
 
 HOST, PORT = "127.0.0.1", 8000
-"""Where it listens if nothing is said."""
+"""The default address."""
 
-_EVERYWHERE = {"0.0.0.0": "127.0.0.1", "::": "::1"}
-"""What listens at every address of a machine is asked at its own one."""
+_WILDCARDS = {"0.0.0.0": "127.0.0.1", "::": "::1"}
+"""A service that listens at all addresses of its machine is asked at the loopback address."""
 
 
 def listening_at(host: str | None, port: str | None) -> tuple[str, int]:
-    """Host and port to ask a service of this machine at: what is given, else what variables say.
+    """Host and port of a service on this machine: the arguments, else SURFACE_HOST and _PORT.
 
     Raises
     ------
     InvalidSettings
-        Where the port is none that can be asked.
+        The port is not a whole number from 1 to 65535.
     """
     host = host or os.environ.get(f"{PREFIX}HOST") or HOST
     name = f"{PREFIX}PORT" if port is None else "--port"
     text = os.environ.get(f"{PREFIX}PORT", str(PORT)) if port is None else port
     if not (re.fullmatch(r"\s*[0-9]{1,5}\s*", text) and 1 <= int(text) <= 65535):
         raise InvalidSettings(f"{name}: got {text!r}, needed a whole number from 1 to 65535.")
-    return _EVERYWHERE.get(host, host), int(text)
+    return _WILDCARDS.get(host, host), int(text)

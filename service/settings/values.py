@@ -1,6 +1,6 @@
-"""What an operator may choose, and within which bounds.
+"""Every setting: its name, type, default, range and description.
 
-`docs/settings.md` lists it for operators; a test compares it with what stands here.
+`make generated` writes the table in `docs/settings.md` from these fields.
 """
 
 import os
@@ -12,15 +12,15 @@ from pydantic_settings import NoDecode
 from service.pipeline.limits import Limits
 from service.schemas.document import DEFAULT_LIMITS, MAX_BYTES, PARSED_DEPTH, DocumentLimits
 from service.settings.listening import HOST, PORT
-from service.settings.process import LEAST, half_of_memory
+from service.settings.runtime import MIN_MEMORY, half_of_memory
 from service.surface.checks import MAX_DEGREE
 
-WORKING = 11 / 16
-"""Of the memory, what one request may take beside its body: there is room for other bodies."""
+REQUEST_SHARE = 11 / 16
+"""The part of the memory that one request may use beside its body; the rest is for other bodies."""
 
 
 def _parts(value: object) -> object:
-    """The parts of a comma-separated list."""
+    """The items of a comma-separated list."""
     if not isinstance(value, str):
         return value
     return tuple(part.strip() for part in value.split(",") if part.strip())
@@ -32,7 +32,7 @@ Secrets: TypeAlias = Annotated[tuple[SecretStr, ...], NoDecode, BeforeValidator(
 
 
 class Settings(BaseModel):
-    """What an operator may choose; as it stands here, the defaults.
+    """All settings; without arguments, the defaults.
 
     Only `from_environment` reads the environment.
     """
@@ -41,25 +41,26 @@ class Settings(BaseModel):
         frozen=True, extra="forbid", hide_input_in_errors=True, allow_inf_nan=False
     )
 
-    # Where
+    # Addresses
     host: str = Field(default=HOST, min_length=1, description="Address to listen at.")
     port: int = Field(default=PORT, ge=0, le=65535, description="Port to listen at; 0 takes any.")
     trusted_proxies: Texts = Field(
         default=(),
-        description="Addresses and networks of proxies in front, `10.0.0.0/8` say, or `unix` for "
-        "who connects to a Unix socket: what these say in `X-Forwarded-For` of who asks, and in "
-        "`X-Forwarded-Proto`, is believed.",
+        description="Addresses and networks of trusted proxies, such as `10.0.0.0/8`, or `unix` "
+        "for connections to a Unix socket. The service believes their `X-Forwarded-For` (the "
+        "client's address) and `X-Forwarded-Proto`.",
     )
     cors_origins: Texts = Field(
-        default=("*",), description="Origins whose pages may read answers; none switches CORS off."
+        default=("*",),
+        description="Origins whose pages may read responses; an empty list switches CORS off.",
     )
 
-    # How large
+    # Sizes
     max_head_bytes: Bytes = Field(
         default=1 << 16,
         ge=1024,
         le=1 << 20,
-        description="Bytes of the address and all headers of a request together.",
+        description="Bytes of a request's URL and headers together.",
     )
     max_body_bytes: Bytes = Field(
         default=64 << 20, ge=1024, le=1 << 32, description="Bytes of a request's body."
@@ -80,20 +81,20 @@ class Settings(BaseModel):
         default=MAX_BYTES,
         ge=1024,
         le=1 << 32,
-        description="Bytes of a JSON body, if `SURFACE_MAX_BODY_BYTES` is not less. Larger nets "
-        "come as `.npy`.",
+        description="Bytes of a JSON body; `SURFACE_MAX_BODY_BYTES` applies too. Larger nets can "
+        "be sent as `.npy`.",
     )
     max_json_values: int = Field(
         default=DEFAULT_LIMITS.max_values,
         ge=1000,
         le=1 << 32,
-        description="Commas and opening brackets of a JSON body; a control point takes four.",
+        description="Commas and opening brackets of a JSON body; a control point has 4.",
     )
     max_json_depth: int = Field(
         default=DEFAULT_LIMITS.max_depth,
         ge=16,
         le=PARSED_DEPTH,
-        description="Brackets that may be open at once in a document.",
+        description="Depth of nested brackets in a document.",
     )
     max_patches: int = Field(
         default=1_000_000, ge=1, le=100_000_000, description="Bézier patches of a surface."
@@ -108,143 +109,144 @@ class Settings(BaseModel):
         description="Points of a query, or of a curve.",
     )
     max_response_bytes: Bytes = Field(
-        default=Limits().max_bytes, ge=1024, le=1 << 32, description="Bytes of an answer."
+        default=Limits().max_bytes, ge=1024, le=1 << 32, description="Bytes of a response."
     )
     memory_bytes: Bytes = Field(
         default_factory=half_of_memory,
-        ge=LEAST,
+        ge=MIN_MEMORY,
         le=1 << 45,
-        description="Memory for all that is under way together: bodies, surfaces, meshes, answers "
-        "not yet sent, and what is kept of answers. What would take more is refused beforehand. "
-        "The process itself takes some 120 MB beside it, and what is planned for meshes at most "
-        "1/16 of it or 256 MB. Left out, it is half of what the machine, "
-        "or the container, has.",
+        description="Memory for all requests together: bodies, surfaces, meshes, responses not yet "
+        "sent, and the cache. A request that would need more is refused before any work. The "
+        "process itself takes some 120 MB more, and plans of meshes at most 1/16 of this value or "
+        "256 MB. The default is half of the memory of the machine or container.",
     )
     cache_bytes: Bytes = Field(
         default=128 << 20,
         ge=0,
         le=1 << 40,
-        description="Encoded answers that are kept in memory, to be sent again, as long as nothing "
-        "else needs the room; 0 keeps none. What is not kept is not compressed, either.",
+        description="Memory of the cache of encoded responses, while requests do not need it; "
+        "0 switches the cache off. Only cached responses are compressed.",
     )
 
-    # How many, and how long
+    # Counts and times
     threads: int = Field(
         default=0,
         ge=0,
         le=1024,
-        description="Surfaces computed at the same time; 0 takes the number of processors.",
+        description="Threads that compute surfaces; 0 means one for each processor.",
     )
     max_queue: int = Field(
         default=64,
         ge=0,
         le=100_000,
-        description="Requests that may wait for a thread or for memory; more are refused.",
+        description="Requests that may wait for a thread or for memory; further ones are refused.",
     )
     max_connections: int = Field(
-        default=2048, ge=1, le=1_000_000, description="Connections at the same time."
+        default=2048, ge=1, le=1_000_000, description="Open connections at the same time."
     )
     head_timeout: float = Field(
-        default=10, gt=0, le=3600, description="Time for the head of a request to arrive."
+        default=10, gt=0, le=3600, description="Time for a request's head to arrive."
     )
     body_timeout: float = Field(
-        default=60, gt=0, le=3600, description="Time for the body of a request to arrive."
+        default=60, gt=0, le=3600, description="Time for a request's body to arrive."
     )
     request_timeout: float = Field(
         default=60,
         gt=0,
         le=3600,
-        description="Time for waiting and computing, once the body is there.",
+        description="Time to wait and compute, after the body has arrived.",
     )
     send_timeout: float = Field(
         default=30,
         gt=0,
         le=3600,
-        description="Time for a client to take an answer, for each MiB of it.",
+        description="Time for a client to receive each MiB of a response.",
     )
     keep_alive: float = Field(
         default=75,
         gt=0,
         le=3600,
-        description="Time that a connection may be idle; longer than a proxy's in front of it.",
+        description="Time that a connection may be idle; set it longer than the proxy's.",
     )
     drain_delay: float = Field(
         default=0,
         ge=0,
         le=600,
-        description="Time after SIGTERM during which all is answered but `/health/ready`: as long "
-        "as whatever is in front takes to notice.",
+        description="Time after SIGTERM during which the service still answers all requests but "
+        "`/health/ready`: as long as the load balancer needs to notice.",
     )
     drain_timeout: float = Field(
-        default=25, ge=0, le=3600, description="Time for what is under way to end, after that."
+        default=25, ge=0, le=3600, description="Time for running requests to end, after that."
     )
 
-    # Where surfaces are kept
+    # Storage
     store: str = Field(
         default="memory://",
         min_length=1,
-        description="Where surfaces are kept: a folder, `memory://`, or a bucket, `s3://…`. "
-        "Left out, it is the user's data folder.",
+        description="Where surfaces are stored: a folder, `memory://`, or a bucket, `s3://…`. "
+        "The default is the user's data folder.",
     )
     store_quota: Bytes = Field(
         default=10 << 30,
         ge=0,
         le=1 << 50,
-        description="Bytes of all stored surfaces together; 0 sets no limit.",
+        description="Bytes of all stored surfaces together; 0 means no limit.",
     )
     allow_delete: bool = Field(
-        default=False, description="Whether stored surfaces may be deleted over HTTP."
+        default=False, description="Whether clients may delete stored surfaces over HTTP."
     )
 
-    # Who may do what
+    # Access
     api_keys: Texts = Field(
         default=(),
-        description="Keys that computing and storing need, as `surface key` prints them: "
-        "`name:hash`. With none, and no file of them, everybody may.",
+        description="API keys, as `surface key` prints them: `name:hash`. Computing and storing "
+        "need one of them. Without keys, here or in a file, every client may do both.",
     )
     api_keys_file: str = Field(
-        default="", description="A file with one such key a line. It is read again when it changes."
+        default="",
+        description="A file with one API key a line. The service reads it again when it changes.",
     )
     public_reads: bool = Field(
         default=True,
-        description="Whether what is read by an address (surfaces, meshes by URL) needs neither "
-        "a key nor a signature.",
+        description="Whether clients may read stored surfaces and meshes by URL without a key "
+        "or a signature.",
     )
     signing_keys: Secrets = Field(
         default=(),
-        description="Secrets that addresses are signed with, of 32 letters or more: the first "
-        "signs, all are believed. None switches signed addresses off.",
+        description="Secrets of 32 letters or more that sign URLs: the service signs with the "
+        "first and accepts all. Without one, there are no signed URLs.",
     )
     rate_limit: int = Field(
         default=0,
         ge=0,
         le=1_000_000,
-        description="Requests a minute of one key, or of one address; 0 sets no limit.",
+        description="Requests a minute for each key or address; 0 means no limit.",
     )
 
-    # What is seen of it
+    # Observability
     metrics: Literal["open", "key", "off"] = Field(
-        default="open", description="Whether `/metrics` is open, needs a key, or is none."
+        default="open",
+        description="Whether `/metrics` is open, needs a key, or is switched off.",
     )
-    log_format: Literal["text", "json"] = Field(default="text", description="What a log line is.")
+    log_format: Literal["text", "json"] = Field(default="text", description="Form of a log line.")
     log_level: Literal["debug", "info", "warning", "error"] = Field(
-        default="info", description="The least that is logged."
+        default="info", description="Least severe level that is logged."
     )
-    access_log: bool = Field(default=True, description="Whether every request is logged.")
+    access_log: bool = Field(default=True, description="Whether to log every request.")
     tracing: bool = Field(
         default=False,
-        description="Whether OpenTelemetry has a span of every request; its own variables, "
-        "`OTEL_…`, say where to. Needs the extra `telemetry`.",
+        description="Whether to send OpenTelemetry a span for every request. The variables "
+        "`OTEL_…` say where to send it. Needs the extra `telemetry`.",
     )
 
     @property
     def workers(self) -> int:
-        """Number of threads, with 0 resolved."""
+        """Number of threads: the setting, or the number of processors."""
         return self.threads or os.cpu_count() or 1
 
 
 def document_limits(settings: Settings) -> DocumentLimits:
-    """The settings that the language of requests needs."""
+    """The limits of a request's document."""
     return DocumentLimits(
         settings.max_control_points,
         settings.max_degree,
@@ -254,11 +256,11 @@ def document_limits(settings: Settings) -> DocumentLimits:
 
 
 def result_limits(settings: Settings) -> Limits:
-    """The settings that the pipeline needs."""
+    """The limits of results: vertices, points, patches, bytes and memory."""
     return Limits(
         settings.max_vertices,
         settings.max_response_bytes,
         settings.max_points,
         max_patches=settings.max_patches,
-        max_memory=int(settings.memory_bytes * WORKING),
+        max_memory=int(settings.memory_bytes * REQUEST_SHARE),
     )

@@ -1,4 +1,4 @@
-"""From the address of a store to the store."""
+"""Opens the store that the setting SURFACE_STORE names."""
 
 import re
 import tempfile
@@ -11,30 +11,30 @@ from anyio import CapacityLimiter
 from obstore.exceptions import BaseError
 from obstore.store import LocalStore, MemoryStore, from_url
 
+from service.storage.backends import STAGING, Bucket, Folder, make_folder
 from service.storage.failures import DISK_FULL, reason_of
 from service.storage.keys import SURFACES
-from service.storage.places import STAGING, Bucket, Folder, make_folder
 from service.storage.store import SurfaceStore
 
 if TYPE_CHECKING:
     from obstore.store import RetryConfig
 
 BUCKETS = ("s3", "gs", "az")
-"""Schemes of stores elsewhere: Amazon S3 and whatever speaks like it, Google, Azure."""
+"""Schemes of buckets: Amazon S3 and compatible services, Google, Azure."""
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):")
 
-# A client waits for the answer: a store that does not answer soon has failed. (obstore's own
-# options of the connection must be left alone: any that is given hides those of the environment.)
+# A client waits for the response, so retries end early. (obstore's connection options stay unset:
+# if one is set, obstore ignores those of the environment.)
 _RETRIES: "RetryConfig" = {"max_retries": 3, "retry_timeout": timedelta(seconds=30)}
 
 
 class InvalidStore(ValueError):
-    """The address of a store is none, or nothing can be kept there."""
+    """The address names no store, or the store cannot be written to."""
 
 
 def open_store(address: str, quota: int) -> SurfaceStore:
-    """The store at an address.
+    """Opens the store at an address.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def open_store(address: str, quota: int) -> SurfaceStore:
 
 
 def _path_of(address: str) -> Path:
-    """The folder that a `file://` address names (RFC 8089)."""
+    """The folder of a `file://` URL (RFC 8089)."""
     parts = urlsplit(address)
     path = unquote(parts.path)
     if parts.netloc not in ("", "localhost") or not path.startswith("/") or parts.query:
@@ -75,7 +75,7 @@ def _path_of(address: str) -> Path:
 
 
 def _folder(path: Path) -> Folder:
-    """A folder that has been written to."""
+    """The backend of a folder, after a test file was written to it."""
     try:
         root = path.expanduser().absolute()
         for name in (SURFACES, STAGING):
@@ -83,7 +83,7 @@ def _folder(path: Path) -> Folder:
         with tempfile.TemporaryFile(dir=root / STAGING):
             pass
     except OSError as error:
-        # With a full disk the service still gives out whatever is there.
+        # With a full disk the service still serves the stored surfaces.
         if error.errno not in DISK_FULL or not (root / STAGING).is_dir():
             text = f"surfaces cannot be kept in the folder {str(path)!r}: {reason_of(error)}."
             raise InvalidStore(text) from None
@@ -93,7 +93,7 @@ def _folder(path: Path) -> Folder:
 
 
 def _bucket(address: str) -> Bucket:
-    """A bucket; whether it can be reached is seen when it is used."""
+    """The backend of a bucket; the first use shows whether it can be reached."""
     try:
         return Bucket(from_url(address, retry_config=_RETRIES))
     except (BaseError, ValueError, TypeError) as error:

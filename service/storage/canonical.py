@@ -1,4 +1,4 @@
-"""The canonical content of a surface: one sequence of bytes for all the ways to write it down.
+"""The canonical content of a surface: the same bytes for every way to write the surface.
 
     content = header, line feed, numbers
     id      = SHA-256 of the content, in hexadecimal
@@ -50,8 +50,8 @@ _TYPES = {"float64": np.dtype("<f8"), "int64": np.dtype("<i8")}
 Arrays: TypeAlias = list[NDArray[Any]]
 
 
-def canonical(surface: Surface) -> bytes:
-    """The content of a surface, of which `restored` makes it again."""
+def canonical_content(surface: Surface) -> bytes:
+    """The canonical content of a surface; `restore_surface` reads it."""
     arrays: Arrays = []
     tree = _without_arrays(definition(surface, flat=True), arrays)
     described = [[array.dtype.name, array.shape] for array in arrays]
@@ -66,12 +66,12 @@ def canonical(surface: Surface) -> bytes:
 
 
 def surface_id(content: bytes) -> str:
-    """The id of the surface of this content: 64 hexadecimal digits."""
+    """The id of a surface: SHA-256 of its content, 64 hexadecimal digits."""
     return sha256(content).hexdigest()
 
 
-def restored(content: bytes, limits: DocumentLimits) -> Surface:
-    """The surface of a content, checked as if it had just been posted.
+def restore_surface(content: bytes, limits: DocumentLimits) -> Surface:
+    """The surface of a content, checked like a posted one.
 
     Raises
     ------
@@ -87,8 +87,8 @@ def restored(content: bytes, limits: DocumentLimits) -> Surface:
     return validate_document(SurfaceRequest, {"surface": tree}, limits).to_surface()
 
 
-def restored_memory(content: bytes) -> int:
-    """Bytes that `restored` takes at most, the content too: its header is a JSON text."""
+def estimate_restore_memory(content: bytes) -> int:
+    """Bytes that `restore_surface` needs at most, `content` included."""
     header = content[: content.find(b"\n")]
     objects, values = header.count(b"{"), header.count(b",") + header.count(b"[")
     return 4 * len(content) + BYTES_PER_OBJECT * objects + BYTES_PER_VALUE * values
@@ -96,24 +96,24 @@ def restored_memory(content: bytes) -> int:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ContentWork:
-    """A surface that is to be stored."""
+    """The work of writing a surface's canonical content, and its cost."""
 
     surface: Surface
     cost: Cost
 
     def run(self) -> tuple[str, bytes]:
         """The id of the surface, and its canonical content."""
-        content = canonical(self.surface)
+        content = canonical_content(self.surface)
         return surface_id(content), content
 
 
 def plan_content(surface: Surface) -> ContentWork:
-    """What the canonical content of a surface costs."""
+    """Predicts the cost of a surface's canonical content."""
     return ContentWork(surface, definition_cost(surface.stored_size(), DEFAULT_LIMITS))
 
 
 def _without_arrays(value: Any, arrays: Arrays) -> Any:
-    """The value with None for each array, in the order of the header; `arrays` gets these."""
+    """The value with None for each array; appends the arrays to `arrays`, in the header's order."""
     if isinstance(value, np.ndarray):
         arrays.append(value)
         return None
@@ -125,7 +125,7 @@ def _without_arrays(value: Any, arrays: Arrays) -> Any:
 
 
 def _with_arrays(tree: Any, arrays: Iterator[NDArray[Any]]) -> Any:
-    """The tree with the next of the arrays for each None."""
+    """The tree with the next array for each None."""
     if tree is None:
         return next(arrays)
     if isinstance(tree, dict):
@@ -136,7 +136,7 @@ def _with_arrays(tree: Any, arrays: Iterator[NDArray[Any]]) -> Any:
 
 
 def _definition(content: bytes) -> Any:
-    """What the content says in the language of requests; its arrays look into the content."""
+    """The surface's definition in the language of requests; its arrays are views of `content`."""
     end = content.index(b"\n")
     header = json.loads(content[:end])
     if header["canonical"] != VERSION:

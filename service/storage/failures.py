@@ -1,4 +1,4 @@
-"""What goes wrong below: logged here in full, told to the client in a word."""
+"""Errors of obstore and the system: the log gets the full text, the client a short one."""
 
 import errno
 import logging
@@ -11,40 +11,40 @@ from obstore.exceptions import BaseError
 from service.errors import Issue, StoreFailed, StoreFull
 
 DISK_FULL = frozenset({errno.ENOSPC, errno.EDQUOT})
-"""What a file system answers that has no room, or none for this user."""
+"""Error numbers of a disk that is full, or full for this user."""
 
 _log = logging.getLogger(__name__)
 
 
 @contextmanager
-def failures(doing: str) -> Iterator[None]:
-    """Turns whatever a store raises into `StoreFull` or `StoreFailed`.
+def translate_errors(action: str) -> Iterator[None]:
+    """Turns any error of a store into `StoreFull` or `StoreFailed`, and logs it.
 
     Parameters
     ----------
-    doing : str
-        What is being done, for the log: "storing surfaces/ab/…".
+    action : str
+        The operation, for the log: "storing surfaces/ab/…".
     """
     try:
         yield
     except (BaseError, OSError, ValueError, TimeoutError) as error:
         # obstore appends a dump of its own structures.
         reason = str(error).partition("\n\nDebug source")[0]
-        _log.error("%s failed: %s", doing, reason or type(error).__name__)
+        _log.error("%s failed: %s", action, reason or type(error).__name__)
         if is_disk_full(error):
             raise disk_full() from None
         raise StoreFailed from None
 
 
 def disk_full() -> StoreFull:
-    """The disk has no room, whatever the quota says."""
+    """The error of a full disk; the quota may still have room."""
     return StoreFull(Issue("disk_full", "The disk of the service is full."))
 
 
 def is_disk_full(error: Exception) -> bool:
     """Whether an error says that the disk is full.
 
-    obstore has no class for it: its errors end in the operating system's own number.
+    obstore has no class for it: its messages end with the operating system's error number.
     """
     if isinstance(error, OSError) and error.errno is not None:
         return error.errno in DISK_FULL
@@ -53,5 +53,5 @@ def is_disk_full(error: Exception) -> bool:
 
 
 def reason_of(error: OSError) -> str:
-    """Why the operating system refuses, in words."""
+    """The operating system's reason, in words."""
     return error.strerror or (os.strerror(error.errno) if error.errno else str(error))

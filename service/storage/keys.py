@@ -1,15 +1,15 @@
-"""Where an object lies: under its hash, never under a name that somebody chose."""
+"""Keys of stored objects: made from their hashes, never from names that a client chose."""
 
 import re
 
 SURFACES = "surfaces"
-"""What the key of every surface begins with."""
+"""The prefix of every surface's key."""
 
 _ID = re.compile(r"[0-9a-f]{64}", re.ASCII)
 
 
 def is_id(name: str) -> bool:
-    """Whether a name is a SHA-256 in lowercase hexadecimal digits, and nothing else."""
+    """Whether a name is a SHA-256 in 64 lowercase hexadecimal digits."""
     return _ID.fullmatch(name) is not None
 
 
@@ -19,8 +19,8 @@ def key_of(id: str) -> str:
     Raises
     ------
     ValueError
-        The id is none. The last guard before a file system: whoever takes names from a request
-        asks `is_id` first.
+        `id` is not a SHA-256. This is the last check before a file system; callers that get names
+        from a request call `is_id` first.
     """
     if not is_id(id):
         raise ValueError("an id has 64 hexadecimal digits")

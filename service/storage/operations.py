@@ -1,4 +1,4 @@
-"""What a store was asked to do, how often that went wrong, and how long it took."""
+"""Counts a store's operations by kind and outcome, and the seconds they took."""
 
 import time
 from collections.abc import Iterator
@@ -9,32 +9,32 @@ from service.errors import DamagedObject, StoreFailed, StoreFull
 
 
 @dataclass(slots=True)
-class Done:
-    """How many operations of one kind came to one end, and the seconds that they took."""
+class Total:
+    """Number of operations of one kind with one outcome, and their seconds together."""
 
     count: int = 0
     seconds: float = 0.0
 
 
 class Operations:
-    """What was done so far, by kind and end: `done`, `refused` for want of room, or `failed`."""
+    """Totals by kind and outcome: `done`, `refused` (the store is full) or `failed`."""
 
     def __init__(self) -> None:
-        self.so_far: dict[tuple[str, str], Done] = {}
+        self.totals: dict[tuple[str, str], Total] = {}
 
     @contextmanager
-    def told(self, kind: str) -> Iterator[None]:
-        """Counts what is done within. What is not there is no failure of the store."""
-        start, end = time.perf_counter(), "done"
+    def count(self, kind: str) -> Iterator[None]:
+        """Counts the operation in the `with` block. A missing object is no failure of the store."""
+        start, outcome = time.perf_counter(), "done"
         try:
             yield
         except StoreFull:
-            end = "refused"
+            outcome = "refused"
             raise
         except (StoreFailed, DamagedObject):
-            end = "failed"
+            outcome = "failed"
             raise
         finally:
-            done = self.so_far.setdefault((kind, end), Done())
-            done.count += 1
-            done.seconds += time.perf_counter() - start
+            total = self.totals.setdefault((kind, outcome), Total())
+            total.count += 1
+            total.seconds += time.perf_counter() - start

@@ -1,4 +1,4 @@
-"""Surfaces under their hashes: stored whole, checked whenever they are read."""
+"""Stores surfaces under their hashes, and checks the hash of every object it reads."""
 
 import asyncio
 import hashlib
@@ -12,61 +12,62 @@ import obstore
 from anyio import CapacityLimiter, Lock, to_thread
 
 from service.errors import DamagedObject, Issue, StoreFailed, SurfaceError, UnknownSurface
-from service.storage.failures import failures
+from service.storage.backends import Bucket
+from service.storage.failures import translate_errors
 from service.storage.keys import SURFACES, is_id, key_of
 from service.storage.operations import Operations
-from service.storage.places import Bucket
-from service.storage.usage import Usage
+from service.storage.quota import Usage
 
 AT_ONCE = 8
-"""Objects hashed, read or written at the same time: each takes memory, and up to two threads."""
+"""Objects hashed, read or written at the same time: each takes memory and up to 2 threads."""
 
 INLINE = 1 << 18
-"""Bytes that the event loop has the time to hash."""
+"""Bytes of a content that the event loop hashes itself; larger ones are hashed in a thread."""
 
 DEADLINE = 1.0
-"""Seconds within which a store answers that is well."""
+"""Seconds in which a working store answers a readiness check."""
 
 REMEMBERED = 5.0
-"""Seconds for which it is known whether the store is well: whoever asks, it is asked no oftener."""
+"""Seconds for which the result of a readiness check is kept."""
 
 ROUND = 3600.0
-"""Seconds between two rounds of sweeping and counting."""
+"""Seconds between two runs of `maintain`."""
 
 _log = logging.getLogger(__name__)
 
 
-def _nothing(_size: int) -> None:
-    """Whoever reads has room for everything."""
+def _reserve_nothing(_size: int) -> None:
+    """The default of `get`: the caller needs no memory reserved."""
 
 
 class SurfaceStore:
-    """Contents by the SHA-256 that is their name.
+    """Stores contents under their SHA-256.
 
-    Several processes may share one place: what they write under one name is the same, so that it
-    does not matter whose comes last.
+    Several processes may share one backend: they write the same bytes under the same name, so
+    their order does not matter.
     """
 
-    def __init__(self, place: Bucket, quota: int) -> None:
+    def __init__(self, backend: Bucket, quota: int) -> None:
         self.operations = Operations()
         self.quota = quota
-        self._place = place
-        self._usage = Usage(quota, self._listed)
+        self._backend = backend
+        self._usage = Usage(quota, self._list_bytes)
         self._limiter = CapacityLimiter(AT_ONCE)
         self._writing: WeakValueDictionary[str, Lock] = WeakValueDictionary()
-        self._asking = Lock()
-        self._asked: tuple[float, bool] | None = None
+        self._ready_lock = Lock()
+        self._last_check: tuple[float, bool] | None = None
         self._failing_since: float | None = None
 
     @property
     def used(self) -> int | None:
-        """Bytes in use as far as is known; None where nothing is counted."""
-        return self._usage.known
+        """Bytes in use, as last counted; None without a quota."""
+        return self._usage.used
 
     async def put(self, id: str, content: bytes) -> bool:
-        """Stores a content, and returns whether it was not there; it lasts once this returns.
+        """Stores a content; returns False if it was stored already.
 
-        A damaged object is written anew. What is there already needs no room, damaged or not.
+        Once this returns, a crash does not lose the content. A damaged object is written again.
+        Content that is stored already needs no room in the quota, even if it is damaged.
 
         Raises
         ------
@@ -76,7 +77,7 @@ class SurfaceStore:
         ValueError
             The id is not the hash of the content.
         """
-        with self.operations.told("put"):
+        with self.operations.count("put"):
             return await self._put(id, content)
 
     async def _put(self, id: str, content: bytes) -> bool:
@@ -84,27 +85,27 @@ class SurfaceStore:
         async with self._limiter:
             if await _hash(content) != id:
                 raise ValueError("the id is not the hash of the content")
-        async with self._turn(id):
+        async with self._lock(id):
             before = await self._size(key)
             if before == len(content):
                 with suppress(DamagedObject, UnknownSurface):  # another process may delete it
-                    await self._get(id, _nothing)
+                    await self._get(id, _reserve_nothing)
                     return False
             elif before is not None:
                 _log.warning("%s is damaged, %d bytes instead of %d", key, before, len(content))
-            # Whether the count knows of a damage, nobody can tell; mending is never refused.
+            # The count may or may not include the damaged object: repairing it is never refused.
             growth = len(content) if before is None else 0
-            async with self._usage.room(growth), self._limiter:
-                with failures(f"storing {key}"):
-                    await self._place.write(key, content)
+            async with self._usage.reserve(growth), self._limiter:
+                with translate_errors(f"storing {key}"):
+                    await self._backend.write(key, content)
         return True
 
-    async def get(self, id: str, announced: Callable[[int], None] = _nothing) -> bytes:
-        """The content that was stored under this id, never another.
+    async def get(self, id: str, reserve: Callable[[int], None] = _reserve_nothing) -> bytes:
+        """The content with this id; its hash has been checked.
 
         Parameters
         ----------
-        announced : Callable
+        reserve : Callable
             Called with the number of bytes before they are read; what it raises is raised here.
 
         Raises
@@ -115,13 +116,13 @@ class SurfaceStore:
         """
         if not is_id(id):
             raise _unknown()
-        with self.operations.told("get"):
-            return await self._get(id, announced)
+        with self.operations.count("get"):
+            return await self._get(id, reserve)
 
-    async def _get(self, id: str, announced: Callable[[int], None]) -> bytes:
+    async def _get(self, id: str, reserve: Callable[[int], None]) -> bytes:
         key = key_of(id)
         async with self._limiter:
-            content = await self._read(key, announced)
+            content = await self._read(key, reserve)
             hash = await _hash(content)
         if hash != id:
             _log.error("%s is damaged: %d bytes of another hash", key, len(content))
@@ -129,70 +130,70 @@ class SurfaceStore:
         return content
 
     async def has(self, id: str) -> bool:
-        """Whether there is something under this id; it is not read."""
+        """Whether an object has this id; does not read it."""
         if not is_id(id):
             return False
-        with self.operations.told("has"):
+        with self.operations.count("has"):
             return await self._size(key_of(id)) is not None
 
     async def delete(self, id: str) -> bool:
-        """Removes what is stored under this id, whole or damaged; whether there was anything."""
+        """Removes the object with this id, even if it is damaged; returns whether there was one."""
         if not is_id(id):
             return False
-        with self.operations.told("delete"):
+        with self.operations.count("delete"):
             return await self._delete(id)
 
     async def _delete(self, id: str) -> bool:
         key = key_of(id)
-        async with self._turn(id):
+        async with self._lock(id):
             size = await self._size(key)
             if size is None:
                 return False
             async with self._limiter:
-                with failures(f"deleting {key}"):
+                with translate_errors(f"deleting {key}"):
                     try:
-                        await obstore.delete_async(self._place.objects, key)
+                        await obstore.delete_async(self._backend.objects, key)
                     except FileNotFoundError:
                         return False
             self._usage.add(-size)
         return True
 
-    async def answers(self) -> bool:
-        """Whether the store is well: a cheap question with a deadline, asked every 5 s at most."""
-        async with self._asking:
-            if self._asked is None or time.monotonic() - self._asked[0] > REMEMBERED:
-                self._asked = (time.monotonic(), await self._answers())
-                if self._asked[1]:
+    async def is_ready(self) -> bool:
+        """Whether the store answers: a cheap check with a deadline, made every 5 s at most."""
+        async with self._ready_lock:
+            if self._last_check is None or time.monotonic() - self._last_check[0] > REMEMBERED:
+                self._last_check = (time.monotonic(), await self._check_backend())
+                if self._last_check[1]:
                     self._failing_since = None
                 elif self._failing_since is None:
-                    self._failing_since = self._asked[0]
-            return self._asked[1]
+                    self._failing_since = self._last_check[0]
+            return self._last_check[1]
 
     @property
-    def failing(self) -> float:
-        """Seconds for which the store has answered nobody who asked; 0 where it is well."""
+    def seconds_failing(self) -> float:
+        """Seconds for which every readiness check has failed; 0 if the last one succeeded."""
         return 0.0 if self._failing_since is None else time.monotonic() - self._failing_since
 
-    async def tend(self) -> None:
-        """Counts what there is and removes what killed processes left, now and every hour.
+    async def maintain(self) -> None:
+        """Counts objects and removes unfinished files, now and every hour, until cancelled.
 
-        Runs beside the requests until it is cancelled; a failure is in the log, and no end.
+        Errors are logged and do not end it.
         """
         while True:
             with suppress(SurfaceError):
-                with failures("sweeping"):
-                    await self._place.sweep()
-                await self._usage.counted()
+                with translate_errors("sweeping"):
+                    await self._backend.sweep()
+                await self._usage.recount()
             await asyncio.sleep(ROUND)
 
-    def _turn(self, id: str) -> Lock:
-        """The lock of those who store or delete this id: of many who store the same, one writes."""
+    def _lock(self, id: str) -> Lock:
+        """The lock to store or delete this id: of several equal requests, one writes."""
         return self._writing.setdefault(id, Lock())
 
-    async def _answers(self) -> bool:
+    async def _check_backend(self) -> bool:
         try:
-            with self.operations.told("ask"), failures("asking whether the store answers"):
-                await asyncio.wait_for(self._place.touch(), DEADLINE)
+            with self.operations.count("ask"), translate_errors("asking whether the store answers"):
+                await asyncio.wait_for(self._backend.touch(), DEADLINE)
         except StoreFailed:
             return False
         return True
@@ -200,27 +201,27 @@ class SurfaceStore:
     async def _size(self, key: str) -> int | None:
         """Bytes of an object; None if there is none."""
         async with self._limiter:
-            with failures(f"looking for {key}"):
+            with translate_errors(f"looking for {key}"):
                 try:
-                    return (await obstore.head_async(self._place.objects, key))["size"]
+                    return (await obstore.head_async(self._backend.objects, key))["size"]
                 except FileNotFoundError:
                     return None
 
-    async def _read(self, key: str, announced: Callable[[int], None]) -> bytes:
-        with failures(f"reading {key}"):
+    async def _read(self, key: str, reserve: Callable[[int], None]) -> bytes:
+        with translate_errors(f"reading {key}"):
             try:
-                found = await obstore.get_async(self._place.objects, key)
-                announced(found.meta["size"])
+                found = await obstore.get_async(self._backend.objects, key)
+                reserve(found.meta["size"])
                 return bytes(await found.bytes_async())
             except FileNotFoundError:
                 raise _unknown() from None
 
-    async def _listed(self) -> int:
-        """Bytes of all objects."""
+    async def _list_bytes(self) -> int:
+        """Bytes of all objects, by a listing."""
         total = 0
-        with failures("counting surfaces"):
-            async for some in obstore.list(self._place.objects, SURFACES, chunk_size=1000):
-                total += sum(each["size"] for each in some)
+        with translate_errors("counting surfaces"):
+            async for batch in obstore.list(self._backend.objects, SURFACES, chunk_size=1000):
+                total += sum(each["size"] for each in batch)
         return total
 
 
@@ -231,4 +232,4 @@ async def _hash(content: bytes) -> str:
 
 
 def _unknown() -> UnknownSurface:
-    return UnknownSurface(Issue("unknown_surface", "No surface is kept under this id."))
+    return UnknownSurface(Issue("unknown_surface", "No surface is stored under this id."))

@@ -11,7 +11,7 @@ import pytest
 from service.api.app import create_app
 from service.errors import StoreFailed, StoreFull
 from service.settings.values import Settings
-from service.storage.canonical import canonical, surface_id
+from service.storage.canonical import canonical_content, surface_id
 from service.surface.examples import EXAMPLES, find
 from tests.api.client import Client, client_of
 from tests.forms import PATCH, SURFACES
@@ -20,7 +20,7 @@ JSON = {"Content-Type": "application/json"}
 FOR_EVER = "public, max-age=31536000, immutable"
 AN_HOUR = "public, max-age=3600, must-revalidate"
 NO_ID = "0" * 64
-ID = surface_id(canonical(find("saddle").surface()))
+ID = surface_id(canonical_content(find("saddle").surface()))
 
 
 @pytest.fixture
@@ -67,7 +67,7 @@ def test_a_stored_surface_is_given_back(client: Client, name: str) -> None:
 def test_examples_are_surfaces_too(client: Client) -> None:
     for name in EXAMPLES:
         answer = client.get(f"/v1/surfaces/{name}")
-        content = canonical(find(name).surface())
+        content = canonical_content(find(name).surface())
         assert answer.headers["etag"] == f'"{sha256(content).hexdigest()}"'
         assert answer.headers["cache-control"] == AN_HOUR
         assert client.post("/v1/surfaces", answer.json()).json()["id"] == surface_id(content)

@@ -21,7 +21,7 @@ from service.api.caching.entries import Entry, Subject
 from service.api.workers import INLINE_SECONDS, ROUND_SECONDS, SMALL_BODY, TRIM_BYTES, Job, Workers
 from service.errors import Busy, TooLarge
 from service.pipeline.cost import Cost
-from service.settings.process import give_back
+from service.settings.runtime import trim_heap
 from service.settings.values import Settings
 from service.stopping import OutOfTime, checkpoint
 
@@ -252,7 +252,7 @@ async def test_large_requests_that_end_together_hand_memory_back_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     calls: list[int] = []
-    monkeypatch.setattr(module, "give_back", lambda: calls.append(1))
+    monkeypatch.setattr(module, "trim_heap", lambda: calls.append(1))
     monkeypatch.setattr(module, "TRIM_PAUSE", 0.01)
     counts = []
     async with lent() as workers:
@@ -264,7 +264,7 @@ async def test_large_requests_that_end_together_hand_memory_back_once(
             await asyncio.sleep(0.1)
             counts.append(len(calls))
     assert counts == [0, 1, 2]
-    give_back()
+    trim_heap()
 
 
 class _Large:

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from service.cli.main import main
-from service.storage.canonical import canonical, surface_id
+from service.storage.canonical import canonical_content, surface_id
 from service.surface.bezier import BezierSurface
 
 NET = np.array([[[0.0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]])
 SURFACE = {"control_net": NET.tolist(), "name": "sail"}
-ID = surface_id(canonical(BezierSurface(NET, name="sail")))
+ID = surface_id(canonical_content(BezierSurface(NET, name="sail")))
 
 
 @pytest.fixture

@@ -13,8 +13,8 @@ from typing import Any
 import httpx
 import pytest
 
-from service.storage.places import STAGING
-from tests.storage.places import file_of, files
+from service.storage.backends import STAGING
+from tests.storage.backends import file_of, files
 from tools.processes import service_server
 
 BALLAST = 1 << 20

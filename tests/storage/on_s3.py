@@ -21,7 +21,7 @@ from service.storage.address import open_store
 from service.storage.keys import key_of
 from service.storage.store import SurfaceStore
 from tests.live import running_service
-from tests.storage.places import account, id_of
+from tests.storage.backends import account, id_of
 from tools.processes import Server, free_port
 
 pytestmark = pytest.mark.anyio
@@ -77,7 +77,7 @@ async def test_what_was_stored_comes_back(size: int, address: str) -> None:
 async def test_damaged_object(instead: bytes, address: str) -> None:
     store = open_store(address, 0)
     await put(store, TEN[0])
-    await obstore.put_async(store._place.objects, key_of(id_of(TEN[0])), instead)
+    await obstore.put_async(store._backend.objects, key_of(id_of(TEN[0])), instead)
     with pytest.raises(DamagedObject):
         await store.get(id_of(TEN[0]))
     assert await put(store, TEN[0])
@@ -103,7 +103,7 @@ async def test_a_bucket_that_is_not_there(server: str) -> None:
     store = open_store("s3://there-is-no-such-bucket", 0)
     with pytest.raises(StoreFailed):
         await put(store, TEN[0])
-    assert not await store.answers()
+    assert not await store.is_ready()
 
 
 def test_service_outlives_its_store() -> None:

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 
 from service.storage.address import open_store
-from tests.storage.places import id_of
+from tests.storage.backends import id_of
 
 CONTENTS = 1000
 AT_ONCE = 8

@@ -15,7 +15,7 @@ from service.errors import InvalidSettings, StoreFailed
 from service.settings.values import Settings
 from service.storage import address
 from service.storage.address import InvalidStore, open_store
-from tests.storage.places import account, files, id_of
+from tests.storage.backends import account, files, id_of
 
 pytestmark = pytest.mark.anyio
 CONTENT = b"content"
@@ -117,4 +117,4 @@ async def test_a_bucket_that_cannot_be_reached() -> None:
         store = open_store("s3://bucket/prefix", 0)
         with pytest.raises(StoreFailed):
             await store.get(id_of(CONTENT))
-        assert not await store.answers()
+        assert not await store.is_ready()

@@ -21,7 +21,7 @@ from service.schemas.document import DocumentLimits, parse_document
 from service.schemas.request import SurfaceRequest
 from service.schemas.surfaces import definition
 from service.schemas.validation import parse_request, validate_document
-from service.storage.canonical import canonical, restored, surface_id
+from service.storage.canonical import canonical_content, restore_surface, surface_id
 from service.surface import Surface
 from service.surface.bezier import BezierSurface
 from service.surface.curve import BezierCurve, BsplineCurve
@@ -86,7 +86,7 @@ def surface(document: Any) -> Surface:
 
 
 def id_of(document: Any) -> str:
-    return surface_id(canonical(surface(document)))
+    return surface_id(canonical_content(surface(document)))
 
 
 def read(text: str) -> Surface:
@@ -100,7 +100,7 @@ def test_two_thousand_spellings_have_one_id_each() -> None:
         # Ribbons and groups take ten times as long as the others.
         count = 50 if content.get("type") in ("ribbon", "group") else 125
         spellings = [spelled(content, random) for _ in range(count)]
-        assert {surface_id(canonical(read(text))) for text in spellings} == {id_of(content)}
+        assert {surface_id(canonical_content(read(text))) for text in spellings} == {id_of(content)}
         ids.add(id_of(content))
         texts.update(spellings)
     assert len(texts) >= 2_000
@@ -118,12 +118,12 @@ def test_spellings_of_a_number_are_all_that_number(number: float) -> None:
 @pytest.mark.parametrize("name", [*ALL, *EXAMPLES])
 def test_a_content_is_restored_whole(name: str) -> None:
     one = surface(ALL[name]) if name in ALL else find(name).surface()
-    content = canonical(one)
-    again = restored(content, LIMITS)
-    assert canonical(again) == content
+    content = canonical_content(one)
+    again = restore_surface(content, LIMITS)
+    assert canonical_content(again) == content
     assert content_key(again) == content_key(one)
     written = orjson.dumps(definition(again), option=orjson.OPT_SERIALIZE_NUMPY)
-    assert canonical(surface(orjson.loads(written))) == content
+    assert canonical_content(surface(orjson.loads(written))) == content
 
 
 def test_every_field_of_every_kind_is_part_of_the_content() -> None:
@@ -232,7 +232,7 @@ def test_the_content_is_what_is_documented() -> None:
     )
     content = header + b"\n" + numbers.tobytes()
     made = surface({"control_net": net, "name": "é"})
-    assert canonical(made) == content
+    assert canonical_content(made) == content
     assert surface_id(content) == sha256(content).hexdigest()
 
 
@@ -243,7 +243,9 @@ def test_ids_are_for_ever() -> None:
 
 def ids() -> dict[str, str]:
     """The ids of the surfaces above and of the built-in ones."""
-    found = {name: surface_id(canonical(example.surface())) for name, example in EXAMPLES.items()}
+    found = {
+        name: surface_id(canonical_content(example.surface())) for name, example in EXAMPLES.items()
+    }
     return found | {name: id_of(document) for name, document in ALL.items()}
 
 
@@ -275,41 +277,41 @@ def ids() -> dict[str, str]:
 )
 def test_what_is_no_content_is_damaged(content: bytes) -> None:
     with pytest.raises(DamagedObject):
-        restored(content, LIMITS)
+        restore_surface(content, LIMITS)
 
 
 def test_a_content_ends_where_it_ends() -> None:
-    content = canonical(find("saddle").surface())
+    content = canonical_content(find("saddle").surface())
     for end in range(len(content)):
         with pytest.raises(DamagedObject):
-            restored(content[:end], LIMITS)
+            restore_surface(content[:end], LIMITS)
     with pytest.raises(DamagedObject):
-        restored(content + b"\0", LIMITS)
+        restore_surface(content + b"\0", LIMITS)
 
 
 @settings(max_examples=200)
 @given(st.sampled_from([*ALL]), st.data())
 def test_damage_is_refused_or_another_surface(name: str, data: st.DataObject) -> None:
     """Never a fault that nobody foresaw; that the hash is wrong is seen by the store."""
-    content = bytearray(canonical(surface(ALL[name])))
+    content = bytearray(canonical_content(surface(ALL[name])))
     end = content.index(b"\n")
     for _ in range(data.draw(st.integers(1, 3))):
         content[data.draw(st.integers(0, end))] = data.draw(
             st.sampled_from(b'0123456789",:[]{}n-.')
         )
     try:
-        made = restored(bytes(content), LIMITS)
+        made = restore_surface(bytes(content), LIMITS)
     except (DamagedObject, InvalidRequest):
         return
-    assert surface_id(canonical(made))
+    assert surface_id(canonical_content(made))
 
 
 def test_a_large_surface_is_restored_from_its_bytes() -> None:
     """The arrays look into the content until the surface takes its copy."""
     net = np.random.default_rng(1).random((65, 65, 3))
-    content = canonical(BezierSurface(net))
+    content = canonical_content(BezierSurface(net))
     assert len(content) < net.nbytes + 200
-    again = restored(content, LIMITS)
+    again = restore_surface(content, LIMITS)
     assert isinstance(again, BezierSurface)
     np.testing.assert_array_equal(again.control_net, net)
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from service.errors import DamagedObject
 from service.storage.keys import key_of
 from service.storage.store import INLINE, SurfaceStore
-from tests.storage.places import KINDS, id_of, store_of
+from tests.storage.backends import KINDS, id_of, store_of
 
 pytestmark = pytest.mark.anyio
 CONTENT = b"bezier" * 100
@@ -27,7 +27,7 @@ DAMAGES: dict[str, Callable[[bytes], bytes]] = {
 
 
 async def damage(store: SurfaceStore, content: bytes, instead: bytes) -> None:
-    await obstore.put_async(store._place.objects, key_of(id_of(content)), instead)
+    await obstore.put_async(store._backend.objects, key_of(id_of(content)), instead)
 
 
 @pytest.mark.parametrize("kind", KINDS)

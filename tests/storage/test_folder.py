@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from service.errors import StoreFailed, StoreFull
+from service.storage.backends import STAGING
 from service.storage.keys import key_of
-from service.storage.places import STAGING
 from service.storage.store import SurfaceStore
-from tests.storage.places import file_of, files, id_of, store_of
+from tests.storage.backends import file_of, files, id_of, store_of
 
 pytestmark = pytest.mark.anyio
 ONE, TWO = b"one", b"two"
@@ -104,4 +104,4 @@ async def test_a_write_that_fails_leaves_nothing(
 async def test_a_folder_that_is_gone_does_not_answer(tmp_path: Path) -> None:
     store = store_of("folder", tmp_path)
     (tmp_path / "surfaces").rmdir()
-    assert not await store.answers()
+    assert not await store.is_ready()

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from service.storage.places import ABANDONED, STAGING
-from tests.storage.places import file_of, files, id_of, store_of
+from service.storage.backends import ABANDONED, STAGING
+from tests.storage.backends import file_of, files, id_of, store_of
 from tests.storage.storing import CONTENTS, contents
 
 pytestmark = pytest.mark.anyio
@@ -71,10 +71,10 @@ async def test_what_a_killed_process_left_is_no_object_and_goes_after_an_hour(
     left = tmp_path / STAGING / name
     left.write_bytes(b"half of a conte")
 
-    await store._place.sweep()
+    await store._backend.sweep()
     assert left.exists(), "another process may be writing it"
     before = time.time() - ABANDONED - 1
     os.utime(left, (before, before))
     assert stored(tmp_path) == set()
-    await store._place.sweep()
+    await store._backend.sweep()
     assert not left.exists()

@@ -28,9 +28,9 @@ async def test_every_operation_is_counted_by_its_end(tmp_path: Path) -> None:
     with pytest.raises(DamagedObject):
         await store.get(ID)
     assert await store.delete(ID)
-    assert await store.answers()
+    assert await store.is_ready()
     assert not await store.has("no id")
-    found = store.operations.so_far
+    found = store.operations.totals
     assert {key: done.count for key, done in found.items()} == {
         ("put", "done"): 2,
         ("put", "refused"): 1,

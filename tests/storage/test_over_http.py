@@ -7,7 +7,7 @@ import pytest
 from service.api.app import create_app
 from service.settings.values import Settings
 from tests.api.client import client_of
-from tests.storage.places import files
+from tests.storage.backends import files
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
 PATCH = {"surface": {"control_net": NET}}

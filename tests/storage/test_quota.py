@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from service.errors import StoreFailed, StoreFull
-from service.storage import usage
+from service.storage import quota as module
+from service.storage.quota import FRESH, STALE, Usage
 from service.storage.store import SurfaceStore
-from service.storage.usage import FRESH, STALE, Usage
-from tests.storage.places import KINDS, file_of, files, id_of, store_of
+from tests.storage.backends import KINDS, file_of, files, id_of, store_of
 
 pytestmark = pytest.mark.anyio
 TEN = [bytes([digit]) * 10 for digit in range(10)]
@@ -70,7 +70,7 @@ async def test_room_that_others_make_is_found(
         path.unlink()
     with pytest.raises(StoreFull):
         await put(store, TEN[2])  # counted a moment ago
-    monkeypatch.setattr(usage, "FRESH", -1)
+    monkeypatch.setattr(module, "FRESH", -1)
     assert await put(store, TEN[2])
 
 
@@ -95,7 +95,7 @@ class Elsewhere:
 
 
 async def take(usage: Usage, size: int) -> None:
-    async with usage.room(size):
+    async with usage.reserve(size):
         pass
 
 
@@ -145,7 +145,7 @@ async def test_what_is_stored_during_a_count_counts() -> None:
     usage = place.usage(100)
     await take(usage, 10)
     place.bytes = 10
-    counting = asyncio.create_task(usage.counted())
+    counting = asyncio.create_task(usage.recount())
     await asyncio.sleep(0)
     await asyncio.sleep(0)  # the listing is under way
     await take(usage, 60)
@@ -159,6 +159,6 @@ async def test_what_is_not_stored_gives_its_room_back() -> None:
     usage = Elsewhere().usage(100)
     for _ in range(3):
         with pytest.raises(ZeroDivisionError):
-            async with usage.room(100):
+            async with usage.reserve(100):
                 raise ZeroDivisionError
     await take(usage, 100)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from service.errors import UnknownSurface
 from service.storage.keys import key_of
 from service.storage.store import INLINE, SurfaceStore
-from tests.storage.places import KINDS, id_of, store_of
+from tests.storage.backends import KINDS, id_of, store_of
 
 pytestmark = pytest.mark.anyio
 CONTENTS = st.binary(max_size=2)

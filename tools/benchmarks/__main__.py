@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from service.settings.process import pin_blas
+from service.settings.runtime import pin_blas
 
 SECTIONS = ("evaluation", "methods", "encoders", "requests", "hostile")
 

@@ -33,7 +33,7 @@ from service.engine.bounds.second_derivatives import blocks_along, grid_bends
 from service.engine.build import build
 from service.engine.mesh.mesh import Mesh
 from service.engine.options import MeshOptions
-from service.settings.process import pin_blas
+from service.settings.runtime import pin_blas
 from service.surface.batches import TensorPatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface

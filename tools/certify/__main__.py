@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from multiprocessing import Pool, cpu_count
 from typing import Literal, TypeAlias
 
-from service.settings.process import pin_blas
+from service.settings.runtime import pin_blas
 from tools.certify import groups
 from tools.certify.groups import judge_group
 from tools.certify.judge import TOLERANCES, Case, Verdict, judge

@@ -9,7 +9,7 @@ from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
 from service.errors import SurfaceError
 from service.pipeline.mesh import render
-from service.storage.canonical import canonical
+from service.storage.canonical import canonical_content
 from service.surface.examples import EXAMPLES, find
 from tests.api.hostile_calls import CALLS
 from tests.api.hostile_files import FILES, NPY, OOGL, TEAPOT, net, saved
@@ -70,7 +70,7 @@ def files(media_type: str) -> Iterator[bytes]:
 def contents() -> Iterator[bytes]:
     """Contents of stored surfaces."""
     for name in EXAMPLES:
-        yield canonical(find(name).surface())
+        yield canonical_content(find(name).surface())
 
 
 def queries() -> Iterator[bytes]:

@@ -36,7 +36,7 @@ from service.schemas.surface_query import document_from_query
 from service.schemas.validation import parse_request, validate_document
 from service.server.run import make_server
 from service.settings.values import Settings
-from service.storage.canonical import canonical, restored
+from service.storage.canonical import canonical_content, restore_surface
 from tests.server.wire import Wire
 
 KEY = "sfk_" + "0123456789abcdef" * 4
@@ -77,8 +77,8 @@ def json(content: bytes) -> None:
 
 
 def _same_again(surface: Any) -> None:
-    content = canonical(surface)
-    if canonical(restored(content, LIMITS)) != content:
+    content = canonical_content(surface)
+    if canonical_content(restore_surface(content, LIMITS)) != content:
         raise AssertionError("a surface is not what it was when it was stored")
 
 
@@ -107,7 +107,7 @@ def query(content: bytes) -> None:
 
 def content(content: bytes) -> None:
     """What lies in the store."""
-    _same_again(restored(content, LIMITS))
+    _same_again(restore_surface(content, LIMITS))
 
 
 def header(content: bytes) -> None:

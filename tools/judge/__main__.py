@@ -14,7 +14,7 @@ from multiprocessing import Pool, cpu_count
 from typing import Any, NamedTuple
 
 from service.api.app import create_app
-from service.settings.process import pin_blas
+from service.settings.runtime import pin_blas
 from service.settings.values import Settings
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface

@@ -98,4 +98,4 @@ class SelfTest:
 
 def is_ready(state: State) -> bool:
     """Whether new requests are welcome, as far as is known without asking."""
-    return bool(state.ready and state.self_test.last and state.store.failing <= PATIENCE)
+    return bool(state.ready and state.self_test.last and state.store.seconds_failing <= PATIENCE)

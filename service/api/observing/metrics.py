@@ -184,13 +184,13 @@ def _workers(workers: Workers) -> Iterator[Metric]:
 
 def _store(store: SurfaceStore) -> Iterator[Metric]:
     about = "Whether the store answered when it was last asked."
-    yield _gauge("store_answering", about, not store.failing)
+    yield _gauge("store_answering", about, not store.seconds_failing)
     took = SummaryMetricFamily(
         "surface_store_operation_seconds",
         "What the store was asked to do, by the end it came to.",
         labels=("operation", "outcome"),
     )
-    for labels, done in store.operations.so_far.items():
+    for labels, done in store.operations.totals.items():
         took.add_metric(labels, done.count, done.seconds)
     yield took
     yield _gauge("store_bytes", "Bytes of stored surfaces, as last counted.", store.used)

@@ -33,7 +33,7 @@ from service.schemas.validation import parse_request
 from service.settings.values import Settings
 from service.stopping import OutOfTime
 from service.storage.failures import disk_full
-from service.storage.usage import no_room
+from service.storage.quota import quota_exceeded
 from service.surface.convert.nets import Allowed
 from service.surface.convert.operations import Split
 from service.surface.examples import find
@@ -108,7 +108,7 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         "OutOfTime": {"deadline": OutOfTime()},
         "StoreFailed": {"bucket": StoreFailed()},
         "Unavailable": {"deadline": OutOfTime(), "bucket": StoreFailed()},
-        "StoreFull": {"quota": no_room(left=3_000, growth=14_000), "disk": disk_full()},
+        "StoreFull": {"quota": quota_exceeded(left=3_000, growth=14_000), "disk": disk_full()},
         "InternalError": {"ours": problems.INTERNAL_ERROR},
     }
 

@@ -129,7 +129,7 @@ async def get_readiness(request: Request) -> Response:
     state = request.app.state
     if not state.ready:
         return json_response({"status": "draining"}, 503, _HEADERS)
-    computes, answers = await asyncio.gather(state.self_test.passes(), state.store.answers())
+    computes, answers = await asyncio.gather(state.self_test.passes(), state.store.is_ready())
     well = is_ready(state)
     content = {
         "status": "ready" if well else "unready",

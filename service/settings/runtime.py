@@ -1,4 +1,4 @@
-"""The process: what it is told before it computes anything, and how much memory it may take."""
+"""Set-up of the process: BLAS threads, the heap, the garbage collector, and its memory limit."""
 
 import ctypes
 import gc
@@ -13,54 +13,54 @@ from threadpoolctl import threadpool_limits
 
 from service.bases.cache import MESH_PLANS
 
-LEAST = 1 << 24
-"""Bytes below which the service answers hardly anything."""
+MIN_MEMORY = 1 << 24
+"""Bytes: with less memory the service can compute hardly any mesh."""
 
-PLANS = 256 << 20
-"""Bytes at most of the plans of meshes: enough for a dozen of a million vertices."""
+MAX_PLAN_BYTES = 256 << 20
+"""Bytes: the most that plans of meshes take, enough for 12 plans of 1,000,000 vertices."""
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
-"""Numbers of the parameters in glibc's `malloc.h`."""
+"""Numbers of parameters in glibc's `malloc.h`."""
 
-OWN_PAGES, KEPT = 1 << 22, 1 << 26
-"""Bytes from which a block of memory has pages of its own, which it gives back when it is freed;
-and bytes that are free and stay at the end of the heap."""
+MMAP_BYTES, FREE_BYTES = 1 << 22, 1 << 26
+"""Bytes. A block of `MMAP_BYTES` or more has pages of its own, which go back to the system when the
+block is freed. The heap may keep `FREE_BYTES` free bytes at its end."""
 
 
 def pin_blas() -> None:
     """Keeps BLAS on one thread for the rest of the process.
 
-    The matrices of a surface are small: more threads only wait for each other, and under load
-    the slowest requests take twenty times as long.
+    The matrices of a surface are small: several threads would only wait for each other, and under
+    load the slowest requests would take 20 times as long.
     """
     threadpool_limits(limits=1, user_api="blas")
 
 
 def share_heap() -> None:
-    """Makes all threads use one heap, and lets it keep up to `KEPT` bytes that are free at its end.
+    """Makes all threads use one heap, and lets it keep `FREE_BYTES` free bytes at its end.
 
-    With a heap for each thread, as glibc has it, 333 MB were resident after a few large meshes
-    where now 282 are. If every large block had pages of its own, the system would zero them for
-    each mesh anew, which takes up to twice as long as the mesh. Without glibc nothing is done.
+    With glibc's default, a heap for each thread, 333 MB stayed resident after a few large meshes;
+    with one heap, 282 MB. If every large block had pages of its own, the system would zero them
+    for each mesh, which takes up to twice as long as the mesh. Does nothing without glibc.
 
     References
     ----------
-    mallopt(3): the first two adjust themselves unless they are set.
+    mallopt(3): glibc adjusts the first two parameters itself unless a program sets them.
     """
     if platform.libc_ver()[0] == "glibc":
         libc = ctypes.CDLL(None)
-        libc.mallopt(M_MMAP_THRESHOLD, OWN_PAGES)
-        libc.mallopt(M_TRIM_THRESHOLD, KEPT)
+        libc.mallopt(M_MMAP_THRESHOLD, MMAP_BYTES)
+        libc.mallopt(M_TRIM_THRESHOLD, FREE_BYTES)
         libc.mallopt(M_ARENA_MAX, 1)
 
 
-def bound_plans(memory: int) -> None:
-    """Lets plans of meshes take 1/16 of this memory in bytes, and at most `PLANS`."""
-    MESH_PLANS.capacity = min(memory // 16, PLANS)
+def limit_plans(memory: int) -> None:
+    """Lets plans of meshes take 1/16 of `memory` (in bytes), and at most `MAX_PLAN_BYTES`."""
+    MESH_PLANS.capacity = min(memory // 16, MAX_PLAN_BYTES)
 
 
-def give_back() -> None:
-    """Hands whole pages that nothing lies on back to the system: of blocks below `OWN_PAGES`.
+def trim_heap() -> None:
+    """Gives free whole pages of the heap back to the system (blocks below `MMAP_BYTES`).
 
     References
     ----------
@@ -71,16 +71,17 @@ def give_back() -> None:
 
 
 def collect_rarely() -> None:
-    """Makes Python look seldom for objects that refer to each other and to which nothing else does.
+    """Makes Python look for reference cycles less often.
 
-    It does so at every 700 objects more: a document of 3 MB takes 2.5 times as long to parse.
+    By default it looks after every 700 new objects: a document of 3 MB then takes 2.5 times as
+    long to parse.
     """
     gc.set_threshold(50_000, 20, 100)
 
 
 @contextmanager
-def collection_paused() -> Iterator[None]:
-    """Python does not look for them: a document that is parsed has none."""
+def pause_collection() -> Iterator[None]:
+    """Switches the garbage collector off: parsing a document makes no reference cycles."""
     was_enabled = gc.isenabled()
     gc.disable()
     try:
@@ -99,11 +100,11 @@ def half_of_memory(root: Path = Path("/")) -> int:
     memory.limit_in_bytes.
     """
     machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    return max(LEAST, min([machine, *_limits(root)]) // 2)
+    return max(MIN_MEMORY, min([machine, *_limits(root)]) // 2)
 
 
 def _limits(root: Path) -> Iterator[int]:
-    """Limits of the control groups of this process, and of those that these are in."""
+    """Memory limits, in bytes, of the control groups of this process and of their parents."""
     try:
         lines = (root / "proc/self/cgroup").read_text(encoding="ascii").splitlines()
     except (OSError, UnicodeError):
@@ -117,7 +118,7 @@ def _limits(root: Path) -> Iterator[int]:
             place, name = groups / "memory", "memory.limit_in_bytes"
         else:
             continue
-        # Within a container the path may be the host's, and the limit lie at the top.
+        # Inside a container the path may be the host's; then the limit is at the top.
         own = PurePosixPath(path.lstrip("/"))
         for group in (own, *own.parents):
             try:

@@ -1,4 +1,4 @@
-"""Two kinds of places: a bucket, in memory or far away, and a folder of this machine."""
+"""Two backends: a bucket (in memory or remote), and a folder of this machine."""
 
 import errno
 import os
@@ -18,46 +18,46 @@ if TYPE_CHECKING:
     from obstore.store import ObjectStore
 
 STAGING = "staging"
-"""Folder of what is being written."""
+"""Folder of files that are being written."""
 
 ABANDONED = 3600.0
-"""Seconds after which nobody is writing a file any more."""
+"""Seconds after which a file in `staging/` counts as left behind by a killed process."""
 
 
 @dataclass(frozen=True)
 class Bucket:
-    """A place that stores an object as a whole or not at all."""
+    """A backend that stores an object as a whole or not at all."""
 
     objects: "ObjectStore"
 
     async def write(self, key: str, content: bytes) -> None:
-        """Stores an object, instead of one that may be there; it lasts once this returns."""
+        """Stores an object or replaces it; once this returns, a crash does not lose it."""
         await obstore.put_async(self.objects, key, content, use_multipart=False)
 
     async def sweep(self) -> None:
-        """Removes what killed processes left behind: here, nothing."""
+        """Removes files that killed processes left behind; a bucket has none."""
 
     async def touch(self) -> None:
-        """Returns if the place answers: one listing of at most 256 prefixes."""
+        """Returns if the bucket responds: one listing of at most 256 prefixes."""
         await obstore.list_with_delimiter_async(self.objects, SURFACES)
 
 
 @dataclass(frozen=True)
 class Folder(Bucket):
-    """A folder. Whatever is visible in it under `surfaces/` is whole and on the disk.
+    """A folder. Every file below its `surfaces/` is complete and on the disk.
 
-    An object is written to a file in `staging/`, forced to the disk, and renamed; then the folders
-    that name it are forced to the disk too. Whenever the process is killed or the power fails, the
-    name is not there or leads to all of the content. obstore writes no file that lasts: it leaves
-    to the system when bytes reach the disk.
+    To store an object, the service writes a file in `staging/`, forces it to the disk, renames it,
+    and forces the folders that name it to the disk. Whenever the process is killed or the power
+    fails, the name is missing or leads to the whole content. (obstore alone does not call fsync:
+    the system would decide when bytes reach the disk.)
     """
 
     root: Path
-    asking: CapacityLimiter
-    """One thread at a time asks whether the folder answers, should it hang in the kernel."""
+    touch_limiter: CapacityLimiter
+    """Lets one thread at a time look at the folder: if that hangs in the kernel, no more do."""
 
     async def write(self, key: str, content: bytes) -> None:
-        """Stores an object, instead of one that may be there; it lasts once this returns."""
+        """Stores an object or replaces it; once this returns, a crash does not lose it."""
         name = f"{STAGING}/{uuid.uuid4().hex}"
         staged, final = self.root / name, self.root / key
         try:
@@ -70,21 +70,21 @@ class Folder(Bucket):
         await to_thread.run_sync(_sync, final.parent, final.parent.parent)
 
     async def sweep(self) -> None:
-        """Removes files that killed processes left half written.
+        """Removes unfinished files of killed processes.
 
-        Others may be writing to the same folder: only files that are an hour old go.
+        Other processes may be writing to the folder: files younger than an hour stay.
         """
         await to_thread.run_sync(_sweep, self.root / STAGING)
 
     async def touch(self) -> None:
         """Returns if the folder is there."""
         await to_thread.run_sync(
-            os.stat, self.root / SURFACES, abandon_on_cancel=True, limiter=self.asking
+            os.stat, self.root / SURFACES, abandon_on_cancel=True, limiter=self.touch_limiter
         )
 
 
 def make_folder(path: Path) -> None:
-    """Makes a folder, and those it lies in, where there is none; their names last."""
+    """Makes a folder and its missing parents, and forces their names to the disk."""
     if not path.is_dir():
         make_folder(path.parent)
         path.mkdir(exist_ok=True)
@@ -98,7 +98,7 @@ def _sync(*paths: Path) -> None:
         try:
             os.fsync(file)
         except OSError as error:
-            # Some file systems of other machines cannot do this for folders, and need not.
+            # Some network file systems cannot do this for folders, and need not.
             if not path.is_dir() or error.errno not in (errno.EINVAL, errno.ENOTSUP):
                 raise
         finally:

@@ -1,4 +1,4 @@
-"""How many bytes are kept, and whether there is room for more."""
+"""The quota of a store: counts its bytes, and refuses objects that do not fit."""
 
 import asyncio
 import logging
@@ -9,65 +9,65 @@ from contextlib import asynccontextmanager
 from service.errors import Issue, StoreFull, SurfaceError
 
 FRESH = 30.0
-"""Seconds for which a count is good enough to refuse by."""
+"""Seconds for which a count is recent enough to refuse an object."""
 
 STALE = 600.0
-"""Seconds after which a count is made anew, while the old one serves."""
+"""Seconds after which a new count starts in the background; until it ends the old one is used."""
 
 _log = logging.getLogger(__name__)
 
 
 class Usage:
-    """Bytes in use under a quota.
+    """Counts the bytes in use under a quota.
 
-    All objects are counted once, by a listing; after that, what this process stores and deletes is
-    added and subtracted. Others may write to the same store: what they do shows at the next count,
-    which is made every ten minutes, and before anything is refused. Between two counts the
-    processes together may exceed the quota by what they stored in the meantime.
+    A listing counts all objects once; after that, this process adds what it stores and subtracts
+    what it deletes. Changes by other processes appear at the next count: every 10 minutes, and
+    before a refusal. Between two counts all processes together may exceed the quota by what they
+    stored meanwhile.
 
     Parameters
     ----------
     quota : int
-        Bytes that may be in use; 0 sets no limit, and nothing is counted.
-    listed : callable
-        Bytes in use as the store itself lists them.
+        Most bytes that may be in use; 0 sets no limit, and then nothing is counted.
+    list_bytes : callable
+        Returns the bytes in use, by a listing of the store.
     """
 
     def __init__(
         self,
         quota: int,
-        listed: Callable[[], Awaitable[int]],
+        list_bytes: Callable[[], Awaitable[int]],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._quota = quota
-        self._listed = listed
+        self._list_bytes = list_bytes
         self._clock = clock
         self._used = 0
         self._reserved = 0
-        self._since = 0  # what was added since the count under way began
+        self._since = 0  # bytes added since the current count began
         self._counted_at: float | None = None
         self._counting: asyncio.Task[None] | None = None
 
     @property
-    def known(self) -> int | None:
-        """Bytes in use as far as is known; None before the first count, or without a quota."""
+    def used(self) -> int | None:
+        """Bytes in use, as last counted; None before the first count, or without a quota."""
         return None if self._counted_at is None else self._used
 
-    async def counted(self) -> None:
-        """Counts anew, or waits for the count that is under way; without a quota, neither."""
+    async def recount(self) -> None:
+        """Counts again, or waits for the count that is running; does nothing without a quota."""
         if self._quota:
             await asyncio.shield(self._count_anew())
 
     @asynccontextmanager
-    async def room(self, growth: int) -> AsyncIterator[None]:
-        """Keeps room for so many more bytes; if the block succeeds, they are in use.
+    async def reserve(self, growth: int) -> AsyncIterator[None]:
+        """Reserves `growth` bytes; if the `with` block succeeds, they count as used.
 
         Raises
         ------
         StoreFull
             Before the block is entered.
         """
-        await self._find(growth)
+        await self._check_room(growth)
         self._reserved += growth  # no other task has run since there was room
         try:
             yield
@@ -76,23 +76,23 @@ class Usage:
         self.add(growth)
 
     def add(self, growth: int) -> None:
-        """So many more bytes are in use, or fewer.
+        """Adds `growth` bytes to those in use; negative where an object was deleted.
 
-        What is deleted while a count is under way may or may not be in it: it stays in until the
-        next one, which errs on the side of the quota.
+        A running count may or may not include an object that is deleted meanwhile: it is counted
+        until the next count, so the total is rather too high than too low.
         """
         self._used = max(0, self._used + growth)
         self._since += max(0, growth)
 
-    async def _find(self, growth: int) -> None:
+    async def _check_room(self, growth: int) -> None:
         if not self._quota or not growth:
             return
         if self._counted_at is None:
-            await self.counted()
+            await self.recount()
         if growth > self._left and growth <= self._quota and self._age > FRESH:
-            await self.counted()
+            await self.recount()
         if growth > self._left:
-            raise no_room(self._left, growth)
+            raise quota_exceeded(self._left, growth)
         if self._age > STALE:
             self._count_anew().add_done_callback(_log_failure)
 
@@ -105,7 +105,7 @@ class Usage:
         return float("inf") if self._counted_at is None else self._clock() - self._counted_at
 
     def _count_anew(self) -> asyncio.Task[None]:
-        """The count that is under way; one at a time."""
+        """The running count; one at a time."""
         if self._counting is None or self._counting.done():
             self._counting = asyncio.create_task(self._count())
         return self._counting
@@ -113,19 +113,19 @@ class Usage:
     async def _count(self) -> None:
         self._since = 0
         began = self._clock()
-        listed = await self._listed()
+        listed = await self._list_bytes()
         self._used = listed + self._since
         self._counted_at = began
 
 
-def no_room(left: int, growth: int) -> StoreFull:
-    """The quota leaves so many bytes, and a surface takes more."""
-    text = "The service may not keep so much more."
+def quota_exceeded(left: int, growth: int) -> StoreFull:
+    """The error of a quota with `left` free bytes where a surface takes `growth`."""
+    text = "The surface does not fit into the quota of the store."
     got, needed = f"{growth} bytes", f"at most {max(0, left)} bytes"
     return StoreFull(Issue("store_full", text, got=got, needed=needed))
 
 
 def _log_failure(counting: asyncio.Task[None]) -> None:
-    """A count that nobody waits for has failed; why is in the log already."""
+    """Logs that a background count failed; `translate_errors` has logged why."""
     if not counting.cancelled() and isinstance(counting.exception(), SurfaceError):
         _log.warning("surfaces in store could not be counted; the old count serves")
