@@ -460,7 +460,9 @@ def raised() -> set[str]:
             else:
                 continue
             choices = [code.body, code.orelse] if isinstance(code, ast.IfExp) else [code]
-            found |= {str(c.value) for c in choices if isinstance(c, ast.Constant)}
+            # The first argument of another `_refusal` is a pointer.
+            words = {str(c.value) for c in choices if isinstance(c, ast.Constant)}
+            found |= {word for word in words if not word.startswith("/")}
     return found
 
 
