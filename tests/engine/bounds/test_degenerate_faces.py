@@ -5,16 +5,22 @@ from itertools import product
 import numpy as np
 import pytest
 
-from service.engine.bounds.degenerate_faces import _loses
+from service.engine.bounds.degenerate_faces import missing_triangles, rim_triangles
 from service.engine.mesh.connect import connect
 from service.engine.mesh.layout import FINE, Layout
-from service.engine.mesh.patterns import Shape, TriangleShape
+from service.engine.mesh.patterns import AnyShape, Shape, TriangleShape, merged_samples
 from service.engine.options import Faces
 from tests.engine.bounds.test_mesh_deviation import check
 from tests.engine.meshing import mesh_of
 from tests.strategies import Array, model_of
 
 COLLAPSED = list(product((False, True), repeat=4))
+
+
+def _loses(shape: AnyShape, faces: Faces) -> bool:
+    """Whether sides that are one point leave something out of a patch of this shape."""
+    rim = rim_triangles(shape, merged_samples(shape)[np.newaxis].astype(np.intp), faces)
+    return bool(missing_triangles(*rim).any())
 
 
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
