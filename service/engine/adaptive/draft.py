@@ -16,6 +16,7 @@ from service.engine.adaptive.cutting.cells import divided
 from service.engine.adaptive.cutting.task import Task
 from service.engine.adaptive.polygons.outlines import Outline, outlined
 from service.engine.adaptive.polygons.triangles import (
+    INDEX,
     Rows,
     among,
     crossed,
@@ -281,14 +282,14 @@ class Draft:
         self.leaf = _more(self.leaf, rows.leaf)
         self.segment = _more(self.segment, rows.segment)
         self.base = _more(self.base, np.where(rows.base < 0, -1, rows.base + begin))
-        fresh = self.vertex[rows.corners]
+        fresh = self.vertex[rows.corners].astype(INDEX)
         del rows
         a, b, c = fresh.T
         lost = (a == b) | (b == c) | (c == a)
         self.vertices = _more(self.vertices, fresh)
         self.vanished = np.concatenate([self.vanished, lost])
         self.host = _more(self.host, np.where(lost, -1, begin + np.arange(count)))
-        none = np.full((count, 3), -1)
+        none = np.full((count, 3), -1, dtype=INDEX)
         self.beside, self.across = _more(self.beside, none), _more(self.across, none.copy())
         del fresh, none
         self.alive = np.concatenate([self.alive & ~dead, np.ones(count, dtype=bool)])

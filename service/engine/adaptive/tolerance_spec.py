@@ -36,6 +36,7 @@ class Camera:
         # NaN is within no bounds.
         if not all(abs(x) <= MAX_COORDINATE for x in self.position):
             raise _refusal(
+                "out_of_range",
                 "/camera/position",
                 "The camera stands at a point of the model's space.",
                 "a coordinate beyond it",
@@ -43,6 +44,7 @@ class Camera:
             )
         if not 0 < self.field_of_view < pi:
             raise _refusal(
+                "out_of_range",
                 "/camera/field_of_view",
                 "The field of view is the angle between its upper and its lower border.",
                 f"{self.field_of_view:.6g}",
@@ -50,6 +52,7 @@ class Camera:
             )
         if self.height < 1:
             raise _refusal(
+                "out_of_range",
                 "/camera/height",
                 "The height of the picture is counted in pixels.",
                 str(self.height),
@@ -102,31 +105,31 @@ class Accuracy:
             for name in names:
                 value = getattr(self, name)
                 if value is not None and not 0 < value <= most:
-                    raise _refusal(f"/{name}", message, f"{value:.6g}", needed)
+                    raise _refusal("out_of_range", f"/{name}", message, f"{value:.6g}", needed)
         if self.tolerance is not None and self.relative_tolerance is not None:
             raise _refusal(
+                "conflicting_options",
                 "/relative_tolerance",
                 "The tolerance is given in model units, or relative to the model's size.",
                 "both",
                 "one of the two",
-                "conflicting_options",
             )
         # An angle alone bounds no distance.
         if self.two_sided and not self._states(*TOLERANCES, *BUDGETS):
             raise _refusal(
+                "missing_field",
                 "/tolerance",
                 "The distance from the mesh to the surface is bounded beside the other one.",
                 "two_sided alone",
                 "a tolerance or a budget as well",
-                "missing_field",
             )
         if (self.camera is None) != (self.pixel_tolerance is None):
             raise _refusal(
+                "missing_field",
                 "/camera" if self.camera is None else "/pixel_tolerance",
                 "A camera tells what is seen, and a tolerance how much of it matters.",
                 "nothing",
                 "both of camera and pixel_tolerance, or neither",
-                "missing_field",
             )
 
     def _states(self, *names: str) -> bool:
@@ -144,7 +147,5 @@ class Accuracy:
         return f"/{next((name for name in STATED if self._states(name)), 'tolerance')}"
 
 
-def _refusal(
-    where: str, message: str, got: str, needed: str, code: str = "out_of_range"
-) -> InvalidRequest:
+def _refusal(code: str, where: str, message: str, got: str, needed: str) -> InvalidRequest:
     return InvalidRequest(Issue(code, message, where, got, needed))

@@ -3,11 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.boxes import Leaves
 from service.engine.adaptive.polygons.fans import cut
 from service.engine.adaptive.polygons.outlines import Outline
+
+INDEX: DTypeLike = np.int32
+"""Of what is kept for each edge of triangles, of which there are fewer than 2^31."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -153,8 +157,8 @@ def _places(known: Ints, others: Ints) -> tuple[Ints, Ints]:
 def pairs(vertex: Ints) -> Ints:
     """Numbers of the edges of triangles (T, 3), the same in both directions: (3 T,)."""
     other = vertex[:, [1, 2, 0]]
-    found: Ints = np.minimum(vertex, other)
-    found *= vertex.max(initial=0) + 1
+    found: Ints = np.minimum(vertex, other, dtype=np.intp)
+    found *= int(vertex.max(initial=0)) + 1
     found += np.maximum(vertex, other, out=other)
     return found.ravel()
 
@@ -211,7 +215,7 @@ def neighbours(vertex: Ints, kept: Bools, face: Ints) -> tuple[Ints, Ints, Ints]
         crowd[third + step] = True
     sides = sides[crowd]
     del owner, mine, two
-    beside, across = np.full((2, vertex.size), -1)
+    beside, across = np.full((2, vertex.size), -1, dtype=INDEX)
     for own, theirs in ((one, other), (other, one)):
         triangle, edge = np.divmod(theirs, 3)
         beside[own] = triangle
