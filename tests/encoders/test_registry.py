@@ -2,9 +2,13 @@
 
 import gc
 from dataclasses import replace
+from importlib import import_module
+from inspect import signature
+from pkgutil import iter_modules
 
 import pytest
 
+import service.encoders
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions
@@ -15,6 +19,15 @@ from service.surface.examples import find
 from tests.meshes import carrying, silo, with_overlays, without_faces
 
 each_format = pytest.mark.parametrize("known", FORMATS, ids=lambda known: known.name)
+
+
+def test_every_module_that_writes_a_format_is_in_the_registry() -> None:
+    bounds = {known.byte_bound for known in FORMATS}
+    for found in iter_modules(service.encoders.__path__, "service.encoders."):
+        module = import_module(found.name)
+        bound = getattr(module, "byte_bound", None)
+        if bound and "size" in signature(bound).parameters:
+            assert bound in bounds, f"service/encoders/registry.py lacks {found.name}"
 
 
 def test_media_types_tell_formats_apart_and_have_no_parameters() -> None:

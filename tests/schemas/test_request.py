@@ -11,6 +11,7 @@ from service.encoders import format as formats
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
 from service.schemas import options
+from service.schemas.accuracy import ACCURACY
 from service.schemas.document import DocumentLimits
 from service.schemas.options import MeshOptionFields
 from service.schemas.request import MeshRequest
@@ -37,6 +38,15 @@ def test_a_net_alone_is_a_bezier_surface_with_all_defaults() -> None:
     assert (surface.weights, surface.up, surface.name) == (None, "y", "surface")
     assert request.mesh_options() == MeshOptions()
     assert request.oogl is None
+
+
+def test_every_option_can_be_said_and_is_read() -> None:
+    said = MeshOptionFields.model_fields.keys()
+    engine = {field.name for field in fields(MeshOptions) if field.init}
+    read = engine | {field.name for field in fields(formats.EncodeOptions)} | ACCURACY
+    assert said <= read, f"service/engine/options.py lacks {said - read}"
+    unsaid = engine - said - {"accuracy", "surface"}
+    assert not unsaid, f"service/schemas/options.py lacks {unsaid}"
 
 
 def test_every_field_of_a_bezier_surface_arrives() -> None:

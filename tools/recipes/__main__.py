@@ -1,0 +1,100 @@
+"""Follows every recipe with a toy, and forgets each of its steps in turn.
+
+    python -m tools.recipes [NAME …]
+
+A recipe holds if it touches no more files than it may, generated ones aside, if the tests pass when
+all steps are done, and if a test fails and names the file when one step is forgotten.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+
+from tests.programs import NODE_MODULES, program
+from tools.processes import ROOT
+from tools.recipes.toys import RECIPES, Recipe, Step
+
+GENERATED = (
+    "{python} -m service openapi --all > openapi.json && mv openapi.json openapi/",
+    "{node} tests/web/types.js > types.d.ts && mv types.d.ts openapi/surface-service.d.ts",
+    "{python} -m tools.pages",
+)
+"""What `make generated` runs."""
+
+COMMON = ("tests/test_openapi.py", "tests/tools/test_pages.py", "tests/test_house.py")
+"""Tests that judge every recipe, beside its own."""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(RECIPES))
+    chosen = parser.parse_args().names or list(RECIPES)
+    faults = [fault for name in chosen for fault in follow(name, RECIPES[name])]
+    sys.exit("\n".join(faults) or 0)
+
+
+def follow(name: str, recipe: Recipe) -> Iterable[str]:
+    """What is wrong with a recipe; prints a line for each trial."""
+    count = len({step.path for step in recipe.steps})
+    print(f"{name}: {count} files of at most {recipe.most}", flush=True)
+    if count > recipe.most:
+        yield f"{name}: touches {count} files, at most {recipe.most} are wanted"
+    failed = trial(recipe, recipe.steps)
+    print(f"  all steps: {'passes' if not failed else 'FAILS'}", flush=True)
+    if failed:
+        yield f"{name}: fails with all its steps\n{failed[-3000:]}"
+    for step in recipe.steps:
+        if step.path.startswith("tests/"):
+            continue
+        failed = trial(recipe, [other for other in recipe.steps if other is not step])
+        words = {step.path, Path(step.path).stem, ".".join(Path(step.path).with_suffix("").parts)}
+        is_named = any(re.search(rf"\b{re.escape(word)}\b", failed) for word in words)
+        verdict = "a test names it" if is_named else "NOT NAMED" if failed else "PASSES"
+        print(f"  without {step.path}: {verdict}", flush=True)
+        if not is_named:
+            yield f"{name}: without {step.path}: {verdict}\n{failed[-1500:]}"
+
+
+def trial(recipe: Recipe, steps: Iterable[Step]) -> str:
+    """The output of the tests in a copy where these steps were done; empty if all pass."""
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder)
+        listed = _run(ROOT, "git ls-files --cached --others --exclude-standard")
+        for path in listed.stdout.split():
+            if (ROOT / path).is_file():
+                (copy / path).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy2(ROOT / path, copy / path)
+        for step in steps:
+            step.do(copy)
+        (copy / "tests/web/node_modules").symlink_to(NODE_MODULES)
+        for command in GENERATED:
+            done = _run(copy, command.format(python=sys.executable, node=program("node")))
+            if done.returncode:
+                return done.stdout
+        tests = [test for test in (*COMMON, *recipe.tests) if (copy / test).exists()]
+        pytest = f"{sys.executable} -m pytest -q --maxfail=3 --no-header -p no:cacheprovider"
+        done = _run(copy, f"{pytest} {' '.join(tests)}")
+        return done.stdout if done.returncode else ""
+
+
+def _run(copy: Path, command: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        command,
+        shell=True,
+        cwd=copy,
+        env=os.environ | {"PYTHONPATH": str(copy)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+
+
+if __name__ == "__main__":
+    main()

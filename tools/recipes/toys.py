@@ -1,0 +1,166 @@
+"""A toy for every recipe of CONTRIBUTING.md: the steps that a newcomer would do."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+
+@dataclass(frozen=True)
+class Step:
+    """A new file of this text; or texts put behind the first place where another text stands.
+
+    `path` is relative to the checkout.
+    """
+
+    path: str
+    text: str = ""
+    behind: tuple[tuple[str, str], ...] = ()
+
+    def do(self, checkout: Path) -> None:
+        """Does the step in a checkout."""
+        file = checkout / self.path
+        text = file.read_text(encoding="utf-8") if self.behind else self.text
+        for place, added in self.behind:
+            before, found, after = text.partition(place)
+            assert found, f"{self.path}: {place!r} is not there"
+            text = before + found + added + after
+        file.write_text(text, encoding="utf-8")
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Steps, how many files they may touch, and the tests that judge beside the common ones."""
+
+    most: int
+    steps: tuple[Step, ...]
+    tests: tuple[str, ...]
+
+
+FORMAT = Recipe(
+    most=3,
+    steps=(
+        Step(
+            "service/encoders/xyz.py",
+            '''"""Points alone, a line each: x y z."""
+
+from service.encoders.format import EncodeOptions, MeshSize
+from service.engine.mesh.mesh import Mesh
+
+
+def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
+    """The file."""
+    return "".join(f"{x!r} {y!r} {z!r}\\n" for x, y, z in mesh.positions.tolist()).encode()
+
+
+def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
+    """Bytes at most."""
+    return size.vertices * 3 * 25
+''',
+        ),
+        Step(
+            "service/encoders/registry.py",
+            behind=(
+                ("json_mesh, obj, off, oogl, ply, stl", ", xyz"),
+                (
+                    """        byte_bound=off.byte_bound,
+        carries=frozenset({"colors"}),
+    ),
+""",
+                    """    Format(
+        name="xyz",
+        title="Points, a line each",
+        media_type="text/x-xyz",
+        suffix="xyz",
+        single=False,
+        quads=True,
+        overlays=False,
+        encode=xyz.encode,
+        byte_bound=xyz.byte_bound,
+    ),
+""",
+                ),
+            ),
+        ),
+        Step(
+            "tests/encoders/test_xyz.py",
+            """from service.encoders import xyz
+from service.encoders.format import EncodeOptions
+from tests.meshes import silo
+
+
+def test_a_line_for_every_vertex() -> None:
+    mesh = silo()
+    assert xyz.encode(mesh, EncodeOptions()).count(b"\\n") == len(mesh.positions)
+""",
+        ),
+    ),
+    tests=(
+        "tests/encoders/test_registry.py",
+        "tests/encoders/test_every_form.py",
+        "tests/encoders/test_xyz.py",
+        "tests/pipeline/test_compact.py",
+        "tests/pipeline/test_estimate.py",
+        "tests/api/test_negotiation.py",
+        "tests/cli/test_main.py",
+    ),
+)
+
+OPTION = Recipe(
+    most=4,
+    steps=(
+        Step(
+            "service/engine/options.py",
+            behind=(("    curvatures: bool = False\n", "    inside_out: bool = False\n"),),
+        ),
+        Step(
+            "service/schemas/options.py",
+            behind=(
+                (
+                    '    """The options of a mesh. All may be left out."""\n',
+                    """
+    inside_out: bool = Field(
+        default=_DEFAULTS.inside_out,
+        description="Whether faces are seen from behind.",
+        examples=[True],
+    )
+""",
+                ),
+            ),
+        ),
+        Step(
+            "service/engine/tessellate.py",
+            behind=(
+                (
+                    "    rows = fill(rows, plan)\n",
+                    """    if options.inside_out:
+        plan = replace(plan, triangles=plan.triangles[:, ::-1])
+""",
+                ),
+            ),
+        ),
+        Step(
+            "tests/engine/test_inside_out.py",
+            """import numpy as np
+
+from service.engine.options import MeshOptions
+from service.engine.tessellate import tessellate
+from tests.examples import patches_of
+
+
+def test_tessellate_turns_faces() -> None:
+    model = patches_of("saddle")
+    plain, turned = (tessellate(model, MeshOptions(inside_out=b)) for b in (False, True))
+    assert np.array_equal(plain.triangles[:, ::-1], turned.triangles)
+""",
+        ),
+    ),
+    tests=(
+        "tests/engine/test_inside_out.py",
+        "tests/schemas",
+        "tests/cli/test_main.py",
+        "tests/api/test_mesh.py",
+    ),
+)
+
+RECIPES: Mapping[str, Recipe] = MappingProxyType({"format": FORMAT, "option": OPTION})
