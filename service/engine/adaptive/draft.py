@@ -31,7 +31,11 @@ from service.engine.adaptive.triangulation import Triangulation
 Store = Callable[[FloatArray], FloatArray]
 
 CROWD = 64
-"""A leaf with more corners is cut, whatever its triangles are like."""
+"""A leaf with more corners is cut, whatever its triangles are like;"""
+
+MANY, BENT = 7, 4
+"""one with so many, if one of its sides is so many times further from its chord than is allowed, as
+at the rim of a disc. Its triangles would be narrow, and the surface over them beside them."""
 
 OVERHEAD = 4000
 """What it takes to make triangles of a leaf, in multiplications, about."""
@@ -106,7 +110,7 @@ class Draft:
             self.task.budget.spend(OVERHEAD * len(some))
             outline = outlined(self.task.faces, self.border, some.cells, self.halvings)
             size = np.diff(outline.start)
-            crowd = (size[: len(fresh) + len(near)] > CROWD).nonzero()[0]
+            crowd = self._crowded(size[: len(fresh) + len(near)], some)
             if not len(crowd):
                 break
             along_v = _crowded_along_v(outline, some.cells, crowd)
@@ -119,6 +123,24 @@ class Draft:
         # What is beside triangles takes memory of its own.
         del outline, some, parts, fresh
         self._add(*found.pop())
+
+    def _crowded(self, size: Ints, leaves: Leaves) -> Ints:
+        """Leaves with too many corners, of the first ones, whose numbers of corners are known."""
+        many = (size >= MANY).nonzero()[0]
+        if not len(many):
+            return many
+        # Corners, each with the middle of the side after it.
+        u0, u1, v0, v1 = leaves.cells.box[:, many]
+        u, v = (u0 + u1) // 2, (v0 + v1) // 2
+        us, vs = np.array([u0, u, u1, u1, u1, u, u0, u0]), np.array([v0, v0, v0, v, v1, v1, v1, v])
+        face = np.tile(leaves.cells.face[many], 8)
+        at = self.task.positions(face, us.ravel(), vs.ravel()).reshape(8, -1, 3)
+        away, along = at[1::2] - at[::2], at[[2, 4, 6, 0]] - at[::2]
+        square = np.maximum((along * along).sum(axis=2), np.finfo(float).tiny)
+        away -= ((away * along).sum(axis=2) / square)[..., np.newaxis] * along
+        stray = np.sqrt((away * away).sum(axis=2)).max(axis=0)
+        crowd: Ints = many[(stray > BENT * leaves.form[6, many]) | (size[many] > CROWD)]
+        return crowd
 
     def _around(self, cut: Ints, flat: Ints) -> tuple[Ints, Ints]:
         """Leaves that may change with those that are cut, and those that tell how they look."""

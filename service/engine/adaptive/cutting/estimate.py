@@ -124,19 +124,26 @@ def judged(nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | Non
             bends[:, chosen] = sagging(
                 net[..., above], normals[..., above], bare[above], goal.two_sided
             )
-    skew = -dot(steps[0] + steps[2], normal)
-    along = (steps[:2] - steps[2:4]) * 0.5
-    form = np.empty((7, len(fails)))
-    form[:2], form[2] = dots(along[0], along), dot(along[1], along[1])
-    form[3], form[4], form[5], form[6] = -signed[4], skew * 0.125, -signed[5], allowed
-    lengths = np.sqrt(form[:3:2])
-    v_first = across_v(bends, lengths, skew, allowed)
+    form = form_of(steps, normal, -signed[4:], allowed)
+    v_first = across_v(bends, np.sqrt(form[:3:2]), form[4] * 8.0, allowed)
     if scale is not None:
         turn = turning(at, goal.angle, scale, nets)
         here = turn.exceeds & ~fails
         fails |= here
         v_first = np.where(here, turn.along_v, v_first)
     return Verdict(fails, v_first, is_rising, form)
+
+
+def form_of(
+    steps: FloatArray, normal: Vectors, bends: FloatArray, allowed: FloatArray
+) -> FloatArray:
+    """`Verdict.form` of cells with such `STEPS`, normals, and bends (2, m) along u and v."""
+    along = (steps[:2] - steps[2:4]) * 0.5
+    form = np.empty((7, len(allowed)))
+    form[:2], form[2] = dots(along[0], along), dot(along[1], along[1])
+    form[3], form[4], form[5] = bends[0], dot(steps[0] + steps[2], normal) * -0.125, bends[1]
+    form[6] = allowed
+    return form
 
 
 def across_v(

@@ -15,8 +15,10 @@ from service.engine.adaptive.cutting.boxes import Cells, Leaves
 from service.engine.adaptive.cutting.estimate import (
     NEARLY,
     Planes,
+    Verdict,
     across_v,
     allowed_at,
+    form_of,
     remainder,
     sagging,
     two_planes,
@@ -31,6 +33,12 @@ from service.engine.bounds.vectors import Vectors, dot, dots, length
 BLOCK = 1 << 14
 """Spans that are looked at together, about."""
 
+AHEAD = 1 << 8
+"""Spans up to which cells, their halves, halves of these, … are looked at in one step."""
+
+FEW = [0, 4]
+"""Of nine points, those that tell whether a cell of many spans is far from flat."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Pieces:
@@ -42,12 +50,8 @@ class _Pieces:
         The cells, and the pieces as cells of one span.
     cell : ndarray of int, shape (N,)
         The cell of each piece.
-    start, end : ndarray of int, shape (m,)
-        The first and the last piece of each cell.
-    width : ndarray of int, shape (m,)
-        How many pieces each cell has along v.
-    first, last : ndarray of int, shape (2, N)
-        The piece at the beginning and at the end of the same line of pieces along u, along v.
+    start, end, width : ndarray of int, shape (m,)
+        The first and the last piece of each cell, and how many it has along v.
     """
 
     whole: Cells
@@ -56,45 +60,22 @@ class _Pieces:
     start: Ints
     end: Ints
     width: Ints
-    first: Ints
-    last: Ints
 
     def worst(self, values: FloatArray) -> FloatArray:
         """The greatest of the values (…, N) in every cell, (…, m)."""
         greatest: FloatArray = np.maximum.reduceat(values, self.start, axis=-1)
         return greatest
 
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Look:
-    """What cells of several spans look like.
-
-    Attributes
-    ----------
-    pieces : _Pieces
-    about : ndarray of float64, shape (3, N)
-        What the nets of the pieces are about, seen from the first patch of the face.
-    points : ndarray of float64, shape (3, 3, 3, N)
-        Points of each piece at the beginning, in the middle and at the end along u and v.
-    x, y : ndarray of float64, shape (3, N)
-        Where they are in the cell, 0 … 1.
-    corner : ndarray of float64, shape (4, 3, m)
-        Corners of the cells, in the order (0, 0), (1, 0), (1, 1), (0, 1).
-    planes : Planes
-    normal : ndarray of float64, shape (3, m)
-    stray : ndarray of float64, shape (N,)
-        Share of a deviation in any direction that counts, where it is not only heights.
-    """
-
-    pieces: _Pieces
-    about: Vectors
-    points: FloatArray
-    x: FloatArray
-    y: FloatArray
-    corner: FloatArray
-    planes: Planes
-    normal: Vectors
-    stray: FloatArray
+    def lines(self) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
+        """The pieces at both ends of the line along u, and of that along v, on which each is."""
+        number = np.arange(len(self.cell)) - self.start[self.cell]
+        width = self.width[self.cell]
+        across = number % width
+        first = self.start[self.cell] + number - across
+        return (
+            (self.start[self.cell] + across, (self.end - self.width + 1)[self.cell] + across),
+            (first, first + width - 1),
+        )
 
 
 def flattened(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
@@ -104,60 +85,108 @@ def flattened(task: Task, start: Cells) -> tuple[list[Leaves], list[Cells]]:
     known = _Known(task)
     waiting = [start]
     while waiting:
-        parts = [waiting.pop()]
-        total = _counts(parts[0]).prod(axis=0).sum()
-        while waiting and (more := total + _counts(waiting[-1]).prod(axis=0).sum()) <= BLOCK:
-            parts.append(waiting.pop())
-            total = more
-        cells = Cells.joined(parts)
-        counts = np.cumsum(np.prod(_counts(cells), axis=0))
+        cells = waiting.pop()
+        while waiting and len(cells) + len(waiting[-1]) <= BLOCK:
+            cells = Cells.joined([cells, waiting.pop()])
+        counts = np.cumsum(_counts(cells))
         fitting = max(1, int(np.searchsorted(counts, BLOCK, side="right")))
         if fitting < len(cells):
             waiting.append(cells.take(slice(fitting, None)))
             cells = cells.take(slice(fitting))
-        found, halves = _examined(task, cells, known)
-        leaves.append(found)
-        for half in halves:
-            several: Bools = np.prod(_counts(half), axis=0) > 1
-            rest.append(half.take(~several))
-            if several.any():
-                waiting.append(half.take(several))
+        levels = _levels(cells)
+        every = Cells.joined([own.cells for own in levels])
+        verdict = _examined(task, every, known)
+        here, done = np.arange(len(cells)), []
+        for own in levels:
+            fails = verdict.fails[here]
+            done.append(here[~fails])
+            cut = here[fails]
+            along_v = verdict.along_v[cut]
+            cut -= own.begin
+            if own.halves is None:
+                last = own.cells.take(cut)
+                both = Cells.joined([*last.halved(_crosswise(last, along_v))])
+                several = _counts(both) > 1
+                rest.append(both.take(~several))
+                if several.any():
+                    waiting.append(both.take(several))
+            else:
+                half = cut + 2 * len(own.cells) * along_v
+                half = np.concatenate([half, half + len(own.cells)])
+                here = own.number[half]
+                rest.append(own.halves.take(half[here < 0]))
+                here = here[here >= 0]
+        found = Leaves(every, verdict.along_v, verdict.rising, verdict.form)
+        leaves.append(found.take(np.concatenate(done)))
     return leaves, rest
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _Level:
+    """Cells of several spans, the first of which is number `begin` of all that are examined.
+
+    `halves` are all of theirs: across u, first and second ones, and across v; `number` says which
+    of those that are examined each is, −1 if it has one span. The last level has none.
+    """
+
+    begin: int
+    cells: Cells
+    halves: Cells | None
+    number: Ints
+
+
+def _levels(cells: Cells) -> list[_Level]:
+    """Few cells, then their halves, halves of these, …: a step takes as long for many of them."""
+    found: list[_Level] = []
+    begin, total, none = 0, int(_counts(cells).sum()), np.empty(0, dtype=np.intp)
+    while len(cells) and (more := 2 * int(_counts(cells).sum())) + total <= AHEAD:
+        directions = (_crosswise(cells, np.full(len(cells), axis == 1)) for axis in (0, 1))
+        halves = Cells.joined([half for own in directions for half in cells.halved(own)])
+        several = _counts(halves) > 1
+        begin, before = begin + len(cells), begin
+        number = np.where(several, begin - 1 + np.cumsum(several), -1)
+        found.append(_Level(before, cells, halves, number))
+        cells, total = halves.take(several), total + more
+    return [*found, _Level(begin, cells, None, none)]
+
+
 def _counts(cells: Cells) -> Ints:
-    """Spans that cells have a part of, along u and along v: shape (2, m)."""
+    """How many spans cells have a part of, shape (m,)."""
+    along_u, along_v = _along(cells)
+    counts: Ints = along_u * along_v
+    return counts
+
+
+def _along(cells: Cells) -> Ints:
+    """How many spans cells have a part of along u and along v: shape (2, m)."""
     counts: Ints = -(-cells.box[1::2] // SPAN) - cells.box[::2] // SPAN
     return counts
 
 
 def _pieces(cells: Cells) -> _Pieces:
-    along_u, along_v = _counts(cells)
+    along_u, along_v = _along(cells)
     count = along_u * along_v
     end = np.cumsum(count)
     start = end - count
     cell = np.repeat(np.arange(len(cells)), count)
-    here = np.arange(len(cell))
-    number, width = here - start[cell], along_v[cell]
-    k, l = number // width, number % width  # noqa: E741
+    number, width = np.arange(len(cell)) - start[cell], along_v[cell]
     box = cells.box[:, cell]
-    u, v = (box[0] // SPAN + k) * SPAN, (box[2] // SPAN + l) * SPAN
-    low = np.maximum(box[0], u), np.maximum(box[2], v)
-    high = np.minimum(box[1], u + SPAN), np.minimum(box[3], v + SPAN)
-    own = Cells(cells.face[cell], np.array([low[0], high[0], low[1], high[1]]))
-    first = np.array([start[cell] + l, here - l])
-    last = np.array([(end - along_v)[cell] + l, here - l + width - 1])
-    return _Pieces(cells, own, cell, start, end - 1, along_v, first, last)
+    low, high = box[::2], box[1::2]
+    begin = (low // SPAN + np.array([number // width, number % width])) * SPAN
+    own = np.empty_like(box)
+    np.maximum(low, begin, out=own[::2])
+    np.minimum(high, begin + SPAN, out=own[1::2])
+    return _Pieces(cells, Cells(cells.face[cell], own), cell, start, end - 1, along_v)
 
 
-def _nets(task: Task, pieces: _Pieces, wanted: Ints) -> Iterator[tuple[FloatArray, Ints]]:
+def _nets(task: Task, own: Cells, wanted: Ints) -> Iterator[tuple[FloatArray, Ints]]:
     """Nets of the wanted pieces, a group and a block at a time, and which pieces they are."""
-    patch = task.patch_of(pieces.own)
+    patch = task.patch_of(own)
     for nets, here in task.ground.by_group(patch[wanted]):
         block = max(16, BLOCK * 16 // nets.values[..., 0].size)
         for k in range(0, len(here), block):
             some = wanted[here[k : k + block]]
-            net = over(nets, task.ground.row[patch[some]], pieces.own.take(some))
+            net = over(nets, task.ground.row[patch[some]], own.take(some))
             task.budget.spend(net.size)
             yield net, some
 
@@ -170,97 +199,158 @@ class _Known:
         self.place = np.full(len(task.ground.sizes), -1)
         self.points = np.empty((3, 3, 3, 0))
 
-    def of(self, pieces: _Pieces, patch: Ints) -> FloatArray:
+    def of(self, own: Cells, patch: Ints) -> FloatArray:
         """Nine points of each piece, (3, 3, 3, N), about the middle of its patch."""
-        box = pieces.own.box
-        whole = (box[1::2] - box[::2] == SPAN).all(axis=0)
-        place = np.where(whole, self.place[patch], -1)
-        wanted = (place < 0).nonzero()[0]
-        if not len(wanted):
-            return self.points[..., place]
-        fresh = np.empty((3, 3, 3, len(wanted)))
-        number = np.empty(len(patch), dtype=np.intp)
-        number[wanted] = np.arange(len(wanted))
-        for net, here in _nets(self.task, pieces, wanted):
-            fresh[..., number[here]] = nine(net)
-        if len(wanted) < len(patch):
-            points = np.empty((3, 3, 3, len(patch)))
-            points[..., wanted] = fresh
-            old = (place >= 0).nonzero()[0]
-            points[..., old] = self.points[..., place[old]]
-        else:
-            points = fresh
-        kept = whole[wanted].nonzero()[0]
-        self.place[patch[wanted[kept]]] = self.points.shape[3] + np.arange(len(kept))
-        self.points = np.concatenate([self.points, fresh[..., kept]], axis=3)
+        whole = (own.box[1::2] - own.box[::2] == SPAN).all(axis=0)
+        fresh = (whole & (self.place[patch] < 0)).nonzero()[0]
+        if len(fresh):
+            # Pieces of many cells may be the same span.
+            fresh = fresh[np.unique(patch[fresh], return_index=True)[1]]
+            more = np.empty((3, 3, 3, len(fresh)))
+            self.place[patch[fresh]] = np.arange(len(fresh))
+            for net, here in _nets(self.task, own, fresh):
+                more[..., self.place[patch[here]]] = nine(net)
+            self.place[patch[fresh]] += self.points.shape[3]
+            self.points = np.concatenate([self.points, more], axis=3)
+        if whole.all():
+            return self.points.take(self.place[patch], axis=3)
+        points = np.empty((3, 3, 3, len(patch)))
+        points[..., whole] = self.points[..., self.place[patch[whole]]]
+        for net, here in _nets(self.task, own, (~whole).nonzero()[0]):
+            points[..., here] = nine(net)
         return points
 
 
-def _looked_at(task: Task, cells: Cells, known: _Known) -> _Look:
-    pieces = _pieces(cells)
-    middles, patch = task.ground.middles, task.patch_of(pieces.own)
-    about = middles[:, patch] - middles[:, task.faces.first[pieces.own.face]]
-    points = known.of(pieces, patch)
-    points = points + about
-    corner = np.array(
-        [
-            points[0, 0][:, pieces.start],
-            points[2, 0][:, pieces.end - pieces.width + 1],
-            points[2, 2][:, pieces.end],
-            points[0, 2][:, pieces.start + pieces.width - 1],
-        ]
-    )
-    nine_points = np.zeros((9, *corner.shape[1:]))
-    nine_points[[0, 6, 8, 2]] = corner
-    planes, normal, _, _ = two_planes(nine_points)
-    x, y = (_shares(cells.box[k : k + 2, pieces.cell], pieces.own.box[k : k + 2]) for k in (0, 2))
-    stray = np.where(planes.flat[pieces.cell], 1.0, 0.5 if task.goal.two_sided else 0.0)
-    return _Look(pieces, about, points, x, y, corner, planes, normal, stray)
+def _examined(task: Task, cells: Cells, known: _Known) -> Verdict:
+    """Verdict on cells of several spans."""
+    pieces, goal = _pieces(cells), task.goal
+    own, of = pieces.own, pieces.cell
+    patch = task.patch_of(own)
+    middles = task.ground.middles
+    about = middles[:, patch] - middles[:, task.faces.first[own.face]]
+    points = known.of(own, patch)
+    at = (points + about).reshape(9, 3, -1)
+    corner = np.zeros((9, 3, len(cells)))
+    corner[0], corner[6] = at[0][:, pieces.start], at[6][:, pieces.end - pieces.width + 1]
+    corner[8], corner[2] = at[8][:, pieces.end], at[2][:, pieces.start + pieces.width - 1]
+    planes, normal, steps, squares = two_planes(corner)
+    allowed = _allowed(task, pieces)
+    if goal.angle < np.pi:
+        size = np.sqrt(np.maximum(squares[4], squares[5]))
+        allowed = np.minimum(allowed, level(goal.angle, size))
+    stray = np.where(planes.flat, 1.0, 0.5 if goal.two_sided else 0.0)
+    box, size = cells.box[:, of], cells.box[1::2] - cells.box[::2]
+    low, high = ((own.box[k::2] - box[::2]) / size[:, of] for k in (0, 1))
+    places = np.array([low, (low + high) * 0.5, high]).swapaxes(0, 1)
 
-
-def _shares(box: Ints, own: Ints) -> FloatArray:
-    """Where pieces begin, have their middle and end in their cells, 0 … 1: (3, N)."""
-    size = (box[1] - box[0]).astype(np.float64)
-    begin, end = (own[0] - box[0]) / size, (own[1] - box[0]) / size
-    return np.array([begin, (begin + end) * 0.5, end])
-
-
-def _examined(task: Task, cells: Cells, known: _Known) -> tuple[Leaves, tuple[Cells, Cells]]:
-    """Leaves among the cells, and the halves of the others."""
-    look = _looked_at(task, cells, known)
-    heights = np.array([_heights(look, rising) for rising in (True, False)])
-    planes = look.planes
+    seen = _Seen(corner[[0, 6, 8, 2]], planes, stray)
+    heights = _highest(seen, pieces, at, places, allowed)
     rising = np.where(planes.worse == 0, heights[0] < heights[1] * NEARLY, planes.worse < 0)
     best = np.where(rising, heights[0], heights[1])
-    a, b, c, d = look.corner
-    size = np.maximum(length(c - a), length(d - b))
-    allowed = np.minimum(_allowed(task, look.pieces), level(task.goal.angle, size))
-    bends = np.array([_bend(look, axis) for axis in (0, 1)])
     fails = best > allowed
-    if task.goal.angle < np.pi:
-        fails |= _turned(look, task.goal.angle)
-    rest = _left(task, look, np.where(rising, planes.normals[:2], planes.normals[2:]), ~fails)
-    worse = ~fails & (best + rest[0] > allowed)
-    fails |= worse
-    bends = np.where(worse, rest[1:], bends)
-    lengths = np.array([look.pieces.worst(length(_chord(look, axis)[1])) for axis in (0, 1)])
-    step_u, step_v = (b - a + c - d) * 0.5, (d - a + c - b) * 0.5
-    skew = dot(a - b + c - d, look.normal)
-    along_v = across_v(bends, lengths, skew, allowed)
-    form = np.array(
-        [
-            dot(step_u, step_u),
-            dot(step_u, step_v),
-            dot(step_v, step_v),
-            bends[0],
-            skew * 0.125,
-            bends[1],
-            allowed,
-        ]
-    )
-    leaves = Leaves(cells, along_v, rising, form).take((~fails).nonzero()[0])
-    cut = fails.nonzero()[0]
-    return leaves, cells.take(cut).halved(_crosswise(cells, along_v)[cut])
+    if goal.angle < np.pi:
+        fails |= _turned(pieces, at, normal, goal.angle)
+
+    bends, lengths = _bends(seen, pieces, at, places[:, 1], normal)
+    if not fails.all():
+        chosen = np.where(rising, planes.normals[:2], planes.normals[2:])
+        left = _left(task, pieces, (points, planes.flat), chosen, ~fails)
+        worse = ~fails & (best + left[0] > allowed)
+        fails |= worse
+        bends = np.where(worse, left[1:], bends)
+    form = form_of(steps, normal, bends, allowed)
+    along_v = across_v(bends, lengths, form[4] * 8.0, allowed)
+    return Verdict(fails, along_v, rising, form)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Seen:
+    """Cells as they are looked at.
+
+    Attributes
+    ----------
+    corner : ndarray of float64, shape (4, 3, m)
+        a, b, c, d.
+    planes : Planes
+    stray : ndarray of float64, shape (m,)
+        Share of a deviation in any direction that counts, where it is not only heights.
+    """
+
+    corner: FloatArray
+    planes: Planes
+    stray: FloatArray
+
+    def heights(
+        self, points: FloatArray, places: tuple[FloatArray, FloatArray], of: Ints
+    ) -> FloatArray:
+        """The greatest height of points (k, 3, N) of cells over both pairs of triangles, (2, N).
+
+        Their places (k, N) are x and y in the cell, 0 … 1.
+        """
+        x, y = places
+        under = self.planes.normals[..., of]
+        a, b, c, d = self.corner[..., of]
+        found = np.empty((2, len(of)))
+        stray = self.stray[of]
+        for way, (from_, below) in enumerate(((a, y <= x), (b, x + y <= 1.0))):
+            away = points - from_
+            one, two = dots(away, under[2 * way]), dots(away, under[2 * way + 1])
+            high = np.abs(np.where(below, one, two))
+            if stray.any():
+                # Where the point would be, were the triangle the image of its parameters.
+                s, t = x[:, np.newaxis], y[:, np.newaxis]
+                if from_ is a:
+                    lower, upper = a + s * (b - a) + t * (c - b), a + t * (d - a) + s * (c - d)
+                else:
+                    lower = a + s * (b - a) + t * (d - a)
+                    upper = c + (1.0 - s) * (d - c) + (1.0 - t) * (b - c)
+                gone = points - np.where(below[:, np.newaxis], lower, upper)
+                whole = stray * np.sqrt(dots(gone, gone))
+                high = np.maximum(np.where(stray == 1.0, 0.0, high), whole)
+            found[way] = high.max(axis=0)
+        return found
+
+
+def _highest(
+    seen: _Seen, pieces: _Pieces, at: FloatArray, places: FloatArray, allowed: FloatArray
+) -> FloatArray:
+    """The greatest heights (2, m) of nine points (9, 3, N) over both pairs of triangles.
+
+    Where a few of many points are too high already, which tells enough, they are infinite.
+    """
+    of, maybe = pieces.cell, np.ones(len(allowed), dtype=bool)
+    if len(of) > AHEAD:
+        few = seen.heights(at[FEW], (places[0, :2], places[1, :2]), of)
+        maybe = np.any(pieces.worst(few) <= allowed, axis=0)
+    highest = np.full((2, len(maybe)), np.inf)
+    rows = maybe[of].nonzero()[0]
+    if len(rows):
+        around = np.repeat(places[0][:, rows], 3, axis=0), np.tile(places[1][:, rows], (3, 1))
+        count = (pieces.end + 1 - pieces.start)[maybe]
+        heights = seen.heights(at[..., rows], around, of[rows])
+        highest[:, maybe] = np.maximum.reduceat(heights, np.cumsum(count) - count, axis=-1)
+    return highest
+
+
+def _bends(
+    seen: _Seen, pieces: _Pieces, at: FloatArray, middle: FloatArray, normal: Vectors
+) -> tuple[FloatArray, FloatArray]:
+    """How far middles of pieces are above chords of their cells along u and v; their lengths.
+
+    All are (2, m); the chords run through the middles of the pieces at both ends of a line, and
+    `middle` (2, N) says where on it a piece has its own.
+    """
+    stray = seen.stray[pieces.cell]
+    bends, lengths = np.empty((2, 2, len(pieces.start)))
+    for axis, (first, last) in enumerate(pieces.lines()):
+        begin = at[(1, 3)[axis]][:, first]
+        chord = at[(7, 5)[axis]][:, last] - begin
+        away = at[4] - (begin + middle[axis] * chord)
+        height = np.abs(dot(away, normal[:, pieces.cell]))
+        if stray.any():
+            height = np.maximum(height, stray * length(away))
+        bends[axis], lengths[axis] = pieces.worst(height), pieces.worst(length(chord))
+    return bends, lengths
 
 
 def _crosswise(cells: Cells, along_v: Bools) -> Bools:
@@ -273,58 +363,17 @@ def _crosswise(cells: Cells, along_v: Bools) -> Bools:
     return directions
 
 
-def _heights(look: _Look, rising: bool) -> FloatArray:
-    """The greatest height of any of the points over the triangle below it, (m,)."""
-    of = look.pieces.cell
-    lower, upper = look.planes.normals[slice(0, 2) if rising else slice(2, 4)][..., of]
-    a, b, c, d = look.corner[..., of]
-    away = look.points - (a if rising else b)
-    x, y = look.x[:, np.newaxis], look.y
-    below = y <= x if rising else x + y <= 1.0
-    high = np.abs(np.where(below, dots(away, lower), dots(away, upper)))
-    if look.stray.any():
-        # Where the point would be, were the triangle the image of its parameters.
-        s, t = x[..., np.newaxis, :], y[..., np.newaxis, :]
-        if rising:
-            one, two = a + s * (b - a) + t * (c - b), a + t * (d - a) + s * (c - d)
-        else:
-            one = a + s * (b - a) + t * (d - a)
-            two = c + (1.0 - s) * (d - c) + (1.0 - t) * (b - c)
-        gone = look.points - np.where(below[:, :, np.newaxis], one, two)
-        stray = look.stray * np.sqrt(dots(gone, gone))
-        high = np.maximum(np.where(look.stray == 1.0, 0.0, high), stray)
-    return look.pieces.worst(high.max(axis=(0, 1)))
-
-
-def _chord(look: _Look, axis: int) -> tuple[Vectors, Vectors]:
-    """Chords of the cells through the middles of their pieces: begin and step."""
-    points, pieces = look.points, look.pieces
-    ends = (points[0, 1], points[2, 1]) if axis == 0 else (points[1, 0], points[1, 2])
-    begin = ends[0][:, pieces.first[axis]]
-    return begin, ends[1][:, pieces.last[axis]] - begin
-
-
-def _bend(look: _Look, axis: int) -> FloatArray:
-    """How far the middles of the pieces are above chords of their cells, along u or v: (m,)."""
-    begin, chord = _chord(look, axis)
-    away = look.points[1, 1] - (begin + (look.x, look.y)[axis][1] * chord)
-    height = np.abs(dot(away, look.normal[:, look.pieces.cell]))
-    if look.stray.any():
-        height = np.maximum(height, look.stray * length(away))
-    return look.pieces.worst(height)
-
-
-def _turned(look: _Look, angle: float) -> Bools:
+def _turned(pieces: _Pieces, at: FloatArray, normal: Vectors, angle: float) -> Bools:
     """Cells with a normal in one of their pieces that is more than half the angle from their own.
 
     So no two of them are further apart than the angle.
     """
-    points, own = look.points, look.normal[:, look.pieces.cell]
-    found = normals(points)
+    own = normal[:, pieces.cell]
+    found = normals(at.reshape(3, 3, 3, -1))
     apart = np.maximum.reduce(
         [np.where(dot(n, n) == 0.0, 0.0, length(n - own)) for row in found for n in row]
     )
-    turned: Bools = look.pieces.worst(apart) > chord_of(angle / 2.0)
+    turned: Bools = pieces.worst(apart) > chord_of(angle / 2.0)
     return turned
 
 
@@ -333,22 +382,28 @@ def _allowed(task: Task, pieces: _Pieces) -> FloatArray:
     if task.goal.view is None:
         return np.full(len(pieces.whole), task.goal.tolerance)
     allowed = np.empty(len(pieces.cell))
-    for net, here in _nets(task, pieces, np.arange(len(pieces.cell))):
-        allowed[here] = allowed_at(
-            net, task.goal, task.eye_of(task.patch_of(pieces.own.take(here)))
-        )
+    for net, here in _nets(task, pieces.own, np.arange(len(pieces.cell))):
+        eye = task.eye_of(task.patch_of(pieces.own.take(here)))
+        allowed[here] = allowed_at(net, task.goal, eye)
     return -pieces.worst(-allowed)
 
 
-def _left(task: Task, look: _Look, normals: FloatArray, wanted: Bools) -> FloatArray:
-    """What `remainder` and `sagging` say of wanted cells, of every one the greatest: (3, m)."""
-    pieces = look.pieces
+def _left(
+    task: Task,
+    pieces: _Pieces,
+    known: tuple[FloatArray, Bools],
+    normals: FloatArray,
+    wanted: Bools,
+) -> FloatArray:
+    """What `remainder` and `sagging` say of wanted cells, of every one the greatest: (3, m).
+
+    Known are nine points of the pieces, and which cells have no planes.
+    """
+    (points, flat), two_sided = known, task.goal.two_sided
     found = np.zeros((3, len(pieces.cell)))
-    for net, here in _nets(task, pieces, wanted[pieces.cell].nonzero()[0]):
-        cell = pieces.cell[here]
-        at = look.points[..., here] - look.about[:, here]
-        flat = look.planes.flat[cell]
-        bare, two_sided = points_of(net), task.goal.two_sided
-        found[0, here] = remainder(bare, at, normals[..., cell], flat, two_sided)
-        found[1:, here] = sagging(bare, normals[..., cell], flat, two_sided)
+    for net, here in _nets(task, pieces.own, wanted[pieces.cell].nonzero()[0]):
+        cell, bare = pieces.cell[here], points_of(net)
+        under, no_plane = normals[..., cell], flat[cell]
+        found[0, here] = remainder(bare, points[..., here], under, no_plane, two_sided)
+        found[1:, here] = sagging(bare, under, no_plane, two_sided)
     return pieces.worst(found)
