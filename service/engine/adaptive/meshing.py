@@ -12,12 +12,11 @@ from functools import cached_property
 from math import pi
 
 from service.bases.arrays import FloatArray
-from service.engine.adaptive.assembly.assemble import Divided, assemble
-from service.engine.adaptive.assembly.isocurves import goal_isocurves
-from service.engine.adaptive.assembly.lines import draw_lines
+from service.engine.adaptive.assemble import assemble
 from service.engine.adaptive.borders.border import divide_border
 from service.engine.adaptive.borders.side_normals import SideNormals, side_normals
 from service.engine.adaptive.limits import Budget, Effort
+from service.engine.adaptive.lines import draw_lines, goal_isocurves
 from service.engine.adaptive.refine import triangulate
 from service.engine.adaptive.size_bound import least_by_angle
 from service.engine.adaptive.storage import Storage, slack
@@ -109,8 +108,9 @@ class Meshing:
                 most=most,
                 effort=effort,
             )
-            divided = Divided(model, self._faces, made, storage, origin)
-            mesh = assemble(divided, self.options, overlays)
+            mesh = assemble(
+                model, self._faces, made, self.options, overlays, storage=storage, origin=origin
+            )
         else:
             lines = only_lines(model, self.options, overlays, origin, storage.dtype)
             mesh = replace(lines, step=storage.step)

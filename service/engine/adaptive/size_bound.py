@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from service.bases.chunks import chunks
-from service.engine.adaptive.assembly.isocurves import goal_divisions
+from service.engine.adaptive.lines import goal_divisions
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.second_derivatives import grid_bends
 from service.engine.evaluation.evaluate import evaluate

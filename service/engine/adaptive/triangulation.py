@@ -1,8 +1,21 @@
-"""What the refinement ends with: samples, the vertices they are, triangles and their bounds."""
+"""What the refinement ends with: samples, the vertices they are, triangles and their bounds.
 
-from dataclasses import dataclass
+**Flat triangles**, of which two corners are one place in the file, are left out.
+A side that is nearly a point has vertices that differ in float64 but not in float32. Where two
+vertices joined by an edge are stored at one place, they become one vertex, and the triangles at
+that edge, which have no area there, go. What is left is closed where it was: every such triangle
+had two other edges, which are one now.
 
-from service.bases.arrays import FloatArray, Ints
+**Why the bound holds.** A triangle whose corners a and b are one place is the segment from a to c.
+It is left out only if a triangle of the same face that stays has that segment as an edge; the
+part of the surface near the segment is as near to that triangle, which takes over its bound.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from service.bases.arrays import Bools, FloatArray, Ints, RealArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -37,3 +50,80 @@ class Triangulation:
     triangles: Ints
     bounds: FloatArray
     mesh_bounds: FloatArray | None
+
+
+NEXT = ((0, 1), (1, 2), (2, 0))
+
+
+def without_flat(made: Triangulation, stored: RealArray) -> Triangulation:
+    """The triangulation without triangles that have two corners at one place.
+
+    Parameters
+    ----------
+    stored : ndarray, shape (V, 3)
+        Its vertices as the file has them.
+
+    Returns
+    -------
+    Triangulation
+        As it was, where there are none, or one of them has no other beside it.
+    """
+    corners = made.vertex[made.triangles]
+    at = stored[corners]
+    equal = np.stack([(at[:, i] == at[:, j]).all(axis=1) for i, j in NEXT], axis=1)
+    if not equal.any():
+        return made
+    pairs = np.concatenate([corners[equal[:, k]][:, [i, j]] for k, (i, j) in enumerate(NEXT)])
+    vertex = _one_vertex(len(stored), pairs)
+    corners = vertex[corners]
+    flat = (corners == corners[:, [1, 2, 0]]).any(axis=1)
+    beside = _beside(made.face[made.triangles[:, 0]], corners, flat)
+    if (beside < 0).any():
+        return made
+    raised = _raised(made.bounds, flat, beside)
+    mesh_bounds = made.mesh_bounds
+    if mesh_bounds is not None:
+        mesh_bounds = _raised(mesh_bounds, flat, beside)[~flat]
+    return replace(
+        made,
+        vertex=vertex[made.vertex],
+        triangles=made.triangles[~flat],
+        bounds=raised[~flat],
+        mesh_bounds=mesh_bounds,
+    )
+
+
+def _one_vertex(count: int, pairs: Ints) -> Ints:
+    """For each vertex the least one that pairs (n, 2) lead to."""
+    vertex = np.arange(count)
+    while True:
+        least = vertex[pairs].min(axis=1)
+        before = vertex.copy()
+        for column in pairs.T:
+            np.minimum.at(vertex, column, least)
+        vertex = vertex[vertex]
+        if (vertex == before).all():
+            return vertex
+
+
+def _beside(face: Ints, corners: Ints, flat: Bools) -> Ints:
+    """For each flat triangle one of the same face that is not, and has its segment; else −1."""
+    kept = np.flatnonzero(~flat)
+    edges = np.sort(corners[kept][:, NEXT].reshape(-1, 2), axis=1)
+    size = int(corners.max()) + 1
+    keys = (face[kept].repeat(3) * size + edges[:, 0]) * size + edges[:, 1]
+    order = np.argsort(keys, kind="stable")
+    gone = np.sort(corners[flat], axis=1)
+    wanted = (face[flat] * size + gone[:, 0]) * size + gone[:, 2]
+    row = np.minimum(np.searchsorted(keys, wanted, sorter=order), len(keys) - 1)
+    if not len(keys):
+        return np.full(len(wanted), -1)
+    row = order[row]
+    return np.where(keys[row] == wanted, kept[row // 3], -1)
+
+
+def _raised(bounds: FloatArray, flat: Bools, beside: Ints) -> FloatArray:
+    """Bounds of all triangles, those beside flat ones no less than theirs."""
+    raised = bounds.copy()
+    np.maximum.at(raised, beside, bounds[flat])
+    return raised

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from service.engine.adaptive.assembly.flat import without_flat
 from service.engine.adaptive.tolerance_spec import Accuracy
-from service.engine.adaptive.triangulation import Triangulation
+from service.engine.adaptive.triangulation import Triangulation, without_flat
 from service.surface.bspline import BsplineSurface
 from tests.engine.meshing import mesh_of
 

@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from service.bases.arrays import RealArray
-from service.engine.adaptive.assembly.assemble import Divided, assemble
-from service.engine.adaptive.assembly.lines import draw_lines
-from service.engine.adaptive.assembly.samples import samples_of
+from service.engine.adaptive.assemble import assemble
+from service.engine.adaptive.lines import draw_lines
+from service.engine.adaptive.samples import samples_of
 from service.engine.adaptive.storage import Storage
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.bounds.faces import SPAN
@@ -40,7 +40,7 @@ def assembled(
     made = regular(model, divisions)
     origin = storage.origin(*model.bounds)
     lines = draw_lines(model, made.border, wanted, storage, origin)
-    return assemble(Divided(model, made.faces, made.made, storage, origin), wanted, lines)
+    return assemble(model, made.faces, made.made, wanted, lines, storage=storage, origin=origin)
 
 
 def corners_of(mesh: Mesh, values: RealArray) -> tuple[Array, Array]:

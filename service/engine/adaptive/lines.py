@@ -1,4 +1,6 @@
-"""Isoparametric curves beside a mesh by tolerance: divided evenly, as finely as the goal asks.
+"""Lines beside a mesh by tolerance: the control net, the sides of the faces, isoparametric curves.
+
+Isoparametric curves are divided evenly, as finely as the goal asks.
 
 A chord over an interval of length h is within h² max |C″| / 8 of its curve, parameter by parameter.
 The second derivatives of all curves of a patch along u are within M_uu of the patch, and so along v
@@ -10,13 +12,19 @@ For angles, a Bézier curve turns by no more than its control polygon: a curve g
 its polygon turns, over the angle. That is sought, not proved, as for meshes.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.limits import Budget
+from service.engine.adaptive.storage import Storage
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.second_derivatives import blocks_along, grid_bends, triangle_deviations
 from service.engine.mesh.edges import EdgeCurves
+from service.engine.mesh.mesh import Overlay
+from service.engine.mesh.overlays import control_net
 from service.engine.mesh.seams import Seams
 from service.engine.options import MAX_RESOLUTION, MeshOptions
 from service.engine.wires.draw import most_solids
@@ -117,3 +125,44 @@ def _turns(points: FloatArray) -> FloatArray:
     angle = np.where(still, 0.0, np.arccos(np.clip(cosine, -1.0, 1.0)))
     turns: FloatArray = angle.sum(axis=1).max(axis=1, initial=0.0)
     return turns
+
+
+def draw_lines(
+    model: PatchModel, border: Border, options: MeshOptions, storage: Storage, origin: FloatArray
+) -> tuple[Overlay, ...]:
+    """The overlays asked for, in that order, in the precision and about the origin of the mesh."""
+    return tuple(
+        _control_net(model, storage, origin)
+        if name == "control_net"
+        else _sides(border, storage, origin)
+        for name in options.overlays
+    )
+
+
+def _control_net(model: PatchModel, storage: Storage, origin: FloatArray) -> Overlay:
+    """All control points, as they are stored."""
+    if not storage.step:
+        return control_net(model, origin, storage.dtype)
+    net = control_net(model, np.zeros(3), np.float64)
+    return replace(net, positions=storage.written(net.positions.astype(np.float64), origin))
+
+
+def _sides(border: Border, storage: Storage, origin: FloatArray) -> Overlay:
+    """Every side of every face once, through the vertices that the triangles have there."""
+    ends = _segments(border)
+    used, back = np.unique(ends, return_inverse=True)
+    segments = back.reshape(-1, 2).astype(np.uint32)
+    return Overlay("boundary", storage.written(border.points[used], origin), segments)
+
+
+def _segments(border: Border) -> Ints:
+    """Pairs (L, 2) of neighbouring vertices on the sides, each pair once, in order of sides."""
+    follows = np.ones(len(border.vertex), dtype=bool)
+    follows[border.start[1:] - 1] = False
+    begin = follows.nonzero()[0]
+    pairs = np.stack([border.vertex[begin], border.vertex[begin + 1]], axis=1)
+    pairs = pairs[pairs[:, 0] != pairs[:, 1]]
+    pairs.sort(axis=1)
+    _, first = np.unique(pairs[:, 0] * (len(border.points) + 1) + pairs[:, 1], return_index=True)
+    distinct: Ints = pairs[np.sort(first)]
+    return distinct

@@ -1,16 +1,19 @@
 """A certified triangulation into a mesh: normals, channels, shared vertices, parts, report."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, IndexArray, Ints
-from service.engine.adaptive.assembly.flat import without_flat
-from service.engine.adaptive.assembly.samples import Samples, samples_of
-from service.engine.adaptive.assembly.shading import scattered_channels, scattered_curvatures
+from service.engine.adaptive.samples import (
+    Samples,
+    samples_of,
+    scattered_channels,
+    scattered_curvatures,
+)
 from service.engine.adaptive.storage import Storage, slack
-from service.engine.adaptive.triangulation import Triangulation
+from service.engine.adaptive.triangulation import Triangulation, without_flat
 from service.engine.bounds.faces import Faces
 from service.engine.curvatures.ranges import ranges
 from service.engine.evaluation.scattered import scattered_normals
@@ -26,35 +29,34 @@ from service.engine.vectors import largest_angle
 from service.surface.lowered import PatchModel
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Divided:
-    """A model, divided into faces, and these into triangles that are certified."""
-
-    model: PatchModel
-    faces: Faces
-    made: Triangulation
-    storage: Storage
-    origin: FloatArray
-
-
-def assemble(divided: Divided, options: MeshOptions, overlays: tuple[Overlay, ...]) -> Mesh:
-    """The mesh, its triangles part by part.
+def assemble(
+    model: PatchModel,
+    faces: Faces,
+    made: Triangulation,
+    options: MeshOptions,
+    overlays: tuple[Overlay, ...],
+    *,
+    storage: Storage,
+    origin: FloatArray,
+) -> Mesh:
+    """The mesh of a model, its triangles part by part.
 
     Parameters
     ----------
-    divided : Divided
-    options : MeshOptions
+    faces : Faces
+        What the model is divided into,
+    made : Triangulation
+        and these.
     overlays : tuple of Overlay
         Lines beside the faces, as they are stored.
+    origin : ndarray of float64, shape (3,)
+        Where positions are stored from.
     """
-    model, made, origin = divided.model, divided.made, divided.origin
-    dtype = divided.storage.dtype
-    stored = divided.storage.written(made.positions, origin)
-    if not divided.storage.step:  # on a grid triangles may have no area
+    dtype, stored = storage.dtype, storage.written(made.positions, origin)
+    if not storage.step:  # on a grid triangles may have no area
         made = without_flat(made, stored)
-        divided = replace(divided, made=made)
-    samples, corners = samples_of(divided.faces, made)
-    order, parts = _in_parts(divided)
+    samples, corners = samples_of(faces, made)
+    order, parts = _in_parts(model, faces.first[made.face[made.triangles[:, 0]]])
     corners, bounds = corners[order], made.bounds[order]
     normals, limits = None, 0
     angle_matters = options.accuracy is not None and options.accuracy.angle_tolerance is not None
@@ -79,7 +81,10 @@ def assemble(divided: Divided, options: MeshOptions, overlays: tuple[Overlay, ..
         uvs=uvs,
         triangles=triangles,
         quads=_NO_QUADS,
-        parts=tuple(_with_bound(part, bounds, adding) for part in parts),
+        parts=tuple(
+            replace(part, deviation_bound=_largest(bounds[slice(*part.triangles)], adding))
+            for part in parts
+        ),
         grids=(),
         welds=welds,
         overlays=overlays,
@@ -109,7 +114,7 @@ def assemble(divided: Divided, options: MeshOptions, overlays: tuple[Overlay, ..
         ),
         colors=colors,
         attributes=attributes,
-        step=divided.storage.step,
+        step=storage.step,
     )
 
 
@@ -132,11 +137,11 @@ def _welded(
     return weld(place, None, normals, options.crease_angle, options.weld, alike=alike)
 
 
-def _in_parts(divided: Divided) -> tuple[Ints, list[MeshPart]]:
-    """The order of the triangles in which every part is a run of them, and these runs."""
-    model, made = divided.model, divided.made
-    # All patches of a face are pieces of one surface, and in one part.
-    patch = divided.faces.first[made.face[made.triangles[:, 0]]]
+def _in_parts(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]:
+    """The order of triangles, of patches (T,), in which every part is a run, and these runs.
+
+    All patches of a face are pieces of one surface, and in one part.
+    """
     if model.sequence is not None:
         position = np.empty(model.patch_count, dtype=np.intp)
         position[model.sequence] = np.arange(model.patch_count)
@@ -147,13 +152,6 @@ def _in_parts(divided: Divided) -> tuple[Ints, list[MeshPart]]:
     return order, [
         MeshPart(part.name, (rows[k], rows[k + 1]), (0, 0)) for k, part in enumerate(model.parts)
     ]
-
-
-def _with_bound(part: MeshPart, bounds: FloatArray, adding: float) -> MeshPart:
-    run = part.triangles
-    return MeshPart(
-        part.name, run, (0, 0), deviation_bound=_largest(bounds[run[0] : run[1]], adding)
-    )
 
 
 def _largest(bounds: FloatArray, adding: float) -> float | None:

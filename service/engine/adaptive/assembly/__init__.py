@@ -1,1 +1,0 @@
-"""A certified triangulation becomes a mesh: normals, channels, parts, lines."""
