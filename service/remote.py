@@ -109,6 +109,11 @@ def remote_points(url: str, document: dict[str, Any]) -> bytes:
     return _posted(url, "application/json", "/v1/points", document, {})
 
 
+def remote_project(url: str, document: dict[str, Any]) -> bytes:
+    """The closest points that the service at `url` finds; raises as `remote_convert` does."""
+    return _posted(url, "application/json", "/v1/project", document, {})
+
+
 def _posted(
     url: str, wanted: str, path: str, document: dict[str, Any], params: dict[str, str]
 ) -> bytes:

@@ -28,6 +28,7 @@ from service.api.routes import (
     meshes_by_url,
     operations,
     pages,
+    queries,
     surfaces,
 )
 from service.api.services import JobMiddleware, Services
@@ -111,6 +112,7 @@ def _routers(settings: Settings) -> list[APIRouter]:
         evaluation.points,
         evaluation.conversions,
         evaluation.curves,
+        queries.queries,
         surfaces.reading,
         surfaces.storing,
         meshes_by_url.by_url,

@@ -12,6 +12,7 @@ from service.cli import (
     lists,
     mesh,
     points,
+    project,
     serve,
     sign,
     store,
@@ -71,6 +72,19 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (serve, health, mesh, estimate, points, convert, curve, store, sign, key, lists):
+    for command in (
+        serve,
+        health,
+        mesh,
+        estimate,
+        points,
+        project,
+        convert,
+        curve,
+        store,
+        sign,
+        key,
+        lists,
+    ):
         command.add(commands)
     return parser

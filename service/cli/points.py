@@ -57,8 +57,13 @@ def _run(arguments: argparse.Namespace) -> int:
 def _value(text: str | list[str]) -> Any:
     """A flag as a document would hold it; what is no number is left for the model to refuse."""
     if isinstance(text, list):
-        return [[_number(part) for part in place.split(",")] for place in text]
+        return [coordinates(place) for place in text]
     return _number(text)
+
+
+def coordinates(text: str) -> list[int | float | str]:
+    """Numbers between commas; what is no number is left for the model to refuse."""
+    return [_number(part) for part in text.split(",")]
 
 
 def _number(text: str) -> int | float | str:

@@ -89,6 +89,17 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
     return tree | ({"weights": points[:, 3]} if width == 4 else {})
 
 
+def read_array(content: bytes) -> NDArray[Any]:
+    """The numbers in a file, of any shape.
+
+    Raises
+    ------
+    MalformedBody, InvalidRequest
+        If this is no whole file of this format, or one of other numbers.
+    """
+    return _window(content, _read_header(content))
+
+
 def _read_header(content: bytes) -> _Header:
     """The header, every part of it checked, and the number of bytes that follow it."""
     length_bytes = _LENGTH_BYTES.get(content[6:8])

@@ -58,6 +58,10 @@ one within a budget; and multiplications that a triangle of it takes at least.""
 PLACE, POINT, CONVERTED = 400, 700, 100
 """Bytes for each place of a query, each point of a curve, and each number of a conversion."""
 
+CELL, CELLS_OF_QUERIES = 1000, 384 << 20
+"""Bytes for each patch in which closest points are looked for, beside its net; and of all cells,
+and all pairs of a point and a cell, at most."""
+
 
 @dataclass(frozen=True, slots=True)
 class Cost:
@@ -107,6 +111,15 @@ def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
     work = 5e-4 + 4e-6 * size.patches + 2e-9 * size.peak
     work += count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
     return Cost(count, 0, file, memory, work)
+
+
+def project_cost(patches: int, degree: tuple[int, int], own: int, count: int, file: int) -> Cost:
+    """Of the closest points to `count` points: of nets of this degree, with their cells."""
+    p, q = degree
+    net = CELL + 2 * 32 * (p + 1) * (q + 1)
+    memory = LEAST + own + patches * net + min(CELLS_OF_QUERIES, count * net * 64)
+    work = 5e-3 + 1e-4 * patches + count * 1e-4 * max(1.0, p * q / 9)
+    return Cost(count, 0, file, memory + PLACE * count + 2 * file, work)
 
 
 def curve_cost(points: int, degree: int, numbers: int, file: int) -> Cost:

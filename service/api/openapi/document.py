@@ -28,6 +28,7 @@ DESCRIPTION = Path(__file__).with_name("description.md").read_text(encoding="utf
 _TAGS = {
     "meshes": "Surfaces to meshes.",
     "points": "Points of surfaces, one by one.",
+    "queries": "Questions to surfaces and curves, with proofs of the answers.",
     "surfaces": "Surfaces with an address, and in another form.",
     "curves": "Curves to points and lines.",
     "catalogue": "What there is to ask for.",

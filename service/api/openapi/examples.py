@@ -19,9 +19,11 @@ from service.pipeline.documents import plan_conversion
 from service.pipeline.estimate import estimate_object, plan_estimate
 from service.pipeline.mesh import encode_options, render
 from service.pipeline.points import plan_points
+from service.pipeline.project import plan_project
 from service.schemas.convert import ConvertRequest
 from service.schemas.curves import CurveRequest
 from service.schemas.points import PointsRequest
+from service.schemas.project import ProjectRequest
 from service.schemas.request import MeshRequest, SignRequest, SurfaceRequest
 from service.schemas.validation import validate_document
 from service.storage.canonical import plan_content
@@ -61,6 +63,10 @@ def _estimate(wanted: MeshRequest) -> bytes:
 
 def _points(wanted: PointsRequest) -> bytes:
     return plan_points(wanted.to_surface(), wanted.to_query()).run()
+
+
+def _closest(wanted: ProjectRequest) -> bytes:
+    return plan_project(wanted.to_shape(), wanted.to_query()).run()
 
 
 def _conversion(wanted: ConvertRequest) -> bytes:
@@ -111,6 +117,7 @@ ANSWERS: Mapping[str, Callable[[], Json]] = MappingProxyType(
         "getSurfaceMesh": _mesh_examples,
         "estimateMesh": _computed(REQUESTS["estimateMesh"], MeshRequest, _estimate),
         "queryPoints": _computed(_only("queryPoints", "patch"), PointsRequest, _points),
+        "projectPoints": _computed(REQUESTS["projectPoints"], ProjectRequest, _closest),
         "convertSurface": _computed(REQUESTS["convertSurface"], ConvertRequest, _conversion),
         "createCurve": _computed(_only("createCurve", "quarter"), CurveRequest, _curve),
         "storeSurface": _computed(REQUESTS["storeSurface"], SurfaceRequest, _stored),

@@ -18,6 +18,7 @@ from dataclasses import fields
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.chunks import chunks
 from service.engine.queries import cell_models as columns
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.cells import CellTree
@@ -36,6 +37,9 @@ from service.stopping import checkpoint
 CHUNK, FEWEST = 1024, 16
 """Points that are looked at together: what is computed of them stays in a processor's cache. Fewer
 where their cells take much memory."""
+
+PAIRS = 1 << 14
+"""Pairs of a point and a cell that are looked at at a time."""
 
 MOST_PAIRS = 1000
 """Cells of one point that are open at a time: its budget."""
@@ -99,32 +103,36 @@ class _Chunk:
         point, cell = self.patches.candidates(self.x)
         while len(point):
             while len(point):
-                checkpoint()
                 point, cell = self.step(point, cell)
             point, cell = self.polish()
         return self.nearest.answer()
 
     def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
         """The pairs of the next level; those that are settled in this one are put aside."""
-        low, upper = sphere_bounds(
-            self.cells.models[:5].take(cell, axis=1), self.x.take(point, axis=1)
-        )
-        self.nearest.add_centers(point, cell, upper)
-        rows = np.flatnonzero(low <= self.nearest.limit(point))
-        point, cell = point[rows], cell[rows]
+        low = np.empty(len(point))
+        for rows in chunks(len(point), 1, PAIRS):
+            model = self.cells.models[:5].take(cell[rows], axis=1)
+            low[rows], upper = sphere_bounds(model, self.x.take(point[rows], axis=1))
+            self.nearest.add_centers(point[rows], cell[rows], upper)
+        near = np.flatnonzero(low <= self.nearest.limit(point))
+        left = [self.look(point[some], cell[some], low[some]) for some in _parts(near)]
+        return self.halve(*(np.concatenate(each) for each in zip(*left, strict=True)))
+
+    def look(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints, FloatArray]:
+        """Looks closely at pairs: those that stay open, and squares of their lower bounds."""
         bounds = cell_bounds(
             self.cells.models.take(cell, axis=1),
             self.cells.place.take(cell, axis=1),
             self.cells.point_sides.take(cell, axis=1),
             self.x.take(point, axis=1),
         )
-        low = np.maximum(bounds.low, low[rows])
+        low = np.maximum(bounds.low, low)
         keep = ~bounds.empty & (low <= self.nearest.limit(point))
         rows = np.flatnonzero(keep & bounds.settled)
         if len(rows):
             self.settled.append((point[rows], cell[rows], bounds.take(rows)))
         rows = np.flatnonzero(keep & ~bounds.settled)
-        return self.halve(point[rows], cell[rows], low[rows])
+        return point[rows], cell[rows], low[rows]
 
     def halve(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
         """The children of open pairs; those beyond the budget end."""
@@ -169,14 +177,16 @@ class _Chunk:
         least = model[columns.LEAST_A : columns.LEAST_B + 1, cell]
         for left in range(STEPS, 0, -1):
             found = measure(self.cells, net[rows], place[:, rows], at, self.x[:, point[rows]])
-            wrong = slope[:, rows] * found.distance + least[:, rows]
-            change = least_change(found.gradient, wrong, bounds.convexity[:, rows], at)
-            low = found.low * found.low + 2 * change
+            wrong = (slope[:, rows] * found.distance + least[:, rows]).sum(axis=0)
+            square = found.low * found.low
+            square += 2 * least_change(found.gradient, bounds.convexity[:, rows], at)
+            low = square - 4 * wrong
             self.nearest.add_places(point[rows], net[rows], found)
             # Newton's method goes on until it is as exact as it can be: that is one step more.
             exact = EXACT * (self.cells.errors[net[rows]] + UNIT * found.distance)
-            enough = np.minimum(exact, self.enough) if left > 1 else self.enough
-            good = found.high - np.sqrt(np.maximum(low, 0.0)) <= enough
+            good = found.high - np.sqrt(np.maximum(low, 0.0)) <= self.enough
+            if left > 1:
+                good &= found.high - np.sqrt(np.maximum(square, 0.0)) <= exact
             good |= low > self.nearest.limit(point[rows])
             if good.any():
                 done = rows[good]
@@ -187,3 +197,8 @@ class _Chunk:
                 break
             at = found.take(~good).next(at[:, ~good], bounds.sides[:, rows])
         return ended
+
+
+def _parts(rows: Ints) -> list[Ints]:
+    """Rows in parts of at most PAIRS, one at least."""
+    return [rows[first : first + PAIRS] for first in range(0, max(len(rows), 1), PAIRS)]

@@ -196,25 +196,23 @@ def _least(slope: FloatArray, mu: FloatArray, reach: float) -> FloatArray:
     return np.where(inside, -0.5 * slope * slope / np.where(inside, mu, 1.0), at_end)
 
 
-def least_change(
-    gradient: FloatArray, wrong: FloatArray, mu: FloatArray, place: FloatArray
-) -> FloatArray:
+def least_change(gradient: FloatArray, mu: FloatArray, place: FloatArray) -> FloatArray:
     """Lower bound of Σ (g_i δ_i + ½ μ_i δ_i²) from a place in [−1, 1]² to all others.
 
     Parameters
     ----------
-    gradient, wrong, mu, place : ndarray of float64, shape (2, N)
-        g, its error, μ ≥ 0, and the place.
+    gradient, mu, place : ndarray of float64, shape (2, N)
+        g, μ ≥ 0, and the place.
 
     Returns
     -------
     ndarray of float64, shape (N,)
-        At most 0.
+        At most 0. Where g is wrong by e, it is lower by at most 2 Σ e_i.
     """
     low, high = -1.0 - place, 1.0 - place
     with np.errstate(all="ignore"):
         step = np.where(mu > 0, -gradient / mu, np.where(gradient > 0, -2.0, 2.0))
     step = np.clip(np.where(np.isfinite(step), step, 0.0), low, high)
     change = gradient * step + 0.5 * mu * step * step
-    change -= 2 * wrong + 1e-15 * np.abs(gradient)
+    change -= 8 * UNIT * np.abs(gradient)
     return np.asarray(np.minimum(change, 0.0).sum(axis=0))

@@ -24,6 +24,9 @@ Columns: TypeAlias = dict[str, NDArray[Any]]
 SMALL = 1e-4
 """Sine of the angle of S_u and S_v below which the normal is computed as a limit."""
 
+RELATIVE_TOLERANCE = 1e-9
+"""Of distances, if nothing is said."""
+
 ON_SIDE = 1e-12
 """How far a parameter may be from the end of its patch for a place on the side of it."""
 
@@ -41,7 +44,7 @@ class ProjectQuery:
     """
 
     points: FloatArray
-    relative_tolerance: float = 1e-9
+    relative_tolerance: float = RELATIVE_TOLERANCE
 
 
 def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:

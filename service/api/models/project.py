@@ -1,0 +1,36 @@
+"""Answers about the closest points of surfaces and curves as JSON."""
+
+from service.api.models.meshes import Answer, Count, Length, Missing, Pair, Vector
+from service.api.models.points import Point
+
+
+class ClosestPoints(Answer):
+    """Closest points in columns, float64, a row for every point asked for."""
+
+    positions: list[Point]
+    """The closest points."""
+    distances: list[Length]
+    """How far they are."""
+    distance_bounds: list[Pair]
+    """Intervals [low, high] that hold the least distance of the whole surface or curve: this is
+    proved, rounding included."""
+    reached: list[bool]
+    """Whether the interval is as narrow as asked. It is wider where too many places are almost as
+    near, as they are seen from the centre of a sphere."""
+    tied: list[bool]
+    """Whether another place, farther than about 1/1000 of the diagonal from this one, may be as
+    near: within 1/16 of the tolerance, or as far as the interval tells."""
+    patch: list[Count] | Missing = None
+    """Of a surface: the number of the patch, in the order of the request; of a group, those of one
+    member follow those of the other. Of several patches that meet there, the first."""
+    uv: list[Pair] | Missing = None
+    """Of a surface: parameters (u, v) there, of the surface where it has a domain, else of the
+    patch; on triangles the last two barycentric coordinates, (s, t)."""
+    normals: list[Vector] | Missing = None
+    """Of a surface: unit normals along du × dv, or their limits."""
+    on_boundary: list[bool] | Missing = None
+    """Of a surface: whether the place is on an edge that belongs to one patch alone."""
+    parameters: list[float] | Missing = None
+    """Of a curve: parameters in its domain."""
+    tangents: list[Point] | Missing = None
+    """Of a curve: unit tangents."""

@@ -1,0 +1,36 @@
+"""Questions to surfaces and curves: closest points."""
+
+from fastapi import APIRouter, Response
+
+from service.api.answers import bytes_response
+from service.api.body import BodyRoute
+from service.api.models.project import ClosestPoints
+from service.api.openapi.parameters import json_body
+from service.api.openapi.responses import POST_ERRORS, answer
+from service.api.services import ContextDep
+from service.pipeline.project import plan_project
+from service.schemas.project import ProjectRequest
+
+queries = APIRouter(route_class=BodyRoute)
+
+
+@queries.post(
+    "/v1/project",
+    operation_id="projectPoints",
+    tags=["queries"],
+    summary="The closest points of a surface or a curve",
+    response_model=ClosestPoints,
+    response_description="The closest points.",
+    responses={200: answer(), **POST_ERRORS},
+    openapi_extra=json_body("projectPoints"),
+)
+async def project_points(wanted: ProjectRequest, context: ContextDep) -> Response:
+    """Looks for the closest points, and proves how near the surface can be.
+
+    Row k of each column belongs to point k. The surface is looked at as a whole, by subdivision: no
+    minimum is lost for want of a seed. Tubes and ribbons have no closest points
+    (`not_parametric`).
+    """
+    services, job, *_ = context
+    work = plan_project(wanted.to_shape(), wanted.to_query(), services.limits)
+    return bytes_response(await job.run(work, "project"), job)

@@ -1,0 +1,88 @@
+"""`surface project`: writes the closest points of a surface or a curve."""
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from service.cli.nets import add_fields, chosen_fields, field_line
+from service.cli.points import coordinates
+from service.cli.refusals import Refused
+from service.cli.source import (
+    Commands,
+    add_command,
+    add_output,
+    add_source,
+    check_output,
+    perform,
+    surface_document,
+    surface_source,
+)
+from service.errors import SurfaceError
+
+FLAGS = ("point", "points", "relative_tolerance")
+
+
+def add(commands: Commands) -> None:
+    """The command and its flags; each overrides the same field of the file."""
+    text = "write the closest points of a surface or a curve, with proofs"
+    project = add_command(commands, "project", text)
+    add_source(project, "points", "; a request may have a curve instead of a surface")
+    add_output(project, formats=False)
+    group = project.add_argument_group("points")
+    group.add_argument("--point", metavar="X,Y,Z", action="append", help="a point; may be repeated")
+    group.add_argument("--points", metavar="FILE", help="a .npy file of points, (m, 3)")
+    group.add_argument(
+        "--relative-tolerance",
+        metavar="X",
+        help="width of the intervals of distances, in diagonals (1e-9)",
+    )
+    add_fields(project)
+    project.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    check_output(arguments)
+    document = surface_document(surface_source(arguments))
+    inner = document["surface"]
+    if isinstance(inner, dict) and "curve" in inner and "type" not in inner:
+        document = inner  # a request that has a curve, and no surface
+    chosen: dict[str, Any] = {}
+    if arguments.point is not None:
+        chosen["points"] = [coordinates(text) for text in arguments.point]
+    elif arguments.points is not None:
+        chosen["points"] = _array(arguments.points)
+    if arguments.relative_tolerance is not None:
+        (chosen["relative_tolerance"],) = coordinates(arguments.relative_tolerance)
+    flags = dict.fromkeys(chosen, "")
+    return perform(
+        arguments,
+        lambda: _local(document | chosen),
+        lambda remote: remote.remote_project(arguments.url, document | chosen),
+        lambda issue: field_line(issue, flags | chosen_fields(arguments)),
+    )
+
+
+def _array(name: str) -> Any:
+    """The array in a .npy file."""
+    from service.decoders.npy import read_array
+
+    try:
+        return read_array(Path(name).read_bytes())
+    except SurfaceError as error:
+        raise Refused(*(f"--points: {issue.message}" for issue in error.issues)) from None
+
+
+def _local(document: Mapping[str, Any]) -> bytes:
+    """The answer, computed in this process."""
+    from service.pipeline.project import plan_project
+    from service.schemas.project import ProjectRequest
+    from service.schemas.validation import validate_document
+    from service.settings.environment import for_one_command
+    from service.settings.process import pin_blas
+    from service.settings.values import document_limits, result_limits
+
+    pin_blas()
+    settings = for_one_command()
+    wanted = validate_document(ProjectRequest, document, document_limits(settings))
+    return plan_project(wanted.to_shape(), wanted.to_query(), result_limits(settings)).run()

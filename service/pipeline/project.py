@@ -1,0 +1,73 @@
+"""A surface or a curve and points in, their closest points with intervals of distances out."""
+
+from dataclasses import dataclass
+
+from service.encoders.text import FLOAT64_CHARS, json_document
+from service.engine.models import as_patches
+from service.engine.queries.project import ProjectQuery, project_on_curve, project_on_surface
+from service.errors import InvalidRequest, Issue
+from service.measuring import Measured
+from service.pipeline.checks import check_surface
+from service.pipeline.cost import Cost, project_cost
+from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
+from service.surface.curve import BezierCurve, BsplineCurve, Curve
+from service.surface.sizes import SurfaceKind
+
+MOST_POINTS = 100_000
+
+COLUMNS = 16
+"""Numbers of a point in an answer, at most."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ProjectWork:
+    """Closest points that may be looked for."""
+
+    shape: SurfaceKind | Curve
+    query: ProjectQuery
+    cost: Cost
+
+    def run(self) -> bytes:
+        """The answer as JSON.
+
+        Raises
+        ------
+        InvalidRequest
+            `not_parametric`, of tubes and ribbons.
+        """
+        if isinstance(self.shape, BezierCurve | BsplineCurve):
+            with Measured("project"):
+                return json_document(project_on_curve(self.shape.lower(), self.query))
+        try:
+            model = as_patches(self.shape.lower())
+        except InvalidRequest as error:
+            raise error.within("/surface") from None
+        with Measured("project"):
+            return json_document(project_on_surface(model, self.query))
+
+
+def plan_project(
+    shape: SurfaceKind | Curve, query: ProjectQuery, limits: Limits = DEFAULT_LIMITS
+) -> ProjectWork:
+    """What is to be looked for, found affordable from the shapes of the arrays.
+
+    Raises
+    ------
+    TooLarge
+    """
+    count, where = len(query.points), "/points"
+    message = "The query has more points than this service computes at once."
+    most = min(MOST_POINTS, limits.max_points)
+    check_count(count, most, "points", Issue("too_many_points", message, where))
+    file = 1000 + count * COLUMNS * (FLOAT64_CHARS + 2)
+    limits.check_bytes(file, "The answer could become too large.", where)
+    if isinstance(shape, BezierCurve | BsplineCurve):
+        pieces = shape.lower()  # which was done when it was born
+        patches, degree, own = pieces.count, (pieces.degree, 0), pieces.points.nbytes
+    else:
+        size = shape.stored_size()
+        check_surface(size, limits)
+        patches, degree, own = 3 * size.patches, size.degree, size.peak
+    cost = project_cost(patches, degree, own, count, file)
+    limits.check_memory(cost.memory, "The answer", where, "a smaller surface, fewer points at once")
+    return ProjectWork(shape, query, cost)

@@ -1,0 +1,89 @@
+"""Points to project, as a document says it: a surface or a curve, and the points."""
+
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from service.bases.arrays import FloatArray
+from service.engine.queries.project import RELATIVE_TOLERANCE, ProjectQuery
+from service.errors import InvalidRequest, Issue
+from service.schemas.arrays import NumberGrid
+from service.schemas.curves import CurveDefinition, curve_of
+from service.schemas.fields import Omittable, RequestModel, conflict, optional
+from service.schemas.surfaces import SurfaceDefinition
+from service.schemas.validation import invalid
+from service.surface import Surface
+from service.surface.checks import checked_points
+from service.surface.curve import BezierCurve, BsplineCurve, Curve
+
+POINTS = NumberGrid(("points", "coordinates"))
+
+LEAST_TOLERANCE = 1e-12
+"""Narrower intervals would hold nothing but rounding."""
+
+
+class ProjectRequest(RequestModel):
+    """A surface or a curve, and points whose closest points are looked for."""
+
+    surface: Annotated[SurfaceDefinition | None, Omittable()] = optional(
+        "The surface, by its control points: all of its patches together, groups too."
+    )
+    curve: Annotated[CurveDefinition | None, Omittable()] = optional(
+        "Instead: a curve, by its control points."
+    )
+    points: Annotated[FloatArray, POINTS] = Field(
+        description="Points [x, y, z]; [x, y] beside a curve in the plane. At most 100,000.",
+        examples=[[[0, 0, 2], [1.5, 0, 0]]],
+    )
+    relative_tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=0.1)] = Field(
+        default=RELATIVE_TOLERANCE,
+        description="How wide `distance_bounds` may be, as a part of the diagonal of the box of "
+        "the control points.",
+        examples=[1e-6],
+    )
+
+    @model_validator(mode="after")
+    def _of_one(self) -> Self:
+        if (self.surface is None) == (self.curve is None):
+            message = "There must be one shape to look at: a surface, or a curve."
+            is_neither = self.surface is None
+            raise invalid(conflict("surface", "curve", message, is_neither=is_neither))
+        return self
+
+    def build(self) -> None:
+        """Builds the surface or the curve, which `to_shape` answers from then on."""
+        self.to_shape()
+
+    def to_shape(self) -> Surface | Curve:
+        """The surface or the curve, built once; `InvalidRequest` points into the whole request."""
+        built: Surface | Curve | None = self.__dict__.get("_built")
+        if built is None:
+            if self.curve is not None:
+                built = curve_of(self.curve)
+            elif self.surface is not None:
+                try:
+                    built = self.surface.to_surface()
+                except InvalidRequest as error:
+                    raise error.within("/surface") from None
+            else:
+                raise ValueError("a request without a shape was not validated")
+            self.__dict__["_built"] = built
+        return built
+
+    def to_query(self) -> ProjectQuery:
+        """The points, and how narrow intervals shall be."""
+        shape = self.to_shape()
+        dimension = 3
+        if isinstance(shape, BezierCurve | BsplineCurve):
+            dimension = shape.lower().dimension
+        check_dimension(self.points, dimension)
+        points = checked_points(self.points, "points", axes=2, dimensions=(dimension,))
+        return ProjectQuery(points, self.relative_tolerance)
+
+
+def check_dimension(points: FloatArray, dimension: int) -> None:
+    """Refuses points of other coordinates than the surface or the curve has."""
+    if points.shape[1] != dimension:
+        message = "A point has as many coordinates as the control points have."
+        got, needed = f"{points.shape[1]} numbers", f"{dimension} numbers"
+        raise InvalidRequest(Issue("wrong_dimension", message, "/points/0", got, needed))
