@@ -120,6 +120,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/project": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * The closest points of a surface or a curve
+         * @description Looks for the closest points, and proves how near the surface can be.
+         *
+         *     Row k of each column belongs to point k. The surface is looked at as a whole, by subdivision: no
+         *     minimum is lost for want of a seed. Tubes and ribbons have no closest points
+         *     (`not_parametric`).
+         */
+        post: operations["projectPoints"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/surfaces": {
         parameters: {
             query?: never;
@@ -1061,6 +1085,83 @@ export interface components {
              * @example 1080
              */
             height: number;
+        };
+        /**
+         * ClosestPoints
+         * @description Closest points in columns, float64, a row for every point asked for.
+         */
+        ClosestPoints: {
+            /**
+             * Positions
+             * @description The closest points.
+             */
+            positions: number[][];
+            /**
+             * Distances
+             * @description How far they are.
+             */
+            distances: number[];
+            /**
+             * Distance Bounds
+             * @description Intervals [low, high] that hold the least distance of the whole surface or curve: this is
+             *     proved, rounding included.
+             */
+            distance_bounds: [
+                number,
+                number
+            ][];
+            /**
+             * Reached
+             * @description Whether the interval is as narrow as asked. It is wider where too many places are almost as
+             *     near, as they are seen from the centre of a sphere.
+             */
+            reached: boolean[];
+            /**
+             * Tied
+             * @description Whether another place, farther than about 1/1000 of the diagonal from this one, may be as
+             *     near: within 1/16 of the tolerance, or as far as the interval tells.
+             */
+            tied: boolean[];
+            /**
+             * Patch
+             * @description Of a surface: the number of the patch, in the order of the request, of several that meet
+             *     there the first; of a group, Bézier patches of one member follow those of the other. Left out
+             *     where there is but one surface with parameters of its own.
+             */
+            patch?: number[];
+            /**
+             * Uv
+             * @description Of a surface: parameters (u, v) there, of the surface where it has a domain, else of the
+             *     patch; on triangles the last two barycentric coordinates, (s, t).
+             */
+            uv?: [
+                number,
+                number
+            ][];
+            /**
+             * Normals
+             * @description Of a surface: unit normals along du × dv, or their limits.
+             */
+            normals?: [
+                number,
+                number,
+                number
+            ][];
+            /**
+             * On Boundary
+             * @description Of a surface: whether the place is on an edge that belongs to one patch alone.
+             */
+            on_boundary?: boolean[];
+            /**
+             * Parameters
+             * @description Of a curve: parameters in its domain.
+             */
+            parameters?: number[];
+            /**
+             * Tangents
+             * @description Of a curve: unit tangents.
+             */
+            tangents?: number[][];
         };
         /**
          * ConvertRequest
@@ -2607,6 +2708,40 @@ export interface components {
             derivatives?: number;
         };
         /**
+         * ProjectRequest
+         * @description A surface or a curve, and points whose closest points are looked for.
+         */
+        ProjectRequest: {
+            /** @description The surface, by its control points: all of its patches together, groups too. */
+            surface?: components["schemas"]["SurfaceDefinition"];
+            /** @description Instead: a curve, by its control points. */
+            curve?: components["schemas"]["CurveDefinition"];
+            /**
+             * Points
+             * @description Points [x, y, z]; [x, y] beside a curve in the plane. At most 100,000.
+             * @example [
+             *       [
+             *         0,
+             *         0,
+             *         2
+             *       ],
+             *       [
+             *         1.5,
+             *         0,
+             *         0
+             *       ]
+             *     ]
+             */
+            points: number[][];
+            /**
+             * Relative Tolerance
+             * @description How wide `distance_bounds` may be, as a part of the diagonal of the box of the control points.
+             * @default 1e-9
+             * @example 0.000001
+             */
+            relative_tolerance?: number;
+        };
+        /**
          * Refusal
          * @description One thing for which `POST /v1/mesh` would refuse.
          */
@@ -3675,6 +3810,7 @@ export type Bounds = components['schemas']['Bounds'];
 export type BsplineCurveDefinition = components['schemas']['BsplineCurveDefinition'];
 export type BsplineDefinition = components['schemas']['BsplineDefinition'];
 export type CameraDefinition = components['schemas']['CameraDefinition'];
+export type ClosestPoints = components['schemas']['ClosestPoints'];
 export type ConvertRequest = components['schemas']['ConvertRequest'];
 export type CurvatureRange = components['schemas']['CurvatureRange'];
 export type Curve = components['schemas']['Curve'];
@@ -3701,6 +3837,7 @@ export type PartReport = components['schemas']['PartReport'];
 export type PatchesDefinition = components['schemas']['PatchesDefinition'];
 export type Points = components['schemas']['Points'];
 export type PointsRequest = components['schemas']['PointsRequest'];
+export type ProjectRequest = components['schemas']['ProjectRequest'];
 export type Refusal = components['schemas']['Refusal'];
 export type RestrictDefinition = components['schemas']['RestrictDefinition'];
 export type ReverseDefinition = components['schemas']['ReverseDefinition'];
@@ -4134,6 +4271,47 @@ export interface operations {
             400: components["responses"]["MalformedJson"];
             401: components["responses"]["KeyNeeded"];
             406: components["responses"]["NotAcceptable"];
+            408: components["responses"]["BodyTooSlow"];
+            413: components["responses"]["BodyTooLarge"];
+            415: components["responses"]["UnsupportedMediaType"];
+            422: components["responses"]["InvalidRequest"];
+            429: components["responses"]["Busy"];
+            500: components["responses"]["InternalError"];
+            503: components["responses"]["OutOfTime"];
+        };
+    };
+    projectPoints: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ProjectRequest"];
+            };
+        };
+        responses: {
+            /** @description The closest points. */
+            200: {
+                headers: {
+                    /**
+                     * @description Where the time went, in milliseconds: steps by name, `wait` being that for others. `cache;desc=hit` where nothing was computed for this request.
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     */
+                    "Server-Timing": string;
+                    "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
+                    RateLimit: components["headers"]["RateLimit"];
+                    "X-Request-Id": components["headers"]["RequestId"];
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ClosestPoints"];
+                };
+            };
+            400: components["responses"]["MalformedJson"];
+            401: components["responses"]["KeyNeeded"];
             408: components["responses"]["BodyTooSlow"];
             413: components["responses"]["BodyTooLarge"];
             415: components["responses"]["UnsupportedMediaType"];

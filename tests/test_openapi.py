@@ -230,6 +230,7 @@ def examples_of(path: str, status: str = "") -> dict[str, Any]:
         ("/v1/mesh", "MeshRequest", "Mesh"),
         ("/v1/estimate", "MeshRequest", "Estimate"),
         ("/v1/points", "PointsRequest", "Points"),
+        ("/v1/project", "ProjectRequest", "ClosestPoints"),
         ("/v1/convert", "ConvertRequest", "SurfaceDocument"),
         ("/v1/curve", "CurveRequest", "Curve"),
     ],

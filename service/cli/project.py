@@ -79,7 +79,7 @@ def _local(document: Mapping[str, Any]) -> bytes:
     from service.schemas.project import ProjectRequest
     from service.schemas.validation import validate_document
     from service.settings.environment import for_one_command
-    from service.settings.process import pin_blas
+    from service.settings.runtime import pin_blas
     from service.settings.values import document_limits, result_limits
 
     pin_blas()

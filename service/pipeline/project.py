@@ -1,7 +1,10 @@
 """A surface or a curve and points in, their closest points with intervals of distances out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
+
+from service.bases.arrays import Ints
 from service.encoders.text import FLOAT64_CHARS, json_document
 from service.engine.models import as_patches
 from service.engine.queries.project import ProjectQuery, project_on_curve, project_on_surface
@@ -11,6 +14,7 @@ from service.pipeline.checks import check_surface
 from service.pipeline.cost import Cost, project_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
 from service.surface.curve import BezierCurve, BsplineCurve, Curve
+from service.surface.lowered import GroupModel, PatchModel
 from service.surface.sizes import SurfaceKind
 
 MOST_POINTS = 100_000
@@ -39,11 +43,26 @@ class ProjectWork:
             with Measured("project"):
                 return json_document(project_on_curve(self.shape.lower(), self.query))
         try:
-            model = as_patches(self.shape.lower())
+            lowered = self.shape.lower()
+            model = as_patches(lowered)
         except InvalidRequest as error:
             raise error.within("/surface") from None
+        if isinstance(lowered, GroupModel):
+            model = replace(model, order=_listed_order(lowered))
         with Measured("project"):
             return json_document(project_on_surface(model, self.query))
+
+
+def _listed_order(group: GroupModel) -> Ints:
+    """Which of all patches that the members list, one after another, each of a group's is."""
+    order, first = [], 0
+    for member in group.members:
+        own = group.models[member.model]
+        assert isinstance(own, PatchModel)  # else it would not have become patches
+        numbers = np.arange(own.patch_count) if own.order is None else own.order
+        order.append(first + numbers)
+        first += own.patch_count
+    return np.concatenate(order)
 
 
 def plan_project(

@@ -216,10 +216,34 @@ def curves() -> Iterator[Hostile]:
 CURVES: tuple[Hostile, ...] = tuple(curves())
 """Bodies for POST /v1/curve."""
 
+
+def projections() -> Iterator[Hostile]:
+    """Points of /v1/project that are none."""
+
+    def points(text: str) -> str:
+        return options(f'"points":{text}')
+
+    yield from wrong("coordinate", points("[[0,0,0],[0,?,0]]"), "/points/1/1", NOT_NUMBERS)
+    faults = {
+        "null_value": "null [[0,0,0],null]@/1",
+        "empty_list": "[] [[]]@/0",
+        "wrong_type": "[0,0,1]@/0 {}",
+        "wrong_dimension": "[[0,0]]@/0 [[0,0,0,0]]@/0",
+        "ragged": "[[0,0,0],[0,0]]@/1",
+        "coordinate_too_large": "[[0,0,1e300]]@/0/2",
+    }
+    yield from wrong("points", points("?"), "/points", faults)
+    faults = {"out_of_range": "0 1 -1", "wrong_type": 'true "1" [1]', "null_value": "null"}
+    tolerance = points('[[0,0,0]],"relative_tolerance":?')
+    yield from wrong("tolerance", tolerance, "/relative_tolerance", faults)
+    yield long("points", lambda: points(many("[0,0,0]", 200_001)), "too_many_points", "/points")
+
+
 CALLS: Mapping[str, tuple[Hostile, ...]] = {
     "/v1/mesh": HOSTILE,
     "/v1/points": QUERIES,
     "/v1/surfaces": STORES,
+    "/v1/project": tuple(projections()),
     "/v1/convert": CONVERSIONS,
     "/v1/curve": CURVES,
 }

@@ -76,6 +76,7 @@ async def largest(port: int) -> Counter[str]:
     kinds.append(post("/v1/mesh?format=json", _mesh(resolution=400, faces="quads", uvs=True)))
     points = [[k / 100_000, 0.5] for k in range(100_000)]
     kinds.append(post("/v1/points", _mesh(uv=points, derivatives=2)))
+    kinds.append(post("/v1/project", _mesh(points=[[u, v, 1.0] for u, v in points])))
     return await storm(port, cycle(kinds), together=24, seconds=12)
 
 

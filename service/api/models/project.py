@@ -21,8 +21,9 @@ class ClosestPoints(Answer):
     """Whether another place, farther than about 1/1000 of the diagonal from this one, may be as
     near: within 1/16 of the tolerance, or as far as the interval tells."""
     patch: list[Count] | Missing = None
-    """Of a surface: the number of the patch, in the order of the request; of a group, those of one
-    member follow those of the other. Of several patches that meet there, the first."""
+    """Of a surface: the number of the patch, in the order of the request, of several that meet
+    there the first; of a group, Bézier patches of one member follow those of the other. Left out
+    where there is but one surface with parameters of its own."""
     uv: list[Pair] | Missing = None
     """Of a surface: parameters (u, v) there, of the surface where it has a domain, else of the
     patch; on triangles the last two barycentric coordinates, (s, t)."""

@@ -50,8 +50,8 @@ STEPS = 8
 ENOUGH = 1 / 2
 """Width of an interval at which a cell is not halved any more, in units of the tolerance."""
 
-EXACT = 64
-"""Width of an interval, in errors of rounding, at which Newton's method ends."""
+EXACT = 2.0**-40
+"""How far from the minimum, in the coordinates of the nets, Newton's method ends."""
 
 
 class ClosestSearch:
@@ -177,16 +177,14 @@ class _Chunk:
         least = model[columns.LEAST_A : columns.LEAST_B + 1, cell]
         for left in range(STEPS, 0, -1):
             found = measure(self.cells, net[rows], place[:, rows], at, self.x[:, point[rows]])
-            wrong = (slope[:, rows] * found.distance + least[:, rows]).sum(axis=0)
-            square = found.low * found.low
-            square += 2 * least_change(found.gradient, bounds.convexity[:, rows], at)
-            low = square - 4 * wrong
+            wrong = slope[:, rows] * found.distance + least[:, rows]
+            wrong += 4 * UNIT * np.abs(found.gradient)
+            change = 2 * least_change(found.gradient, bounds.convexity[:, rows], at)
+            low = found.low * found.low + change - 4 * wrong.sum(axis=0)
             self.nearest.add_places(point[rows], net[rows], found)
-            # Newton's method goes on until it is as exact as it can be: that is one step more.
-            exact = EXACT * (self.cells.errors[net[rows]] + UNIT * found.distance)
             good = found.high - np.sqrt(np.maximum(low, 0.0)) <= self.enough
-            if left > 1:
-                good &= found.high - np.sqrt(np.maximum(square, 0.0)) <= exact
+            if left > 1:  # one step more makes the place exact, to which distances are blind
+                good &= change >= -EXACT * EXACT
             good |= low > self.nearest.limit(point[rows])
             if good.any():
                 done = rows[good]

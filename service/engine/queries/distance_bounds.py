@@ -207,12 +207,12 @@ def least_change(gradient: FloatArray, mu: FloatArray, place: FloatArray) -> Flo
     Returns
     -------
     ndarray of float64, shape (N,)
-        At most 0. Where g is wrong by e, it is lower by at most 2 Σ e_i.
+        At most 0. Where g is wrong by e, it is lower by at most 2 Σ e_i; rounding is as if g were
+        wrong by 4 u |g|.
     """
     low, high = -1.0 - place, 1.0 - place
     with np.errstate(all="ignore"):
         step = np.where(mu > 0, -gradient / mu, np.where(gradient > 0, -2.0, 2.0))
     step = np.clip(np.where(np.isfinite(step), step, 0.0), low, high)
     change = gradient * step + 0.5 * mu * step * step
-    change -= 8 * UNIT * np.abs(gradient)
     return np.asarray(np.minimum(change, 0.0).sum(axis=0))

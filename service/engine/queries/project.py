@@ -55,8 +55,9 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
     dict of ndarray
         positions (m, 3); distances (m,); distance_bounds (m, 2), which hold the least distance;
         reached (m,), whether they are as narrow as asked; tied (m,), whether another place may be
-        as near; patch (m,), in the numbering of the request; uv (m, 2), of the surface where it has
-        a domain, else of the patch, (s, t) on triangles; normals (m, 3); on_boundary (m,).
+        as near; patch (m,), in the numbering of the request, unless the parameters tell it; uv
+        (m, 2), of the surface where it has a domain, else of the patch, (s, t) on triangles;
+        normals (m, 3); on_boundary (m,).
     """
     nets = surface_nets(model.batches)
     found, columns = _closest(nets, query)
@@ -102,17 +103,13 @@ def surface_columns(
     `regular` are the normals where S_u × S_v is large enough, and where it is.
     """
     normals, is_regular = regular
-    uv = local
-    if (domain := model.domain) is not None:
-        spans = np.divmod(patch, len(domain.v) - 1)
-        ends = [(k[span], k[span + 1]) for k, span in zip((domain.u, domain.v), spans, strict=True)]
-        uv = np.stack(
-            [
-                np.where(t == 1, high, low + t * (high - low))
-                for t, (low, high) in zip(local.T, ends, strict=True)
-            ],
-            axis=1,
-        )
+    columns: Columns = {}
+    if model.domains:
+        columns["uv"], number = _in_domains(model, patch, local)
+        if len(model.domains) > 1:
+            columns["patch"] = number
+    else:
+        columns |= {"patch": patch if model.order is None else model.order[patch], "uv": local}
     u, v = local.T
     if triangular_patches(model.batches).any():
         is_triangle = triangular_patches(model.batches)[patch]
@@ -120,8 +117,22 @@ def surface_columns(
         u = np.minimum(u / rest, 1.0)
     if len(rows := np.flatnonzero(~is_regular)):
         normals[rows], _ = scattered_normals(model.batches, patch[rows], u[rows], v[rows])
-    numbers = patch if model.order is None else model.order[patch]
-    return {"patch": numbers, "uv": uv, "normals": normals}
+    return columns | {"normals": normals}
+
+
+def _in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[FloatArray, Ints]:
+    """Parameters of the surfaces of a model at places of its patches, and numbers of these."""
+    firsts = np.array([domain.first for domain in model.domains])
+    order = np.argsort(firsts)
+    number = order[np.searchsorted(firsts[order], patch, side="right") - 1]
+    uv = np.empty(local.shape)
+    for k in np.unique(number).tolist():
+        domain, rows = model.domains[k], np.flatnonzero(number == k)
+        spans = np.divmod(patch[rows] - domain.first, len(domain.v) - 1)
+        for axis, (knots, span) in enumerate(zip((domain.u, domain.v), spans, strict=True)):
+            t, low, high = local[rows, axis], knots[span], knots[span + 1]
+            uv[rows, axis] = np.where(t == 1, high, low + t * (high - low))
+    return uv, number
 
 
 def _closest(nets: QueryNets, query: ProjectQuery) -> tuple[ClosestPoints, Columns]:

@@ -218,6 +218,11 @@ def test_methods_that_http_does_not_define_have_one_name() -> None:
     ("path", "body", "steps"),
     [
         ("/v1/points", {"surface": {"control_net": NET}, "uv": [[0, 0]]}, "read parse points"),
+        (
+            "/v1/project",
+            {"surface": {"control_net": NET}, "points": [[0, 0, 1]]},
+            "read parse project",
+        ),
         ("/v1/convert", TURNED, "read parse convert"),
         ("/v1/curve", {"curve": {"control_points": [[0, 0], [1, 1]]}}, "read parse curve"),
         ("/v1/estimate", {"surface": {"control_net": NET}}, "read parse estimate"),

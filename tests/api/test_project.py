@@ -1,0 +1,94 @@
+"""POST /v1/project: surfaces, groups and curves, and what is refused."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from service.api.app import create_app
+from service.api.models.project import ClosestPoints
+from service.settings.values import Settings
+from service.surface.examples import EXAMPLES
+from tests.api.client import Client, client_of
+
+NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
+QUARTER = {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, 0.5**0.5, 1]}
+SWEPT = {"trefoil-tube", "helix-ribbon"}
+
+
+def ask(client: Client, **fields: Any) -> Any:
+    answer = client.post("/v1/project", fields)
+    assert answer.status_code == 200, answer.text
+    ClosestPoints.model_validate_json(answer.content)
+    return answer.json()
+
+
+def test_a_square(client: Client) -> None:
+    found = ask(client, surface={"control_net": NET}, points=[[0.25, 0.5, 2], [3, 0.5, 0]])
+    assert found["positions"] == [[0.25, 0.5, 0], [1, 0.5, 0]]
+    assert found["distances"] == [2, 2]
+    assert found["uv"] == [[0.25, 0.5], [1, 0.5]]
+    assert "patch" not in found
+    assert found["on_boundary"] == [False, True]
+    assert found["normals"] == [[0, 0, 1]] * 2
+    assert found["reached"] == [True] * 2
+    assert found["tied"] == [False] * 2
+    for low, high in found["distance_bounds"]:
+        assert 2 - 1e-8 < low <= 2 <= high < 2 + 1e-13
+
+
+def test_a_curve_in_the_plane(client: Client) -> None:
+    found = ask(client, curve=QUARTER, points=[[3, 4], [5, -1]])
+    assert found["positions"] == [pytest.approx([0.6, 0.8]), [1, 0]]
+    assert found["tangents"] == [pytest.approx([-0.8, 0.6]), [0, 1]]
+    assert found["parameters"][1] == 0
+    assert "patch" not in found
+
+
+@pytest.mark.parametrize("name", sorted(EXAMPLES))
+def test_every_example_is_closest_to_its_own_points(client: Client, name: str) -> None:
+    surface = client.get(f"/v1/surfaces/{name}").json()["surface"]
+    mesh = client.post("/v1/mesh?format=json", {"surface": surface, "resolution": 3}).json()
+    body = {"surface": surface, "points": mesh["vertices"][::7]}
+    answer = client.post("/v1/project", body)
+    if answer.status_code == 422:
+        assert answer.json()["errors"][0]["code"] == "not_parametric"
+        assert answer.json()["errors"][0]["pointer"] == "/surface"
+        return
+    found = answer.json()
+    assert max(found["distances"]) < 1e-9
+    low, high = np.array(found["distance_bounds"]).T
+    assert (low <= high).all()
+
+
+@pytest.mark.parametrize(
+    ("fields", "code", "pointer"),
+    [
+        ({"points": [[0, 0, 0]]}, "missing_field", "/surface"),
+        ({"surface": {"control_net": NET}, "curve": QUARTER, "points": [[0, 0, 0]]},
+         "conflicting_options", "/curve"),
+        ({"surface": {"control_net": NET}}, "missing_field", "/points"),
+        ({"surface": {"control_net": NET}, "points": []}, "empty_list", "/points"),
+        ({"surface": {"control_net": NET}, "points": [[0, 0]]}, "wrong_dimension", "/points/0"),
+        ({"curve": QUARTER, "points": [[0, 0, 0]]}, "wrong_dimension", "/points/0"),
+        ({"surface": {"control_net": NET}, "points": [[0, 0, 1e300]]},
+         "coordinate_too_large", "/points/0/2"),
+        ({"surface": {"control_net": NET}, "points": [[0, 0, 0]], "relative_tolerance": 0},
+         "out_of_range", "/relative_tolerance"),
+        ({"surface": {"control_net": [[[0, 0, 0]]]}, "points": [[0, 0, 0]]},
+         "too_few_points", "/surface/control_net"),
+    ],
+)  # fmt: skip
+def test_what_is_refused(client: Client, fields: Any, code: str, pointer: str) -> None:
+    answer = client.post("/v1/project", fields)
+    assert answer.status_code == 422, answer.text
+    issue = answer.json()["errors"][0]
+    assert (issue["code"], issue["pointer"]) == (code, pointer)
+
+
+def test_too_many_points_are_refused_before_any_work() -> None:
+    with client_of(create_app(Settings(max_points=2))) as client:
+        body = {"surface": {"control_net": NET}, "points": [[0, 0, 0]] * 3}
+        answer = client.post("/v1/project", body)
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["code"] == "too_many_points"
