@@ -8,6 +8,21 @@ from numpy.typing import NDArray
 from service.bases.arrays import FloatArray, Ints
 
 
+def distinct(values: NDArray[np.uint64] | Ints) -> tuple[Ints, Ints]:
+    """First place of every distinct value, in ascending order, and the number of each among them.
+
+    As `numpy.unique` gives them, in half of its time for a few hundred values.
+    """
+    order = values.argsort(kind="stable")
+    ordered = values[order]
+    begins = np.empty(len(values), np.bool_)
+    begins[:1] = True
+    np.not_equal(ordered[1:], ordered[:-1], out=begins[1:])
+    number = np.empty(len(values), np.intp)
+    number[order] = begins.cumsum() - 1
+    return order[begins], number
+
+
 def distinct_rows(rows: FloatArray) -> tuple[Ints, Ints]:
     """First place of every distinct row, and the number of each row among them.
 
@@ -24,25 +39,10 @@ def distinct_rows(rows: FloatArray) -> tuple[Ints, Ints]:
     bits = rows.view(np.uint64)
     mixed = (bits ^ (bits >> np.uint64(29))) * _multipliers(rows.shape[1])
     mixed ^= mixed >> np.uint64(32)
-    first, number = _distinct(mixed.sum(axis=1))
+    first, number = distinct(mixed.sum(axis=1))
     if not np.array_equal(rows[first[number]], rows):
         _, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     return first, number.reshape(-1)
-
-
-def _distinct(values: NDArray[np.uint64]) -> tuple[Ints, Ints]:
-    """First place of every distinct value, in ascending order, and the number of each among them.
-
-    As `numpy.unique` gives them, in half of its time for a few hundred values.
-    """
-    order = values.argsort(kind="stable")
-    ordered = values[order]
-    begins = np.empty(len(values), np.bool_)
-    begins[:1] = True
-    np.not_equal(ordered[1:], ordered[:-1], out=begins[1:])
-    number = np.empty(len(values), np.intp)
-    number[order] = begins.cumsum() - 1
-    return order[begins], number
 
 
 @cache

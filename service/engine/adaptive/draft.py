@@ -14,7 +14,7 @@ from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.boxes import Cells, Leaves
 from service.engine.adaptive.cutting.cells import divided
 from service.engine.adaptive.cutting.task import Task
-from service.engine.adaptive.polygons.outlines import Outline, outlined
+from service.engine.adaptive.polygons.outlines import Outline, Rim, outlined
 from service.engine.adaptive.polygons.triangles import (
     INDEX,
     Rows,
@@ -81,6 +81,7 @@ class Draft:
 
     def __init__(self, task: Task, border: Border, stored: Store) -> None:
         self.task, self.border, self.stored = task, border, stored
+        self.rim = Rim.of(task.faces, border)
         self.halvings = np.zeros(len(border.at), dtype=np.intp)
         self.leaves: Leaves | None = None
         self.present = np.zeros(0, dtype=bool)
@@ -108,8 +109,8 @@ class Draft:
             parts = [fresh] if self.leaves is None else [fresh, self.leaves.take(old)]
             some = Leaves.together(parts)
             self.task.budget.spend(OVERHEAD * len(some))
-            outline = outlined(self.task.faces, self.border, some.cells, self.halvings)
-            size = np.diff(outline.start)
+            outline = outlined(self.rim, some.cells, self.halvings)
+            size = outline.start[1:] - outline.start[:-1]
             crowd = self._crowded(size[: len(fresh) + len(near)], some)
             if not len(crowd):
                 break
@@ -133,7 +134,7 @@ class Draft:
         u0, u1, v0, v1 = leaves.cells.box[:, many]
         u, v = (u0 + u1) // 2, (v0 + v1) // 2
         us, vs = np.array([u0, u, u1, u1, u1, u, u0, u0]), np.array([v0, v0, v0, v, v1, v1, v1, v])
-        face = np.tile(leaves.cells.face[many], 8)
+        face = np.concatenate([leaves.cells.face[many]] * 8)
         at = self.task.positions(face, us.ravel(), vs.ravel()).reshape(8, -1, 3)
         away, along = at[1::2] - at[::2], at[[2, 4, 6, 0]] - at[::2]
         square = np.maximum((along * along).sum(axis=2), np.finfo(float).tiny)
@@ -245,7 +246,7 @@ class Draft:
     def _differs(self, outline: Outline, polygon: Ints, count: int, near: Ints) -> Bools:
         """Which leaves have another polygon than before: of those after the first ones."""
         start = outline.start[count : count + len(near) + 1]
-        size = np.diff(start)
+        size = start[1:] - start[:-1]
         differs: Bools = size != self.size[near]
         same = (~differs).nonzero()[0]
         if len(same):
@@ -265,7 +266,7 @@ class Draft:
     ) -> None:
         """New leaves and new polygons; those that are gone have no owner any more."""
         cut, number, mine = which
-        size = np.diff(outline.start)
+        size = outline.start[1:] - outline.start[:-1]
         if self.leaves is None:
             self.leaves, self.present = some, np.ones(count, dtype=bool)
             self.first, self.size, self.polygon = outline.start[:-1], size, polygon

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.distinct import distinct
 from service.engine.adaptive.borders.chains import find_chains
 from service.engine.adaptive.borders.division import divide
 from service.engine.adaptive.borders.side_normals import SideNormals
@@ -68,14 +69,15 @@ def divide_border(
     # Corners come first, as many as are vertices, then what lies between them.
     knots = division.corner >= 0
     met = np.concatenate([division.corner[knots], poles])
-    used, number = np.unique(met, return_inverse=True)
+    first, number = distinct(met)
+    used = met[first]
     vertex = np.empty(len(division.at), dtype=np.intp)
     vertex[knots] = number[: len(met) - len(poles)]
     vertex[~knots] = len(used) + np.arange(np.count_nonzero(~knots))
     points = np.concatenate([seams.corner_points[used], division.points[~knots]])
 
     # Every run has as many vertices as its chain; where runs meet they have the same one.
-    count = np.diff(division.start)[chains.chain]
+    count = (division.start[1:] - division.start[:-1])[chains.chain]
     pieces = np.bincount(chains.side, count - 1, minlength=collapsed.size).astype(np.intp)
     start = np.concatenate([[0], np.cumsum(np.where(collapsed.ravel(), 1, pieces) + 1)])
     before = np.cumsum(count - 1) - (count - 1)

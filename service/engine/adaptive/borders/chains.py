@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
-from service.bases.distinct import distinct_rows
+from service.bases.distinct import distinct, distinct_rows
 from service.engine.bounds.faces import Faces
 from service.engine.mesh.seams import Seams
 from service.surface.sides import BEGINS, ENDS
@@ -43,7 +43,7 @@ class Chains:
     @property
     def length(self) -> Ints:
         """Edges of every chain, shape (C,)."""
-        return np.diff(self.start)
+        return self.start[1:] - self.start[:-1]
 
     @property
     def uses(self) -> Ints:
@@ -99,7 +99,7 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
     along, against = _codes(steps, seams, count[steps.side] > 1)
     single = np.ones(len(steps.edge), dtype=bool)
     found: list[_Found] = []
-    for length in np.unique(count[count > 1]).tolist():
+    for length in (np.bincount(count)[2:].nonzero()[0] + 2).tolist():
         sides = (count == length).nonzero()[0]
         rows = begin[sides, None] + np.arange(length)
         forth, back = along[rows], against[rows[:, ::-1]]
@@ -179,7 +179,7 @@ def _precedes(rows: Ints, others: Ints) -> Bools:
 def _singles(steps: _Steps, single: Bools) -> _Found:
     """Edges as chains of their own, in their own direction."""
     rows = single.nonzero()[0]
-    _, first, place = np.unique(steps.edge[rows], return_index=True, return_inverse=True)
+    first, place = distinct(steps.edge[rows])
     leaders, turned = rows[first], steps.backward[rows]
     return _Found(
         leaders[:, None], turned[first], steps.side[rows], steps.span[rows], place, turned

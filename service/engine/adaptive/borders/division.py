@@ -132,7 +132,7 @@ def divide(
 
 def _divided(curves: Curves, goal: Goal, pieces: _Pieces) -> tuple[Ints, Ints, FloatArray]:
     """Chains, places and points of all pieces, in any order."""
-    several = np.diff(curves.start) > 1
+    several = curves.start[1:] - curves.start[:-1] > 1
     row = curves.start[:-1][~several]
     cuts, again = np.zeros_like(row), np.zeros(len(row), dtype=bool)
     found: list[tuple[Ints, Ints, FloatArray]] = []

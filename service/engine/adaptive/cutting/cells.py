@@ -121,7 +121,7 @@ def _halved(
     cells: Cells, patch: Ints, net: FloatArray, cut: Ints, along_v: Bools
 ) -> tuple[Cells, Ints, FloatArray]:
     """Halves of some cells: first those across u, then those across v."""
-    order = np.argsort(along_v, kind="stable")
+    order = along_v.argsort(kind="stable")
     cut, along_v, count = cut[order], along_v[order], len(cut)
     made = np.empty((*net.shape[:3], 2 * count))
     both = made.reshape(*net.shape[:3], 2, count)
@@ -129,7 +129,8 @@ def _halved(
     for axis, rows in enumerate((slice(0, middle), slice(middle, None))):
         if len(cut[rows]):
             halve(net[..., cut[rows]], axis, both[..., rows])
-    return Cells.joined([*cells.take(cut).halved(along_v)]), np.tile(patch[cut], 2), made
+    twice = np.concatenate([patch[cut], patch[cut]])
+    return Cells.joined([*cells.take(cut).halved(along_v)]), twice, made
 
 
 def _with_halves(
@@ -160,8 +161,8 @@ def _with_halves(
         nets = made[..., end : end + 4 * size].reshape(*net.shape[:3], 2, 2, size)
         for axis in (0, 1):
             halve(made[..., begin:end], axis, nets[..., axis, :, :])
-    repeats = total // sizes[0]
-    return Cells(np.tile(cells.face, repeats), boxes), np.tile(patch, repeats), made, sizes
+    number = np.arange(total) % sizes[0]
+    return Cells(cells.face[number], boxes), patch[number], made, sizes
 
 
 _Level: TypeAlias = tuple[Cells, Ints, FloatArray | None]

@@ -249,7 +249,10 @@ def _heights(
 
 def highest(m: FloatArray) -> FloatArray:
     """Largest |4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0)| on a triangle; m is (3, …)."""
-    highs: FloatArray = greatest(np.stack([m, -m], axis=1)).max(axis=0)
+    both = np.empty((3, 2, *m.shape[1:]))
+    both[:, 0], both[:, 1] = m, -m
+    up, down = greatest(both)
+    highs: FloatArray = np.maximum(up, down)
     return highs
 
 
@@ -288,7 +291,9 @@ def sagging(net: FloatArray, normals: FloatArray, flat: Bools, two_sided: bool) 
     found = np.empty((2, net.shape[3]))
     for axis in (0, 1):
         degree = net.shape[axis] - 1
-        bend = np.diff(net, n=2, axis=axis)
+        step = net.swapaxes(0, axis)
+        step = step[1:] - step[:-1]
+        bend = step[1:] - step[:-1]
         size = np.abs(dots(bend, normals[:, np.newaxis, np.newaxis])).max(axis=(0, 1, 2))
         if flat.any() or two_sided:
             stray = np.sqrt(dots(bend, bend).max(axis=(0, 1)))

@@ -98,7 +98,10 @@ def cut(
     triangles, polygon = [np.empty((0, 3), dtype=np.intp)], [start[:0]]
     for batch in _batches(size):
         corners = [start[rows] + triples(n)[:, :, np.newaxis] for n, rows in batch]
-        owner = [np.tile(rows, comb(n, 3)) for n, rows in batch]
+        owner = [
+            rows[np.arange(own[0].size) % len(rows)]
+            for (_, rows), own in zip(batch, corners, strict=True)
+        ]
         every = np.concatenate([own.reshape(3, -1) for own in corners], axis=1)
         costs = _costs(x[every], y[every], points[:, every], form[:, np.concatenate(owner)])
         first = 0
@@ -107,7 +110,7 @@ def cut(
             first += mine.size
             chosen = _best_of_all(mine, n) if n <= ALL else _best(mine, n)
             triangles.append(own[:, chosen, np.arange(len(rows))].reshape(3, -1).T)
-            polygon.append(np.tile(rows, n - 2))
+            polygon += [rows] * (n - 2)
     return np.concatenate(triangles), np.concatenate(polygon)
 
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, Ints
+from service.bases.distinct import distinct
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.boxes import Cells
 from service.engine.adaptive.limits import too_deep
@@ -79,7 +80,53 @@ class Outline:
     touching: Ints
 
 
-def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Outline:
+@dataclass(frozen=True, eq=False, slots=True)
+class Rim:
+    """The border as places of the faces: what all outlines of a mesh have in common.
+
+    Attributes
+    ----------
+    faces : Faces
+    border : Border
+    side, u, v : ndarray of int, shape (M,)
+        Side (4 f + s) and place of each entry of the border.
+    base : ndarray of int, shape (4F,)
+        What is added to places along each side, so that places of all sides differ;
+    key : ndarray of int, shape (M,)
+        these of the entries, rising.
+    low : ndarray of int, shape (2, F)
+        What is added to u and to v, so that lines of all faces differ.
+    pole : ndarray of bool, shape (B,)
+        Vertices that are whole sides.
+    """
+
+    faces: Faces
+    border: Border
+    side: Ints
+    u: Ints
+    v: Ints
+    base: Ints
+    key: Ints
+    low: Ints
+    pole: Bools
+
+    @classmethod
+    def of(cls, faces: Faces, border: Border) -> "Rim":
+        """The rim of faces."""
+        size = (faces.spans * SPAN).T
+        side = np.arange(len(border.start) - 1).repeat(border.start[1:] - border.start[:-1])
+        far, s, at = size[:, side // 4], side % 4, border.at
+        u = np.where(s < 2, np.where(s == 1, far[0], 0), at)
+        v = np.where(s < 2, at, np.where(s == 3, far[1], 0))
+        length = size[[1, 1, 0, 0]].T.ravel() + 1
+        base = length.cumsum() - length
+        pole = np.zeros(len(border.points), dtype=bool)
+        pole[border.vertex[border.start[:-1][border.collapsed.ravel()]]] = True
+        low = (size + 1).cumsum(axis=1) - size - 1
+        return cls(faces, border, side, u, v, base, base[side] + at, low, pole)
+
+
+def outlined(rim: Rim, cells: Cells, flattened: Ints) -> Outline:
     """The outline of leaves, that cover the faces without gap or overlap.
 
     Parameters
@@ -87,31 +134,29 @@ def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Out
     flattened : ndarray of int, shape (M,)
         How often the strip over the segment after each entry of the border was halved.
     """
-    count = len(cells)
+    count, border = len(cells), rim.border
     places, vertex = cells.box[CORNER_ROWS], np.full((4, count), -1)
-    corner, number, segment, touching = _lift(faces, border, cells, flattened, (places, vertex))
-    side = np.repeat(np.arange(len(border.start) - 1), np.diff(border.start))
-    at_u, at_v = _places(faces, side, border.at)
-    face = np.concatenate([np.tile(cells.face, 4), side // 4])
-    u, v = np.concatenate([places[0].ravel(), at_u]), np.concatenate([places[1].ravel(), at_v])
+    corner, number, segment, touching = _lift(rim, cells, flattened, (places, vertex))
+    face = np.concatenate([cells.face, cells.face, cells.face, cells.face, rim.side // 4])
+    u, v = np.concatenate([places[0].ravel(), rim.u]), np.concatenate([places[1].ravel(), rim.v])
     # Whole numbers that tell lines of all faces apart, and then small ones, in the same order.
-    low_u, low_v = (np.cumsum(n * SPAN + 1) - (n * SPAN + 1) for n in faces.spans.T)
-    lines_u, rank_u = np.unique(low_u[face] + u, return_inverse=True)
-    lines_v, rank_v = np.unique(low_v[face] + v, return_inverse=True)
+    low_u, low_v = rim.low
+    lines_u, rank_u = _ranked(low_u[face] + u)
+    lines_v, rank_v = _ranked(low_v[face] + v)
     many_u, many_v = len(lines_u), len(lines_v)
-    by_u, first, sample = np.unique(
-        rank_u * many_v + rank_v, return_index=True, return_inverse=True
-    )
+    key = rank_u * many_v + rank_v
+    first, sample = distinct(key)
+    by_u = key[first]
     own = np.full(len(first), -1)
     known = np.concatenate([vertex.ravel(), border.vertex])
     own[sample[known >= 0]] = known[known >= 0]
     fresh = (own < 0).nonzero()[0]
     own[fresh] = len(border.points) + np.arange(len(fresh))
     by_v = rank_v[first] * many_u + rank_u[first]
-    order = np.argsort(by_v)
+    order = by_v.argsort()
     by_v = by_v[order]
-    begin_u, end_u = np.searchsorted(lines_u, low_u[cells.face] + cells.box[:2])
-    begin_v, end_v = np.searchsorted(lines_v, low_v[cells.face] + cells.box[2:])
+    begin_u, end_u = lines_u.searchsorted(low_u[cells.face] + cells.box[:2])
+    begin_v, end_v = lines_v.searchsorted(low_v[cells.face] + cells.box[2:])
     below, above = begin_v * many_u, end_v * many_u
     before, after = begin_u * many_v, end_u * many_v
     runs = [
@@ -121,12 +166,14 @@ def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Out
         (by_u.searchsorted(before + begin_v, "right"), by_u.searchsorted(before + end_v)),
     ]
     start, corners = _chained(np.array(runs), order)
-    plain = np.diff(start) == 4
+    plain = start[1:] - start[:-1] == 4
     plain[number] = False
-    pairs = np.unique(segment * len(first) + sample[corner * count + number])
+    # Corners of neighbouring leaves may be one.
+    pairs = segment * len(first) + sample[corner * count + number]
+    pairs = pairs[distinct(pairs)[0]]
     segment, lift = pairs // len(first), pairs % len(first)
     entry = sample[4 * count :]
-    ends = np.array([segment, segment + 1])
+    ends, s = np.array([segment, segment + 1]), rim.side[segment] % 4
     return Outline(
         face[first],
         u[first],
@@ -139,15 +186,21 @@ def outlined(faces: Faces, border: Border, cells: Cells, flattened: Ints) -> Out
         segment,
         lift,
         entry[ends],
-        np.isin(border.vertex[ends], border.vertex[border.start[:-1][border.collapsed.ravel()]]),
-        np.isin(side[segment] % 4, (1, 2)),
+        rim.pole[border.vertex[ends]],
+        (s == 1) | (s == 2),
         entry,
         touching,
     )
 
 
+def _ranked(values: Ints) -> tuple[Ints, Ints]:
+    """Distinct values, rising, and which of them each is."""
+    first, number = distinct(values)
+    return values[first], number
+
+
 def _lift(
-    faces: Faces, border: Border, cells: Cells, flattened: Ints, corners: tuple[Ints, Ints]
+    rim: Rim, cells: Cells, flattened: Ints, corners: tuple[Ints, Ints]
 ) -> tuple[Ints, Ints, Ints, Ints]:
     """Lift corners, in place, or tell which vertices of the border they are.
 
@@ -163,50 +216,39 @@ def _lift(
     touching : ndarray of int, shape (2, E)
         See `Outline`.
     """
-    (places, vertex), box, spans = corners, cells.box, faces.spans * SPAN
-    limits = np.zeros((len(spans), 4), dtype=np.intp)
-    limits[:, 1::2] = spans
+    (places, vertex), box, border = corners, cells.box, rim.border
+    limits = np.zeros((len(rim.faces.spans), 4), dtype=np.intp)
+    limits[:, 1::2] = rim.faces.spans * SPAN
     # Rows of a box are named as the sides of a face that they may be.
     lying, leaf = (box == limits[cells.face].T).nonzero()
-    collapsed = border.collapsed[cells.face[leaf], lying]
+    side = 4 * cells.face[leaf] + lying
+    collapsed = border.collapsed.ravel()[side]
     if collapsed.any():
-        side, point = lying[collapsed], leaf[collapsed]
-        vertex[CORNERS[side].T, point] = border.vertex[border.start[4 * cells.face[point] + side]]
-        lying, leaf = lying[~collapsed], leaf[~collapsed]
-    sizes = spans[:, [1, 1, 0, 0]].ravel() + 1
-    base = np.cumsum(sizes) - sizes
-    keys = np.repeat(base, np.diff(border.start)) + border.at
+        point = CORNERS[lying[collapsed]].T, leaf[collapsed]
+        vertex[point] = border.vertex[border.start[side[collapsed]]]
+        lying, leaf, side = lying[~collapsed], leaf[~collapsed], side[~collapsed]
     across = lying - lying % 2
     along = np.array([2 - across, 3 - across])
-    wanted = base[4 * cells.face[leaf] + lying] + box[along, leaf]
-    entry = keys.searchsorted(wanted, "right") - 1
-    exact = keys[entry] == wanted
+    wanted = rim.base[side] + box[along, leaf]
+    entry = rim.key.searchsorted(wanted, "right") - 1
+    exact = rim.key[entry] == wanted
     corner, both = CORNERS[lying].T, np.array([leaf, leaf])
     vertex[corner[exact], both[exact]] = border.vertex[entry[exact]]
     segment = entry.copy()
     segment[1] -= exact[1]
     touching = np.array([segment.ravel(), both.ravel()])
     free = (~exact).nonzero()
-    if not len(free[0]):
-        return corner[free], both[free], entry[free], touching
-    least = np.full(len(keys), np.iinfo(np.intp).max)
-    np.minimum.at(least, touching[0], np.tile(box[across + 1, leaf] - box[across, leaf], 2))
-    corner, found, segment = corner[free], both[free], entry[free]
-    depth = (least[segment] // LIFT) >> flattened[segment]
-    if depth.min() < 1:
-        raise too_deep()
-    side = lying[free[1]]
-    places[side // 2, corner, found] += np.where(side % 2 == 1, -depth, depth)
-    return corner, found, segment, touching
-
-
-def _places(faces: Faces, side: Ints, at: Ints) -> tuple[Ints, Ints]:
-    """Places of the border's entries, from sides (4 f + s) and places along them."""
-    far = (faces.spans * SPAN)[side // 4]
-    s = side % 4
-    u = np.where(s < 2, np.where(s == 1, far[:, 0], 0), at)
-    v = np.where(s < 2, at, np.where(s == 3, far[:, 1], 0))
-    return u, v
+    corner, found, entry = corner[free], both[free], entry[free]
+    if len(found):
+        least = np.full(len(rim.key), np.iinfo(np.intp).max)
+        height = box[across + 1, leaf] - box[across, leaf]
+        np.minimum.at(least, touching[0], np.concatenate([height, height]))
+        depth = (least[entry] // LIFT) >> flattened[entry]
+        if depth.min() < 1:
+            raise too_deep()
+        side = lying[free[1]]
+        places[side // 2, corner, found] += np.where(side % 2 == 1, -depth, depth)
+    return corner, found, entry, touching
 
 
 def _chained(runs: Ints, order: Ints) -> tuple[Ints, Ints]:

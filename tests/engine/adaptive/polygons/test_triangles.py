@@ -23,7 +23,7 @@ def triangles_of(nets: list[Array], tolerance: float) -> tuple[Outline, Draft]:
     leaves = divided(task, whole(found.faces))
     draft.renew(leaves)
     # The first samples are those of the outline, in its order.
-    return outlined(found.faces, found.border, leaves.cells, draft.halvings), draft
+    return outlined(draft.rim, leaves.cells, draft.halvings), draft
 
 
 def arched(height: float) -> Array:
