@@ -9,7 +9,6 @@ order it is added (Higham, Accuracy and stability of numerical algorithms, 2nd e
 Bases sum to one: the error of a point is a number of units times the size of the net.
 """
 
-from collections.abc import Iterator
 from math import hypot, sqrt
 
 import numpy as np
@@ -17,7 +16,7 @@ import numpy as np
 from service.bases import triangle, triangle_basis
 from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sampled
-from service.bases.chunks import runs
+from service.bases.chunks import chunks
 from service.bases.homogeneous import homogeneous
 from service.engine.evaluation.evaluate import choose
 from service.engine.mesh.connectivity import SAME_WEIGHT
@@ -129,11 +128,17 @@ def measured_errors(
         The samples of the patches of the block, as they are stored.
     """
     shift = origin - patches.middle
-    largest = np.zeros(patches.count)
-    for rows, part, points in _reference(patches, resolution):
-        stored = positions[rows, part].astype(np.float64) + shift
-        squares = np.square(stored - points).sum(axis=-1).max(axis=1)
-        np.maximum(largest[rows], squares, out=largest[rows])
+    nets = homogeneous(patches.points - patches.middle, patches.weights)
+    largest = np.empty(patches.count)
+    for rows in chunks(patches.count, positions.shape[1], CHUNK_SAMPLES):
+        exact = _evaluated(nets[rows], resolution)
+        squares = np.zeros(exact.shape[1:])
+        for axis in range(3):
+            gone = positions[rows, :, axis].astype(np.float64) + shift[axis]
+            gone -= exact[axis] if patches.weights is None else exact[axis] / exact[3]
+            gone *= gone
+            squares += gone
+        largest[rows] = squares.max(axis=1)
     _, far, near = sizes = _sizes(patches, origin)
     degrees = 2 * patches.degree if isinstance(patches, TrianglePatches) else sum(patches.degree)
     compared = (28 * (degrees + 2) * near + 2 * far) * UNIT
@@ -154,48 +159,13 @@ def _of_edges(
     return lost
 
 
-def _reference(
-    patches: Patches, resolution: tuple[int, int]
-) -> Iterator[tuple[slice, slice, FloatArray]]:
-    """Points about the middle in float64: of some patches, some samples: (m, r, 3)."""
-    each = (resolution[0] + 1) * (resolution[1] + 1)
-    count = max(1, CHUNK_SAMPLES // each)
-    for first, last in runs(patches.count, count):
-        rows = slice(first, last)
-        weights = None if patches.weights is None else patches.weights[rows]
-        net = homogeneous(patches.points[rows] - patches.middle, weights)
-        if isinstance(patches, TrianglePatches):
-            parts = _triangle_rows(net, resolution[0])
-        else:
-            parts = _grid_rows(net, resolution)
-        for part, values in parts:
-            points = values if weights is None else values[..., :3] / values[..., 3:]
-            yield rows, part, points
-
-
-def _grid_rows(nets: FloatArray, resolution: tuple[int, int]) -> Iterator[tuple[slice, FloatArray]]:
-    """Samples of nets (m, p+1, q+1, d), some rows at a time."""
-    patches, p, q, planes = nets.shape
-    along_u, along_v = sampled(p - 1, resolution[0]), sampled(q - 1, resolution[1])
-    columns = len(along_v)
-    for first, last in runs(len(along_u), max(1, CHUNK_SAMPLES // (patches * columns))):
-        lines = np.tensordot(nets, along_u[first:last], axes=(1, 1))
-        values = np.moveaxis(np.tensordot(lines, along_v, axes=(1, 1)), 1, -1)
-        part = slice(first * columns, last * columns)
-        yield part, values.reshape(patches, -1, planes)
-
-
-def _triangle_rows(nets: FloatArray, divisions: int) -> Iterator[tuple[slice, FloatArray]]:
-    """Samples of nets (m, K, d), some rows at a time."""
-    patches, count, planes = nets.shape
-    curves = triangle_basis.row_curves(np.moveaxis(nets, 1, 0).reshape(count, -1))
-    starts = triangle.row_starts(divisions)
-    step = max(1, CHUNK_SAMPLES // (patches * (divisions + 1)))
-    for first, last in runs(divisions + 1, step):
-        part = slice(int(starts[first]), int(starts[last]))
-        out = np.empty((patches * planes, part.stop - part.start))
-        triangle_basis.evaluate_rows(curves, divisions, range(first, last), np.float64, out)
-        yield part, np.moveaxis(out.reshape(patches, planes, -1), 1, -1)
+def _evaluated(nets: FloatArray, resolution: tuple[int, int]) -> FloatArray:
+    """Nets (m, p+1, q+1, d), or of triangles (m, K, d), at all samples: shape (d, m, samples)."""
+    if nets.ndim == 3:
+        return np.moveaxis(triangle_basis.evaluate_triangles(nets, resolution[0]), -1, 0)
+    along_u, along_v = (sampled(n - 1, r) for n, r in zip(nets.shape[1:3], resolution, strict=True))
+    values: FloatArray = along_u @ np.ascontiguousarray(np.moveaxis(nets, -1, 0)) @ along_v.T
+    return values.reshape(*values.shape[:2], -1)
 
 
 def _sizes(patches: Patches, origin: FloatArray) -> tuple[float, float, float]:
