@@ -7,11 +7,9 @@
 """
 
 from collections import Counter
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from math import pi
 
-from service.bases.arrays import FloatArray
 from service.engine.adaptive.assemble import assemble
 from service.engine.adaptive.borders.border import divide_border
 from service.engine.adaptive.borders.side_normals import SideNormals, side_normals
@@ -30,33 +28,27 @@ from service.engine.adaptive.tolerances import (
     within_reach,
 )
 from service.engine.bounds.certificate_rounding import check_goal, floor
-from service.engine.bounds.faces import Faces, find_faces
+from service.engine.bounds.faces import find_faces
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
 from service.engine.gridded import grid_steps
 from service.engine.joining.snap import snap, snap_group
 from service.engine.mesh.mesh import Mesh
-from service.engine.mesh.seams import Seams, find_seams
+from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene, arranged, flattened, in_single
 from service.engine.wires.draw import only_lines, with_wires
 from service.surface.lowered import GroupModel, PatchModel
 
 
-@dataclass(frozen=True, eq=False)
 class Meshing:
-    """A model of which meshes are wanted; what its meshes have in common is computed once.
+    """A model of which meshes are wanted; what its meshes have in common is computed once."""
 
-    Attributes
-    ----------
-    model : PatchModel
-    options : MeshOptions
-    storage : Storage
-    """
-
-    model: PatchModel
-    options: MeshOptions
-    storage: Storage
+    def __init__(self, model: PatchModel, options: MeshOptions, storage: Storage) -> None:
+        self.model, self._options, self._storage = model, options, storage
+        self._origin = storage.origin(*model.bounds)
+        self._ground, self.seams = PatchNets.of(model), find_seams(model.batches)
+        self._faces = find_faces(model, self.seams)
 
     def made(
         self,
@@ -85,7 +77,8 @@ class Meshing:
         TooLarge
             `too_many_triangles` or `too_costly`, as soon as more are needed.
         """
-        model, storage, origin = self.model, self.storage, self._origin
+        model, options, storage = self.model, self._options, self._storage
+        origin = self._origin
         goal = in_place(goal, None, model.bounds, slack(origin, *model.bounds))
         goal = within_reach(goal, diagonal_of(model))
         rounding = storage.rounding(origin, *model.bounds)
@@ -97,48 +90,28 @@ class Meshing:
             (normals,) = side_normals([(model.batches, self.seams)])
         edges = for_border(goal, rounding, model.bounds)
         border = divide_border(self._faces, self.seams, edges, most, normals)
-        overlays = draw_lines(model, border, self.options, storage, origin)
-        if self.options.surface:
+        overlays = draw_lines(model, border, options, storage, origin)
+        if options.surface:
             made = triangulate(
                 self._ground,
                 self._faces,
                 border,
                 goal,
-                stored=self._stored,
+                stored=lambda positions: storage.stored(positions, origin),
                 most=most,
                 effort=effort,
             )
             mesh = assemble(
-                model, self._faces, made, self.options, overlays, storage=storage, origin=origin
+                model, self._faces, made, options, overlays, storage=storage, origin=origin
             )
         else:
-            lines = only_lines(model, self.options, overlays, origin, storage.dtype)
+            lines = only_lines(model, options, overlays, origin, storage.dtype)
             mesh = replace(lines, step=storage.step)
-        if self.options.wired:
+        if options.wired:
             left = most - len(mesh.triangles)
-            curves = goal_isocurves(model, self.seams, goal, self.options, left)
-            mesh = with_wires(mesh, model, self.options, curves)
+            curves = goal_isocurves(model, self.seams, goal, options, left)
+            mesh = with_wires(mesh, model, options, curves)
         return mesh
-
-    def _stored(self, positions: FloatArray) -> FloatArray:
-        return self.storage.stored(positions, self._origin)
-
-    @cached_property
-    def _origin(self) -> FloatArray:
-        return self.storage.origin(*self.model.bounds)
-
-    @cached_property
-    def _ground(self) -> PatchNets:
-        return PatchNets.of(self.model)
-
-    @cached_property
-    def seams(self) -> Seams:
-        """Those of the model."""
-        return find_seams(self.model.batches)
-
-    @cached_property
-    def _faces(self) -> Faces:
-        return find_faces(self.model, self.seams)
 
 
 class GroupMeshing:

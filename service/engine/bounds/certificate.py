@@ -44,7 +44,7 @@ from service.engine.bounds.degree_reduction import DIRECT, box_order
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.local_frames import local_frames
-from service.engine.bounds.patch_nets import Nets, PatchNets
+from service.engine.bounds.patch_nets import PatchNets
 
 CHUNK = 1 << 17
 """Numbers of the nets that are worked on at a time: all that is made of them stays in the cache."""
@@ -154,11 +154,13 @@ def _measured(
     shares = images(pieces, corners) if goal.two_sided else None
     deviation, near, mesh = found = np.zeros((3, len(pieces.part)))
     for nets, rows in ground.by_group(pieces.patch):
-        here, is_high = rows, sum(nets.degree) > DIRECT
+        p, q = nets.degree
+        numbers, is_high = 4 * (p + q + 1) * (p + q + 2), p + q > DIRECT
         if is_high:
-            here = rows[box_order(pieces.patch[rows], pieces.places[..., rows])]
-        for chunk in chunks(len(here), _room(nets), CHUNK):
-            some = here[chunk]
+            numbers = 2 * (p + 1) * (q + 1)
+            rows = rows[box_order(pieces.patch[rows], pieces.places[..., rows])]  # noqa: PLW2901
+        for chunk in chunks(len(rows), numbers, CHUNK):
+            some = rows[chunk]
             patch, places, part = pieces.patch[some], pieces.places[..., some], pieces.part[some]
             beyond = parts.across[part].T
             vertices, across = (
@@ -186,14 +188,6 @@ def _measured(
             for choose, values in zip(choices, found, strict=True)
         ]
     )
-
-
-def _room(nets: Nets) -> int:
-    """Numbers that are made of one net."""
-    p, q = nets.degree
-    if p + q > DIRECT:
-        return 2 * (p + 1) * (q + 1)
-    return 4 * (p + q + 1) * (p + q + 2)
 
 
 def _joined(choose: np.ufunc, values: FloatArray, part: Ints, count: int) -> FloatArray:
